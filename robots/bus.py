@@ -1,0 +1,154 @@
+"""The only place that names a Redis key, a channel or a Celery queue.
+
+Redis is a doorbell: everything here may fail without anything being lost. Failures are
+counted and answered with False, never raised to a person.
+"""
+
+import logging
+from collections import Counter
+from functools import cache
+from typing import Any
+
+import redis
+from celery import current_app
+from django.conf import settings
+from django.db import transaction
+
+from robots.messages import Event, encode
+
+log = logging.getLogger(__name__)
+failures: Counter[str] = Counter()
+RING_TASK = "robots.look"
+WATCH_S = 4
+
+
+def queue_name(slug: str, epoch: int) -> str:
+    """Return the Celery queue of the owner with that epoch."""
+    return f"robot.{slug}.{epoch}"
+
+
+def events_channel(slug: str) -> str:
+    """Return the channel of a robot's events."""
+    return f"farhand:{slug}:events"
+
+
+def frames_channel(slug: str) -> str:
+    """Return the channel of a robot's pictures."""
+    return f"farhand:{slug}:frames"
+
+
+def state_channel(slug: str) -> str:
+    """Return the channel of a robot's state packets."""
+    return f"farhand:{slug}:state"
+
+
+def trace_channel(slug: str) -> str:
+    """Return the channel of a robot's wire trace, for keepers."""
+    return f"farhand:{slug}:trace"
+
+
+def stop_channel(slug: str) -> str:
+    """Return the channel that stops a robot, round every queue."""
+    return f"farhand:{slug}:stop"
+
+
+def _watch_key(slug: str, what: str) -> str:
+    return f"farhand:{slug}:watch:{what}"
+
+
+@cache
+def connection() -> redis.Redis:
+    """Return this process's connection pool for short calls."""
+    return redis.Redis.from_url(
+        settings.REDIS_URL,
+        socket_timeout=settings.REDIS_TIMEOUT_S,
+        socket_connect_timeout=settings.REDIS_TIMEOUT_S,
+        retry=None,
+    )
+
+
+def listener() -> redis.Redis:
+    """Return a connection for pub/sub: no read timeout, checked by pings of its own."""
+    return redis.Redis.from_url(settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=1.0, retry=None)
+
+
+def _publish(channel: str, data: bytes) -> bool:
+    try:
+        connection().publish(channel, data)
+    except (redis.RedisError, OSError):
+        failures["publish"] += 1
+        return False
+    return True
+
+
+def publish(slug: str, event: Event) -> bool:
+    """Tell everybody who watches the robot."""
+    return _publish(events_channel(slug), encode(event))
+
+
+def publish_on_commit(slug: str, event: Event) -> None:
+    """Tell everybody once the transaction is through."""
+    transaction.on_commit(lambda: publish(slug, event), robust=True)
+
+
+def publish_state(slug: str, packet: bytes) -> bool:
+    """Send a state packet."""
+    return _publish(state_channel(slug), packet)
+
+
+def publish_picture(slug: str, packet: bytes) -> bool:
+    """Send a picture."""
+    return _publish(frames_channel(slug), packet)
+
+
+def publish_trace(slug: str, event: Event) -> bool:
+    """Send a line of the wire trace."""
+    return _publish(trace_channel(slug), encode(event))
+
+
+def ring(slug: str, epoch: int) -> bool:
+    """Ring the owner's bell: look at the commands."""
+    try:
+        current_app.send_task(RING_TASK, queue=queue_name(slug, epoch), ignore_result=True, retry=False)
+    except Exception:  # noqa: BLE001 - kombu raises a zoo; a lost ring costs 100 ms, no more
+        failures["ring"] += 1
+        return False
+    return True
+
+
+def ring_stop(slug: str) -> bool:
+    """Tell the owner to stop, on a channel of its own."""
+    return _publish(stop_channel(slug), b"stop")
+
+
+def watch(slug: str, what: str = "frames") -> bool:
+    """Say that somebody looks; holds for a few seconds."""
+    try:
+        connection().set(_watch_key(slug, what), 1, ex=WATCH_S)
+    except (redis.RedisError, OSError):
+        failures["watch"] += 1
+        return False
+    return True
+
+
+def watched(slug: str, what: str = "frames") -> bool:
+    """Tell whether somebody looks. Raises redis.RedisError."""
+    return bool(connection().exists(_watch_key(slug, what)))
+
+
+def alive() -> bool:
+    """Tell whether Redis answers."""
+    try:
+        return bool(connection().ping())
+    except (redis.RedisError, OSError):
+        return False
+
+
+def send_housekeeping(task: str, *args: Any) -> bool:
+    """Queue a task for the housekeeping worker."""
+    try:
+        current_app.send_task(task, args=args, queue="housekeeping", ignore_result=True, retry=False)
+    except Exception:  # noqa: BLE001 - see ring
+        failures["housekeeping"] += 1
+        return False
+    return True

@@ -1,0 +1,47 @@
+"""One injected clock: now and sleep together.
+
+Watchdogs and leases use `monotonic`, which counts suspend where the platform has
+such a clock, so that a laptop lid cannot stretch a lease.
+"""
+
+import time
+from datetime import UTC, datetime
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """What every part of Farhand that knows about time is given."""
+
+    def now(self) -> datetime:
+        """Return the wall-clock time, timezone aware, UTC."""
+
+    def monotonic(self) -> float:
+        """Return seconds that never go back and count suspend."""
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep for `seconds` (s)."""
+
+
+_BOOTTIME = getattr(time, "CLOCK_BOOTTIME", None)
+
+
+class SystemClock:
+    """The clock of the machine."""
+
+    def now(self) -> datetime:
+        """Return the wall-clock time, UTC."""
+        return datetime.now(UTC)
+
+    def monotonic(self) -> float:
+        """Return seconds since boot, suspend included where the system tells it."""
+        if _BOOTTIME is not None:
+            return time.clock_gettime(_BOOTTIME)
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep for `seconds` (s)."""
+        if seconds > 0:
+            time.sleep(seconds)
+
+
+SYSTEM = SystemClock()

@@ -1,0 +1,95 @@
+"""What can go wrong between a person and a robot; each with one sentence for the person.
+
+`BadRequest` is the asker's, `OutOfWorkspace` the robot's limits, `HardwareFault` the
+machine's, `NotPermitted` the rules'.
+"""
+
+
+class RobotError(Exception):
+    """Root of all; `str()` is a sentence a person can read."""
+
+    code = "error"
+
+
+class BadRequest(RobotError):
+    """The command makes no sense: unknown kind, missing or malformed value."""
+
+    code = "bad_request"
+
+
+class OutOfWorkspace(RobotError):
+    """The target lies where the robot must not or cannot go."""
+
+    code = "out_of_workspace"
+
+
+class NotPermitted(RobotError):
+    """The rules forbid the motion now."""
+
+    code = "not_permitted"
+
+
+class Stopped(NotPermitted):
+    """A stop is latched."""
+
+    code = "stopped"
+
+
+class StaleEpoch(NotPermitted):
+    """This process no longer owns the robot."""
+
+    code = "stale_epoch"
+
+
+class GrantOver(NotPermitted):
+    """The grant under which the command was given has ended."""
+
+    code = "grant_over"
+
+
+class Held(RobotError):
+    """A hold cut the motion short."""
+
+    code = "held"
+
+
+class HardwareFault(RobotError):
+    """The robot did not do what was asked, or does not answer."""
+
+    code = "hardware_fault"
+
+
+class LineSilent(HardwareFault):
+    """All resends were used up without an acknowledgement."""
+
+    code = "line_silent"
+
+
+class LineBusy(HardwareFault):
+    """Another program holds the port."""
+
+    code = "line_busy"
+
+
+class LineGone(HardwareFault):
+    """The port vanished: cable pulled, device gone."""
+
+    code = "line_gone"
+
+
+class ControllerRefused(HardwareFault):
+    """The controller answered with an error."""
+
+    code = "controller_refused"
+
+
+class ControllerRestarted(HardwareFault):
+    """The controller lost power or was reset behind our back."""
+
+    code = "controller_restarted"
+
+
+class CameraFault(HardwareFault):
+    """The camera does not deliver a usable picture."""
+
+    code = "camera_fault"

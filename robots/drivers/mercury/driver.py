@@ -1,0 +1,272 @@
+"""The Mercury arm's driver: commands in SI units become instructions on the serial line."""
+
+import time
+from math import degrees, radians
+from typing import Any
+
+from robots.description import load, scara
+from robots.drivers.contract import (
+    Argument,
+    CommandKind,
+    Features,
+    OnStage,
+    Outcome,
+    Permit,
+    RobotState,
+    Trace,
+)
+from robots.drivers.errors import BadRequest, HardwareFault, Held, RobotError
+from robots.drivers.mercury import protocol as wire
+from robots.drivers.mercury.limits import check_target, number
+from robots.drivers.mercury.line import HostLine
+from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
+
+POLL_S = 0.2
+REST_S = 2.0  # a hold must have brought the arm to rest by then
+ARRIVED_M = 0.0006  # binary32 on the wire, and the drawing back of joints to a pose
+HOME_THETA_RAD = 0.003
+
+
+def features(description: dict[str, Any]) -> Features:
+    """Return what the arm can do, from its description."""
+    sand, air, motion = description["sand"], description["air"], description["motion"]
+    limit = motion["limit_s"] + 3.0
+    return Features(
+        name=description["name"],
+        joints=("q1", "q2", "q3", "q4"),
+        commands=(
+            CommandKind(
+                "move", "Move", (Argument("x", "m", *sand["x"]), Argument("y", "m", *sand["y"])), limit_s=limit
+            ),
+            CommandKind("up", "Up", limit_s=limit),
+            CommandKind("down", "Down", limit_s=limit),
+            CommandKind(
+                "air", "Air", (Argument("seconds", "s", *air["burst_range_s"], required=False),), limit_s=6.0
+            ),
+            CommandKind("home", "Home", level=9, limit_s=limit),
+            CommandKind("noop", "No operation", limit_s=5.0, moves=False, still=False),
+            CommandKind(
+                "speed", "Speed", (Argument("speed", "m/s", *motion["speed_range"]),),
+                level=9, limit_s=5.0, moves=False, still=False,
+            ),
+        ),
+    )  # fmt: skip
+
+
+class Driver:
+    """See `robots.drivers.contract.Driver`. `address` is a port or a pyserial URL."""
+
+    def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
+        self._description = load("mercury")
+        self._arm = scara(self._description)
+        self._settings = settings
+        self._line = HostLine(address, int(self._description["line"]["resends"]), trace)
+        self._latest: RobotState | None = None
+        self._rest_pose: tuple[float, ...] | None = None
+        self.features = features(self._description)
+
+    def connect(self) -> RobotState:
+        """Open the line and ask; speed and boot number are set from the answer."""
+        self._line.open()
+        self._line.boot = None
+        controller = self._line.status()
+        self._line.boot = controller.boot
+        self._line.start_after(controller.newest_seq)
+        state = self._take(controller)
+        if not state.moving:
+            self._rest_pose = self._rest_pose or state.pose
+        if state.ready and not state.moving:
+            self._set_speed()
+        return state
+
+    def close(self) -> None:
+        """Close the port."""
+        self._line.close()
+
+    def latest(self) -> RobotState | None:
+        """Return the newest state heard."""
+        return self._latest
+
+    def state(self) -> RobotState:
+        """Ask the controller."""
+        return self._take(self._line.status())
+
+    def _take(self, controller: wire.ControllerState) -> RobotState:
+        return self._keep(
+            controller.joints,
+            moving=controller.mode != Mode.IDLE,
+            ready=bool(controller.flags & Flag.CALIBRATED) and not controller.flags & Flag.LIMIT,
+            fault="A limit switch is hit." if controller.flags & Flag.LIMIT else "",
+        )
+
+    def _keep(
+        self, joints: tuple[float, float, float, float], moving: bool, ready: bool, fault: str = ""
+    ) -> RobotState:
+        q = radians(joints[0]), radians(joints[1]), joints[2] / 1000, radians(joints[3])
+        self._latest = RobotState(time.monotonic(), q, self._arm.forward(q), moving, ready, fault)
+        return self._latest
+
+    def check(self, kind: str, args: dict[str, Any]) -> None:
+        """Refuse unknown kinds, bad values and targets outside the workspace."""
+        known = self.features.command(kind)
+        if known is None:
+            raise BadRequest(f"This robot has no command called {kind}.")
+        names = {a.name for a in known.arguments}
+        extra = set(args) - names
+        if extra:
+            raise BadRequest(f"The command {kind} takes no value called {sorted(extra)[0]}.")
+        for argument in known.arguments:
+            if argument.required or argument.name in args:
+                value = number(args, argument.name)
+                if kind != "move" and not argument.low <= value <= argument.high:
+                    raise BadRequest(
+                        f"{argument.name} must lie between {argument.low:g} and {argument.high:g} {argument.unit}."
+                    )
+        if kind == "move":
+            check_target(self._description, number(args, "x"), number(args, "y"), self._z())
+        if kind == "air" and self._z() > 0.001:
+            raise BadRequest("Air works only at Z = 0: press Down first.")
+
+    def _z(self) -> float:
+        return self._latest.pose[2] if self._latest else float(self._description["arm"]["up"])
+
+    def execute(
+        self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage
+    ) -> Outcome:
+        """Do one command and wait for its end."""
+        self.check(kind, args)
+        if kind == "noop":
+            permit()
+            return Outcome({}, self._latest)
+        if kind == "speed":
+            self._settings = {**self._settings, "speed": number(args, "speed")}
+            self._set_speed(permit)
+            return Outcome(dict(args), self._latest)
+        if kind == "air":
+            seconds = float(args.get("seconds", self._description["air"]["burst_s"]))
+            return self._run(
+                lambda seq: wire.scalar(Instruction.AIR, seq, seconds), {"seconds": seconds}, permit, on_stage, 3.0
+            )
+        return self._go(self._target(kind, args), permit, on_stage)
+
+    def _target(self, kind: str, args: dict[str, Any]) -> tuple[float, float, float]:
+        x, y, z = (self._latest or self.state()).pose[:3]
+        arm = self._description["arm"]
+        match kind:
+            case "move":
+                return number(args, "x"), number(args, "y"), z
+            case "up":
+                return x, y, float(arm["up"])
+            case "down":
+                return x, y, float(arm["down"])
+            case _:
+                home = self._description["home"]
+                return home["x"], home["y"], float(arm["up"])
+
+    def _go(
+        self, target: tuple[float, float, float], permit: Permit, on_stage: OnStage
+    ) -> Outcome:
+        check_target(self._description, *target)
+        x, y, z = target
+        outcome = self._run(
+            lambda seq: wire.move_xyz(seq, x * 1000, y * 1000, z * 1000),
+            {"x": x, "y": y, "z": z}, permit, on_stage, float(self._description["motion"]["limit_s"]),
+        )  # fmt: skip
+        state = outcome.state
+        assert state is not None
+        off = max(abs(a - b) for a, b in zip(state.pose[:3], target, strict=True))
+        if off > ARRIVED_M:
+            raise HardwareFault(f"The arm stopped {off * 1000:.1f} mm away from its target.")
+        self._rest_pose = state.pose
+        return outcome
+
+    def _run(
+        self, build: Any, sent: dict[str, Any], permit: Permit, on_stage: OnStage, limit_s: float
+    ) -> Outcome:
+        holds = self._line.holds
+        seq = self._line.instruct(build, permit, lambda: on_stage("sent"))
+        on_stage("acknowledged")
+        until = time.monotonic() + limit_s
+        while True:
+            end = self._line.end_of(seq, POLL_S)
+            if end is not None:
+                return Outcome(sent, self._ended(end))
+            controller = self._line.status()
+            state = self._take(controller)
+            if state.fault:
+                raise HardwareFault(state.fault)
+            if not state.moving and not wire.newer(seq, controller.newest_seq):
+                # DONE was lost on the line, or is right behind this state
+                end = self._line.end_of(seq, POLL_S)
+                if end is not None:
+                    return Outcome(sent, self._ended(end))
+                if self._line.holds != holds:
+                    raise Held("The motion was stopped on its way.")
+                return Outcome(sent, state)
+            if time.monotonic() > until:
+                self._line.instruct(lambda s: Frame(Instruction.HOLD, s), None)
+                raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
+
+    def _ended(self, end: Frame) -> RobotState:
+        state = self._keep(wire.unpack_end(end.payload), moving=False, ready=True)
+        if end.id == Reply.HELD:
+            if self._line.holds == 0:
+                raise HardwareFault("The controller held the motion by itself.")
+            raise Held("The motion was stopped on its way.")
+        return state
+
+    def hold(self) -> RobotState:
+        """Send HOLD round everything else and wait until the set-point rests."""
+        self._line.instruct(lambda seq: Frame(Instruction.HOLD, seq), None)
+        until = time.monotonic() + REST_S
+        while True:
+            state = self.state()
+            if not state.moving:
+                return state
+            if time.monotonic() > until:
+                raise HardwareFault("The arm did not come to rest after a hold.")
+
+    def recover(self, permit: Permit) -> RobotState:
+        """Soft reset (section 6.7): reset, recalibrate, go back to the previous position."""
+        permit()
+        self._reopen_if_gone()
+        back = self._rest_pose
+        self._line.boot = None
+        self._line.instruct(lambda seq: Frame(Instruction.RESET, seq), permit)
+        self._line.boot = self._line.status().boot
+        self._finish(self._line.instruct(lambda seq: Frame(Instruction.CALIBRATE, seq), permit), 10.0)
+        self._set_speed(permit)
+        theta = float(self._description["arm"]["theta_deg"])
+        if abs(degrees(self.state().pose[3]) - theta) > degrees(HOME_THETA_RAD):
+            seq = self._line.instruct(lambda s: wire.scalar(Instruction.MOVE_THETA, s, theta), permit)
+            self._finish(seq, 10.0)
+        if back is not None:
+            try:
+                self._go((back[0], back[1], back[2]), permit, lambda _: None)
+            except RobotError as error:
+                if not isinstance(error, HardwareFault):
+                    raise
+                raise HardwareFault(f"The arm was reset but did not return: {error}") from error
+        return self.state()
+
+    def _reopen_if_gone(self) -> None:
+        try:
+            self._line.boot = None
+            self._line.status()
+        except HardwareFault:
+            self._line.close()
+            self._line.open()
+
+    def _finish(self, seq: int, limit_s: float) -> None:
+        until = time.monotonic() + limit_s
+        while self._line.end_of(seq, POLL_S) is None:
+            if not self.state().moving:
+                return
+            if time.monotonic() > until:
+                raise HardwareFault("The controller did not finish its own reset.")
+
+    def _set_speed(self, permit: Permit | None = None) -> None:
+        low, high = self._description["motion"]["speed_range"]
+        speed = float(self._settings.get("speed") or self._description["motion"]["speed"])
+        speed_mm_s = min(max(speed, low), high) * 1000
+        self._line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, speed_mm_s), permit)

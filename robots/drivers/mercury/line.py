@@ -1,0 +1,252 @@
+"""The host's end of the serial line: sends, waits for acknowledgements, resends.
+
+One rule for a bad checksum or silence: the same bytes under the same sequence number
+again, at most ten times. A hold overtakes: once one was asked for, no motion that was
+begun before is sent again.
+"""
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+import serial
+
+from robots.drivers.contract import Permit, Trace
+from robots.drivers.errors import (
+    ControllerRefused,
+    ControllerRestarted,
+    Held,
+    LineBusy,
+    LineGone,
+    LineSilent,
+)
+from robots.drivers.mercury import protocol as wire
+from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
+
+ANSWER_S = 0.30  # a question, a state reply already on its way, an answer, and some air
+HOLD_ANSWER_S = 0.20
+ENDS = (Reply.DONE, Reply.HELD)
+T = TypeVar("T")
+
+
+class HostLine:
+    """A serial port with a reader thread; frames are matched by sequence number."""
+
+    def __init__(self, url: str, resends: int, trace: Trace | None) -> None:
+        self._url, self._resends, self._trace = url, resends, trace
+        self._port: serial.SerialBase | None = None
+        self._write_lock = threading.Lock()
+        self._news = threading.Condition()
+        self._replies: dict[int, Frame] = {}
+        self._ends: dict[int, Frame] = {}
+        self._states: dict[int, wire.ControllerState] = {}
+        self._seq = self._poll_seq = 0
+        self._holds = 0
+        self._gone: str | None = None
+        self._reader: threading.Thread | None = None
+        self.boot: int | None = None
+        self.resent = 0
+        self.broken = 0
+
+    def open(self) -> None:
+        """Open the port for us alone. Raises LineBusy, LineGone."""
+        try:
+            self._port = serial.serial_for_url(
+                self._url, baudrate=wire.BAUD, timeout=0.05, write_timeout=1.0,
+                **({"exclusive": True} if "://" not in self._url else {}),
+            )  # fmt: skip
+        except (serial.SerialException, OSError, ValueError) as error:
+            text = str(error)
+            if "exclusively lock" in text or "Resource temporarily" in text:
+                raise LineBusy("Another program holds the robot's serial port.") from error
+            raise LineGone("The robot's serial port cannot be opened.") from error
+        self._gone = None
+        self._reader = threading.Thread(target=self._read, name="line", daemon=True)
+        self._reader.start()
+
+    def close(self) -> None:
+        """Close the port; whoever waits is told."""
+        self._lose("closed")
+        if self._reader is not None and self._reader is not threading.current_thread():
+            self._reader.join(1.0)
+        if self._port is not None:
+            with contextlib.suppress(Exception):
+                self._port.close()
+        self._port = None
+
+    def start_after(self, seq: int) -> None:
+        """Continue counting after the controller's newest sequence number."""
+        self._seq = seq
+
+    @property
+    def holds(self) -> int:
+        """How many holds were asked for; a motion compares it to its beginning."""
+        return self._holds
+
+    def _read(self) -> None:
+        receiver = wire.Receiver(wire.REPLIES)
+        while self._gone is None:
+            port = self._port
+            if port is None:
+                return
+            try:
+                data = port.read(max(1, port.in_waiting))
+            except (serial.SerialException, OSError, TypeError) as error:
+                self._lose(str(error))
+                return
+            for frame in receiver.feed(data, time.monotonic()) if data else ():
+                self._heard(frame)
+            self.broken = receiver.broken
+
+    def _lose(self, why: str) -> None:
+        with self._news:
+            self._gone = self._gone or why
+            self._news.notify_all()
+
+    def _heard(self, frame: Frame) -> None:
+        if self._trace:
+            self._trace("<", frame.encode(), _spell(frame))
+        with self._news:
+            if frame.id == Reply.STATE:
+                with contextlib.suppress(wire.FrameError, ValueError):
+                    self._states[frame.seq] = wire.unpack_state(frame.payload)
+            elif frame.id in ENDS:
+                self._ends[frame.seq] = frame
+            else:
+                self._replies[frame.seq] = frame
+            self._news.notify_all()
+
+    def _send(self, frame: Frame, permit: Permit | None) -> None:
+        with self._write_lock:
+            if permit is not None:
+                permit()  # the last thing before actuation
+            port = self._port
+            if port is None or self._gone is not None:
+                raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
+            try:
+                port.write(frame.encode())
+            except (serial.SerialException, OSError) as error:
+                self._lose(str(error))
+                raise LineGone("The robot's serial line is gone; the cable may be unplugged.") from error
+        if self._trace:
+            self._trace(">", frame.encode(), _spell(frame))
+
+    def _exchange(
+        self, frame: Frame, found: Callable[[], T | None], permit: Permit | None, answer_s: float,
+        on_sent: Callable[[], None] | None = None,
+    ) -> T:
+        """Send until `found` finds the answer; the first try and ten more."""
+        for attempt in range(self._resends + 1):
+            self._send(frame, permit)
+            if attempt == 0 and on_sent:
+                on_sent()
+            self.resent += attempt > 0
+            until = time.monotonic() + answer_s
+            with self._news:
+                while True:
+                    answer = found()
+                    if answer is not None:
+                        return answer
+                    if self._gone is not None:
+                        raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
+                    left = until - time.monotonic()
+                    if left <= 0:
+                        break
+                    self._news.wait(left)
+        raise LineSilent(f"The robot did not answer {self._resends + 1} tries on its serial line.")
+
+    def instruct(
+        self,
+        build: Callable[[int], Frame],
+        permit: Permit | None,
+        on_sent: Callable[[], None] | None = None,
+    ) -> int:
+        """Send an instruction until acknowledged; return its sequence number.
+
+        Raises:
+            Held: a hold was asked for before the acknowledgement.
+            ControllerRefused, ControllerRestarted, LineSilent, LineGone: see errors.
+
+        """
+        with self._news:
+            self._seq = self._seq % 255 + 1
+            seq = self._seq
+            self._replies.pop(seq, None)
+            self._ends.pop(seq, None)
+        frame = build(seq)
+        hold = frame.id == Instruction.HOLD
+        if hold:
+            self._holds += 1
+        holds = self._holds
+
+        def allowed() -> None:
+            if not hold and self._holds != holds:
+                raise Held("A stop came first.")
+            if permit is not None:
+                permit()
+
+        def found() -> Frame | None:
+            return self._replies.get(seq) or self._ends.get(seq)
+
+        answer = self._exchange(
+            frame, found, allowed, HOLD_ANSWER_S if hold else ANSWER_S, on_sent
+        )
+        self._judge(answer, frame.id == Instruction.RESET)
+        return seq
+
+    def _judge(self, answer: Frame, reset: bool) -> None:
+        boot = answer.payload[0] if answer.payload else None
+        if reset:
+            self.boot = boot
+        elif self.boot is not None and boot != self.boot:
+            raise ControllerRestarted("The robot's controller has restarted by itself.")
+        if answer.id == Reply.NAK:
+            code = answer.payload[1] if len(answer.payload) > 1 else 0
+            text = wire.ERROR_TEXT[Error(code)] if code in set(Error) else f"error {code}"
+            raise ControllerRefused(f"The robot's controller refused: {text}.")
+
+    def status(self) -> wire.ControllerState:
+        """Ask for the state. Raises LineSilent, LineGone, ControllerRestarted."""
+        with self._news:
+            self._poll_seq = self._poll_seq % 255 + 1
+            seq = self._poll_seq
+            self._states.pop(seq, None)
+        state = self._exchange(
+            Frame(Instruction.STATUS, seq), lambda: self._states.get(seq), None, ANSWER_S
+        )
+        if self.boot is not None and state.boot != self.boot:
+            raise ControllerRestarted("The robot's controller has restarted by itself.")
+        return state
+
+    def end_of(self, seq: int, wait_s: float) -> Frame | None:
+        """Wait up to `wait_s` for DONE or HELD of `seq`; None if it has not come."""
+        until = time.monotonic() + wait_s
+        with self._news:
+            while seq not in self._ends:
+                left = until - time.monotonic()
+                if left <= 0:
+                    return None
+                if self._gone is not None:
+                    raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
+                self._news.wait(left)
+            return self._ends[seq]
+
+
+def _spell(frame: Frame) -> str:
+    """Return a frame in words, for the live trace."""
+    names: type[Instruction] | type[Reply] = Reply if frame.id >= 0x80 else Instruction
+    name = names(frame.id).name
+    with contextlib.suppress(wire.FrameError, ValueError, IndexError):
+        if frame.id == Instruction.MOVE_XYZ:
+            x, y, z = wire.unpack_xyz(frame.payload)
+            return f"{name} #{frame.seq} x={x:.1f} y={y:.1f} z={z:.1f} mm"
+        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA):
+            return f"{name} #{frame.seq} {wire.unpack_scalar(frame.payload):.3f}"
+        if frame.id == Reply.STATE:
+            state = wire.unpack_state(frame.payload)
+            return f"{name} #{frame.seq} {state.mode.name} boot={state.boot}"
+        if frame.id == Reply.NAK:
+            return f"{name} #{frame.seq} {Error(frame.payload[1]).name}"
+    return f"{name} #{frame.seq}"

@@ -1,0 +1,218 @@
+"""What a robot is, who may move it now, what it was asked and what became of it."""
+
+import secrets
+from pathlib import Path
+from typing import Any
+
+from django.conf import settings
+from django.core.validators import RegexValidator
+from django.db import models
+from django.db.models import Q
+
+from robots import description
+from robots.drivers.contract import Features, make_driver
+from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
+
+
+class Robot(models.Model):
+    """A robot in the catalogue: its address, its settings and where it is in its cycle."""
+
+    slug = models.SlugField(unique=True, max_length=40)
+    name = models.CharField(max_length=80)
+    tagline = models.CharField(max_length=200, blank=True)
+    story = models.TextField(blank=True, help_text="Markdown, shown on the robot's page.")
+    driver = models.CharField(max_length=40, default="mercury", help_text="Name of the driver package.")
+    address = models.CharField(
+        max_length=200,
+        validators=[
+            RegexValidator(
+                r"^(sim:[a-z0-9_]+|serial:/dev/[\w./-]+|tcp:[\w.\[\]:-]+:\d+)$",
+                "Use sim:NAME, serial:/dev/PORT or tcp:HOST:PORT.",
+            )
+        ],
+        help_text="sim:mercury, serial:/dev/ttyUSB0 or tcp:host:port",
+    )
+    camera = models.CharField(
+        max_length=200,
+        blank=True,
+        validators=[
+            RegexValidator(
+                r"^(https?://\S+|rtsp://\S+|v4l2:/dev/video\d+)$",
+                "Use http(s)://…, rtsp://… or v4l2:/dev/videoN.",
+            )
+        ],
+        help_text="Empty for a simulated robot; http://…/snapshot.jpg, rtsp://… or v4l2:/dev/video0.",
+    )
+    enabled = models.BooleanField(default=False)
+    cycle = models.CharField(max_length=12, choices=Cycle, default=Cycle.OFFLINE)
+    reason = models.CharField(max_length=300, blank=True, help_text="Why it is not ready, in plain words.")
+    lockout_note = models.CharField(max_length=300, blank=True)
+    locked_by = models.ForeignKey(
+        settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
+    )
+    stop_latched = models.BooleanField(default=False, editable=False)
+    stopped_at = models.DateTimeField(null=True, blank=True, editable=False)
+    speed = models.FloatField(null=True, blank=True, help_text="m/s; empty for the driver's default.")
+    stability_threshold = models.FloatField(null=True, blank=True, help_text="Grey levels; empty: default.")
+    delivery_exposure_s = models.FloatField(null=True, blank=True, help_text="s; empty: 1/150.")
+    turn_s = models.PositiveIntegerField(null=True, blank=True, help_text="Seconds a turn; empty: default.")
+    calibration = models.JSONField(default=dict, blank=True, editable=False)
+    calibrated_at = models.DateTimeField(null=True, blank=True, editable=False)
+    probe = models.JSONField(default=dict, blank=True, editable=False)
+    clearance_required = models.BooleanField(default=True)
+
+    class Meta:
+        ordering = ("name",)
+
+    def __str__(self) -> str:
+        return self.name
+
+    def get_absolute_url(self) -> str:
+        """Return the address of the robot's page."""
+        return f"/robots/{self.slug}/"
+
+    def description(self) -> dict[str, Any]:
+        """Return the parsed robot.toml."""
+        return description.load(self.driver)
+
+    def features(self) -> Features:
+        """Return what the robot can do; opens nothing."""
+        return make_driver(self.driver, self.address, {}).features
+
+    def driver_settings(self) -> dict[str, Any]:
+        """Return the settings handed to the driver."""
+        return {"speed": self.speed} if self.speed else {}
+
+    @property
+    def rig_dir(self) -> Path:
+        """Return where a simulated robot keeps its line, camera and sand."""
+        return Path(settings.VAR) / "sim" / self.slug
+
+
+class Grant(models.Model):
+    """Permission to move one robot, now. At most one is open a robot."""
+
+    robot = models.ForeignKey(Robot, models.CASCADE, related_name="grants")
+    kind = models.CharField(max_length=10, choices=GrantKind)
+    holder = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+")
+    epoch = models.BigIntegerField(default=0)
+    opened_at = models.DateTimeField()
+    until = models.DateTimeField(null=True, blank=True)
+    ended_at = models.DateTimeField(null=True, blank=True)
+    end_reason = models.CharField(max_length=120, blank=True)
+
+    class Meta:
+        constraints = [
+            models.UniqueConstraint(fields=["robot"], condition=Q(ended_at=None), name="one_open_grant_a_robot")
+        ]
+
+    def __str__(self) -> str:
+        return f"{self.get_kind_display()} on {self.robot_id}"
+
+
+class Lease(models.Model):
+    """Which process owns a robot; the epoch only ever grows."""
+
+    robot = models.OneToOneField(Robot, models.CASCADE, related_name="lease")
+    epoch = models.BigIntegerField(default=0)
+    host = models.CharField(max_length=80, blank=True)
+    pid = models.IntegerField(default=0)
+    started = models.CharField(max_length=40, blank=True, help_text="Start time of that process.")
+    expires_at = models.DateTimeField(null=True, blank=True)
+    state = models.JSONField(default=dict, blank=True)
+    state_at = models.DateTimeField(null=True, blank=True)
+
+    def __str__(self) -> str:
+        return f"epoch {self.epoch}"
+
+
+class Command(models.Model):
+    """One request to a robot. Services write rows; only the owner advances them."""
+
+    robot = models.ForeignKey(Robot, models.CASCADE, related_name="commands")
+    grant = models.ForeignKey(Grant, models.CASCADE, related_name="commands")
+    client_seq = models.BigIntegerField()
+    issued_by = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="+")
+    kind = models.CharField(max_length=30)
+    args = models.JSONField(default=dict)
+    epoch = models.BigIntegerField()
+    state = models.CharField(max_length=12, choices=CommandState, default=CommandState.QUEUED)
+    reason = models.CharField(max_length=300, blank=True)
+    created_at = models.DateTimeField()
+    deadline = models.DateTimeField()
+    limit_s = models.FloatField(default=15.0)
+    accepted_at = models.DateTimeField(null=True, blank=True)
+    sent_at = models.DateTimeField(null=True, blank=True)
+    acknowledged_at = models.DateTimeField(null=True, blank=True)
+    ended_at = models.DateTimeField(null=True, blank=True)
+    result = models.JSONField(default=dict, blank=True)
+
+    class Meta:
+        ordering = ("-id",)
+        constraints = [models.UniqueConstraint(fields=["grant", "client_seq"], name="one_row_a_client_seq")]
+        indexes = [
+            models.Index(
+                fields=["robot", "id"], condition=~Q(state__in=sorted(COMMAND_FINAL)), name="unfinished_commands"
+            )
+        ]
+
+    def __str__(self) -> str:
+        return f"{self.kind} #{self.pk}"
+
+    @property
+    def final(self) -> bool:
+        """Tell whether nothing will change any more."""
+        return self.state in COMMAND_FINAL
+
+
+class Incident(models.Model):
+    """Something went wrong with a robot; kept for the admin."""
+
+    robot = models.ForeignKey(Robot, models.CASCADE, related_name="incidents")
+    command = models.ForeignKey(Command, models.SET_NULL, null=True, blank=True)
+    at = models.DateTimeField()
+    code = models.CharField(max_length=40)
+    text = models.CharField(max_length=300)
+    remedy = models.CharField(max_length=300, blank=True, help_text="What the portal did about it.")
+    closed_at = models.DateTimeField(null=True, blank=True)
+
+    class Meta:
+        ordering = ("-at",)
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def frame_name() -> str:
+    """Return a random part for a frame's name, so that names cannot be guessed or reused."""
+    return secrets.token_hex(6)
+
+
+class Frame(models.Model):
+    """A kept picture: where the robot was, how sure we are that it is sharp, and its file."""
+
+    robot = models.ForeignKey(Robot, models.CASCADE, related_name="frames")
+    grant = models.ForeignKey(Grant, models.SET_NULL, null=True, blank=True, related_name="frames")
+    command = models.ForeignKey(Command, models.SET_NULL, null=True, blank=True, related_name="frames")
+    taken_at = models.DateTimeField()
+    file = models.CharField(max_length=160)
+    width = models.PositiveSmallIntegerField(default=0)
+    height = models.PositiveSmallIntegerField(default=0)
+    pose = models.JSONField(default=list)
+    joints = models.JSONField(default=list)
+    calibration = models.JSONField(default=dict)
+    stable = models.BooleanField(default=False)
+    verdict = models.CharField(max_length=60, blank=True)
+    difference = models.FloatField(null=True, blank=True)
+    tries = models.PositiveSmallIntegerField(default=0)
+
+    class Meta:
+        ordering = ("-id",)
+
+    def __str__(self) -> str:
+        return self.file
+
+    @property
+    def url(self) -> str:
+        """Return the address of the picture."""
+        return f"{settings.MEDIA_URL}{self.file}"

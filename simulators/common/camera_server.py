@@ -1,0 +1,113 @@
+"""Serve pictures as an ordinary network camera does: a snapshot and a motion JPEG.
+
+``/snapshot.jpg?exposure=0.0156`` takes one picture from now on; ``/stream.mjpg`` is the
+multipart stream that browsers and video libraries read.
+"""
+
+import io
+import threading
+import time
+from collections.abc import Callable
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from simulators.common.faults import FaultBoard
+
+Take = Callable[[float], NDArray[np.uint8]]
+STREAM_S = 0.1
+BOUNDARY = "frame"
+
+
+class CameraServer:
+    """A camera at `http://127.0.0.1:<port>`; `take(exposure_s)` exposes one picture."""
+
+    def __init__(self, take: Take, faults: FaultBoard, exposure_range: tuple[float, float]) -> None:
+        self._take, self._faults = take, faults
+        self._range = exposure_range
+        self._one_at_a_time = threading.Lock()
+        self._frozen: NDArray[np.uint8] | None = None
+        self._count = 0
+        camera = self
+
+        class Handler(BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def log_message(self, format: str, *args: object) -> None:  # noqa: A002
+                pass
+
+            def do_GET(self) -> None:  # noqa: N802 - the name that http.server calls
+                camera.answer(self)
+
+        self._server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self._server.daemon_threads = True
+        self.port = self._server.server_address[1]
+        threading.Thread(target=self._server.serve_forever, daemon=True, name="camera").start()
+
+    def answer(self, request: BaseHTTPRequestHandler) -> None:
+        """Answer one request."""
+        if self._faults.value("cam_gone"):
+            request.close_connection = True
+            return
+        parts = urlsplit(request.path)
+        try:
+            exposure = float(parse_qs(parts.query).get("exposure", ["0.0067"])[0])
+        except ValueError:
+            request.send_error(400, "exposure is no number")
+            return
+        exposure = min(max(exposure, self._range[0]), self._range[1])
+        try:
+            if parts.path == "/snapshot.jpg":
+                self._snapshot(request, exposure)
+            elif parts.path == "/stream.mjpg":
+                self._stream(request, exposure)
+            else:
+                request.send_error(404)
+        except (BrokenPipeError, ConnectionResetError):
+            request.close_connection = True
+
+    def _snapshot(self, request: BaseHTTPRequestHandler, exposure: float) -> None:
+        body = self.picture(exposure)
+        request.send_response(200)
+        request.send_header("Content-Type", "image/jpeg")
+        request.send_header("Content-Length", str(len(body)))
+        request.send_header("Cache-Control", "no-store")
+        request.send_header("X-Frame-Count", str(self._count))
+        request.end_headers()
+        request.wfile.write(body)
+
+    def _stream(self, request: BaseHTTPRequestHandler, exposure: float) -> None:
+        request.send_response(200)
+        request.send_header("Content-Type", f"multipart/x-mixed-replace; boundary={BOUNDARY}")
+        request.send_header("Connection", "close")
+        request.end_headers()
+        request.close_connection = True
+        while not self._faults.value("cam_gone"):
+            body = self.picture(exposure)
+            head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(body)}\r\n\r\n"
+            request.wfile.write(head.encode() + body + b"\r\n")
+            request.wfile.flush()
+            time.sleep(STREAM_S)
+
+    def picture(self, exposure: float) -> bytes:
+        """Return one JPEG, spoilt as the fault board says."""
+        with self._one_at_a_time:
+            if self._faults.value("cam_slow"):
+                time.sleep(self._faults.value("cam_slow"))
+            if self._faults.value("cam_freeze") and self._frozen is not None:
+                picture = self._frozen
+            else:
+                picture = self._take(exposure)
+                self._frozen = picture
+                self._count += 1
+        if self._faults.value("cam_black"):
+            picture = np.zeros_like(picture)
+        if self._faults.value("cam_flicker"):
+            factor = self._faults.random.uniform(0.4, 1.0)
+            picture = (picture * factor).astype(np.uint8)
+        out = io.BytesIO()
+        Image.fromarray(picture).save(out, "JPEG", quality=94)
+        return out.getvalue()

@@ -1,0 +1,112 @@
+"""Faults on request: one board a simulator, reached over a Unix socket while it runs.
+
+A line is a JSON object: ``{"verb": "corrupt", "value": 0.1, "seed": 7, "count": 5}``. The
+answer is one JSON line. `clear` takes every fault away, `status` tells counters.
+"""
+
+import json
+import random
+import socketserver
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+VERBS = frozenset(
+    {
+        "awol", "slow", "drop", "corrupt", "double", "double_ack", "limit_hit", "power_cycle",
+        "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "drift",
+    }
+)  # fmt: skip
+
+
+@dataclass
+class FaultBoard:
+    """What is broken now. Thread safe; random numbers come from one seeded source."""
+
+    seed: int = 1
+    _values: dict[str, float] = field(default_factory=dict)
+    _counts: dict[str, int] = field(default_factory=dict)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def __post_init__(self) -> None:
+        """Start the random source."""
+        self.random = random.Random(self.seed)  # noqa: S311 - reproducible faults, no secret
+
+    def set(self, verb: str, value: float = 1.0, count: int | None = None) -> None:
+        """Switch a fault on; after `count` uses it goes away by itself."""
+        if verb not in VERBS:
+            raise ValueError(f"unknown fault {verb!r}; known: {', '.join(sorted(VERBS))}")
+        with self._lock:
+            self._values[verb] = value
+            if count is not None:
+                self._counts[verb] = count
+            else:
+                self._counts.pop(verb, None)
+
+    def clear(self) -> None:
+        """Take every fault away."""
+        with self._lock:
+            self._values.clear()
+            self._counts.clear()
+
+    def value(self, verb: str) -> float:
+        """Return the fault's value, 0 where it is off; counts no use."""
+        with self._lock:
+            return self._values.get(verb, 0.0)
+
+    def take(self, verb: str) -> float:
+        """Return the fault's value and count one use of it."""
+        with self._lock:
+            value = self._values.get(verb, 0.0)
+            if value and verb in self._counts:
+                self._counts[verb] -= 1
+                if self._counts[verb] <= 0:
+                    self._values.pop(verb, None)
+                    self._counts.pop(verb, None)
+            return value
+
+    def chance(self, verb: str) -> bool:
+        """Throw the die for a fault whose value is a probability."""
+        share = self.value(verb)
+        if not share or self.random.random() >= share:
+            return False
+        self.take(verb)
+        return True
+
+    def seen(self) -> dict[str, float]:
+        """Return all faults that are on."""
+        with self._lock:
+            return dict(self._values)
+
+
+def serve(path: Path, board: FaultBoard, status: Callable[[], dict[str, Any]]) -> None:
+    """Answer fault requests on a Unix socket at `path`, in a thread of its own."""
+
+    class Handler(socketserver.StreamRequestHandler):
+        def handle(self) -> None:
+            for line in self.rfile:
+                self.wfile.write(json.dumps(_answer(line, board, status)).encode() + b"\n")
+
+    path.unlink(missing_ok=True)
+    server = socketserver.ThreadingUnixStreamServer(str(path), Handler)
+    server.daemon_threads = True
+    threading.Thread(target=server.serve_forever, daemon=True, name="faults").start()
+
+
+def _answer(
+    line: bytes, board: FaultBoard, status: Callable[[], dict[str, Any]]
+) -> dict[str, Any]:
+    try:
+        asked = json.loads(line)
+        verb = asked["verb"]
+        if verb == "clear":
+            board.clear()
+        elif verb != "status":
+            if "seed" in asked:
+                board.random.seed(asked["seed"])
+            board.set(verb, float(asked.get("value", 1.0)), asked.get("count"))
+    except (ValueError, KeyError, TypeError) as error:
+        return {"ok": False, "error": str(error)}
+    return {"ok": True, "faults": board.seen(), **status()}

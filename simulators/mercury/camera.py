@@ -1,0 +1,62 @@
+"""What the CCD camera on the arm sees: 192 x 165 pixels, 256 greys (section 6.6).
+
+The camera looks straight down from beside the nozzle, so its field of view grows with Z;
+its mounting is a little off and turned, which the calibration has to find out. One fixed
+focus lies between the two positions. Exposure blurs what moves.
+"""
+
+from math import cos, radians, sin
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from simulators.mercury.sand import LEVEL_MM, X0_MM, Y0_MM, SandBed
+
+WIDTH, HEIGHT = 192, 165
+FOCAL_PX = 262.0
+ABOVE_MM = 128.0  # lens above the mean sand at Z = 0
+OFF_X_MM, OFF_Y_MM, TURN_RAD = 3.0, -2.2, radians(2.4)  # mounting errors
+FOCUS_MM = 158.0
+DISTORTION = -0.035
+FULL_EXPOSURE_S = 1 / 150
+NOISE = 0.9
+
+_V, _U = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
+_UN = (_U - (WIDTH - 1) / 2) / FOCAL_PX
+_VN = -(_V - (HEIGHT - 1) / 2) / FOCAL_PX
+_R2 = _UN**2 + _VN**2
+_UN = _UN * (1 + DISTORTION * _R2 * 10)
+_VN = _VN * (1 + DISTORTION * _R2 * 10)
+_VIGNETTE = (1 - 0.9 * _R2).astype(np.float32)
+
+
+def expose(
+    bed: SandBed,
+    poses: list[tuple[float, float, float, float]],
+    exposure_s: float,
+    rng: np.random.Generator,
+) -> NDArray[np.uint8]:
+    """Return the picture, shape (165, 192), taken while the tool was at `poses` (m, rad)."""
+    total = np.zeros((HEIGHT, WIDTH), np.float32)
+    for x, y, z, theta in poses:
+        distance = ABOVE_MM + z * 1000
+        turn = theta + TURN_RAD
+        c, s = cos(turn), sin(turn)
+        ox = x * 1000 + cos(theta) * OFF_X_MM - sin(theta) * OFF_Y_MM
+        oy = y * 1000 + sin(theta) * OFF_X_MM + cos(theta) * OFF_Y_MM
+        dx, dy = c * _UN - s * _VN, s * _UN + c * _VN
+        gx, gy = ox + dx * distance, oy + dy * distance
+        rows, columns = gy - Y0_MM, gx - X0_MM
+        r = np.clip(rows.astype(np.int32), 0, bed.sand.shape[0] - 1)
+        k = np.clip(columns.astype(np.int32), 0, bed.sand.shape[1] - 1)
+        rise = bed.sand[r, k] - LEVEL_MM  # parallax of hills
+        at = np.stack((2 * (rows - dy * rise), 2 * (columns - dx * rise)))
+        total += map_coordinates(bed.light, at, order=1, mode="nearest", prefilter=False)
+    light = total / len(poses)
+    mean_distance = ABOVE_MM + 1000 * sum(p[2] for p in poses) / len(poses)
+    blur = 0.35 + 26.0 * abs(1 / mean_distance - 1 / FOCUS_MM) * 10
+    light = gaussian_filter(light, blur) * _VIGNETTE
+    gain = 238.0 * (exposure_s / FULL_EXPOSURE_S) ** 0.25  # the film-like knee of the card
+    grey = gain * light + rng.normal(0, NOISE, light.shape).astype(np.float32)
+    return np.clip(grey, 0, 255).astype(np.uint8)

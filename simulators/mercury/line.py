@@ -1,0 +1,88 @@
+"""The serial line: a pty whose bytes go no faster than 4800 baud, and may be spoilt."""
+
+import os
+import pty
+import select
+import time
+import tty
+from collections import deque
+from pathlib import Path
+
+from robots.drivers.mercury.protocol import BYTE_S, Frame
+from simulators.common.faults import FaultBoard
+
+TICK_S = 0.003
+IDLE_S = 0.02
+
+
+class Line:
+    """One end of the line; the other is the terminal named by `link`."""
+
+    def __init__(self, link: Path, faults: FaultBoard) -> None:
+        self._master, self._slave = pty.openpty()
+        tty.setraw(self._master)
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        part = link.with_suffix(".part")
+        part.unlink(missing_ok=True)
+        part.symlink_to(os.ttyname(self._slave))
+        part.replace(link)
+        self._faults = faults
+        self._in: deque[tuple[float, int]] = deque()
+        self._out: deque[tuple[float, int]] = deque()
+        self._in_free = self._out_free = 0.0
+
+    def send(self, frame: Frame) -> None:
+        """Queue a frame; each byte leaves when the line has had time for it."""
+        late = self._faults.value("slow")
+        at = max(self._out_free, time.monotonic() + late)
+        for byte in self._spoil(frame.encode()):
+            at += BYTE_S
+            self._out.append((at, byte))
+        self._out_free = at
+
+    def poll(self, busy: bool) -> bytes:
+        """Wait a moment; write what is due, return the bytes that have arrived."""
+        waiting = bool(self._in or self._out)
+        pause = TICK_S if busy or waiting else IDLE_S
+        select.select([self._master] if not waiting else [], [], [], pause)
+        self._read()
+        now = time.monotonic()
+        due = bytearray()
+        while self._out and self._out[0][0] <= now:
+            due.append(self._out.popleft()[1])
+        if due:
+            try:
+                os.write(self._master, due)
+            except BlockingIOError:
+                pass  # nobody reads: a real line loses such bytes too
+        arrived = bytearray()
+        while self._in and self._in[0][0] <= now:
+            arrived.append(self._in.popleft()[1])
+        return bytes(arrived)
+
+    def _read(self) -> None:
+        try:
+            data = os.read(self._master, 4096)
+        except (BlockingIOError, OSError):
+            return
+        at = max(self._in_free, time.monotonic())
+        for byte in self._spoil(data):
+            at += BYTE_S
+            self._in.append((at, byte))
+        self._in_free = at
+
+    def _spoil(self, data: bytes) -> bytes:
+        """Corrupt, drop or double bytes as the fault board says."""
+        if not any(self._faults.value(v) for v in ("corrupt", "drop", "double")):
+            return data
+        out = bytearray()
+        for byte in data:
+            if self._faults.chance("drop"):
+                continue
+            if self._faults.chance("corrupt"):
+                byte ^= 1 << self._faults.random.randrange(8)
+            out.append(byte)
+            if self._faults.chance("double"):
+                out.append(byte)
+        return bytes(out)

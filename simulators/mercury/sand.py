@@ -1,0 +1,138 @@
+"""A bed of dry sand: a height field with an angle of repose, and things buried in it.
+
+Heights in mm above the tray, on a 1 mm grid; the light is worked out on a 0.5 mm grid so
+that grains show. Everything local to a burst, for a burst touches little.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter, zoom
+
+from simulators.mercury.artifacts import ARTIFACTS, PIXEL_MM
+
+F32 = NDArray[np.float32]
+X0_MM, X1_MM, Y0_MM, Y1_MM = -320, 320, 220, 620  # the tray
+LEVEL_MM = 40.0  # mean height of the sand: Z = 0 is a hand's breadth above
+REPOSE = float(np.tan(np.radians(33.0)))
+JET_RADIUS_MM = 11.0
+JET_DEPTH_MM_S = 34.0  # depth dug at the middle by a second of air
+COVER_MM = 0.25  # thinner sand than this no longer hides a thing
+LIGHT_DIRECTION = (-0.72, 0.69)  # where the light comes from, in the plane
+LIGHT_SLOPE = float(np.tan(np.radians(33.0)))
+
+
+class SandBed:
+    """The sand, the things in it, and how bright each half millimetre looks."""
+
+    def __init__(self, seed: int = 1) -> None:
+        rows, columns = Y1_MM - Y0_MM, X1_MM - X0_MM
+        rng = np.random.default_rng(seed)
+        waves = gaussian_filter(rng.normal(size=(rows, columns)), 26) * 90
+        ripples = gaussian_filter(rng.normal(size=(rows, columns)), 5) * 5
+        self.sand: F32 = (LEVEL_MM + waves + ripples).astype(np.float32)
+        grain = rng.normal(size=(2 * rows, 2 * columns))
+        grain = 0.6 * grain + 0.9 * gaussian_filter(rng.normal(size=grain.shape), 1.2) * 3
+        self.grain: F32 = np.clip(0.56 + 0.045 * grain, 0.3, 0.9).astype(np.float32)
+        self._bury()
+        self.sand = np.maximum(self.sand, self.rigid + 0.1)
+        self.light: F32 = np.zeros_like(self.grain)
+        self._shade(0, rows, 0, columns)
+
+    def _bury(self) -> None:
+        """Lay the things: `rigid` is the surface under the sand, `skin` its brightness."""
+        self.rigid = np.zeros_like(self.sand)
+        self.skin: F32 = np.zeros_like(self.grain)
+        for thing in ARTIFACTS:
+            albedo, mask = thing.sprite()
+            r = int((thing.y_mm - Y0_MM) / PIXEL_MM) - mask.shape[0] // 2
+            c = int((thing.x_mm - X0_MM) / PIXEL_MM) - mask.shape[1] // 2
+            spot = self.skin[r : r + mask.shape[0], c : c + mask.shape[1]]
+            spot[mask > 0.5] = albedo[mask > 0.5]
+            coarse = zoom(mask, 0.5, order=1) > 0.5
+            r, c = r // 2, c // 2
+            surface = self.sand[r : r + coarse.shape[0], c : c + coarse.shape[1]]
+            top = float(np.median(surface)) - thing.depth_mm
+            edge = gaussian_filter(coarse.astype(np.float32), 1.0)
+            rise = (top - thing.thick_mm + thing.thick_mm * np.clip(edge * 1.6, 0, 1)).astype(np.float32)
+            under = self.rigid[r : r + coarse.shape[0], c : c + coarse.shape[1]]
+            under[coarse] = rise[coarse]
+
+    def blow(self, x_mm: float, y_mm: float, seconds: float) -> float:
+        """Throw sand out from under the nozzle; return the volume moved (mm3)."""
+        reach = 70
+        r0, r1 = max(0, int(y_mm) - Y0_MM - reach), min(self.sand.shape[0], int(y_mm) - Y0_MM + reach)
+        c0, c1 = max(0, int(x_mm) - X0_MM - reach), min(self.sand.shape[1], int(x_mm) - X0_MM + reach)
+        sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
+        yy, xx = np.mgrid[r0:r1, c0:c1].astype(np.float32)
+        distance = np.hypot(xx + X0_MM - x_mm, yy + Y0_MM - y_mm)
+        dig = JET_DEPTH_MM_S * seconds * np.exp(-((distance / JET_RADIUS_MM) ** 2))
+        taken = np.minimum(dig, sand - rigid).astype(np.float32)
+        ring = np.exp(-(((distance - 2.6 * JET_RADIUS_MM) / (0.8 * JET_RADIUS_MM)) ** 2))
+        thrown = ring * (float(taken.sum()) / float(ring.sum()))
+        sand += thrown.astype(np.float32) - taken
+        self.relax(r0, r1, c0, c1)
+        self._shade(r0, r1, c0, c1)
+        return float(taken.sum())
+
+    def relax(self, r0: int, r1: int, c0: int, c1: int, rounds: int = 60) -> None:
+        """Let the sand slide until no slope is steeper than its angle of repose.
+
+        Sand moves between neighbours, none is made or lost; the rigid things stay.
+        """
+        sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
+        for _ in range(rounds):
+            worst = 0.0
+            for axis in (0, 1):
+                low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
+                high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+                step = sand[high] - sand[low]
+                over = np.sign(step) * np.maximum(np.abs(step) - REPOSE, 0.0) * 0.24
+                over = np.clip(over, -(sand[low] - rigid[low]) * 0.24, (sand[high] - rigid[high]) * 0.24)
+                sand[high] -= over
+                sand[low] += over
+                worst = max(worst, float(np.abs(over).max(initial=0.0)))
+            if worst < 0.01:
+                break
+
+    def _shade(self, r0: int, r1: int, c0: int, c1: int) -> None:
+        """Work out the light of a window and of what its shadows can reach."""
+        margin = 24
+        r0, c0 = max(0, r0 - margin), max(0, c0 - margin)
+        r1, c1 = min(self.sand.shape[0], r1 + margin), min(self.sand.shape[1], c1 + margin)
+        sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
+        bare = (sand - rigid < COVER_MM) & (rigid > 0)
+        height = zoom(np.where(bare, rigid, sand), 2, order=1)
+        fine = (slice(2 * r0, 2 * r1), slice(2 * c0, 2 * c1))
+        albedo = np.where(zoom(bare.astype(np.float32), 2, order=1) > 0.5, self.skin[fine], self.grain[fine])
+        albedo = np.where(albedo == 0, self.grain[fine], albedo)
+        slope_y, slope_x = np.gradient(height, PIXEL_MM)
+        lx, ly = LIGHT_DIRECTION
+        lambert = (LIGHT_SLOPE - lx * slope_x - ly * slope_y) / np.sqrt(1 + slope_x**2 + slope_y**2)
+        lambert = np.clip(lambert / LIGHT_SLOPE, 0.0, 1.7)
+        shadow = np.zeros(height.shape, np.float32)
+        for step in range(2, 30, 2):  # half millimetres towards the light
+            dy, dx = round(step * ly), round(step * lx)
+            other = np.roll(height, (-dy, -dx), (0, 1))
+            shadow = np.maximum(shadow, np.clip(other - step * PIXEL_MM * LIGHT_SLOPE - height, 0, 1.2) / 1.2)
+        self.light[fine] = albedo * (0.34 + 0.66 * lambert * (1 - 0.72 * shadow))
+
+    def save(self, path: Path) -> None:
+        """Keep the bed, so that a restart finds it as it was."""
+        part = path.with_suffix(".part")
+        with part.open("wb") as file:
+            np.save(file, self.sand)
+        part.replace(path)
+
+    def restore(self, path: Path) -> bool:
+        """Take the bed from `path`; return False (and keep a fresh one) if it is unusable."""
+        try:
+            sand = np.load(path)
+        except (OSError, ValueError, EOFError):
+            return False
+        if sand.shape != self.sand.shape or not np.isfinite(sand).all():
+            return False
+        self.sand = sand.astype(np.float32)
+        self._shade(0, self.sand.shape[0], 0, self.sand.shape[1])
+        return True

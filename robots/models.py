@@ -205,6 +205,7 @@ class Frame(models.Model):
     verdict = models.CharField(max_length=60, blank=True)
     difference = models.FloatField(null=True, blank=True)
     tries = models.PositiveSmallIntegerField(default=0)
+    kept = models.BooleanField(default=False, help_text="Chosen for a log entry: never cleaned away.")
 
     class Meta:
         ordering = ("-id",)

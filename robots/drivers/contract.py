@@ -90,8 +90,11 @@ class Driver(Protocol):
     def latest(self) -> RobotState | None:
         """Return the newest state heard, without asking."""
 
-    def check(self, kind: str, args: JSON) -> None:
-        """Refuse what can be known to be wrong. Raises BadRequest, OutOfWorkspace."""
+    def check(self, kind: str, args: JSON, pose: tuple[float, ...] | None = None) -> None:
+        """Refuse what can be known to be wrong at `pose` (None: wherever the robot is).
+
+        Opens nothing. Raises BadRequest, OutOfWorkspace.
+        """
 
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Do it and wait for its end; `permit` is called right before every actuation.

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from math import hypot, pi, sqrt
 
 STEP_S = 0.002
-SWING_HZ = 4.5
-DAMPING = 0.13
-RAMP_S = 0.22  # time to reach full speed: a faster arm accelerates harder
+SWING_HZ = 6.0
+DAMPING = 0.18
+RAMP_S = 0.28  # time to reach full speed: a faster arm accelerates harder
 AT_REST_M = 0.00010  # swing below which a picture no longer changes
 
 

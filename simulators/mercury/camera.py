@@ -18,7 +18,7 @@ FOCAL_PX = 262.0
 ABOVE_MM = 128.0  # lens above the mean sand at Z = 0
 OFF_X_MM, OFF_Y_MM, TURN_RAD = 3.0, -2.2, radians(2.4)  # mounting errors
 FOCUS_MM = 158.0
-DISTORTION = -0.035
+DISTORTION = -0.10
 FULL_EXPOSURE_S = 1 / 150
 NOISE = 0.9
 
@@ -26,8 +26,8 @@ _V, _U = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
 _UN = (_U - (WIDTH - 1) / 2) / FOCAL_PX
 _VN = -(_V - (HEIGHT - 1) / 2) / FOCAL_PX
 _R2 = _UN**2 + _VN**2
-_UN = _UN * (1 + DISTORTION * _R2 * 10)
-_VN = _VN * (1 + DISTORTION * _R2 * 10)
+_UN = _UN * (1 + DISTORTION * _R2)
+_VN = _VN * (1 + DISTORTION * _R2)
 _VIGNETTE = (1 - 0.9 * _R2).astype(np.float32)
 
 

@@ -24,7 +24,8 @@ from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Repl
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then
 ARRIVED_M = 0.0006  # binary32 on the wire, and the drawing back of joints to a pose
-HOME_THETA_RAD = 0.003
+SQUARE_RAD = 0.003
+DOWN_M = 0.001
 
 
 def features(description: dict[str, Any]) -> Features:
@@ -106,7 +107,9 @@ class Driver:
         self._latest = RobotState(time.monotonic(), q, self._arm.forward(q), moving, ready, fault)
         return self._latest
 
-    def check(self, kind: str, args: dict[str, Any]) -> None:
+    def check(
+        self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None
+    ) -> None:
         """Refuse unknown kinds, bad values and targets outside the workspace."""
         known = self.features.command(kind)
         if known is None:
@@ -123,18 +126,16 @@ class Driver:
                         f"{argument.name} must lie between {argument.low:g} and {argument.high:g} {argument.unit}."
                     )
         if kind == "move":
-            check_target(self._description, number(args, "x"), number(args, "y"), self._z())
-        if kind == "air" and self._z() > 0.001:
+            z = pose[2] if pose else float(self._description["arm"]["up"])
+            check_target(self._description, number(args, "x"), number(args, "y"), z)
+        if kind == "air" and pose is not None and pose[2] > DOWN_M:
             raise BadRequest("Air works only at Z = 0: press Down first.")
-
-    def _z(self) -> float:
-        return self._latest.pose[2] if self._latest else float(self._description["arm"]["up"])
 
     def execute(
         self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage
     ) -> Outcome:
         """Do one command and wait for its end."""
-        self.check(kind, args)
+        self.check(kind, args, (self._latest or self.state()).pose)
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
@@ -237,7 +238,7 @@ class Driver:
         self._finish(self._line.instruct(lambda seq: Frame(Instruction.CALIBRATE, seq), permit), 10.0)
         self._set_speed(permit)
         theta = float(self._description["arm"]["theta_deg"])
-        if abs(degrees(self.state().pose[3]) - theta) > degrees(HOME_THETA_RAD):
+        if abs(degrees(self.state().pose[3]) - theta) > degrees(SQUARE_RAD):
             seq = self._line.instruct(lambda s: wire.scalar(Instruction.MOVE_THETA, s, theta), permit)
             self._finish(seq, 10.0)
         if back is not None:

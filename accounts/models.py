@@ -1,0 +1,95 @@
+"""People, and the test that clears them for a robot."""
+
+from django.conf import settings
+from django.contrib.auth.models import AbstractUser
+from django.core.validators import RegexValidator
+from django.db import models
+
+
+class User(AbstractUser):
+    """A person; the username is the handle shown to others."""
+
+    username = models.CharField(
+        "handle",
+        max_length=30,
+        unique=True,
+        validators=[RegexValidator(r"^[\w.-]{2,30}\Z", "Use 2 to 30 letters, digits, dots, dashes or underscores.")],
+        help_text="Shown to others when you drive. 2 to 30 letters, digits, . - _",
+        error_messages={"unique": "That handle is taken."},
+    )
+    email = models.EmailField("email address", unique=True)
+
+    def __str__(self) -> str:
+        return self.username
+
+
+class Question(models.Model):
+    """One question of a robot's bank."""
+
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="questions")
+    text = models.CharField(max_length=300)
+    explanation = models.CharField(max_length=400, help_text="Shown when the answer was wrong.")
+    active = models.BooleanField(default=True)
+
+    class Meta:
+        verbose_name = "clearance question"
+
+    def __str__(self) -> str:
+        return self.text
+
+
+class Choice(models.Model):
+    """One possible answer."""
+
+    question = models.ForeignKey(Question, models.CASCADE, related_name="choices")
+    text = models.CharField(max_length=200)
+    correct = models.BooleanField(default=False)
+
+    def __str__(self) -> str:
+        return self.text
+
+
+class OrientationRead(models.Model):
+    """Somebody has read a robot's orientation."""
+
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
+    at = models.DateTimeField()
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["user", "robot"], name="orientation_once")]
+
+    def __str__(self) -> str:
+        return f"{self.user_id} read {self.robot_id}"
+
+
+class Attempt(models.Model):
+    """One go at the clearance test; the questions are drawn when it begins."""
+
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="attempts")
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
+    drawn = models.JSONField(help_text="Question ids in the order shown, each with its choice ids.")
+    started_at = models.DateTimeField()
+    finished_at = models.DateTimeField(null=True, blank=True)
+    answers = models.JSONField(default=dict, blank=True)
+    score = models.PositiveSmallIntegerField(null=True, blank=True)
+    passed = models.BooleanField(null=True, blank=True)
+
+    def __str__(self) -> str:
+        return f"attempt {self.pk}"
+
+
+class Clearance(models.Model):
+    """A person may drive a robot, up to a level."""
+
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="clearances")
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
+    level = models.PositiveSmallIntegerField(default=1)
+    granted_at = models.DateTimeField()
+    revoked_at = models.DateTimeField(null=True, blank=True)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["user", "robot", "level"], name="clearance_once")]
+
+    def __str__(self) -> str:
+        return f"{self.user} on {self.robot}"

@@ -1,0 +1,94 @@
+"""The operator's log and the survey."""
+
+from django.conf import settings
+from django.db import models
+
+from queueing.models import Turn
+
+
+class Visibility(models.TextChoices):
+    """Who sees an entry."""
+
+    PUBLISHED = "published", "Published"
+    FEATURED = "featured", "Featured"
+    HIDDEN = "hidden", "Hidden"
+
+
+class Entry(models.Model):
+    """What an operator wrote after a turn, with one picture of it."""
+
+    turn = models.OneToOneField(Turn, models.CASCADE, related_name="entry")
+    author = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="entries")
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="entries")
+    text = models.TextField(max_length=2000)
+    frame = models.ForeignKey("robots.Frame", models.SET_NULL, null=True, blank=True, related_name="entries")
+    written_at = models.DateTimeField()
+    edited_at = models.DateTimeField(null=True, blank=True)
+    visibility = models.CharField(max_length=10, choices=Visibility, default=Visibility.PUBLISHED)
+    hidden_reason = models.CharField(max_length=200, blank=True)
+    moderated_by = models.ForeignKey(
+        settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
+    )
+    moderated_at = models.DateTimeField(null=True, blank=True, editable=False)
+
+    class Meta:
+        ordering = ("-written_at",)
+        verbose_name_plural = "entries"
+
+    def __str__(self) -> str:
+        return f"{self.author}: {self.text[:60]}"
+
+
+class SurveyQuestion(models.Model):
+    """One question of the survey after a turn."""
+
+    class Kind(models.TextChoices):
+        """How it is answered."""
+
+        CHOICE = "choice", "Choice"
+        SCALE = "scale", "Scale 1 to 5"
+        TEXT = "text", "Text"
+
+    prompt = models.CharField(max_length=200)
+    kind = models.CharField(max_length=6, choices=Kind, default=Kind.SCALE)
+    options = models.TextField(blank=True, help_text="One choice a line.")
+    low_label = models.CharField(max_length=40, blank=True)
+    high_label = models.CharField(max_length=40, blank=True)
+    position = models.PositiveSmallIntegerField(default=0)
+    active = models.BooleanField(default=True)
+
+    class Meta:
+        ordering = ("position", "id")
+
+    def __str__(self) -> str:
+        return self.prompt
+
+    def choices(self) -> list[str]:
+        """Return the values that may be chosen; empty for text."""
+        if self.kind == self.Kind.SCALE:
+            return ["1", "2", "3", "4", "5"]
+        return [line.strip() for line in self.options.splitlines() if line.strip()]
+
+
+class SurveyResponse(models.Model):
+    """One person's answers after one turn."""
+
+    turn = models.OneToOneField(Turn, models.CASCADE, related_name="survey")
+    at = models.DateTimeField()
+
+    def __str__(self) -> str:
+        return f"survey of turn {self.turn_id}"
+
+
+class SurveyAnswer(models.Model):
+    """One answer."""
+
+    response = models.ForeignKey(SurveyResponse, models.CASCADE, related_name="answers")
+    question = models.ForeignKey(SurveyQuestion, models.CASCADE, related_name="answers")
+    value = models.TextField(max_length=1000)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["response", "question"], name="one_answer_a_question")]
+
+    def __str__(self) -> str:
+        return self.value[:60]

@@ -1,0 +1,132 @@
+"""Write, edit, hide, feature; answer the survey. One verb, one function."""
+
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.conf import settings
+from django.db import IntegrityError, transaction
+
+from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
+from queueing.models import Turn
+from robots import bus
+from robots.messages import Changed
+from robots.models import Frame
+
+LONGEST = 2000
+LONGEST_ANSWER = 1000
+
+
+class LogError(Exception):
+    """The log says no; the text says why."""
+
+
+def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
+    """Write the entry of a finished turn, with a picture of that turn.
+
+    Raises:
+        LogError: not this person's turn, turn not ended, empty or too long, foreign picture.
+
+    """
+    _own(turn, user)
+    frame = _picture(turn, frame_id)
+    text = _text(text)
+    try:
+        with transaction.atomic():
+            entry = Entry.objects.create(
+                turn=turn, author=user, robot=turn.robot, text=text, frame=frame, written_at=now
+            )
+    except IntegrityError:
+        raise LogError("You have written about this turn already; edit that entry.") from None
+    _keep(frame)
+    bus.publish_on_commit(turn.robot.slug, Changed("log"))
+    return entry
+
+
+def may_edit(entry: Entry, user: Any, now: datetime) -> bool:
+    """Tell whether the author's minutes for corrections still run."""
+    minutes = timedelta(seconds=settings.FARHAND["LOG_EDIT_S"])
+    return entry.author_id == getattr(user, "pk", None) and now < entry.written_at + minutes
+
+
+def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
+    """Change one's own entry within the first quarter of an hour. Raises LogError."""
+    if entry.author_id != user.pk:
+        raise LogError("Only its author can edit an entry.")
+    if not may_edit(entry, user, now):
+        raise LogError("The time for corrections is over; an entry can be edited for 15 minutes.")
+    entry.text, entry.frame, entry.edited_at = _text(text), _picture(entry.turn, frame_id), now
+    entry.save(update_fields=["text", "frame", "edited_at"])
+    _keep(entry.frame)
+    bus.publish_on_commit(entry.robot.slug, Changed("log"))
+    return entry
+
+
+def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: datetime) -> None:
+    """Publish, feature, or hide an entry; hiding needs a reason. Raises LogError."""
+    if not user.has_perm("operatorlog.change_entry"):
+        raise LogError("This is for moderators.")
+    if visibility == Visibility.HIDDEN and not reason.strip():
+        raise LogError("Give the reason for hiding it; the author sees it.")
+    entry.visibility = visibility
+    entry.hidden_reason = reason.strip()[:200] if visibility == Visibility.HIDDEN else ""
+    entry.moderated_by, entry.moderated_at = user, now
+    entry.save(update_fields=["visibility", "hidden_reason", "moderated_by", "moderated_at"])
+    bus.publish_on_commit(entry.robot.slug, Changed("log"))
+
+
+def _own(turn: Turn, user: Any) -> None:
+    if turn.user_id != getattr(user, "pk", None):
+        raise LogError("Only the operator of a turn can write about it.")
+    if turn.ended_at is None:
+        raise LogError("The turn is still running; write when it has ended.")
+
+
+def _text(text: str) -> str:
+    text = text.strip()
+    if not text:
+        raise LogError("Write a few words first.")
+    if len(text) > LONGEST:
+        raise LogError(f"An entry has at most {LONGEST} characters; yours has {len(text)}.")
+    return text
+
+
+def _picture(turn: Turn, frame_id: int | None) -> Frame | None:
+    if frame_id is None:
+        return None
+    frame = Frame.objects.filter(pk=frame_id, grant=turn.grant_id).first()
+    if frame is None:
+        raise LogError("Choose a picture of your own turn.")
+    return frame
+
+
+def _keep(frame: Frame | None) -> None:
+    if frame is not None:
+        Frame.objects.filter(pk=frame.pk).update(kept=True)
+
+
+def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime) -> SurveyResponse:
+    """Store the answers; questions left out are skipped.
+
+    Raises:
+        LogError: not this person's turn, answered before, a value that is not on offer.
+
+    """
+    _own(turn, user)
+    questions = {q.pk: q for q in SurveyQuestion.objects.filter(active=True)}
+    good = {}
+    for pk, value in answers.items():
+        question, value = questions.get(pk), value.strip()
+        if question is None or not value:
+            continue
+        if question.kind != question.Kind.TEXT and value not in question.choices():
+            raise LogError(f"Choose one of the answers on offer for “{question.prompt}”.")
+        good[question] = value[:LONGEST_ANSWER]
+    try:
+        with transaction.atomic():
+            response = SurveyResponse.objects.create(turn=turn, at=now)
+            SurveyAnswer.objects.bulk_create(
+                SurveyAnswer(response=response, question=q, value=v) for q, v in good.items()
+            )
+    except IntegrityError:
+        raise LogError("You have answered the survey of this turn already. Thank you!") from None
+    return response

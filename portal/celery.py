@@ -1,0 +1,21 @@
+"""The Celery app; the only module that names `workers`, to add the owner's bootstep."""
+
+import os
+
+os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
+
+from celery import Celery, signals  # noqa: E402
+
+app = Celery("portal")
+app.config_from_object("django.conf:settings", namespace="CELERY")
+app.autodiscover_tasks(["queueing"])
+
+
+@signals.celeryd_init.connect
+def _prepare_worker(**_: object) -> None:
+    """Load the owner's parts in workers only; pages never import them."""
+    from workers import tasks  # noqa: F401, PLC0415
+    from workers.bootstep import OwnRobot  # noqa: PLC0415
+
+    app.steps["worker"].add(OwnRobot)
+

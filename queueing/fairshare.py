@@ -1,0 +1,60 @@
+"""Start-time fair queueing (Goyal, Vin, Cheng 1996), as pure rules.
+
+A ticket's start tag is max(V, F of its user) and never changes while it waits; the queue
+is served in tag order; F grows by the charged seconds over the weight; V is the tag in
+service. When the queue runs empty V becomes the greatest finish tag served, or absence
+would earn credit.
+"""
+
+from dataclasses import dataclass
+
+SLICE_CHARGE = 0.5  # of a second, while nobody waits
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A queue's virtual time and the greatest finish tag it has served."""
+
+    virtual: float = 0.0
+    greatest_finish: float = 0.0
+
+    def serve(self, start_tag: float) -> "Clock":
+        """Return the clock when a ticket goes into service."""
+        return Clock(max(self.virtual, start_tag), self.greatest_finish)
+
+    def finish(self, finish_tag: float) -> "Clock":
+        """Return the clock when a turn has ended and was charged."""
+        return Clock(self.virtual, max(self.greatest_finish, finish_tag))
+
+    def empty(self) -> "Clock":
+        """Return the clock when nobody waits and nobody is served."""
+        return Clock(max(self.virtual, self.greatest_finish), self.greatest_finish)
+
+
+def start_tag(clock: Clock, user_finish: float) -> float:
+    """Return the start tag of a ticket that joins now."""
+    return max(clock.virtual, user_finish)
+
+
+def finish_tag(tag: float, charged_s: float, weight: float) -> float:
+    """Return the user's finish tag after `charged_s` seconds. Raises ValueError for a weight <= 0."""
+    if weight <= 0:
+        raise ValueError("a weight must be positive")
+    return tag + max(0.0, charged_s) / weight
+
+
+def charged(used_s: float, alone_s: float) -> float:
+    """Return the seconds to charge: time that nobody wanted counts less."""
+    alone = min(max(0.0, alone_s), max(0.0, used_s))
+    return max(0.0, used_s) - alone * (1 - SLICE_CHARGE)
+
+
+def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
+    """Return the least and greatest wait (s) for somebody with `ahead` people before them.
+
+    The least supposes that everybody leaves after a quarter of the turn, the greatest that
+    everybody stays and answers an offer late.
+    """
+    low = min(running_left_s, turn_s * 0.1) + ahead * (turn_s * 0.25 + handover_s)
+    high = running_left_s + handover_s + ahead * (turn_s + 30 + handover_s)
+    return round(low), round(max(low, high))

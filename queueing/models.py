@@ -1,0 +1,130 @@
+"""Queues, tickets and turns."""
+
+from django.conf import settings
+from django.db import models
+from django.db.models import Q
+
+
+class TicketState(models.TextChoices):
+    """Where a place in the queue is in its life."""
+
+    WAITING = "waiting", "Waiting"
+    OFFERED = "offered", "Offered"
+    OPERATING = "operating", "Operating"
+    DONE = "done", "Done"
+    LEFT = "left", "Left"
+    EXPIRED = "expired", "Expired"
+
+
+OPEN_TICKET = (TicketState.WAITING, TicketState.OFFERED, TicketState.OPERATING)
+
+
+class Queue(models.Model):
+    """A line of people for one robot, or for several that are alike."""
+
+    name = models.CharField(max_length=80)
+    paused = models.BooleanField(default=False, help_text="Nobody is offered the robot; places are kept.")
+    virtual_time = models.FloatField(default=0.0, editable=False)
+    greatest_finish = models.FloatField(default=0.0, editable=False)
+
+    def __str__(self) -> str:
+        return self.name
+
+
+class QueueRobot(models.Model):
+    """A robot is served by one queue."""
+
+    robot = models.OneToOneField("robots.Robot", models.CASCADE, related_name="queue_link")
+    queue = models.ForeignKey(Queue, models.CASCADE, related_name="robot_links")
+
+    def __str__(self) -> str:
+        return f"{self.robot} in {self.queue}"
+
+
+class Account(models.Model):
+    """What a person has used of a queue: their finish tag and weight."""
+
+    queue = models.ForeignKey(Queue, models.CASCADE, related_name="accounts")
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")
+    finish_tag = models.FloatField(default=0.0)
+    weight = models.FloatField(default=1.0)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["queue", "user"], name="one_account_a_queue")]
+
+    def __str__(self) -> str:
+        return f"{self.user} in {self.queue}"
+
+
+class Ticket(models.Model):
+    """A person's place."""
+
+    queue = models.ForeignKey(Queue, models.CASCADE, related_name="tickets")
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="tickets")
+    state = models.CharField(max_length=10, choices=TicketState, default=TicketState.WAITING)
+    start_tag = models.FloatField()
+    joined_at = models.DateTimeField()
+    last_seen = models.DateTimeField()
+    classic = models.BooleanField(default=False, help_text="Uses the console without scripts.")
+    robot = models.ForeignKey("robots.Robot", models.SET_NULL, null=True, blank=True, related_name="+")
+    offer_until = models.DateTimeField(null=True, blank=True)
+    ended_at = models.DateTimeField(null=True, blank=True)
+    end_reason = models.CharField(max_length=80, blank=True)
+
+    class Meta:
+        constraints = [
+            models.UniqueConstraint(
+                fields=["queue", "user"], condition=Q(state__in=OPEN_TICKET), name="one_open_ticket_a_person"
+            )
+        ]
+        indexes = [models.Index(fields=["queue", "state", "start_tag", "id"], name="served_in_tag_order")]
+
+    def __str__(self) -> str:
+        return f"{self.user} ({self.get_state_display()})"
+
+
+class Turn(models.Model):
+    """Somebody's minutes on a robot: a permanent object with an address."""
+
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="turns")
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="turns")
+    ticket = models.OneToOneField(Ticket, models.CASCADE, related_name="turn")
+    grant = models.OneToOneField("robots.Grant", models.CASCADE, related_name="turn")
+    classic = models.BooleanField(default=False)
+    started_at = models.DateTimeField()
+    base_until = models.DateTimeField()
+    until = models.DateTimeField()
+    last_seen = models.DateTimeField()
+    connected = models.BooleanField(default=True)
+    ended_at = models.DateTimeField(null=True, blank=True)
+    end_reason = models.CharField(max_length=80, blank=True)
+    alone_s = models.FloatField(default=0.0)
+    charged_s = models.FloatField(null=True, blank=True)
+
+    class Meta:
+        ordering = ("-id",)
+        constraints = [
+            models.UniqueConstraint(fields=["robot"], condition=Q(ended_at=None), name="one_operator_a_robot"),
+            models.UniqueConstraint(fields=["user"], condition=Q(ended_at=None), name="one_robot_an_operator"),
+        ]
+
+    def __str__(self) -> str:
+        return f"turn {self.pk}: {self.user} on {self.robot}"
+
+    def get_absolute_url(self) -> str:
+        """Return the turn's permanent address."""
+        return f"/turns/{self.pk}/"
+
+
+class ClassicToken(models.Model):
+    """The rotating token of the console without scripts: good for at most one motion."""
+
+    token = models.CharField(max_length=44, unique=True)
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
+    made_at = models.DateTimeField()
+    spent_at = models.DateTimeField(null=True, blank=True)
+    still = models.BigIntegerField(default=0, help_text="The picture that its page shows.")
+
+    def __str__(self) -> str:
+        return f"token of {self.user}"

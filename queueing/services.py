@@ -1,0 +1,383 @@
+"""Join, leave, accept, end, tick: whose turn it is. One verb, one function.
+
+Every change of a queue happens under a lock of its row (PostgreSQL) or of the database
+(SQLite, immediate transactions), so two ticks or two people cannot interleave.
+"""
+
+import secrets
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.conf import settings
+from django.db import IntegrityError, transaction
+from django.db.models import F
+
+from accounts.services import cleared
+from queueing import fairshare
+from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
+from queueing.models import OPEN_TICKET, Account, ClassicToken, Queue, QueueRobot, Ticket, TicketState, Turn
+from robots import bus
+from robots.drivers.errors import NotPermitted
+from robots.messages import Changed
+from robots.models import Grant, Lease, Robot
+from robots.services import end_grant, owner_alive, start_grant
+from robots.states import Cycle, GrantKind
+
+RULES = settings.FARHAND
+ABSENT_S = 900  # a waiting person who is away so long has left
+SLICE_S = 60
+
+
+def queue_of(robot: Robot) -> Queue:
+    """Return the queue that serves the robot; a new robot gets one of its own."""
+    link = QueueRobot.objects.select_related("queue").filter(robot=robot).first()
+    if link is not None:
+        return link.queue
+    with transaction.atomic():
+        queue = Queue.objects.create(name=f"Queue of {robot.name}")
+        return QueueRobot.objects.create(robot=robot, queue=queue).queue
+
+
+def _locked(queue: Queue) -> Queue:
+    return Queue.objects.select_for_update().get(pk=queue.pk)
+
+
+def _robots(queue: Queue) -> list[Robot]:
+    return list(Robot.objects.filter(queue_link__queue=queue).order_by("pk"))
+
+
+def _announce(queue: Queue) -> None:
+    for robot in _robots(queue):
+        bus.publish_on_commit(robot.slug, Changed("queue"))
+
+
+def open_ticket(robot: Robot, user: Any) -> Ticket | None:
+    """Return the person's open place in the robot's queue."""
+    if user is None or not user.is_authenticated:
+        return None
+    return Ticket.objects.filter(queue__robot_links__robot=robot, user=user, state__in=OPEN_TICKET).first()
+
+
+def open_turn(robot: Robot) -> Turn | None:
+    """Return the turn that runs on the robot."""
+    return Turn.objects.select_related("user", "grant", "ticket").filter(robot=robot, ended_at=None).first()
+
+
+def turn_of(robot: Robot, user: Any) -> Turn | None:
+    """Return the person's running turn on the robot."""
+    turn = open_turn(robot)
+    return turn if turn and user is not None and turn.user_id == user.pk else None
+
+
+def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticket:
+    """Give the person a place; who has one keeps it.
+
+    Raises:
+        NotCleared: sign-up, orientation and test come first.
+        RobotUnavailable: switched off by staff.
+
+    """
+    if not cleared(user, robot):
+        raise NotCleared("Pass the clearance test of this robot first.")
+    if not robot.enabled:
+        raise RobotUnavailable("This robot is switched off now; come back later.")
+    queue = queue_of(robot)
+    with transaction.atomic():
+        queue = _locked(queue)
+        ticket = Ticket.objects.filter(queue=queue, user=user, state__in=OPEN_TICKET).first()
+        if ticket is not None:
+            Ticket.objects.filter(pk=ticket.pk).update(last_seen=now, classic=classic)
+            return ticket
+        account, _ = Account.objects.get_or_create(queue=queue, user=user)
+        clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish)
+        ticket = Ticket.objects.create(
+            queue=queue, user=user, start_tag=fairshare.start_tag(clock, account.finish_tag),
+            joined_at=now, last_seen=now, classic=classic,
+        )  # fmt: skip
+        _start_countdown(queue, now)
+        _announce(queue)
+        return ticket
+
+
+def _start_countdown(queue: Queue, now: datetime) -> None:
+    """Bound a newcomer's wait: a turn in its extra time ends in a minute."""
+    for turn in Turn.objects.select_related("grant").filter(robot__queue_link__queue=queue, ended_at=None):
+        end = max(turn.base_until, now + timedelta(seconds=RULES["COUNTDOWN_S"]))
+        if turn.until > end:
+            _set_until(turn, end)
+
+
+def _set_until(turn: Turn, until: datetime) -> None:
+    turn.until = until
+    Turn.objects.filter(pk=turn.pk).update(until=until)
+    Grant.objects.filter(pk=turn.grant_id, ended_at=None).update(until=until)
+
+
+def leave(robot: Robot, user: Any, now: datetime) -> None:
+    """Give up one's place, offer or turn. Nothing happens where there is none."""
+    ticket = open_ticket(robot, user)
+    if ticket is None:
+        return
+    with transaction.atomic():
+        queue = _locked(ticket.queue)
+        ticket.refresh_from_db()
+        if ticket.state == TicketState.OPERATING:
+            end_turn(Turn.objects.get(ticket=ticket), "ended by the operator", now)
+        elif ticket.state in OPEN_TICKET:
+            _withdraw(queue, ticket, TicketState.LEFT, "left the queue", now)
+
+
+def _withdraw(queue: Queue, ticket: Ticket, state: TicketState, reason: str, now: datetime) -> None:
+    was = ticket.state
+    Ticket.objects.filter(pk=ticket.pk).update(state=state, ended_at=now, end_reason=reason)
+    if was == TicketState.OFFERED and ticket.robot_id:
+        Robot.objects.filter(pk=ticket.robot_id, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
+    _settle_clock(queue)
+    _announce(queue)
+
+
+def _settle_clock(queue: Queue) -> None:
+    if not Ticket.objects.filter(queue=queue, state__in=OPEN_TICKET).exists():
+        clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).empty()
+        Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
+        queue.virtual_time = clock.virtual
+
+
+def accept(robot: Robot, user: Any, now: datetime) -> Turn:
+    """Take up an offer: grant and turn begin.
+
+    Raises:
+        NotYourTurn: no open offer of this person's.
+        RobotUnavailable: the robot fell out of order since the offer.
+
+    """
+    ticket = open_ticket(robot, user)
+    if ticket is not None and ticket.state == TicketState.OPERATING:
+        return Turn.objects.get(ticket=ticket)  # a double click, a reload
+    with transaction.atomic():
+        if ticket is None:
+            raise NotYourTurn("The robot is not offered to you now.")
+        queue = _locked(ticket.queue)
+        ticket.refresh_from_db()
+        if ticket.state != TicketState.OFFERED or ticket.offer_until is None or ticket.offer_until <= now:
+            raise NotYourTurn("The offer is over; join the queue again.")
+        robot = Robot.objects.get(pk=ticket.robot_id)
+        problem = why_not_ready(robot, now, Cycle.OFFERED)
+        if problem:
+            raise RobotUnavailable(problem)
+        turn = _begin(queue, robot, ticket, now)
+        _announce(queue)
+        return turn
+
+
+def _begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
+    until = now + timedelta(seconds=robot.turn_s or RULES["TURN_S"])
+    try:
+        with transaction.atomic():
+            grant = start_grant(robot, GrantKind.TURN, now, ticket.user, until)
+            turn = Turn.objects.create(
+                robot=robot, user=ticket.user, ticket=ticket, grant=grant, classic=ticket.classic,
+                started_at=now, base_until=until, until=until, last_seen=now,
+            )  # fmt: skip
+    except (IntegrityError, NotPermitted) as error:
+        raise RobotUnavailable("You operate another robot now; end that turn first.") from error
+    Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.OPERATING, last_seen=now)
+    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
+    clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).serve(ticket.start_tag)
+    Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
+    return turn
+
+
+def why_not_ready(robot: Robot, now: datetime, cycle: Cycle = Cycle.READY) -> str:
+    """Return why the robot cannot be offered or started now; empty if it can."""
+    if not robot.enabled:
+        return "The robot is switched off."
+    if robot.cycle != cycle:
+        return robot.reason or f"The robot is not ready: {robot.get_cycle_display().lower()}."
+    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+        return "The robot's worker does not answer; it is being restarted."
+    return ""
+
+
+def end_turn(turn: Turn, reason: str, now: datetime) -> bool:
+    """End a turn, charge it, and send the robot to be put in order; False if it had ended."""
+    with transaction.atomic():
+        queue = _locked(turn.ticket.queue)
+        used = (min(now, turn.until) - turn.started_at).total_seconds()
+        seconds = fairshare.charged(used, turn.alone_s)
+        done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(
+            ended_at=now, end_reason=reason, charged_s=seconds
+        )
+        if not done:
+            return False
+        end_grant(turn.grant, reason, now)
+        Ticket.objects.filter(pk=turn.ticket_id).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
+        account, _ = Account.objects.get_or_create(queue=queue, user=turn.user)
+        tag = fairshare.finish_tag(turn.ticket.start_tag, seconds, account.weight)
+        Account.objects.filter(pk=account.pk).update(finish_tag=tag)
+        clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).finish(tag)
+        Queue.objects.filter(pk=queue.pk).update(greatest_finish=clock.greatest_finish)
+        queue.greatest_finish = clock.greatest_finish
+        Robot.objects.filter(pk=turn.robot_id, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
+        _settle_clock(queue)
+        _announce(queue)
+        return True
+
+
+def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None) -> None:
+    """Count a heartbeat or a request as presence."""
+    ticket = open_ticket(robot, user)
+    if ticket is None:
+        return
+    changes: dict[str, Any] = {"last_seen": now}
+    if classic is not None:
+        changes["classic"] = classic
+    Ticket.objects.filter(pk=ticket.pk).update(**changes)
+    if ticket.state == TicketState.OPERATING:
+        Turn.objects.filter(ticket=ticket, ended_at=None).update(**changes, connected=True)
+
+
+def disconnected(robot: Robot, user: Any, now: datetime) -> None:
+    """Remember that the operator's line is gone; the turn is kept for a while."""
+    Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False).update(connected=False, last_seen=now)
+
+
+def tick(now: datetime) -> None:
+    """Let time pass in every queue: end, expire, lengthen, offer. Safe to run twice at once."""
+    for queue in Queue.objects.all():
+        with transaction.atomic():
+            _tick(_locked(queue), now)
+
+
+def _tick(queue: Queue, now: datetime) -> None:
+    for turn in Turn.objects.select_related("grant", "ticket", "user").filter(
+        robot__queue_link__queue=queue, ended_at=None
+    ):
+        _tick_turn(queue, turn, now)
+    for ticket in Ticket.objects.filter(queue=queue, state=TicketState.OFFERED, offer_until__lte=now):
+        _withdraw(queue, ticket, TicketState.EXPIRED, "did not answer the offer", now)
+    for ticket in Ticket.objects.filter(
+        queue=queue, state=TicketState.WAITING, last_seen__lte=now - timedelta(seconds=ABSENT_S)
+    ):
+        _withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
+    _recall_offers(queue, now)
+    if not queue.paused:
+        _offer(queue, now)
+
+
+def _tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
+    grant = turn.grant
+    grant.refresh_from_db()
+    others = Ticket.objects.filter(queue=queue, state__in=(TicketState.WAITING, TicketState.OFFERED)).exists()
+    silent = (now - turn.last_seen).total_seconds()
+    idle = (now - _last_act(turn)).total_seconds()
+    if grant.ended_at is not None:
+        end_turn(turn, grant.end_reason or "ended", grant.ended_at)
+    elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:
+        extra = min(SLICE_S, RULES["TURN_S"])
+        Turn.objects.filter(pk=turn.pk).update(alone_s=F("alone_s") + extra)
+        _set_until(turn, turn.until + timedelta(seconds=extra))
+        _announce(queue)
+    elif turn.until <= now:
+        end_turn(turn, "time is up", now)
+    elif not turn.classic and not turn.connected and silent > RULES["RECONNECT_S"]:
+        end_turn(turn, "connection lost", now)
+    elif turn.classic and silent > RULES["CLASSIC_PRESENCE_S"]:
+        end_turn(turn, "connection lost", now)
+    elif others and idle > RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]:
+        end_turn(turn, "idle while others wait", now)
+
+
+def _last_act(turn: Turn) -> datetime:
+    last = turn.grant.commands.order_by("-id").values_list("created_at", flat=True).first()
+    return max(turn.started_at, last) if last else turn.started_at
+
+
+def _recall_offers(queue: Queue, now: datetime) -> None:
+    """Put people whose robot fell out of order back at their place."""
+    for ticket in Ticket.objects.select_related("robot").filter(queue=queue, state=TicketState.OFFERED):
+        robot = ticket.robot
+        if robot is None or why_not_ready(robot, now, Cycle.OFFERED):
+            Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.WAITING, robot=None, offer_until=None)
+            if robot is not None:
+                Robot.objects.filter(pk=robot.pk, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
+            _announce(queue)
+    offered = Ticket.objects.filter(queue=queue, state=TicketState.OFFERED).values("robot")
+    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OFFERED).exclude(pk__in=offered).update(
+        cycle=Cycle.READY
+    )
+    turns = Turn.objects.filter(robot__queue_link__queue=queue, ended_at=None).values("robot")
+    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OPERATING).exclude(pk__in=turns).update(
+        cycle=Cycle.HANDOVER
+    )
+
+
+def _offer(queue: Queue, now: datetime) -> None:
+    busy = set(Turn.objects.filter(ended_at=None).values_list("user_id", flat=True))
+    for robot in _robots(queue):
+        if why_not_ready(robot, now):
+            continue
+        present = now - timedelta(seconds=RULES["PRESENCE_S"])
+        head = (
+            Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)
+            .exclude(user__in=busy)
+            .exclude(user__is_active=False)
+            .order_by("start_tag", "id")
+            .first()
+        )
+        if head is None:
+            return
+        if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
+            continue
+        seconds = RULES["CLASSIC_OFFER_S" if head.classic else "OFFER_S"]
+        Ticket.objects.filter(pk=head.pk).update(
+            state=TicketState.OFFERED, robot=robot, offer_until=now + timedelta(seconds=seconds)
+        )
+        _announce(queue)
+
+
+def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff") -> None:
+    """Take a person out of the queue (staff)."""
+    with transaction.atomic():
+        queue = _locked(ticket.queue)
+        ticket.refresh_from_db()
+        if ticket.state == TicketState.OPERATING:
+            end_turn(Turn.objects.get(ticket=ticket), reason, now)
+        elif ticket.state in OPEN_TICKET:
+            _withdraw(queue, ticket, TicketState.LEFT, reason, now)
+
+
+def place(ticket: Ticket) -> int:
+    """Return how many waiting people are served before this ticket."""
+    ahead = Ticket.objects.filter(queue=ticket.queue, state__in=(TicketState.WAITING, TicketState.OFFERED))
+    return ahead.filter(start_tag__lt=ticket.start_tag).count() + ahead.filter(
+        start_tag=ticket.start_tag, pk__lt=ticket.pk
+    ).count()
+
+
+def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | None:
+    """Return the least and greatest wait in s; None where the robot's return is not known."""
+    if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
+        return None
+    turn = open_turn(robot)
+    left = max(0.0, (turn.until - now).total_seconds()) if turn else 0.0
+    if turn:
+        left = max(left, 0.0) if turn.until <= turn.base_until else float(RULES["COUNTDOWN_S"])
+    return fairshare.estimate(ahead, left, float(robot.turn_s or RULES["TURN_S"]), 12.0)
+
+
+def fresh_token(robot: Robot, user: Any, now: datetime, still: int = 0) -> str:
+    """Make the next token of the console without scripts; old ones of this person are spent."""
+    ClassicToken.objects.filter(user=user, robot=robot, spent_at=None).update(spent_at=now)
+    token = secrets.token_urlsafe(24)
+    ClassicToken.objects.create(token=token, user=user, robot=robot, made_at=now, still=still)
+    ClassicToken.objects.filter(user=user, made_at__lt=now - timedelta(days=1)).delete()
+    return token
+
+
+def spend_token(robot: Robot, user: Any, token: str, now: datetime) -> ClassicToken | None:
+    """Spend a token: returns it to the one request that was first, None to all others."""
+    mine = ClassicToken.objects.filter(token=token, user=user, robot=robot)
+    if not mine.filter(spent_at=None).update(spent_at=now):
+        return None
+    return mine.get()

@@ -1,0 +1,12 @@
+"""The tick of the queues; harmless when two schedulers send it twice."""
+
+from celery import shared_task
+
+from queueing.services import tick
+from robots.clock import SYSTEM
+
+
+@shared_task(name="queueing.tick", ignore_result=True, max_retries=0)
+def queue_tick() -> None:
+    """Let time pass in every queue."""
+    tick(SYSTEM.now())

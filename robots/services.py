@@ -1,0 +1,362 @@
+"""What may be asked of a robot, by whom: one verb, one function.
+
+Pages, sockets, admin and tasks call these; permission, transaction, row and event live
+here. Services write rows, only the owner advances them.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.db import IntegrityError, transaction
+from django.db.models import F, Max
+
+from robots import bus
+from robots.clock import SYSTEM
+from robots.drivers.contract import make_driver
+from robots.drivers.errors import BadRequest, GrantOver, NotPermitted, Stopped
+from robots.messages import Changed, CommandStage
+from robots.models import Command, Frame, Grant, Incident, Lease, Robot
+from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
+from robots.vision import calibration
+
+START_S = 10.0  # a command that has not begun by then never will
+PENDING = 128
+OWNER_ALIVE_S = 5.0
+RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
+
+
+class RobotOffline(NotPermitted):
+    """No worker owns the robot now."""
+
+    code = "offline"
+
+
+@dataclass(frozen=True)
+class Issued:
+    """A command's row, and whether this call made it."""
+
+    command: Command
+    created: bool
+
+
+def owner_alive(lease: Lease | None, now: datetime) -> bool:
+    """Tell whether the robot's worker renewed its lease lately."""
+    return bool(lease and lease.expires_at and lease.expires_at > now)
+
+
+def open_grant(robot: Robot) -> Grant | None:
+    """Return the robot's open grant."""
+    return Grant.objects.filter(robot=robot, ended_at=None).first()
+
+
+def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
+    """Return the user's open grant on the robot. Raises GrantOver."""
+    grant = open_grant(robot)
+    if grant is None or user is None or grant.holder_id != user.pk:
+        raise GrantOver("It is not your turn on this robot.")
+    if grant.until and grant.until <= now:
+        raise GrantOver("Your turn on this robot is over.")
+    return grant
+
+
+def start_grant(
+    robot: Robot, kind: GrantKind, now: datetime, holder: Any = None, until: datetime | None = None
+) -> Grant:
+    """Open a grant. Raises NotPermitted where one is open."""
+    lease = Lease.objects.filter(robot=robot).first()
+    try:
+        with transaction.atomic():
+            return Grant.objects.create(
+                robot=robot, kind=kind, holder=holder, opened_at=now, until=until, epoch=lease.epoch if lease else 0
+            )
+    except IntegrityError as error:
+        raise NotPermitted("Somebody else may move the robot now.") from error
+
+
+def end_grant(grant: Grant, reason: str, now: datetime) -> bool:
+    """Close a grant and cancel what waits under it; False if it was closed before."""
+    done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_reason=reason)
+    if done:
+        cancel_queued(grant.robot, f"the turn ended: {reason}", now, grant=grant)
+        bus.publish_on_commit(grant.robot.slug, Changed("robot"))
+    return bool(done)
+
+
+def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None = None) -> int:
+    """Cancel every command that has not begun."""
+    waiting = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
+    if grant is not None:
+        waiting = waiting.filter(grant=grant)
+    cancelled = 0
+    for command in waiting:
+        done = Command.objects.filter(pk=command.pk, state=CommandState.QUEUED).update(
+            state=CommandState.CANCELLED, reason=reason, ended_at=now
+        )
+        if done:
+            cancelled += 1
+            command.state, command.reason, command.ended_at = CommandState.CANCELLED, reason, now
+            bus.publish_on_commit(robot.slug, stage_event(command))
+    return cancelled
+
+
+def stage_event(command: Command) -> CommandStage:
+    """Return the event that tells a command's stage."""
+    at = (
+        command.ended_at
+        or command.acknowledged_at
+        or command.sent_at
+        or command.accepted_at
+        or command.created_at
+    )
+    return CommandStage(
+        id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
+        state=command.state, reason=command.reason, at_ms=int(at.timestamp() * 1000), result=command.result,
+    )  # fmt: skip
+
+
+def newest_still(robot: Robot) -> Frame | None:
+    """Return the newest kept picture."""
+    return Frame.objects.filter(robot=robot).order_by("-id").first()
+
+
+def resolve(robot: Robot, kind: str, args: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Turn a click in a picture into a move, by the calibration of that picture.
+
+    Raises:
+        BadRequest: no such picture, a point outside it, an old picture, no calibration.
+
+    """
+    if kind != "click":
+        return kind, args
+    frame = Frame.objects.filter(robot=robot, pk=_integer(args, "still")).first()
+    if frame is None:
+        raise BadRequest("That picture is unknown; wait for the next one and click there.")
+    newest = newest_still(robot)
+    if newest is None or newest.pk != frame.pk:
+        raise BadRequest("The arm has moved since that picture; click in the newest one.")
+    u, v = _real(args, "u"), _real(args, "v")
+    if not (0 <= u <= frame.width - 1 and 0 <= v <= frame.height - 1):
+        raise BadRequest("That point lies outside the picture.")
+    try:
+        x, y = calibration.target(frame.calibration, tuple(frame.pose), u, v, frame.width, frame.height)
+    except calibration.NotCalibrated as error:
+        raise BadRequest(str(error)) from error
+    return "move", {"x": x, "y": y}
+
+
+def _integer(args: dict[str, Any], name: str) -> int:
+    value = args.get(name)
+    if isinstance(value, bool) or not isinstance(value, int) or abs(value) >= 2**63:
+        raise BadRequest(f"The value {name} must be a whole number.")
+    return value
+
+
+def _real(args: dict[str, Any], name: str) -> float:
+    value = args.get(name)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e9:
+        raise BadRequest(f"The value {name} must be a number.")
+    return float(value)
+
+
+def issue(
+    robot: Robot, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None
+) -> Issued:
+    """Write one command under the user's open grant and ring its owner.
+
+    The same sequence number again returns the same row. Every check here is done again by
+    the owner and the driver.
+
+    Raises:
+        NotPermitted: no grant, grant over, stop latched, robot offline, too many waiting.
+        BadRequest, OutOfWorkspace: the command itself is wrong.
+
+    """
+    now = now or SYSTEM.now()
+    grant = grant_of(robot, user, now)
+    known = Command.objects.filter(grant=grant, client_seq=client_seq).first()
+    if known is not None:
+        return Issued(known, created=False)
+    lease = Lease.objects.filter(robot=robot).first()
+    limit_s = _admit(robot, user, grant, lease, kind, args, now)
+    kind, args = resolve(robot, kind, args)
+    if kind not in RUNTIME_KINDS:
+        driver = make_driver(robot.driver, robot.address, {})
+        driver.check(kind, args)
+        spec = driver.features.command(kind)
+        limit_s = spec.limit_s if spec else limit_s
+    assert lease is not None
+    return _write(robot, user, grant, lease.epoch, kind, args, client_seq, limit_s, now)
+
+
+def _admit(
+    robot: Robot, user: Any, grant: Grant, lease: Lease | None, kind: str, args: dict[str, Any], now: datetime
+) -> float:
+    if not isinstance(args, dict):
+        raise BadRequest("The values of a command must be an object.")
+    if robot.stop_latched:
+        raise Stopped("The robot is stopped. Look at the picture, then release the stop.")
+    if not owner_alive(lease, now):
+        raise RobotOffline("The robot's worker does not answer now; your place is kept.")
+    spec = robot.features().command(kind)
+    staff_only = kind in RUNTIME_KINDS or (spec is not None and spec.level >= 9)
+    if staff_only and not user.has_perm("robots.change_robot"):
+        raise NotPermitted(f"The command {kind} is for keepers of the robot.")
+    if Command.objects.filter(grant=grant).exclude(state__in=COMMAND_FINAL).count() >= PENDING:
+        raise NotPermitted("Too many commands are waiting; let the robot catch up.")
+    return 180.0 if kind == "calibrate" else 60.0
+
+
+def _write(
+    robot: Robot, user: Any, grant: Grant, epoch: int, kind: str, args: dict[str, Any],
+    client_seq: int, limit_s: float, now: datetime,
+) -> Issued:  # fmt: skip
+    try:
+        with transaction.atomic():
+            command = Command.objects.create(
+                robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, args=args,
+                epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,
+            )  # fmt: skip
+            transaction.on_commit(lambda: bus.ring(robot.slug, epoch), robust=True)
+    except IntegrityError:
+        return Issued(Command.objects.get(grant=grant, client_seq=client_seq), created=False)
+    return Issued(command, created=True)
+
+
+def next_seq(grant: Grant) -> int:
+    """Return a sequence number after all that were used under the grant."""
+    last = Command.objects.filter(grant=grant).aggregate(last=Max("client_seq"))["last"]
+    return (last or 0) + 1
+
+
+def may_stop(robot: Robot, user: Any) -> bool:
+    """Tell whether this person is offered the stop: the holder of the grant, and staff."""
+    if user is None or not user.is_authenticated:
+        return False
+    if user.has_perm("robots.change_robot"):
+        return True
+    grant = open_grant(robot)
+    return grant is not None and grant.holder_id == user.pk
+
+
+def stop(robot: Robot, user: Any, now: datetime | None = None) -> None:
+    """Stop the robot: on the bus first, then in the database; latched until released."""
+    if not may_stop(robot, user):
+        raise NotPermitted("Only the operator and staff can stop this robot.")
+    bus.ring_stop(robot.slug)
+    now = now or SYSTEM.now()
+    Robot.objects.filter(pk=robot.pk).update(stop_latched=True, stopped_at=now)
+    cancel_queued(robot, "the robot was stopped", now)
+    bus.publish_on_commit(robot.slug, Changed("stop"))
+
+
+def release_stop(robot: Robot, user: Any, checked: bool) -> None:
+    """Release a latched stop after an explicit re-check; starts no motion.
+
+    Raises:
+        NotPermitted: not the operator nor staff, or the re-check was not confirmed.
+
+    """
+    if not may_stop(robot, user):
+        raise NotPermitted("Only the operator and staff can release the stop.")
+    if not checked:
+        raise NotPermitted("Look at the newest picture first, and confirm that the way is clear.")
+    Robot.objects.filter(pk=robot.pk).update(stop_latched=False)
+    bus.publish_on_commit(robot.slug, Changed("stop"))
+
+
+def lock_out(robot: Robot, user: Any, note: str) -> None:
+    """Take the robot from the public: stop it, keep people's places. Only staff lift it."""
+    _need_staff(user)
+    if not note.strip():
+        raise BadRequest("Write a note that says why the robot is locked out.")
+    stop(robot, user)
+    with transaction.atomic():
+        Robot.objects.filter(pk=robot.pk).update(
+            cycle=Cycle.LOCKED_OUT, lockout_note=note.strip()[:300], locked_by=user, reason=note.strip()[:300]
+        )
+        grant = open_grant(robot)
+        if grant is not None:
+            end_grant(grant, "robot locked out by staff", SYSTEM.now())
+        bus.publish_on_commit(robot.slug, Changed("robot"))
+
+
+def lift_lock_out(robot: Robot, user: Any) -> None:
+    """Give the robot back: it is put in order first, then offered."""
+    _need_staff(user)
+    now = SYSTEM.now()
+    with transaction.atomic():
+        grant = open_grant(robot)
+        if grant is not None and grant.kind == GrantKind.STAFF:
+            end_grant(grant, "lock-out lifted", now)
+        Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT).update(
+            cycle=Cycle.HANDOVER, lockout_note="", locked_by=None, reason="", stop_latched=False
+        )
+        bus.publish_on_commit(robot.slug, Changed("robot"))
+
+
+def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
+    """Open a maintenance turn: a keeper drives under lock-out. Raises NotPermitted."""
+    _need_staff(user)
+    robot.refresh_from_db()
+    if robot.cycle != Cycle.LOCKED_OUT:
+        raise NotPermitted("Lock the robot out first; a maintenance turn runs under lock-out.")
+    now = SYSTEM.now()
+    grant = open_grant(robot)
+    if grant is not None and grant.kind == GrantKind.STAFF and grant.holder_id == user.pk:
+        return grant
+    return start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=minutes))
+
+
+def staff_command(robot: Robot, user: Any, kind: str) -> Command:
+    """Run one keeper's command (soft reset, calibrate, home) under a staff grant.
+
+    Where a turn is running, its operator keeps it and the command is refused.
+    """
+    _need_staff(user)
+    now = SYSTEM.now()
+    grant = open_grant(robot)
+    if grant is None:
+        grant = start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=5))
+    elif grant.holder_id != user.pk:
+        raise NotPermitted("Somebody operates the robot now; lock it out first.")
+    return issue(robot, user, kind, {}, next_seq(grant), now).command
+
+
+def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
+    """Switch a robot on or off; the supervisor follows."""
+    _need_staff(user)
+    robot.refresh_from_db()
+    if not enabled:
+        stop(robot, user)
+        grant = open_grant(robot)
+        if grant is not None:
+            end_grant(grant, "robot switched off", SYSTEM.now())
+    changes: dict[str, Any] = {"enabled": enabled}
+    if enabled and robot.cycle in (Cycle.OFFLINE, Cycle.FAULT):
+        changes.update(cycle=Cycle.HANDOVER, reason="", stop_latched=False)
+    if not enabled:
+        changes.update(cycle=Cycle.OFFLINE, reason="Switched off by staff.")
+    Robot.objects.filter(pk=robot.pk).update(**changes)
+    bus.publish_on_commit(robot.slug, Changed("robot"))
+
+
+def close_incident(incident: Incident, user: Any) -> None:
+    """Mark an incident as dealt with."""
+    _need_staff(user)
+    Incident.objects.filter(pk=incident.pk, closed_at=None).update(closed_at=SYSTEM.now())
+
+
+def _need_staff(user: Any) -> None:
+    if user is None or not user.has_perm("robots.change_robot"):
+        raise NotPermitted("This is for keepers of the robot.")
+
+
+def take_epoch(lease: Lease, now: datetime, seconds: float, host: str, pid: int, started: str) -> int | None:
+    """Raise the fencing epoch and hold the lease; None if somebody was faster."""
+    done = Lease.objects.filter(pk=lease.pk, epoch=lease.epoch).update(
+        epoch=F("epoch") + 1, expires_at=now + timedelta(seconds=seconds), host=host, pid=pid, started=started
+    )
+    return lease.epoch + 1 if done else None
+
+

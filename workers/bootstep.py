@@ -1,0 +1,49 @@
+"""Celery bootsteps: a worker started for a robot opens it at start and closes it at stop.
+
+Only a worker with FARHAND_ROBOT in its environment owns a robot; the housekeeping worker
+is an ordinary one. The lease is taken before the consumer exists, so a worker that waits
+swallows no bell.
+"""
+
+import logging
+import os
+from typing import Any
+
+from celery import bootsteps
+from celery.worker import state
+
+from robots import bus
+from workers.runtime import Runtime
+
+log = logging.getLogger(__name__)
+runtime: Runtime | None = None
+
+
+class OwnRobot(bootsteps.StartStopStep):
+    """Own the robot for the life of this worker."""
+
+    requires = ("celery.worker.components:Pool",)
+
+    def __init__(self, worker: Any, **kwargs: Any) -> None:
+        self.slug = os.environ.get("FARHAND_ROBOT", "")
+        self.enabled = bool(self.slug)
+        super().__init__(worker, **kwargs)
+
+    def start(self, worker: Any) -> None:
+        """Wait for the lease, then open the robot and listen to its own queue."""
+        global runtime  # noqa: PLW0603 - one process owns one robot
+        made = Runtime(self.slug)
+        if not made.own(lambda: state.should_stop is not None or state.should_terminate is not None):
+            raise SystemExit(0)
+        worker.app.amqp.queues.select_add(bus.queue_name(self.slug, made.lease.epoch))
+        made.start()
+        runtime = made
+
+    def stop(self, worker: Any) -> None:
+        """Hold the robot first; Celery shuts down after."""
+        if runtime is not None:
+            runtime.stop()
+
+    def terminate(self, worker: Any) -> None:
+        """Hold the robot first."""
+        self.stop(worker)

@@ -1,0 +1,54 @@
+"""The stop's latch: one byte in a file, synced before it is confirmed.
+
+A restart of everything finds it. The database row follows the file; the robot is latched
+if either says so.
+"""
+
+import os
+import threading
+from pathlib import Path
+
+
+class StopLatch:
+    """A latch in `path`; thread safe."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._lock = threading.Lock()
+        self._set = path.exists()
+        self.row_pending = self._set  # the row may not know yet
+
+    @property
+    def latched(self) -> bool:
+        """Tell whether motion is forbidden."""
+        return self._set
+
+    def forbid(self) -> None:
+        """Forbid motion in memory, before the disk is waited for."""
+        self._set = True
+        self.row_pending = True
+
+    def latch(self) -> None:
+        """Forbid motion, in memory at once, on disk before returning.
+
+        A full disk still latches in memory and in the row.
+        """
+        self.forbid()
+        with self._lock:
+            try:
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                descriptor = os.open(self._path, os.O_WRONLY | os.O_CREAT, 0o600)
+                try:
+                    os.write(descriptor, b"1")
+                    os.fsync(descriptor)
+                finally:
+                    os.close(descriptor)
+            except OSError:
+                pass
+
+    def release(self) -> None:
+        """Allow motion again; starts none."""
+        with self._lock:
+            self._path.unlink(missing_ok=True)
+            self._set = False
+            self.row_pending = False

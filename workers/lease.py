@@ -1,0 +1,137 @@
+"""One owner a robot: a device lock of the machine and a lease with an epoch in the database."""
+
+import contextlib
+import fcntl
+import logging
+import os
+import signal
+import socket
+from collections.abc import Callable
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from django.conf import settings
+from django.db import connection
+
+from robots.clock import SYSTEM, Clock
+from robots.models import Lease, Robot
+from robots.services import take_epoch
+
+log = logging.getLogger(__name__)
+
+
+def process_start(pid: int) -> str:
+    """Return when the process started, as the kernel tells; empty if there is none."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return ""
+    return text.rpartition(")")[2].split()[19]
+
+
+def kill_recorded_owner(lease: Lease) -> None:
+    """Kill the process that the lease names, if it is still that process on this host."""
+    if lease.host != socket.gethostname() or not lease.pid or lease.pid == os.getpid():
+        return
+    if not lease.started or process_start(lease.pid) != lease.started:
+        return
+    with contextlib.suppress(ProcessLookupError):
+        descriptor = os.pidfd_open(lease.pid)
+        try:
+            if process_start(lease.pid) == lease.started:
+                log.warning("killing the frozen owner %s of epoch %s", lease.pid, lease.epoch)
+                signal.pidfd_send_signal(descriptor, signal.SIGKILL)
+        finally:
+            os.close(descriptor)
+
+
+class OwnerLease:
+    """Acquired once in a process's life; lost means: hold, close, exit."""
+
+    def __init__(self, robot: Robot, lock_file: Path, clock: Clock = SYSTEM) -> None:
+        self._robot, self._lock_file, self._clock = robot, lock_file, clock
+        self._seconds = float(settings.FARHAND["LEASE_S"])
+        self._descriptor: int | None = None
+        self._until = 0.0
+        self.epoch = 0
+        self.offset = timedelta(0)  # database time minus ours
+        self.lost = False
+
+    @property
+    def valid(self) -> bool:
+        """Tell whether we still own the robot, by our own clock."""
+        return not self.lost and self._clock.monotonic() < self._until
+
+    def acquire(self, give_up: Callable[[], bool]) -> bool:
+        """Wait until the robot is ours; False if `give_up` said so."""
+        Lease.objects.get_or_create(robot=self._robot)
+        while not give_up():
+            if self._try():
+                log.info("owner of %s with epoch %s", self._robot.slug, self.epoch)
+                return True
+            self._clock.sleep(0.25)
+        return False
+
+    def _try(self) -> bool:
+        self.measure_offset()
+        lease = Lease.objects.get(robot=self._robot)
+        now = self.now()
+        if lease.expires_at and lease.expires_at > now:
+            return False
+        kill_recorded_owner(lease)
+        if not self._lock_device():
+            return False
+        begun = self._clock.monotonic()
+        epoch = take_epoch(
+            lease, now, self._seconds, socket.gethostname(), os.getpid(), process_start(os.getpid())
+        )
+        if epoch is None:
+            return False
+        self.epoch, self._until = epoch, begun + self._seconds
+        return True
+
+    def _lock_device(self) -> bool:
+        if self._descriptor is None:
+            self._lock_file.parent.mkdir(parents=True, exist_ok=True)
+            self._descriptor = os.open(self._lock_file, os.O_RDWR | os.O_CREAT, 0o600)
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        return True
+
+    def now(self) -> datetime:
+        """Return the database's time, by the offset measured last."""
+        return self._clock.now() + self.offset
+
+    def measure_offset(self) -> None:
+        """Measure how the database's clock differs from ours."""
+        if connection.vendor != "postgresql":
+            self.offset = timedelta(0)  # SQLite has no clock but this host's
+            return
+        before = self._clock.now()
+        with connection.cursor() as cursor:
+            cursor.execute("SELECT clock_timestamp()")
+            (theirs,) = cursor.fetchone()
+        self.offset = theirs - (before + (self._clock.now() - before) / 2)
+
+    def renew(self) -> None:
+        """Renew once; marks the lease lost where somebody else has taken it."""
+        begun = self._clock.monotonic()
+        self.measure_offset()
+        done = Lease.objects.filter(robot=self._robot, epoch=self.epoch).update(
+            expires_at=self.now() + timedelta(seconds=self._seconds)
+        )
+        if done:
+            self._until = begun + self._seconds
+        else:
+            self.lost = True
+
+    def give_back(self) -> None:
+        """End the lease at once, so that the next owner need not wait."""
+        with contextlib.suppress(Exception):
+            Lease.objects.filter(robot=self._robot, epoch=self.epoch).update(expires_at=self.now())
+        self.lost = True
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None

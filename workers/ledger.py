@@ -1,0 +1,96 @@
+"""The owner's side of command rows: claim, advance, end. Each step is one conditional UPDATE."""
+
+from datetime import datetime
+from typing import Any
+
+from django.db.models import QuerySet
+
+from robots import bus
+from robots.models import Command, Incident, Robot
+from robots.services import stage_event
+from robots.states import COMMAND_FINAL, COMMAND_NEXT, COMMAND_RUNNING, CommandState
+
+STAMPS = {
+    CommandState.ACCEPTED: "accepted_at",
+    CommandState.SENT: "sent_at",
+    CommandState.ACKNOWLEDGED: "acknowledged_at",
+}
+
+
+def due(robot: Robot, epoch: int) -> QuerySet[Command]:
+    """Return the commands that wait for this owner, in order."""
+    return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch).order_by("id")
+
+
+def claim(command: Command, epoch: int, now: datetime) -> bool:
+    """Take a command for execution; False if somebody else did, or it is too late."""
+    done = Command.objects.filter(
+        pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now
+    ).update(state=CommandState.ACCEPTED, accepted_at=now)
+    if done:
+        command.state, command.accepted_at = CommandState.ACCEPTED, now
+        bus.publish(command.robot.slug, stage_event(command))
+    return bool(done)
+
+
+def advance(command: Command, state: CommandState, now: datetime) -> None:
+    """Record that a claimed command reached a stage."""
+    if state not in COMMAND_NEXT[command.state]:
+        return
+    stamp = STAMPS[state]
+    done = Command.objects.filter(pk=command.pk, state=command.state).update(**{"state": state, stamp: now})
+    if done:
+        command.state = state
+        setattr(command, stamp, now)
+        bus.publish(command.robot.slug, stage_event(command))
+
+
+def finish(
+    command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None
+) -> bool:
+    """End a command; a final state is never changed."""
+    done = (
+        Command.objects.filter(pk=command.pk)
+        .exclude(state__in=COMMAND_FINAL)
+        .update(state=state, reason=reason[:300], ended_at=now, result=result or {})
+    )
+    if done:
+        command.state, command.reason, command.ended_at = state, reason[:300], now
+        command.result = result or {}
+        bus.publish(command.robot.slug, stage_event(command))
+    return bool(done)
+
+
+def expire(robot: Robot, epoch: int, now: datetime) -> int:
+    """End what can no longer begin: too late, or meant for an owner that is gone."""
+    ended = 0
+    late = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
+    for command in late.filter(deadline__lte=now) | late.exclude(epoch=epoch):
+        command.robot = robot
+        reason = "It came too late and was not carried out."
+        if command.epoch != epoch:
+            reason = "The robot's worker was restarted before it began; it was not carried out."
+        ended += finish(command, CommandState.EXPIRED, now, reason)
+    return ended
+
+
+def abandon(robot: Robot, now: datetime) -> list[Command]:
+    """End as `unknown` what an earlier owner had begun: never repeated."""
+    left = list(Command.objects.filter(robot=robot, state__in=COMMAND_RUNNING))
+    for command in left:
+        command.robot = robot
+        finish(
+            command,
+            CommandState.UNKNOWN,
+            now,
+            "The robot's worker was interrupted; what became of this command is not known. "
+            "Look at the new picture before you go on.",
+        )
+    return left
+
+
+def incident(robot: Robot, code: str, text: str, now: datetime, command: Command | None = None, remedy: str = "") -> Incident:
+    """Keep what went wrong."""
+    return Incident.objects.create(
+        robot=robot, command=command, at=now, code=code, text=text[:300], remedy=remedy[:300]
+    )

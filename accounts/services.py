@@ -29,6 +29,7 @@ class Shown:
     id: int
     text: str
     choices: tuple[tuple[int, str], ...]
+    chosen: int | None = None
 
 
 @dataclass(frozen=True)

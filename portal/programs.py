@@ -9,6 +9,8 @@ from portal.supervisor import Program
 from robots.models import Robot
 
 PYTHON = sys.executable
+# the demo may run as root in a container; nothing here unpickles
+QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser"}
 
 
 def redis_program() -> Program:
@@ -46,11 +48,11 @@ def housekeeping_program() -> Program:
     return Program(
         "housekeeping",
         (
-            PYTHON, "-m", "celery", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "2", "-Q",
+            PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "2", "-Q",
             "housekeeping", "-n", "housekeeping@%h", "-B", "-s", str(settings.VAR / "beat-schedule"),
-            "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "WARNING",
+            "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
         ),
-        {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": ""},
+        {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", **QUIET},
         rank=1,
     )  # fmt: skip
 
@@ -71,11 +73,11 @@ def robot_programs(robot: Robot) -> list[Program]:
         Program(
             f"{robot.slug} worker",
             (
-                PYTHON, "-m", "celery", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "1",
+                PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "1",
                 "-Q", f"idle.{robot.slug}", "-n", f"owner-{robot.slug}@%h",
-                "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "WARNING",
+                "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
             ),
-            {"FARHAND_ROLE": "owner", "FARHAND_ROBOT": robot.slug},
+            {"FARHAND_ROLE": "owner", "FARHAND_ROBOT": robot.slug, **QUIET},
             rank=2,
             heartbeat=Path(settings.VAR) / "run" / f"{robot.slug}.heartbeat",
         )

@@ -1,5 +1,35 @@
 """Addresses."""
+
 from django.contrib import admin
-from django.urls import path
-from portal.pages import health
-urlpatterns = [path("admin/", admin.site.urls), path("livez", health.livez)]
+from django.urls import include, path
+
+from accounts import views as accounts
+from operatorlog import views as log
+from portal.pages import health, views
+
+admin.site.site_header = "Farhand"
+admin.site.site_title = "Farhand"
+admin.site.index_title = "Robots, people, log"
+
+urlpatterns = [
+    path("", views.landing, name="landing"),
+    path("story/", views.story, name="story"),
+    path("status/", views.status, name="status"),
+    path("me/", views.me, name="me"),
+    path("robots/<slug:slug>/", views.robot_page, name="robot"),
+    path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
+    path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
+    path("log/", log.log, name="log"),
+    path("turns/<int:pk>/", log.turn_page, name="turn"),
+    path("turns/<int:pk>/survey/", log.survey, name="survey"),
+    path("survey/results/", log.results, name="survey-results"),
+    path("survey/results.csv", log.results_csv, name="survey-csv"),
+    path("accounts/", include("allauth.account.urls")),
+    path("admin/", admin.site.urls),
+    path("media/frames/<path:path>", views.media, name="media"),
+    path("livez", health.livez, name="livez"),
+    path("readyz", health.readyz, name="readyz"),
+]
+handler404 = "portal.pages.errors.not_found"
+handler403 = "portal.pages.errors.forbidden"
+handler400 = "portal.pages.errors.bad_request"

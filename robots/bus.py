@@ -52,7 +52,8 @@ def stop_channel(slug: str) -> str:
     return f"farhand:{slug}:stop"
 
 
-def _watch_key(slug: str, what: str) -> str:
+def watch_key(slug: str, what: str) -> str:
+    """Return the key that says somebody looks."""
     return f"farhand:{slug}:watch:{what}"
 
 
@@ -124,7 +125,7 @@ def ring_stop(slug: str) -> bool:
 def watch(slug: str, what: str = "frames") -> bool:
     """Say that somebody looks; holds for a few seconds."""
     try:
-        connection().set(_watch_key(slug, what), 1, ex=WATCH_S)
+        connection().set(watch_key(slug, what), 1, ex=WATCH_S)
     except (redis.RedisError, OSError):
         failures["watch"] += 1
         return False
@@ -133,7 +134,7 @@ def watch(slug: str, what: str = "frames") -> bool:
 
 def watched(slug: str, what: str = "frames") -> bool:
     """Tell whether somebody looks. Raises redis.RedisError."""
-    return bool(connection().exists(_watch_key(slug, what)))
+    return bool(connection().exists(watch_key(slug, what)))
 
 
 def alive() -> bool:

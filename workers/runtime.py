@@ -392,12 +392,14 @@ class Runtime:
             time.sleep(STATE_S)
             now = self.clock.monotonic()
             self._traced = self._watched("trace")
-            if self._connected and self._current is None and now - asked >= ASK_S and not self._handing_over():
+            heard = self.driver.latest()
+            quiet = heard is None or time.monotonic() - heard.at >= ASK_S
+            if self._connected and quiet and now - asked >= ASK_S:
                 asked = now
                 try:
                     self.driver.state()
                 except HardwareFault as error:
-                    if self._current is None and self._running:
+                    if self._current is None and self._running and not self._handing_over():
                         log.warning("the robot: %s", error)
                         self._connected, self._retry_at = False, 0.0
                         self._unready(str(error), incident=error.code)

@@ -86,7 +86,8 @@ def find_change(before: Picture, after: Picture) -> tuple[float, float]:
     whole = _largest(np.abs(change))
     rows, columns = np.nonzero(whole)
     marks = [((columns.min() + columns.max()) / 2, (rows.min() + rows.max()) / 2)]
-    flanks = [np.nonzero(_largest(np.clip(sign * change, 0, None))) for sign in (1, -1)]
+    around = cv2.dilate(whole.astype(np.uint8), np.ones((25, 25), np.uint8)) > 0
+    flanks = [np.nonzero(_strong(np.where(around, sign * change, 0.0))) for sign in (1, -1)]
     marks.append(
         (
             sum(float(c.mean()) for _, c in flanks) / 2,
@@ -97,12 +98,14 @@ def find_change(before: Picture, after: Picture) -> tuple[float, float]:
     return float(u) - (before.shape[1] - 1) / 2, float(v) - (before.shape[0] - 1) / 2
 
 
+def _strong(strength: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.asarray(strength > strength.max() * 0.35)
+
+
 def _largest(strength: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the largest connected area of strong change."""
-    strong = (strength > strength.max() * 0.35).astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        cv2.morphologyEx(strong, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-    )
+    strong = cv2.morphologyEx(_strong(strength).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(strong)
     return np.asarray(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
 
 

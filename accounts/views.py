@@ -1,0 +1,83 @@
+"""Orientation and clearance test."""
+
+from dataclasses import replace
+
+from django.contrib import messages
+from django.contrib.auth.decorators import login_required
+from django.http import HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404, redirect, render
+from django.utils.safestring import mark_safe
+from django.views.decorators.cache import never_cache
+from markdown_it import MarkdownIt
+
+from accounts import services
+from accounts.models import Attempt
+from robots import description
+from robots.clock import SYSTEM
+from robots.models import Robot
+
+
+def orientation(request: HttpRequest, slug: str) -> HttpResponse:
+    """Show the orientation; who says that it was read goes on to the test."""
+    robot = get_object_or_404(Robot, slug=slug)
+    if request.method == "POST" and request.user.is_authenticated:
+        services.mark_read(request.user, robot, SYSTEM.now())
+        return redirect(f"/robots/{slug}/clearance/")
+    source = description.text_of(robot.driver, "orientation.md")
+    html = MarkdownIt("commonmark", {"html": False}).render(source)
+    text = mark_safe(html)  # noqa: S308 - the driver's own text, HTML in it is escaped
+    return render(
+        request,
+        "accounts/orientation.html",
+        {"robot": robot, "text": text, "cleared": services.cleared(request.user, robot)},
+    )
+
+
+@never_cache
+@login_required
+def clearance(request: HttpRequest, slug: str) -> HttpResponse:
+    """Show the drawn questions, or grade them."""
+    robot = get_object_or_404(Robot, slug=slug)
+    if services.cleared(request.user, robot):
+        messages.success(request, f"You are cleared for {robot.name}.")
+        return redirect(robot)
+    if not services.has_read(request.user, robot):
+        messages.warning(request, "Read the orientation first; the test asks about it.")
+        return redirect(f"/robots/{slug}/orientation/")
+    if request.method == "POST":
+        return _grade(request, robot)
+    try:
+        attempt = services.begin(request.user, robot, SYSTEM.now())
+    except services.NotNow as error:
+        return render(request, "accounts/clearance.html", {"robot": robot, "notice": str(error)}, status=409)
+    shown = services.questions(attempt)
+    return render(request, "accounts/clearance.html", {"robot": robot, "attempt": attempt, "questions": shown})
+
+
+def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
+    pk = request.POST.get("attempt", "")
+    attempt = get_object_or_404(
+        Attempt, pk=int(pk) if pk.isdigit() else 0, user=request.user, robot=robot
+    )
+    shown = services.questions(attempt)
+    answers = {}
+    for question in shown:
+        value = request.POST.get(f"q{question.id}", "")
+        if value.isdigit():
+            answers[question.id] = int(value)
+    try:
+        feedback = services.grade(attempt, answers, SYSTEM.now())
+    except services.NotNow as error:
+        kept = [replace(q, chosen=answers.get(q.id)) for q in shown]
+        context = {"robot": robot, "notice": str(error), "attempt": attempt, "questions": kept}
+        if attempt.finished_at is not None:
+            context.pop("questions")
+        return render(request, "accounts/clearance.html", context, status=409)
+    if not feedback:
+        messages.success(request, f"Passed. You are cleared for {robot.name}: join the queue.")
+        return redirect(robot)
+    context = {
+        "robot": robot, "feedback": feedback, "right": len(shown) - len(feedback), "total": len(shown),
+        "pause_s": services.pause_left(request.user, robot, SYSTEM.now()),
+    }  # fmt: skip
+    return render(request, "accounts/clearance.html", context)

@@ -1,0 +1,17 @@
+/** The admin's robot page: live status without a reload. */
+import "./admin.css";
+
+const box = document.querySelector<HTMLElement>("[data-status-url]");
+async function refresh(): Promise<void> {
+  if (!box || document.hidden) return;
+  try {
+    const answer = await fetch(box.dataset["statusUrl"] ?? "", { headers: { Accept: "text/html" } });
+    if (answer.ok) {
+      const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
+      box.replaceChildren(...fresh.body.childNodes);
+    }
+  } catch {
+    box.dataset["stale"] = "true";
+  }
+}
+if (box) setInterval(() => void refresh(), 2000);

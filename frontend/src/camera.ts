@@ -1,0 +1,83 @@
+/** The camera image with the cross, the ghost of the target and the nozzle's place. */
+import type { PicturePacket } from "./protocol";
+import { set, shape } from "./svg";
+
+export class CameraView {
+  /** When the picture on screen was taken, server ms. */
+  atMs = 0;
+  /** Which kept picture it belongs to; 0 while the arm moves. */
+  still = 0;
+  private context: CanvasRenderingContext2D;
+  private newest = -1;
+  private cross: SVGGElement;
+  private nozzle: SVGCircleElement;
+  private way: SVGLineElement;
+  private at: [number, number] | null = null;
+
+  constructor(
+    screen: HTMLElement, private canvas: HTMLCanvasElement, overlay: SVGSVGElement,
+    onPick: (u: number, v: number) => void,
+  ) {
+    this.context = canvas.getContext("2d")!;
+    this.nozzle = shape(overlay, "circle", { class: "nozzle", r: 4.5, cx: -20, cy: -20 });
+    this.way = shape(overlay, "line", { class: "way", x1: -9, y1: -9, x2: -9, y2: -9 });
+    this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" });
+    shape(this.cross, "circle", { r: 7, cx: 0, cy: 0 });
+    for (const [x, y] of [[1, 0], [-1, 0], [0, 1], [0, -1]] as const)
+      shape(this.cross, "line", { x1: x * 4, y1: y * 4, x2: x * 12, y2: y * 12 });
+    screen.addEventListener("click", (event) => {
+      const box = canvas.getBoundingClientRect();
+      onPick(
+        ((event.clientX - box.left) / box.width) * canvas.width,
+        ((event.clientY - box.top) / box.height) * canvas.height,
+      );
+    });
+    screen.addEventListener("keydown", (event) => {
+      const step = event.shiftKey ? 20 : 4;
+      const by: Record<string, [number, number]> = {
+        ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step],
+      };
+      const move = by[event.key];
+      if (!move) return;
+      event.preventDefault();
+      const from = this.at ?? [canvas.width / 2, canvas.height / 2];
+      onPick(
+        Math.min(canvas.width - 1, Math.max(0, from[0] + move[0])),
+        Math.min(canvas.height - 1, Math.max(0, from[1] + move[1])),
+      );
+    });
+  }
+
+  /** Put a picture on screen; older ones than the one shown are dropped. */
+  async show(packet: PicturePacket): Promise<void> {
+    if (packet.number <= this.newest && this.newest - packet.number < 1000) return;
+    this.newest = packet.number;
+    const bitmap = await createImageBitmap(packet.jpeg);
+    if (packet.number < this.newest) return;
+    this.draw(bitmap, packet.atMs, packet.still);
+    bitmap.close();
+  }
+
+  draw(image: ImageBitmap | HTMLImageElement, atMs: number, still: number): void {
+    const width = "naturalWidth" in image ? image.naturalWidth : image.width;
+    const height = "naturalHeight" in image ? image.naturalHeight : image.height;
+    if (this.canvas.width !== width) this.canvas.width = width;
+    if (this.canvas.height !== height) this.canvas.height = height;
+    this.context.drawImage(image, 0, 0);
+    this.atMs = atMs;
+    this.still = still;
+    this.canvas.dataset["still"] = String(still);
+    this.canvas.dataset["at"] = String(atMs);
+  }
+
+  /** Show where the next image will be centred. */
+  aim(at: [number, number] | null, from: [number, number] | null): void {
+    this.at = at;
+    const [u, v] = at ?? [-50, -50];
+    this.cross.setAttribute("transform", `translate(${u} ${v})`);
+    const [nu, nv] = from ?? [-20, -20];
+    set(this.nozzle, { cx: nu, cy: nv });
+    if (at && from) set(this.way, { x1: nu, y1: nv, x2: u, y2: v });
+    else set(this.way, { x1: -9, y1: -9, x2: -9, y2: -9 });
+  }
+}

@@ -1,0 +1,77 @@
+/** The command ladder: each command with the stage it has reached, newest first. */
+import type { CommandInfo } from "./protocol";
+import { FINAL, KINDS, STAGES } from "./words";
+
+const GOOD = ["accepted", "sent", "acknowledged", "completed"];
+
+export class Ladder {
+  private rows = new Map<string, CommandInfo>();
+
+  constructor(private list: HTMLElement, private live: HTMLElement) {}
+
+  reset(commands: CommandInfo[]): void {
+    for (const c of commands) this.rows.set(`${c.grant}/${c.seq}`, c);
+    this.draw();
+  }
+
+  /** A stage arrived; a final one is never overwritten by an older message. */
+  update(c: CommandInfo): void {
+    const key = `${c.grant}/${c.seq}`;
+    const known = this.rows.get(key);
+    if (known && FINAL.has(known.state)) return;
+    this.rows.set(key, { ...known, ...c });
+    this.draw();
+    if (FINAL.has(c.state)) this.live.textContent = say(c);
+  }
+
+  /** Tell whether a command of this grant has not ended yet. */
+  busy(grant: number): boolean {
+    return [...this.rows.values()].some((c) => c.grant === grant && !FINAL.has(c.state));
+  }
+
+  last(grant: number): CommandInfo | null {
+    const mine = [...this.rows.values()].filter((c) => c.grant === grant).sort((a, b) => b.seq - a.seq);
+    return mine[0] ?? null;
+  }
+
+  private draw(): void {
+    const newest = [...this.rows.values()].sort((a, b) => (b.id || 1e12) - (a.id || 1e12)).slice(0, 8);
+    for (const key of this.rows.keys())
+      if (this.rows.size > 40 && !newest.includes(this.rows.get(key)!)) this.rows.delete(key);
+    this.list.replaceChildren(...newest.map((c) => row(c)));
+  }
+}
+
+function row(c: CommandInfo): HTMLElement {
+  const item = document.createElement("li");
+  item.className = `command ${FINAL.has(c.state) && c.state !== "completed" ? "bad" : c.state}`;
+  item.dataset["state"] = c.state;
+  const name = document.createElement("b");
+  name.textContent = KINDS[c.kind] ?? c.kind;
+  const steps = document.createElement("span");
+  steps.className = "steps";
+  steps.setAttribute("aria-hidden", "true");
+  const reached = GOOD.indexOf(c.state);
+  for (let i = 0; i < GOOD.length; i++) {
+    const dot = document.createElement("i");
+    if (i <= reached) dot.className = "on";
+    steps.append(dot);
+  }
+  const stage = document.createElement("span");
+  stage.className = "chip";
+  stage.textContent = STAGES[c.state] ?? c.state;
+  item.append(name, steps, stage);
+  const note = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
+  if (note) {
+    const why = document.createElement("p");
+    why.textContent = note;
+    item.append(why);
+  }
+  return item;
+}
+
+function say(c: CommandInfo): string {
+  const name = KINDS[c.kind] ?? c.kind;
+  if (c.state === "completed") return `${name}: done, the picture is ${c.result?.verdict ?? "there"}.`;
+  return `${name}: ${STAGES[c.state] ?? c.state}. ${c.reason}`;
+}

@@ -1,0 +1,113 @@
+/** The map from above: base, links, sand, what the camera sees, and a ghost of the target. */
+import { forward, onSand, reach, target, type Arm, type Description } from "./arm";
+import type { Still } from "./protocol";
+import { set, shape } from "./svg";
+
+const MM = 1000;
+
+export class Schematic {
+  private links: SVGPolylineElement;
+  private ghost: SVGPolylineElement;
+  private ghostRing: SVGCircleElement;
+  private tool: SVGCircleElement;
+  private elbow: SVGCircleElement;
+  private view: SVGPolygonElement;
+  private cursor: [number, number] | null = null;
+  private shown = [0, 0];
+  private wanted = [0, 0];
+
+  constructor(private svg: SVGSVGElement, private d: Description, onPick: (x: number, y: number) => void) {
+    const { x, y } = d.sand;
+    set(svg, { viewBox: "-330 -640 660 700", preserveAspectRatio: "xMidYMid meet" });
+    const outer = (d.arm.link1 + d.arm.link2) * MM;
+    shape(svg, "path", { d: `M ${-outer} 0 A ${outer} ${outer} 0 0 1 ${outer} 0`, class: "reach" });
+    shape(svg, "rect", { x: x[0] * MM - 28, y: -y[1] * MM - 28, width: (x[1] - x[0]) * MM + 56, height: (y[1] - y[0]) * MM + 56, rx: 10, class: "tray" });
+    shape(svg, "rect", { x: x[0] * MM, y: -y[1] * MM, width: (x[1] - x[0]) * MM, height: (y[1] - y[0]) * MM, rx: 4, class: "sand" });
+    for (let gx = Math.ceil((x[0] * MM) / 100) * 100; gx <= x[1] * MM; gx += 100)
+      shape(svg, "line", { x1: gx, x2: gx, y1: -y[0] * MM, y2: -y[1] * MM, class: "grid" });
+    for (let gy = Math.ceil((y[0] * MM) / 100) * 100; gy <= y[1] * MM; gy += 100)
+      shape(svg, "line", { x1: x[0] * MM, x2: x[1] * MM, y1: -gy, y2: -gy, class: "grid" });
+    this.view = shape(svg, "polygon", { class: "view", points: "" });
+    this.ghost = shape(svg, "polyline", { class: "ghost-arm", points: "" });
+    this.ghostRing = shape(svg, "circle", { class: "ghost-ring", r: 14, cx: 0, cy: 9999 });
+    this.links = shape(svg, "polyline", { class: "arm", points: "" });
+    shape(svg, "circle", { cx: 0, cy: 0, r: 34, class: "base" });
+    this.elbow = shape(svg, "circle", { r: 17, class: "joint" });
+    this.tool = shape(svg, "circle", { r: 12, class: "tool" });
+    svg.addEventListener("click", (event) => {
+      const at = this.point(event);
+      if (at) onPick(...at);
+    });
+    svg.addEventListener("keydown", (event) => this.key(event, onPick));
+    requestAnimationFrame(() => this.glide());
+  }
+
+  private point(event: MouseEvent): [number, number] | null {
+    const matrix = this.svg.getScreenCTM();
+    if (!matrix) return null;
+    const p = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
+    return [p.x / MM, -p.y / MM];
+  }
+
+  private key(event: KeyboardEvent, onPick: (x: number, y: number) => void): void {
+    const step = event.shiftKey ? 0.05 : 0.01;
+    const by: Record<string, [number, number]> = {
+      ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step],
+    };
+    const move = by[event.key];
+    if (!move) return;
+    event.preventDefault();
+    const tool = forward(this.d, this.wanted).tool;
+    const from = this.cursor ?? tool;
+    const { x, y } = this.d.sand;
+    onPick(
+      Math.min(x[1], Math.max(x[0], from[0] + move[0])),
+      Math.min(y[1], Math.max(y[0], from[1] + move[1])),
+    );
+  }
+
+  /** Show the joints; drawn gliding, so five packets a second look like a motion. */
+  joints(q: number[]): void {
+    this.wanted = q;
+    if (this.shown[0] === 0 && this.shown[1] === 0) this.shown = [...q];
+  }
+
+  private glide(): void {
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const share = calm ? 1 : 0.18;
+    this.shown = this.shown.map((s, i) => s + ((this.wanted[i] ?? 0) - s) * share);
+    const arm = forward(this.d, this.shown);
+    this.draw(this.links, arm);
+    set(this.elbow, { cx: arm.elbow[0] * MM, cy: -arm.elbow[1] * MM });
+    set(this.tool, { cx: arm.tool[0] * MM, cy: -arm.tool[1] * MM });
+    requestAnimationFrame(() => this.glide());
+  }
+
+  private draw(line: SVGPolylineElement, arm: Arm): void {
+    const points = [[0, 0], arm.elbow, arm.tool].map(([x = 0, y = 0]) => `${x * MM},${-y * MM}`);
+    line.setAttribute("points", points.join(" "));
+  }
+
+  /** Draw what the newest picture covers. */
+  covers(still: Still | null, map: { matrix: number[][]; theta: number } | null): void {
+    if (!still || !map) return this.view.setAttribute("points", "");
+    const { width: w, height: h } = still;
+    const corners = [[0, 0], [w - 1, 0], [w - 1, h - 1], [0, h - 1]];
+    const at = corners.map(([u = 0, v = 0]) => target(map, still.pose, u, v, w, h));
+    this.view.setAttribute("points", at.map(([x, y]) => `${x * MM},${-y * MM}`).join(" "));
+  }
+
+  /** Show the ghost of a target; false where the arm may not go there. */
+  aim(at: [number, number] | null): boolean {
+    this.cursor = at;
+    const arm = at ? reach(this.d, at[0], at[1]) : null;
+    if (!at || !arm || !onSand(this.d, at[0], at[1])) {
+      this.ghost.setAttribute("points", "");
+      set(this.ghostRing, { cx: (at?.[0] ?? 0) * MM, cy: at ? -at[1] * MM : 9999, class: "ghost-ring refused" });
+      return false;
+    }
+    this.draw(this.ghost, arm);
+    set(this.ghostRing, { cx: at[0] * MM, cy: -at[1] * MM, class: "ghost-ring" });
+    return true;
+  }
+}

@@ -1,0 +1,29 @@
+/** Times and stages in words. */
+
+export function clock(seconds: number): string {
+  const s = Math.max(0, Math.ceil(seconds));
+  return `${Math.floor(s / 60)}:${String(s % 60).padStart(2, "0")}`;
+}
+
+export function span(seconds: number): string {
+  if (seconds < 60) return `${Math.max(1, Math.round(seconds / 10) * 10)} s`;
+  return `${Math.round(seconds / 60)} min`;
+}
+
+export function ago(ms: number): string {
+  const s = ms / 1000;
+  if (s < 10) return `${Math.max(0, s).toFixed(1)} s`;
+  if (s < 90) return `${Math.round(s)} s`;
+  if (s < 5400) return `${Math.round(s / 60)} min`;
+  return `${Math.round(s / 3600)} h`;
+}
+
+export const STAGES: Record<string, string> = {
+  sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the arm", acknowledged: "Moving",
+  completed: "Settled", rejected: "Refused", failed: "Failed", expired: "Too late", cancelled: "Stopped", unknown: "Unknown",
+};
+export const KINDS: Record<string, string> = {
+  move: "Move", click: "Move", up: "Up", down: "Down", air: "Air", home: "Home", soft_reset: "Soft reset",
+  calibrate: "Calibrate", speed: "Speed", still: "Picture", noop: "No operation",
+};
+export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);

@@ -1,0 +1,13 @@
+import { defineConfig } from "vite";
+
+export default defineConfig({
+  base: "/static/app/",
+  build: {
+    outDir: "dist",
+    manifest: true,
+    cssCodeSplit: true,
+    rollupOptions: {
+      input: ["src/style.css", "src/robot.ts", "src/landing.ts", "src/admin.ts", "src/admin.css", "src/turn.ts"],
+    },
+  },
+});

@@ -1,0 +1,175 @@
+"""One subscription a stream and process; every viewer gets the same bytes, the newest only.
+
+Frames never go through a channel layer. A slow viewer skips frames and states; events are
+few, and when a viewer has missed any it is told to read everything again.
+"""
+
+import asyncio
+import contextlib
+import logging
+from collections import deque
+from typing import Any
+
+import msgspec
+import redis.asyncio as aioredis
+from django.conf import settings
+from redis.exceptions import RedisError
+
+from robots import bus
+from robots.messages import Event, decode
+
+log = logging.getLogger(__name__)
+PING_S = 2.0
+EVENTS = 100
+
+
+class Viewer:
+    """One socket's mailbox: newest frame, newest state, a few events."""
+
+    def __init__(self, slug: str) -> None:
+        self.slug = slug
+        self.trace = False
+        self.link = True
+        self.frame: bytes | None = None
+        self.state: bytes | None = None
+        self.events: deque[Event] = deque()
+        self.resync = False
+        self.wake = asyncio.Event()
+
+    def put_event(self, event: Event) -> None:
+        """Queue an event; overflow asks for a resync instead."""
+        if len(self.events) >= EVENTS:
+            self.events.clear()
+            self.resync = True
+        self.events.append(event)
+        self.wake.set()
+
+
+class Hub:
+    """The hub of one event loop."""
+
+    def __init__(self) -> None:
+        self._rooms: dict[str, set[Viewer]] = {}
+        self._newest: dict[str, bytes] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._redis: aioredis.Redis | None = None
+        self._pubsub: Any = None
+        self.link = False
+
+    def attach(self, viewer: Viewer) -> None:
+        """Add a viewer; the first one starts the reader."""
+        self._rooms.setdefault(viewer.slug, set()).add(viewer)
+        newest = self._newest.get(viewer.slug)
+        if newest is not None:
+            viewer.frame = newest
+            viewer.wake.set()
+        if not self._tasks:
+            self._hold(self._read())
+            self._hold(self._keep_watch())
+        elif self.link:
+            self._hold(self._subscribe(viewer.slug))
+
+    def _hold(self, coroutine: Any) -> None:
+        task = asyncio.create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def detach(self, viewer: Viewer) -> None:
+        """Remove a viewer."""
+        room = self._rooms.get(viewer.slug, set())
+        room.discard(viewer)
+        if not room:
+            self._rooms.pop(viewer.slug, None)
+            self._newest.pop(viewer.slug, None)
+
+    def viewers(self, slug: str) -> int:
+        """Return how many look at the robot through this process."""
+        return len(self._rooms.get(slug, ()))
+
+    def _channels(self, slug: str) -> list[str]:
+        return [f(slug) for f in (bus.events_channel, bus.frames_channel, bus.state_channel, bus.trace_channel)]
+
+    async def _subscribe(self, slug: str) -> None:
+        with contextlib.suppress(RedisError, OSError):
+            await self._pubsub.subscribe(*self._channels(slug))
+            await self._mark_watched(slug)
+
+    async def _read(self) -> None:
+        while True:
+            try:
+                await self._read_once()
+            except (RedisError, OSError, ValueError) as error:
+                log.debug("hub: %s", error)
+            self._set_link(False)
+            await asyncio.sleep(0.3)
+
+    async def _read_once(self) -> None:
+        self._redis = aioredis.Redis.from_url(
+            settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None
+        )
+        try:
+            self._pubsub = self._redis.pubsub(ignore_subscribe_messages=True)
+            await self._pubsub.subscribe("farhand:hub")
+            for slug in list(self._rooms):
+                await self._pubsub.subscribe(*self._channels(slug))
+                await self._mark_watched(slug)
+            self._set_link(True)
+            while True:
+                message = await self._pubsub.get_message(timeout=30.0)
+                if message is not None:
+                    self._route(message["channel"].decode(), message["data"])
+        finally:
+            await self._redis.aclose()
+
+    def _set_link(self, up: bool) -> None:
+        if up != self.link:
+            self.link = up
+            for room in self._rooms.values():
+                for viewer in room:
+                    viewer.resync = True
+                    viewer.wake.set()
+
+    def _route(self, channel: str, data: bytes) -> None:
+        _, slug, what = channel.split(":", 2)
+        room = self._rooms.get(slug)
+        if not room:
+            return
+        if what == "frames":
+            self._newest[slug] = data
+            for viewer in room:
+                viewer.frame = data
+                viewer.wake.set()
+        elif what == "state":
+            for viewer in room:
+                viewer.state = data
+                viewer.wake.set()
+        else:
+            try:
+                event = decode(data)
+            except msgspec.MsgspecError as error:
+                log.warning("an event on the bus was not understood: %s", error)
+                return
+            for viewer in room:
+                if what != "trace" or viewer.trace:
+                    viewer.put_event(event)
+
+    async def _keep_watch(self) -> None:
+        while True:
+            await asyncio.sleep(PING_S)
+            for slug in list(self._rooms):
+                await self._mark_watched(slug)
+
+    async def _mark_watched(self, slug: str) -> None:
+        what = ["frames"] + (["trace"] if any(v.trace for v in self._rooms.get(slug, ())) else [])
+        for one in what:
+            with contextlib.suppress(RedisError, OSError, AttributeError):
+                assert self._redis is not None
+                await self._redis.set(bus.watch_key(slug, one), 1, ex=bus.WATCH_S)
+
+
+_hubs: dict[int, Hub] = {}
+
+
+def hub() -> Hub:
+    """Return the hub of the running event loop."""
+    return _hubs.setdefault(id(asyncio.get_running_loop()), Hub())

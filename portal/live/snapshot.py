@@ -1,0 +1,128 @@
+"""Everything a page needs to know about a robot, for one viewer: a snapshot, read again."""
+
+from datetime import datetime
+from typing import Any
+
+from accounts.services import cleared
+from operatorlog.models import Entry, Visibility
+from queueing.models import Ticket, TicketState
+from queueing.services import open_ticket, open_turn, place, wait_range
+from robots.models import Command, Frame, Grant, Lease, Robot
+from robots.services import may_stop, open_grant, owner_alive
+from robots.states import Cycle, GrantKind
+
+RECENT = 8
+
+
+def _ms(at: datetime | None) -> int | None:
+    return int(at.timestamp() * 1000) if at else None
+
+
+def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
+    """Return (state, label, why) of a robot in words; the worker's silence counts as offline."""
+    if not robot.enabled:
+        return "offline", "Switched off", robot.reason or "Staff have switched this robot off."
+    if robot.cycle == Cycle.LOCKED_OUT:
+        return "locked_out", "Locked out", robot.lockout_note or "Staff are working on it."
+    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+        return "offline", "Offline", "Its worker does not answer; it is restarted by itself. Places are kept."
+    if robot.cycle == Cycle.FAULT or robot.reason:
+        return "fault", "Faulty", robot.reason or "It is being looked after."
+    return robot.cycle, Cycle(robot.cycle).label, ""
+
+
+def still_info(frame: Frame | None) -> dict[str, Any] | None:
+    """Return what a page needs of a kept picture."""
+    if frame is None:
+        return None
+    return {
+        "id": frame.pk, "url": frame.url, "at_ms": _ms(frame.taken_at), "stable": frame.stable,
+        "verdict": frame.verdict, "pose": frame.pose, "joints": frame.joints, "calibration": frame.calibration,
+        "width": frame.width, "height": frame.height,
+    }  # fmt: skip
+
+
+def command_info(command: Command) -> dict[str, Any]:
+    """Return a command's stages for the ladder."""
+    return {
+        "id": command.pk, "seq": command.client_seq, "grant": command.grant_id, "kind": command.kind,
+        "state": command.state, "reason": command.reason, "result": command.result,
+        "at_ms": _ms(command.ended_at or command.acknowledged_at or command.sent_at or command.accepted_at or command.created_at),
+        "by": command.issued_by.username if command.issued_by else "",
+    }  # fmt: skip
+
+
+def entry_info(entry: Entry) -> dict[str, Any]:
+    """Return a log entry for the page."""
+    return {
+        "id": entry.pk, "author": entry.author.username, "text": entry.text, "at_ms": _ms(entry.written_at),
+        "picture": entry.frame.url if entry.frame else None, "featured": entry.visibility == Visibility.FEATURED,
+    }  # fmt: skip
+
+
+def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
+    """Return the whole picture of a robot as `user` may see it."""
+    robot = Robot.objects.get(slug=slug)
+    state, label, why = status_of(robot, now)
+    grant = open_grant(robot)
+    turn = open_turn(robot)
+    waiting = Ticket.objects.filter(
+        queue__robot_links__robot=robot, state__in=(TicketState.WAITING, TicketState.OFFERED)
+    ).count()
+    frame = Frame.objects.filter(robot=robot).order_by("-id").first()
+    before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
+    mine = grant is not None and user.is_authenticated and grant.holder_id == user.pk
+    return {
+        "t": "snapshot",
+        "now_ms": _ms(now),
+        "link": link,
+        "robot": {"slug": robot.slug, "name": robot.name, "state": state, "label": label, "why": why},
+        "stopped": robot.stop_latched,
+        "operator": turn.user.username if turn else ("staff" if grant and grant.kind == GrantKind.STAFF else None),
+        "queue": waiting,
+        "turn": _turn(turn, grant, mine),
+        "me": _me(robot, user, now, mine),
+        "still": still_info(frame),
+        "before": still_info(before),
+        "commands": [
+            command_info(c)
+            for c in Command.objects.filter(robot=robot).select_related("issued_by").order_by("-id")[:RECENT]
+        ],
+        "log": [
+            entry_info(e)
+            for e in Entry.objects.filter(robot=robot)
+            .exclude(visibility=Visibility.HIDDEN)
+            .select_related("author", "frame")[:5]
+        ],
+    }
+
+
+def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
+    if turn is None and not (grant and grant.kind == GrantKind.STAFF):
+        return None
+    until = turn.until if turn else grant.until if grant else None
+    last = grant.commands.order_by("-client_seq").values_list("client_seq", flat=True).first() if grant else None
+    return {
+        "id": turn.pk if turn else None, "grant": grant.pk if grant else None, "mine": mine,
+        "until_ms": _ms(until), "next_seq": (last or 0) + 1,
+        "extra": bool(turn and turn.until > turn.base_until), "staff": turn is None,
+    }  # fmt: skip
+
+
+def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
+    if not user.is_authenticated:
+        return {"signed_in": False, "cleared": False, "ticket": None, "may_stop": False, "operating": False}
+    ticket = open_ticket(robot, user)
+    shown = None
+    if ticket is not None:
+        ahead = place(ticket) if ticket.state == TicketState.WAITING else 0
+        wait = wait_range(robot, ahead, now)
+        shown = {
+            "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": _ms(ticket.offer_until),
+        }  # fmt: skip
+    last = user.turns.filter(robot=robot).exclude(ended_at=None).order_by("-id").first()
+    return {
+        "signed_in": True, "name": user.username, "cleared": cleared(user, robot), "ticket": shown,
+        "may_stop": may_stop(robot, user), "operating": mine, "staff": user.has_perm("robots.change_robot"),
+        "last_turn": last.pk if last and not hasattr(last, "entry") else None,
+    }  # fmt: skip

@@ -1,0 +1,31 @@
+"""Error pages that say what was wrong and what to do."""
+
+from django.http import HttpRequest, HttpResponse
+from django.shortcuts import render
+
+
+def _page(request: HttpRequest, status: int, heading: str, text: str) -> HttpResponse:
+    return render(request, "error.html", {"heading": heading, "text": text}, status=status)
+
+
+def not_found(request: HttpRequest, exception: Exception) -> HttpResponse:
+    """404."""
+    return _page(request, 404, "There is nothing here", "The address may be mistyped, or the page is gone.")
+
+
+def forbidden(request: HttpRequest, exception: Exception) -> HttpResponse:
+    """403."""
+    return _page(request, 403, "Not for you", "Your account may not see this. Sign in with another one, or ask staff.")
+
+
+def bad_request(request: HttpRequest, exception: Exception) -> HttpResponse:
+    """400."""
+    return _page(request, 400, "That request made no sense", "Go back, reload the page, and try once more.")
+
+
+def csrf_failure(request: HttpRequest, reason: str = "") -> HttpResponse:
+    """403 for a form that is too old or came from elsewhere."""
+    return _page(
+        request, 403, "This form is out of date",
+        "Nothing was done. Go back, reload the page and send it again; cookies must be allowed.",
+    )  # fmt: skip

@@ -7,7 +7,7 @@ export default defineConfig({
     manifest: true,
     cssCodeSplit: true,
     rollupOptions: {
-      input: ["src/style.css", "src/robot.ts", "src/landing.ts", "src/admin.ts", "src/admin.css", "src/turn.ts"],
+      input: ["src/site.ts", "src/robot.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts"],
     },
   },
 });

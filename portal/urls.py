@@ -5,6 +5,7 @@ from django.urls import include, path
 
 from accounts import views as accounts
 from operatorlog import views as log
+from portal.classic import views as classic
 from portal.pages import health, views
 
 admin.site.site_header = "Farhand"
@@ -19,6 +20,9 @@ urlpatterns = [
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
+    path("classic/<slug:slug>/", classic.enter, name="classic"),
+    path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
+    path("classic/<slug:slug>/<str:token>/<str:stamp>.gif", classic.panel, name="classic-panel"),
     path("log/", log.log, name="log"),
     path("turns/<int:pk>/", log.turn_page, name="turn"),
     path("turns/<int:pk>/survey/", log.survey, name="survey"),

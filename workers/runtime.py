@@ -163,8 +163,8 @@ class Runtime:
             return
         self.remember(state)
         cycle = Robot.objects.values_list("cycle", flat=True).get(pk=self.robot.pk)
-        if cycle in (Cycle.OFFLINE, Cycle.FAULT):
-            self._set_cycle(Cycle.HANDOVER, "", cycle)
+        if cycle in (Cycle.OFFLINE, Cycle.FAULT, Cycle.READY, Cycle.OFFERED):
+            self._set_cycle(Cycle.HANDOVER, "", cycle)  # what was not verified is not offered
         elif cycle == Cycle.OPERATING and not state.ready:
             self.faulted(HardwareFault("The controller lost its calibration."), None)
         elif not self.latch.latched:

@@ -1,5 +1,4 @@
 /** The landing page: each robot's thumbnail follows its newest picture. */
-import "./style.css";
 import { Live } from "./live";
 import type { Message, PicturePacket } from "./protocol";
 

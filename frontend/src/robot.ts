@@ -1,5 +1,4 @@
 /** A robot's page: everybody watches, the operator drives. */
-import "./style.css";
 import { nozzlePixel, onSand, target, type Description } from "./arm";
 import { CameraView } from "./camera";
 import { blocked, whyNot, type Facts } from "./controls";

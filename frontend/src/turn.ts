@@ -1,5 +1,4 @@
 /** The page after a turn: keeps a draft of the entry, so that a lost line loses nothing. */
-import "./style.css";
 
 const area = document.querySelector<HTMLTextAreaElement>("textarea[data-draft]");
 if (area) {

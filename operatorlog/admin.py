@@ -1,0 +1,73 @@
+"""Moderation of the log; questions and answers of the survey."""
+
+from typing import Any
+
+from django.contrib import admin, messages
+from django.http import HttpRequest
+
+from operatorlog import services
+from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
+from robots.clock import SYSTEM
+
+
+@admin.register(Entry)
+class EntryAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """Publish, feature, hide with a reason."""
+
+    list_display = ("written_at", "author", "robot", "text", "visibility", "hidden_reason")
+    list_filter = ("visibility", "robot")
+    search_fields = ("text", "author__username")
+    fields = ("author", "robot", "text", "written_at", "visibility", "hidden_reason")
+    readonly_fields = ("author", "robot", "text", "written_at")
+    actions = ("publish", "feature")
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Operators write, after their turn."""
+        return False
+
+    def save_model(self, request: HttpRequest, obj: Entry, form: Any, change: bool) -> None:
+        """Moderate through the service, so that a hidden entry has a reason and a moderator."""
+        wanted, reason = Visibility(obj.visibility), obj.hidden_reason
+        fresh = Entry.objects.get(pk=obj.pk)
+        try:
+            services.moderate(fresh, request.user, wanted, reason, SYSTEM.now())
+        except services.LogError as error:
+            messages.error(request, str(error))
+
+    @admin.action(description="Publish")
+    def publish(self, request: HttpRequest, queryset: Any) -> None:
+        """Show the chosen entries."""
+        for entry in queryset:
+            services.moderate(entry, request.user, Visibility.PUBLISHED, "", SYSTEM.now())
+
+    @admin.action(description="Feature")
+    def feature(self, request: HttpRequest, queryset: Any) -> None:
+        """Put the chosen entries forward."""
+        for entry in queryset:
+            services.moderate(entry, request.user, Visibility.FEATURED, "", SYSTEM.now())
+
+
+@admin.register(SurveyQuestion)
+class SurveyQuestionAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """The questions after a turn."""
+
+    list_display = ("prompt", "kind", "position", "active")
+    list_editable = ("position", "active")
+
+
+class AnswerInline(admin.TabularInline):  # type: ignore[type-arg]
+    """One person's answers."""
+
+    model = SurveyAnswer
+    extra = 0
+    readonly_fields = ("question", "value")
+    can_delete = False
+
+
+@admin.register(SurveyResponse)
+class SurveyResponseAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """What people answered; plots and CSV at /survey/results/."""
+
+    list_display = ("turn", "at")
+    inlines = (AnswerInline,)
+    readonly_fields = ("turn", "at")

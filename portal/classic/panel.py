@@ -1,0 +1,111 @@
+"""The composite picture of the classic console: camera, schematic, buttons, one grey GIF.
+
+"This schematic is combined with the camera image, and the up, down, and air control
+buttons to form a new composite image" (Goldberg et al. 1995, section 5); 64 greys save
+bytes that nobody sees (section 6.6).
+"""
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from PIL import Image, ImageDraw, ImageFont
+
+from robots.description import scara
+
+CAMERA = (0, 0, 192, 165)
+SCHEMATIC = (192, 0, 336, 165)
+BUTTONS_TOP, WIDTH, HEIGHT = 165, 336, 194
+BUTTONS = ("up", "down", "air", "stop")
+MAP_MM = (-300.0, -60.0, 300.0, 627.5)  # what the schematic shows: x, y, x, y
+DOWN_M = 0.001
+
+
+@dataclass(frozen=True)
+class Press:
+    """What a click in the panel means: a kind and its values."""
+
+    kind: str
+    args: dict[str, Any]
+
+
+def press(x: int, y: int, still: int, scale: int = 1) -> Press | None:
+    """Return the command of a click at (x, y) in a panel shown `scale` times as large.
+
+    None for a point outside.
+    """
+    px, py = x / scale, y / scale
+    if not (0 <= px < WIDTH and 0 <= py < HEIGHT):
+        return None
+    if py >= BUTTONS_TOP:
+        return Press(BUTTONS[int(px * len(BUTTONS) // WIDTH)], {})
+    if px < CAMERA[2]:
+        return Press("click", {"still": still, "u": px, "v": py})
+    u, v = (px - SCHEMATIC[0]) / (SCHEMATIC[2] - SCHEMATIC[0]), py / (SCHEMATIC[3] - 1)
+    x0, y0, x1, y1 = MAP_MM
+    return Press("move", {"x": (x0 + u * (x1 - x0)) / 1000, "y": (y1 - v * (y1 - y0)) / 1000})
+
+
+def compose(picture: Path | None, description: dict[str, Any], joints: list[float], greys: int = 64) -> bytes:
+    """Return the panel as GIF with `greys` shades of grey."""
+    panel = Image.new("L", (WIDTH, HEIGHT), 215)
+    if picture is not None:
+        try:
+            with Image.open(picture) as image:
+                panel.paste(image.convert("L").resize((192, 165)), (0, 0))
+        except OSError:
+            pass  # the file is gone: an empty screen tells that
+    draw = ImageDraw.Draw(panel)
+    _schematic(draw, description, joints)
+    down = len(joints) > 2 and joints[2] <= DOWN_M
+    _buttons(draw, down)
+    return _gif(panel, greys)
+
+
+def _at(x_mm: float, y_mm: float) -> tuple[float, float]:
+    x0, y0, x1, y1 = MAP_MM
+    return (
+        SCHEMATIC[0] + (x_mm - x0) / (x1 - x0) * (SCHEMATIC[2] - SCHEMATIC[0]),
+        (y1 - y_mm) / (y1 - y0) * (SCHEMATIC[3] - 1),
+    )
+
+
+def _schematic(draw: ImageDraw.ImageDraw, description: dict[str, Any], joints: list[float]) -> None:
+    draw.rectangle((SCHEMATIC[0], 0, SCHEMATIC[2], SCHEMATIC[3]), fill=245)
+    sand = description["sand"]
+    low = _at(sand["x"][0] * 1000, sand["y"][1] * 1000)
+    high = _at(sand["x"][1] * 1000, sand["y"][0] * 1000)
+    draw.rectangle((*low, *high), fill=195, outline=110)
+    if len(joints) < 4:
+        return
+    arm = scara(description)
+    q = (joints[0], joints[1], joints[2], joints[3])
+    elbow, tool = arm.elbow(q), arm.forward(q)
+    points = [_at(0, 0), _at(elbow[0] * 1000, elbow[1] * 1000), _at(tool[0] * 1000, tool[1] * 1000)]
+    draw.line(points, fill=70, width=6, joint="curve")
+    for (x, y), r in zip(points, (6, 4, 3), strict=True):
+        draw.ellipse((x - r, y - r, x + r, y + r), fill=20)
+
+
+def _buttons(draw: ImageDraw.ImageDraw, down: bool) -> None:
+    font = ImageFont.load_default(14)
+    width = WIDTH // len(BUTTONS)
+    works = {"up": down, "down": not down, "air": down, "stop": True}
+    for i, name in enumerate(BUTTONS):
+        box = (i * width + 1, BUTTONS_TOP + 2, (i + 1) * width - 2, HEIGHT - 2)
+        draw.rectangle(box, fill=250 if works[name] else 205, outline=60)
+        draw.text(
+            ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2), name.upper(), fill=0 if works[name] else 130, font=font, anchor="mm"
+        )
+
+
+def _gif(panel: Image.Image, greys: int) -> bytes:
+    step = 256 // greys
+    reduced = panel.point([v // step for v in range(256)])
+    paletted = Image.frombytes("P", panel.size, reduced.tobytes())
+    shades = [round(i * 255 / (greys - 1)) for i in range(greys)]
+    paletted.putpalette([c for s in shades for c in (s, s, s)])
+    out = io.BytesIO()
+    paletted.save(out, "GIF", optimize=True)
+    return out.getvalue()

@@ -1,0 +1,189 @@
+"""The console for browsers without scripts: the same robot, the same rules, no GET moves anything."""
+
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from django.conf import settings
+from django.contrib import messages
+from django.http import Http404, HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404, redirect, render
+from django.views.decorators.cache import never_cache
+
+from accounts.services import cleared
+from operatorlog.models import Entry, Visibility
+from portal.classic.panel import WIDTH, Press, compose, press
+from portal.live.snapshot import status_of
+from queueing import services as queue
+from queueing.errors import QueueError
+from queueing.models import TicketState, Turn
+from robots import services
+from robots.clock import SYSTEM
+from robots.drivers.errors import RobotError
+from robots.models import Command, Frame, Robot
+from robots.services import newest_still
+
+WAIT_S = 20.0
+POLL_S = 0.1
+REFRESH_S = 30
+DISCRETE = frozenset({"up", "down", "air"})
+
+
+@never_cache
+def enter(request: HttpRequest, slug: str) -> HttpResponse:
+    """Begin: on to an address with a fresh token."""
+    robot = get_object_or_404(Robot, slug=slug)
+    return redirect(_address(robot, request))
+
+
+def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) -> str:
+    still = newest_still(robot)
+    if not request.user.is_authenticated:
+        return f"/classic/{robot.slug}/{SYSTEM.now():%Y%m%d%H%M%S%f}/"
+    token = queue.fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
+    return f"/classic/{robot.slug}/{token}/"
+
+
+@never_cache
+def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
+    """Show the page that fits the person now; a request counts as presence."""
+    robot = get_object_or_404(Robot, slug=slug)
+    if request.method == "POST":
+        return _act(request, robot, token)
+    now = SYSTEM.now()
+    if request.user.is_authenticated:
+        queue.seen(robot, request.user, now, classic=True)
+    return render(request, "classic/page.html", _context(request, robot, now))
+
+
+def _context(request: HttpRequest, robot: Robot, now: datetime) -> dict[str, Any]:
+    state, label, why = status_of(robot, now)
+    ticket = queue.open_ticket(robot, request.user)
+    turn = queue.open_turn(robot)
+    still = newest_still(robot)
+    mine = turn is not None and turn.user_id == request.user.pk
+    ahead = queue.place(ticket) if ticket is not None and ticket.state == TicketState.WAITING else 0
+    wait = queue.wait_range(robot, ahead, now) if ticket else None
+    unwritten = None
+    if request.user.is_authenticated:
+        unwritten = Turn.objects.filter(user=request.user, robot=robot, entry=None).exclude(ended_at=None).first()
+    address = _address(robot, request, now)
+    return {
+        "robot": robot, "state": state, "label": label, "why": why, "ticket": ticket, "turn": turn, "mine": mine,
+        "ahead": ahead, "wait_min": [round(s / 60) for s in wait] if wait else None, "still": still,
+        "address": address, "stamp": f"{still.pk}-{still.taken_at:%Y%m%d%H%M%S}" if still else "0-0",
+        "cleared": cleared(request.user, robot), "refresh_s": REFRESH_S if not mine else None,
+        "age_s": round((now - still.taken_at).total_seconds()) if still else None,
+        "left_s": round((turn.until - now).total_seconds()) if turn else None,
+        "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
+        "double": WIDTH * 2, "unwritten": unwritten,
+        "last": Command.objects.filter(grant=turn.grant).first() if mine and turn else None,
+        "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
+    }  # fmt: skip
+
+
+def _act(request: HttpRequest, robot: Robot, token: str) -> HttpResponse:
+    """Carry out one press; a token is good for one motion at most."""
+    if not request.user.is_authenticated:
+        return redirect(f"/accounts/login/?next=/classic/{robot.slug}/")
+    now = SYSTEM.now()
+    queue.seen(robot, request.user, now, classic=True)
+    try:
+        _perform(request, robot, token, now)
+    except (RobotError, QueueError) as error:
+        messages.warning(request, str(error))
+    return redirect(_address(robot, request))
+
+
+def _perform(request: HttpRequest, robot: Robot, token: str, now: datetime) -> None:
+    user = request.user
+    what = request.POST.get("do", "")
+    if what == "join":
+        queue.join(robot, user, now, classic=True)
+    elif what == "leave":
+        queue.leave(robot, user, now)
+    elif what == "accept":
+        queue.accept(robot, user, now)
+    elif what == "stop":
+        services.stop(robot, user, now)
+        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+    elif what == "release":
+        services.release_stop(robot, user, request.POST.get("checked") == "yes")
+        messages.success(request, "The stop is released. Nothing moves until you give a command.")
+    else:
+        _press(request, robot, token, now)
+
+
+def _press(request: HttpRequest, robot: Robot, token: str, now: datetime) -> None:
+    wanted = _wanted(request)
+    if wanted is None:
+        messages.warning(request, "Nothing was pressed. Click in the camera image, in the map, or on a button.")
+        return
+    if wanted.kind == "stop":
+        services.stop(robot, request.user, now)
+        messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
+        return
+    spent = queue.spend_token(robot, request.user, token, now)
+    if spent is None:
+        messages.warning(request, "That page was used already, so nothing moved. This is the current one.")
+        return
+    args = {**wanted.args, "still": spent.still} if wanted.kind == "click" else wanted.args
+    grant = services.grant_of(robot, request.user, now)
+    command = services.issue(robot, request.user, wanted.kind, args, services.next_seq(grant), now).command
+    _tell(request, _until_final(command))
+
+
+def _wanted(request: HttpRequest) -> Press | None:
+    what = request.POST.get("do", "")
+    if what in DISCRETE:
+        return Press(what, {})
+    if what == "move":
+        return Press("move", {k: _mm(request.POST.get(f"{k}_mm", "")) for k in ("x", "y")})
+    for name, scale in (("small", 1), ("large", 2)):
+        x, y = request.POST.get(f"{name}.x", ""), request.POST.get(f"{name}.y", "")
+        if x.isdigit() and y.isdigit() and len(x + y) < 12:
+            return press(int(x), int(y), 0, scale)
+    return None
+
+
+def _mm(text: str) -> float | str:
+    try:
+        return float(text) / 1000
+    except ValueError:
+        return text  # the service names what is wrong with it
+
+
+def _until_final(command: Command) -> Command:
+    """Wait for the command's end, as the page of 1994 did; the page shows what is known by then."""
+    until = time.monotonic() + WAIT_S
+    while not command.final and time.monotonic() < until:
+        time.sleep(POLL_S)
+        command.refresh_from_db()
+    return command
+
+
+def _tell(request: HttpRequest, command: Command) -> None:
+    text = f"{command.kind.capitalize()}: {command.get_state_display().lower()}."
+    if command.reason:
+        text += f" {command.reason}"
+    if command.state == "completed":
+        messages.success(request, text)
+    else:
+        messages.warning(request, text)
+
+
+def panel(request: HttpRequest, slug: str, token: str, stamp: str) -> HttpResponse:
+    """Return the composite GIF of one kept picture; its name is stamped and never reused."""
+    robot = get_object_or_404(Robot, slug=slug)
+    number = stamp.split("-")[0]
+    frame = Frame.objects.filter(robot=robot, pk=int(number)).first() if number.isdigit() and len(number) < 18 else None
+    if frame is None and number != "0":
+        raise Http404("There is no such picture.")
+    path = Path(settings.MEDIA_ROOT) / frame.file if frame else None
+    response = HttpResponse(
+        compose(path, robot.description(), frame.joints if frame else []), content_type="image/gif"
+    )
+    response["Cache-Control"] = "private, max-age=86400"
+    return response
+

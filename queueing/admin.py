@@ -1,0 +1,89 @@
+"""The queue: pause it, take people out, end turns."""
+
+from typing import Any
+
+from django.contrib import admin
+from django.http import HttpRequest
+
+from queueing import services
+from queueing.models import Account, Queue, QueueRobot, Ticket, Turn
+from robots.clock import SYSTEM
+
+
+class LinkInline(admin.TabularInline):  # type: ignore[type-arg]
+    """The robots that a queue serves."""
+
+    model = QueueRobot
+    extra = 0
+
+
+@admin.register(Queue)
+class QueueAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """Pause a queue, choose its robots."""
+
+    list_display = ("name", "paused")
+    list_editable = ("paused",)
+    inlines = (LinkInline,)
+
+
+@admin.register(Ticket)
+class TicketAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """Places, in the order in which they are served."""
+
+    list_display = ("user", "queue", "state", "start_tag", "joined_at", "last_seen", "end_reason")
+    list_filter = ("queue", "state")
+    ordering = ("-id",)
+    actions = ("remove",)
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """People join by themselves."""
+        return False
+
+    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """The order is not edited by hand."""
+        return False
+
+    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """History is kept."""
+        return False
+
+    @admin.action(description="Take out of the queue", permissions=["view"])
+    def remove(self, request: HttpRequest, queryset: Any) -> None:
+        """Take the chosen people out; a running turn is ended."""
+        for ticket in queryset:
+            services.remove(ticket, SYSTEM.now())
+
+
+@admin.register(Turn)
+class TurnAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """Turns, running and past."""
+
+    list_display = ("id", "robot", "user", "started_at", "ended_at", "end_reason", "charged_s")
+    list_filter = ("robot", "end_reason")
+    actions = ("end",)
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """A turn begins with an offer."""
+        return False
+
+    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """History is kept."""
+        return False
+
+    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """History is kept."""
+        return False
+
+    @admin.action(description="End the turn now", permissions=["view"])
+    def end(self, request: HttpRequest, queryset: Any) -> None:
+        """End the chosen running turns."""
+        for turn in queryset.filter(ended_at=None):
+            services.end_turn(turn, "ended by staff", SYSTEM.now())
+
+
+@admin.register(Account)
+class AccountAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """What people have used, and their weight."""
+
+    list_display = ("user", "queue", "finish_tag", "weight")
+    readonly_fields = ("user", "queue", "finish_tag")

@@ -1,0 +1,226 @@
+"""The keeper's side: add, test, enable, stop, lock out, reset, calibrate; nothing needs a shell."""
+
+from typing import Any
+
+from django import forms
+from django.contrib import admin, messages
+from django.http import HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404, redirect, render
+from django.urls import URLPattern, path
+from django.utils.html import format_html
+from django.utils.safestring import SafeString
+
+from robots import bus, services
+from robots.clock import SYSTEM
+from robots.drivers.errors import RobotError
+from robots.models import Command, Frame, Grant, Incident, Lease, Robot
+
+
+class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
+    """A robot's row; the driver must be installed."""
+
+    class Meta:
+        model = Robot
+        fields = "__all__"
+
+    def clean(self) -> dict[str, Any]:
+        """Refuse a driver that is not installed."""
+        cleaned = super().clean() or {}
+        try:
+            from robots.drivers.contract import make_driver  # noqa: PLC0415 - only this form needs it
+
+            make_driver(cleaned.get("driver", ""), cleaned.get("address", ""), {})
+        except LookupError as error:
+            raise forms.ValidationError({"driver": str(error)}) from error
+        return cleaned
+
+
+def _staff_verbs() -> dict[str, Any]:
+    def enable(robot: Robot, request: HttpRequest) -> str:
+        services.set_enabled(robot, request.user, True)
+        return "Switched on; the supervisor starts its worker."
+
+    def disable(robot: Robot, request: HttpRequest) -> str:
+        services.set_enabled(robot, request.user, False)
+        return "Switched off; it was stopped first."
+
+    def stop(robot: Robot, request: HttpRequest) -> str:
+        services.stop(robot, request.user)
+        return "Stop was sent."
+
+    def release(robot: Robot, request: HttpRequest) -> str:
+        services.release_stop(robot, request.user, request.POST.get("checked") == "yes")
+        return "The stop is released; nothing moves until somebody gives a command."
+
+    def lock_out(robot: Robot, request: HttpRequest) -> str:
+        services.lock_out(robot, request.user, request.POST.get("note", ""))
+        return "Locked out. People keep their places."
+
+    def lift(robot: Robot, request: HttpRequest) -> str:
+        services.lift_lock_out(robot, request.user)
+        return "The lock-out is lifted; the robot is put in order, then offered."
+
+    def maintenance(robot: Robot, request: HttpRequest) -> str:
+        services.start_maintenance(robot, request.user)
+        return "You drive now, for 30 minutes, from the robot's page. Release the stop there first."
+
+    def soft_reset(robot: Robot, request: HttpRequest) -> str:
+        services.staff_command(robot, request.user, "soft_reset")
+        return "Soft reset was queued; the command history tells its end."
+
+    def calibrate(robot: Robot, request: HttpRequest) -> str:
+        services.staff_command(robot, request.user, "calibrate")
+        return "Calibration was queued; it takes about a quarter of a minute."
+
+    def test(robot: Robot, request: HttpRequest) -> str:
+        if robot.enabled:
+            services.staff_command(robot, request.user, "still")
+            return "The robot is on: a new picture was asked for; see the command history."
+        if not bus.send_housekeeping("robots.probe", robot.slug):
+            raise services.RobotOffline("The test needs the live link (Redis), which is down.")
+        return "The connection is being tested; the answer appears below in some seconds."
+
+    found = (enable, disable, stop, release, lock_out, lift, maintenance, soft_reset, calibrate, test)
+    return {f.__name__: f for f in found}
+
+
+VERBS = _staff_verbs()
+
+
+@admin.register(Robot)
+class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """One page a robot."""
+
+    form = RobotForm
+    search_fields = ("name", "slug")
+    list_display = ("name", "state", "address", "enabled", "stop_latched", "calibrated_at")
+    prepopulated_fields = {"slug": ("name",)}
+    readonly_fields = ("cycle", "reason", "enabled", "lockout_note")
+    change_form_template = "admin/robots/robot/change_form.html"
+    fieldsets = (
+        (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
+        ("Connection", {"fields": ("driver", "address", "camera")}),
+        ("Settings", {"fields": ("speed", "stability_threshold", "delivery_exposure_s", "turn_s")}),
+        ("State", {"fields": ("enabled", "cycle", "reason", "lockout_note")}),
+    )
+
+    @admin.display(description="State")
+    def state(self, robot: Robot) -> str:
+        """Return the robot's state in words, its worker's silence included."""
+        alive = services.owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
+        worker = "" if alive or not robot.enabled else " (worker silent)"
+        return f"{robot.get_cycle_display()}{worker}"
+
+    def get_urls(self) -> list[URLPattern]:
+        """Add the status part and the verbs."""
+        view = self.admin_site.admin_view
+        return [
+            path("<int:pk>/status/", view(self.status), name="robots_robot_status"),
+            path("<int:pk>/do/<str:verb>/", view(self.do), name="robots_robot_do"),
+            *super().get_urls(),
+        ]
+
+    def status(self, request: HttpRequest, pk: int) -> HttpResponse:
+        """Return the live part of the page."""
+        robot = get_object_or_404(Robot, pk=pk)
+        return render(request, "admin/robots/robot/status.html", self._status(robot))
+
+    def _status(self, robot: Robot) -> dict[str, Any]:
+        lease = Lease.objects.filter(robot=robot).first()
+        return {
+            "robot": robot, "lease": lease, "alive": services.owner_alive(lease, SYSTEM.now()), "link": bus.alive(),
+            "grant": services.open_grant(robot), "frame": services.newest_still(robot), "now": SYSTEM.now(),
+            "incidents": Incident.objects.filter(robot=robot, closed_at=None)[:5],
+            "commands": Command.objects.filter(robot=robot).select_related("issued_by")[:8],
+            "calibration": [
+                (name, one.get("residual_mm"), one.get("points"))
+                for name, one in robot.calibration.items() if isinstance(one, dict)
+            ],
+        }  # fmt: skip
+
+    def do(self, request: HttpRequest, pk: int, verb: str) -> HttpResponse:
+        """Carry out one verb, asked for by POST."""
+        robot = get_object_or_404(Robot, pk=pk)
+        back = redirect("admin:robots_robot_change", pk)
+        if request.method != "POST" or verb not in VERBS:
+            return back
+        try:
+            messages.success(request, VERBS[verb](robot, request))
+        except RobotError as error:
+            messages.error(request, str(error))
+        else:
+            self.log_change(request, robot, f"{verb} {request.POST.get('note', '')}".strip())
+        return back
+
+    def change_view(
+        self, request: HttpRequest, object_id: str, form_url: str = "", extra_context: dict[str, Any] | None = None
+    ) -> HttpResponse:
+        """Show the status above the form."""
+        robot = Robot.objects.filter(pk=object_id).first() if object_id.isdigit() else None
+        extra = {**(extra_context or {}), **(self._status(robot) if robot else {})}
+        return super().change_view(request, object_id, form_url, extra)
+
+
+class Kept(admin.ModelAdmin):  # type: ignore[type-arg]
+    """A record that is read, never written by hand."""
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Nobody adds history."""
+        return False
+
+    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Nobody changes history."""
+        return False
+
+    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Nobody deletes history."""
+        return False
+
+
+@admin.register(Command)
+class CommandAdmin(Kept):
+    """The command history."""
+
+    list_display = ("id", "robot", "kind", "state", "reason", "issued_by", "created_at", "ended_at")
+    list_filter = ("robot", "state", "kind")
+    date_hierarchy = "created_at"
+
+
+@admin.register(Grant)
+class GrantAdmin(Kept):
+    """Who might move a robot, when."""
+
+    list_display = ("robot", "kind", "holder", "opened_at", "ended_at", "end_reason")
+    list_filter = ("robot", "kind")
+
+
+@admin.register(Incident)
+class IncidentAdmin(Kept):
+    """What went wrong."""
+
+    list_display = ("at", "robot", "code", "text", "remedy", "closed_at")
+    list_filter = ("robot", "code")
+    actions = ("close",)
+
+    def has_view_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Keepers see incidents."""
+        return request.user.has_perm("robots.view_incident")
+
+    @admin.action(description="Mark as dealt with", permissions=["view"])
+    def close(self, request: HttpRequest, queryset: Any) -> None:
+        """Close the chosen incidents."""
+        for incident in queryset:
+            services.close_incident(incident, request.user)
+
+
+@admin.register(Frame)
+class FrameAdmin(Kept):
+    """Kept pictures."""
+
+    list_display = ("id", "robot", "taken_at", "verdict", "difference", "tries", "shown")
+    list_filter = ("robot", "verdict")
+
+    @admin.display(description="Picture")
+    def shown(self, frame: Frame) -> SafeString:
+        """Return the picture itself."""
+        return format_html('<img src="{}" width="96" height="82" alt="">', frame.url)

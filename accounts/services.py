@@ -62,9 +62,7 @@ def mark_read(user: Any, robot: Robot, now: datetime) -> None:
 
 def pause_left(user: Any, robot: Robot, now: datetime) -> int:
     """Return the seconds until another attempt may begin."""
-    last = (
-        Attempt.objects.filter(user=user, robot=robot, passed=False).order_by("-finished_at").first()
-    )
+    last = Attempt.objects.filter(user=user, robot=robot, passed=False).order_by("-finished_at").first()
     if last is None or last.finished_at is None:
         return 0
     until = last.finished_at + timedelta(seconds=settings.FARHAND["QUIZ_PAUSE_S"])
@@ -138,6 +136,4 @@ def grade(attempt: Attempt, answers: dict[int, int], now: datetime) -> list[Feed
                 user=attempt.user, robot=attempt.robot, level=1, defaults={"granted_at": now, "revoked_at": None}
             )
     explanations = dict(Question.objects.filter(pk__in=[q.id for q in wrong]).values_list("pk", "explanation"))
-    return [
-        Feedback(q.text, dict(q.choices).get(answers[q.id], "—"), explanations[q.id]) for q in wrong
-    ]
+    return [Feedback(q.text, dict(q.choices).get(answers[q.id], "—"), explanations[q.id]) for q in wrong]

@@ -56,9 +56,7 @@ def clearance(request: HttpRequest, slug: str) -> HttpResponse:
 
 def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
     pk = request.POST.get("attempt", "")
-    attempt = get_object_or_404(
-        Attempt, pk=int(pk) if pk.isdigit() else 0, user=request.user, robot=robot
-    )
+    attempt = get_object_or_404(Attempt, pk=int(pk) if pk.isdigit() else 0, user=request.user, robot=robot)
     shown = services.questions(attempt)
     answers = {}
     for question in shown:

@@ -84,7 +84,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", text: str = "", s
 def survey(request: HttpRequest, pk: int) -> HttpResponse:
     """Take the answers of the survey."""
     turn = get_object_or_404(Turn, pk=pk)
-    answers = {int(k[1:]): v for k, v in request.POST.items() if k[:1] == "s" and k[1:].isdigit()}
+    answers = {int(k[1:]): str(v) for k, v in request.POST.items() if k[:1] == "s" and k[1:].isdigit()}
     try:
         services.answer_survey(turn, request.user, answers, SYSTEM.now())
     except services.LogError as error:
@@ -97,9 +97,7 @@ def survey(request: HttpRequest, pk: int) -> HttpResponse:
 def results(request: HttpRequest) -> HttpResponse:
     """Show what people answered, for staff."""
     shown = [_plot(q) for q in SurveyQuestion.objects.all()]
-    return render(
-        request, "operatorlog/results.html", {"questions": shown, "total": SurveyResponse.objects.count()}
-    )
+    return render(request, "operatorlog/results.html", {"questions": shown, "total": SurveyResponse.objects.count()})
 
 
 def _plot(question: SurveyQuestion) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import os
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
-from celery import Celery, signals  # noqa: E402
+from celery import Celery, signals
 
 app = Celery("portal")
 app.config_from_object("django.conf:settings", namespace="CELERY")
@@ -18,4 +18,3 @@ def _prepare_worker(**_: object) -> None:
     from workers.bootstep import OwnRobot  # noqa: PLC0415
 
     app.steps["worker"].add(OwnRobot)
-

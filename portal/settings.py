@@ -3,6 +3,7 @@
 `docs/reference/settings.md` lists every variable.
 """
 
+import contextlib
 import os
 import secrets
 from pathlib import Path
@@ -33,10 +34,8 @@ def _kept_secret() -> str:
     descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     with os.fdopen(descriptor, "w") as file:
         file.write(secrets.token_urlsafe(64))
-    try:
-        os.link(part, path)  # atomic: the first process wins
-    except FileExistsError:
-        pass
+    with contextlib.suppress(FileExistsError):  # atomic: the first process wins
+        os.link(part, path)
     part.unlink()
     return path.read_text().strip()
 
@@ -45,9 +44,7 @@ SECRET_KEY = env.str("SECRET_KEY", "") or _kept_secret()
 
 ALLOWED_HOSTS = env.list("ALLOWED_HOSTS", default=["localhost", "127.0.0.1", "[::1]"])
 if "*" in ALLOWED_HOSTS:
-    raise ImproperlyConfigured(
-        "ALLOWED_HOSTS must name the hosts: '*' would switch the origin check of sockets off."
-    )
+    raise ImproperlyConfigured("ALLOWED_HOSTS must name the hosts: '*' would switch the origin check of sockets off.")
 CSRF_TRUSTED_ORIGINS = env.list("CSRF_TRUSTED_ORIGINS", default=[])
 
 INSTALLED_APPS = [

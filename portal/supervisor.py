@@ -12,9 +12,10 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 HEARTBEAT_S = 10.0
 GRACE_S = 25.0
@@ -135,7 +136,7 @@ class Supervisor:
         """Begin to stop."""
         self._end.set()
 
-    async def run(self, ready: Callable[[], Awaitable[None]] | None = None) -> None:
+    async def run(self, ready: Callable[[], Coroutine[Any, Any, None]] | None = None) -> None:
         """Start everything, look after it, stop everything in order."""
         loop = asyncio.get_running_loop()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -161,7 +161,7 @@ def accept(robot: Robot, user: Any, now: datetime) -> Turn:
         ticket.refresh_from_db()
         if ticket.state != TicketState.OFFERED or ticket.offer_until is None or ticket.offer_until <= now:
             raise NotYourTurn("The offer is over; join the queue again.")
-        robot = Robot.objects.get(pk=ticket.robot_id)
+        robot = Robot.objects.get(pk=ticket.robot_id or 0)
         problem = why_not_ready(robot, now, Cycle.OFFERED)
         if problem:
             raise RobotUnavailable(problem)
@@ -205,9 +205,7 @@ def end_turn(turn: Turn, reason: str, now: datetime) -> bool:
         queue = _locked(turn.ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
         seconds = fairshare.charged(used, turn.alone_s)
-        done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(
-            ended_at=now, end_reason=reason, charged_s=seconds
-        )
+        done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
         if not done:
             return False
         end_grant(turn.grant, reason, now)
@@ -280,9 +278,9 @@ def _tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
         _announce(queue)
     elif turn.until <= now:
         end_turn(turn, "time is up", now)
-    elif not turn.classic and not turn.connected and silent > RULES["RECONNECT_S"]:
-        end_turn(turn, "connection lost", now)
-    elif turn.classic and silent > RULES["CLASSIC_PRESENCE_S"]:
+    elif (not turn.classic and not turn.connected and silent > RULES["RECONNECT_S"]) or (
+        turn.classic and silent > RULES["CLASSIC_PRESENCE_S"]
+    ):
         end_turn(turn, "connection lost", now)
     elif others and idle > RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]:
         end_turn(turn, "idle while others wait", now)
@@ -303,9 +301,7 @@ def _recall_offers(queue: Queue, now: datetime) -> None:
                 Robot.objects.filter(pk=robot.pk, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
             _announce(queue)
     offered = Ticket.objects.filter(queue=queue, state=TicketState.OFFERED).values("robot")
-    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OFFERED).exclude(pk__in=offered).update(
-        cycle=Cycle.READY
-    )
+    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OFFERED).exclude(pk__in=offered).update(cycle=Cycle.READY)
     turns = Turn.objects.filter(robot__queue_link__queue=queue, ended_at=None).values("robot")
     Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OPERATING).exclude(pk__in=turns).update(
         cycle=Cycle.HANDOVER
@@ -350,9 +346,10 @@ def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff") -> N
 def place(ticket: Ticket) -> int:
     """Return how many waiting people are served before this ticket."""
     ahead = Ticket.objects.filter(queue=ticket.queue, state__in=(TicketState.WAITING, TicketState.OFFERED))
-    return ahead.filter(start_tag__lt=ticket.start_tag).count() + ahead.filter(
-        start_tag=ticket.start_tag, pk__lt=ticket.pk
-    ).count()
+    return (
+        ahead.filter(start_tag__lt=ticket.start_tag).count()
+        + ahead.filter(start_tag=ticket.start_tag, pk__lt=ticket.pk).count()
+    )
 
 
 def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | None:

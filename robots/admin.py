@@ -12,8 +12,10 @@ from django.utils.safestring import SafeString
 
 from robots import bus, services
 from robots.clock import SYSTEM
+from robots.drivers.contract import make_driver
 from robots.drivers.errors import RobotError
 from robots.models import Command, Frame, Grant, Incident, Lease, Robot
+from robots.verbs import VERBS
 
 
 class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -21,70 +23,19 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
 
     class Meta:
         model = Robot
-        fields = "__all__"
+        fields = (
+            "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera",
+            "speed", "stability_threshold", "delivery_exposure_s", "turn_s",
+        )  # fmt: skip
 
     def clean(self) -> dict[str, Any]:
         """Refuse a driver that is not installed."""
         cleaned = super().clean() or {}
         try:
-            from robots.drivers.contract import make_driver  # noqa: PLC0415 - only this form needs it
-
             make_driver(cleaned.get("driver", ""), cleaned.get("address", ""), {})
         except LookupError as error:
             raise forms.ValidationError({"driver": str(error)}) from error
         return cleaned
-
-
-def _staff_verbs() -> dict[str, Any]:
-    def enable(robot: Robot, request: HttpRequest) -> str:
-        services.set_enabled(robot, request.user, True)
-        return "Switched on; the supervisor starts its worker."
-
-    def disable(robot: Robot, request: HttpRequest) -> str:
-        services.set_enabled(robot, request.user, False)
-        return "Switched off; it was stopped first."
-
-    def stop(robot: Robot, request: HttpRequest) -> str:
-        services.stop(robot, request.user)
-        return "Stop was sent."
-
-    def release(robot: Robot, request: HttpRequest) -> str:
-        services.release_stop(robot, request.user, request.POST.get("checked") == "yes")
-        return "The stop is released; nothing moves until somebody gives a command."
-
-    def lock_out(robot: Robot, request: HttpRequest) -> str:
-        services.lock_out(robot, request.user, request.POST.get("note", ""))
-        return "Locked out. People keep their places."
-
-    def lift(robot: Robot, request: HttpRequest) -> str:
-        services.lift_lock_out(robot, request.user)
-        return "The lock-out is lifted; the robot is put in order, then offered."
-
-    def maintenance(robot: Robot, request: HttpRequest) -> str:
-        services.start_maintenance(robot, request.user)
-        return "You drive now, for 30 minutes, from the robot's page. Release the stop there first."
-
-    def soft_reset(robot: Robot, request: HttpRequest) -> str:
-        services.staff_command(robot, request.user, "soft_reset")
-        return "Soft reset was queued; the command history tells its end."
-
-    def calibrate(robot: Robot, request: HttpRequest) -> str:
-        services.staff_command(robot, request.user, "calibrate")
-        return "Calibration was queued; it takes about a quarter of a minute."
-
-    def test(robot: Robot, request: HttpRequest) -> str:
-        if robot.enabled:
-            services.staff_command(robot, request.user, "still")
-            return "The robot is on: a new picture was asked for; see the command history."
-        if not bus.send_housekeeping("robots.probe", robot.slug):
-            raise services.RobotOffline("The test needs the live link (Redis), which is down.")
-        return "The connection is being tested; the answer appears below in some seconds."
-
-    found = (enable, disable, stop, release, lock_out, lift, maintenance, soft_reset, calibrate, test)
-    return {f.__name__: f for f in found}
-
-
-VERBS = _staff_verbs()
 
 
 @admin.register(Robot)

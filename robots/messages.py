@@ -14,7 +14,7 @@ class _Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fiel
     pass
 
 
-class CommandStage(_Message, tag="command"):
+class CommandStage(_Message, frozen=True, tag="command"):
     """A command reached a stage. Times in ms since 1970."""
 
     id: int
@@ -27,13 +27,13 @@ class CommandStage(_Message, tag="command"):
     result: dict[str, Any] = msgspec.field(default_factory=dict)
 
 
-class Changed(_Message, tag="changed"):
+class Changed(_Message, frozen=True, tag="changed"):
     """Part `what` (robot, queue, log, frame, stop) of the robot changed: read it again."""
 
     what: str
 
 
-class Trace(_Message, tag="trace"):
+class Trace(_Message, frozen=True, tag="trace"):
     """One frame on the robot's wire, for keepers: direction, bytes in hex, words."""
 
     way: str
@@ -44,7 +44,7 @@ class Trace(_Message, tag="trace"):
     broken: int = 0
 
 
-class Notice(_Message, tag="notice"):
+class Notice(_Message, frozen=True, tag="notice"):
     """A sentence for everybody who looks at this robot."""
 
     text: str

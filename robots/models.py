@@ -1,6 +1,7 @@
 """What a robot is, who may move it now, what it was asked and what became of it."""
 
 import secrets
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +159,11 @@ class Command(models.Model):
 
     def __str__(self) -> str:
         return f"{self.kind} #{self.pk}"
+
+    @property
+    def reached_at(self) -> datetime:
+        """Return when the present stage was reached."""
+        return self.ended_at or self.acknowledged_at or self.sent_at or self.accepted_at or self.created_at
 
     @property
     def final(self) -> bool:

@@ -102,16 +102,9 @@ def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None 
 
 def stage_event(command: Command) -> CommandStage:
     """Return the event that tells a command's stage."""
-    at = (
-        command.ended_at
-        or command.acknowledged_at
-        or command.sent_at
-        or command.accepted_at
-        or command.created_at
-    )
     return CommandStage(
         id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
-        state=command.state, reason=command.reason, at_ms=int(at.timestamp() * 1000), result=command.result,
+        state=command.state, reason=command.reason, at_ms=int(command.reached_at.timestamp() * 1000), result=command.result,
     )  # fmt: skip
 
 
@@ -358,5 +351,3 @@ def take_epoch(lease: Lease, now: datetime, seconds: float, host: str, pid: int,
         epoch=F("epoch") + 1, expires_at=now + timedelta(seconds=seconds), host=host, pid=pid, started=started
     )
     return lease.epoch + 1 if done else None
-
-

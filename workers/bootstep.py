@@ -31,7 +31,7 @@ class OwnRobot(bootsteps.StartStopStep):
 
     def start(self, worker: Any) -> None:
         """Wait for the lease, then open the robot and listen to its own queue."""
-        global runtime  # noqa: PLW0603 - one process owns one robot
+        global runtime
         made = Runtime(self.slug)
         if not made.own(lambda: state.should_stop is not None or state.should_terminate is not None):
             raise SystemExit(0)

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from robots.drivers.contract import Driver, Permit
-from robots.vision.calibration import Picture, Shift, entry, find_change, measure_shift
-from robots.vision.calibration import RESPONSE, NotCalibrated
+from robots.vision.calibration import RESPONSE, NotCalibrated, Picture, Shift, entry, find_change, measure_shift
 from robots.vision.stability import Verdict
 
 STEPS_M = ((0.018, 0.0), (0.0, 0.018), (-0.018, 0.0), (0.0, -0.018), (0.014, 0.014), (-0.014, 0.014))

@@ -57,9 +57,7 @@ class Executor:
         else:
             self._end(command, CommandState.COMPLETED, "", result)
 
-    def _end(
-        self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None
-    ) -> None:
+    def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         ledger.finish(command, state, self._runtime.now(), reason, result)
 
     def _perform(self, command: Command) -> dict[str, Any]:

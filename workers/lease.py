@@ -82,9 +82,7 @@ class OwnerLease:
         if not self._lock_device():
             return False
         begun = self._clock.monotonic()
-        epoch = take_epoch(
-            lease, now, self._seconds, socket.gethostname(), os.getpid(), process_start(os.getpid())
-        )
+        epoch = take_epoch(lease, now, self._seconds, socket.gethostname(), os.getpid(), process_start(os.getpid()))
         if epoch is None:
             return False
         self.epoch, self._until = epoch, begun + self._seconds

@@ -24,9 +24,9 @@ def due(robot: Robot, epoch: int) -> QuerySet[Command]:
 
 def claim(command: Command, epoch: int, now: datetime) -> bool:
     """Take a command for execution; False if somebody else did, or it is too late."""
-    done = Command.objects.filter(
-        pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now
-    ).update(state=CommandState.ACCEPTED, accepted_at=now)
+    done = Command.objects.filter(pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now).update(
+        state=CommandState.ACCEPTED, accepted_at=now
+    )
     if done:
         command.state, command.accepted_at = CommandState.ACCEPTED, now
         bus.publish(command.robot.slug, stage_event(command))
@@ -89,7 +89,9 @@ def abandon(robot: Robot, now: datetime) -> list[Command]:
     return left
 
 
-def incident(robot: Robot, code: str, text: str, now: datetime, command: Command | None = None, remedy: str = "") -> Incident:
+def incident(
+    robot: Robot, code: str, text: str, now: datetime, command: Command | None = None, remedy: str = ""
+) -> Incident:
     """Keep what went wrong."""
     return Incident.objects.create(
         robot=robot, command=command, at=now, code=code, text=text[:300], remedy=remedy[:300]

@@ -75,9 +75,7 @@ class Pictures:
         threshold = self._robot.stability_threshold or float(self._description["stability_threshold"])
         return settle(lambda: self.grab(exposure), threshold, int(self._description["stability_tries"]))
 
-    def still(
-        self, state: RobotState, grant: Grant | None, command: Command | None
-    ) -> tuple[Frame | None, Verdict]:
+    def still(self, state: RobotState, grant: Grant | None, command: Command | None) -> tuple[Frame | None, Verdict]:
         """Wait for a stable picture, take the delivered one, keep and publish it.
 
         A full disk loses the kept copy, not the picture. Raises CameraFault.

@@ -245,7 +245,12 @@ class Runtime:
     def remember(self, state: RobotState) -> None:
         """Keep the state where pages and the server's checks read it."""
         Lease.objects.filter(robot=self.robot, epoch=self.lease.epoch).update(
-            state={"joints": list(state.joints), "pose": list(state.pose), "moving": state.moving, "ready": state.ready},
+            state={
+                "joints": list(state.joints),
+                "pose": list(state.pose),
+                "moving": state.moving,
+                "ready": state.ready,
+            },
             state_at=self.now(),
         )
 

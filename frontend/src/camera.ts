@@ -1,6 +1,6 @@
 /** The camera image with the cross, the ghost of the target and the nozzle's place. */
-import type { PicturePacket } from "./protocol";
-import { set, shape } from "./svg";
+import type { PicturePacket } from "./protocol.ts";
+import { set, shape } from "./svg.ts";
 
 export class CameraView {
   /** When the picture on screen was taken, server ms. */

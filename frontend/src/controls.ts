@@ -1,5 +1,5 @@
 /** The operator's controls: enabled, or saying why not. */
-import type { CommandInfo, Snapshot, StatePacket } from "./protocol";
+import type { CommandInfo, Snapshot, StatePacket } from "./protocol.ts";
 
 export interface Facts {
   snapshot: Snapshot | null; state: StatePacket | null; lineUp: boolean; now: number; latency: number | null;

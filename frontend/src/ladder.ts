@@ -1,6 +1,6 @@
 /** The command ladder: each command with the stage it has reached, newest first. */
-import type { CommandInfo } from "./protocol";
-import { FINAL, KINDS, STAGES } from "./words";
+import type { CommandInfo } from "./protocol.ts";
+import { FINAL, KINDS, STAGES } from "./words.ts";
 
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 

@@ -1,6 +1,6 @@
 /** The landing page: each robot's thumbnail follows its newest picture. */
-import { Live } from "./live";
-import type { Message, PicturePacket } from "./protocol";
+import { Live } from "./live.ts";
+import type { Message, PicturePacket } from "./protocol.ts";
 
 for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
   const picture = card.querySelector<HTMLImageElement>("img");

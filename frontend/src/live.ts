@@ -1,5 +1,5 @@
 /** The socket to a robot: opens, keeps itself alive, comes back with a jitter. */
-import { decode, type Message, type PicturePacket, type StatePacket } from "./protocol";
+import { decode, type Message, type PicturePacket, type StatePacket } from "./protocol.ts";
 
 export interface Handlers {
   message(message: Message): void;

@@ -1,6 +1,6 @@
 /** The panel that says whose turn it is and what you can do about it. */
-import type { Snapshot } from "./protocol";
-import { clock, span } from "./words";
+import type { Snapshot } from "./protocol.ts";
+import { clock, span } from "./words.ts";
 
 type Send = (message: object) => boolean;
 

@@ -1,15 +1,15 @@
 /** A robot's page: everybody watches, the operator drives. */
-import { nozzlePixel, onSand, target, type Description } from "./arm";
-import { CameraView } from "./camera";
-import { blocked, whyNot, type Facts } from "./controls";
-import { Ladder } from "./ladder";
-import { Live } from "./live";
-import { Place } from "./place";
-import type { Message, Snapshot, StatePacket, Still } from "./protocol";
-import { Schematic } from "./schematic";
-import { byId } from "./svg";
-import { WireTrace } from "./trace";
-import { ago } from "./words";
+import { nozzlePixel, onSand, target, type Description } from "./arm.ts";
+import { CameraView } from "./camera.ts";
+import { blocked, whyNot, type Facts } from "./controls.ts";
+import { Ladder } from "./ladder.ts";
+import { Live } from "./live.ts";
+import { Place } from "./place.ts";
+import type { Message, Snapshot, StatePacket, Still } from "./protocol.ts";
+import { Schematic } from "./schematic.ts";
+import { byId } from "./svg.ts";
+import { WireTrace } from "./trace.ts";
+import { ago } from "./words.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
 

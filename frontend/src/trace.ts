@@ -1,5 +1,5 @@
 /** The keeper's live trace of the wire. */
-import type { TraceLine } from "./protocol";
+import type { TraceLine } from "./protocol.ts";
 
 const KEEP = 200;
 

@@ -96,7 +96,11 @@ def _buttons(draw: ImageDraw.ImageDraw, down: bool) -> None:
         box = (i * width + 1, BUTTONS_TOP + 2, (i + 1) * width - 2, HEIGHT - 2)
         draw.rectangle(box, fill=250 if works[name] else 205, outline=60)
         draw.text(
-            ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2), name.upper(), fill=0 if works[name] else 130, font=font, anchor="mm"
+            ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2),
+            name.upper(),
+            fill=0 if works[name] else 130,
+            font=font,
+            anchor="mm",
         )
 
 

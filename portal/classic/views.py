@@ -181,9 +181,6 @@ def panel(request: HttpRequest, slug: str, token: str, stamp: str) -> HttpRespon
     if frame is None and number != "0":
         raise Http404("There is no such picture.")
     path = Path(settings.MEDIA_ROOT) / frame.file if frame else None
-    response = HttpResponse(
-        compose(path, robot.description(), frame.joints if frame else []), content_type="image/gif"
-    )
+    response = HttpResponse(compose(path, robot.description(), frame.joints if frame else []), content_type="image/gif")
     response["Cache-Control"] = "private, max-age=86400"
     return response
-

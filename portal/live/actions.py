@@ -47,7 +47,9 @@ def _act(robot: Robot, user: Any, message: dict[str, Any]) -> Answer:
             issued = services.issue(
                 robot, user, _text(message, "kind"), message.get("args") or {}, _sequence(message), now
             )
-            return Answer(extra={"id": issued.command.pk, "state": issued.command.state, "grant": issued.command.grant_id})
+            return Answer(
+                extra={"id": issued.command.pk, "state": issued.command.state, "grant": issued.command.grant_id}
+            )
         case "stop":
             services.stop(robot, user, now)
             return Answer(text="Stop was sent.")

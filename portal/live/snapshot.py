@@ -47,7 +47,7 @@ def command_info(command: Command) -> dict[str, Any]:
     return {
         "id": command.pk, "seq": command.client_seq, "grant": command.grant_id, "kind": command.kind,
         "state": command.state, "reason": command.reason, "result": command.result,
-        "at_ms": _ms(command.ended_at or command.acknowledged_at or command.sent_at or command.accepted_at or command.created_at),
+        "at_ms": _ms(command.reached_at),
         "by": command.issued_by.username if command.issued_by else "",
     }  # fmt: skip
 

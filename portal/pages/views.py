@@ -69,8 +69,8 @@ def status(request: HttpRequest) -> HttpResponse:
 def me(request: HttpRequest) -> HttpResponse:
     """Show one's clearances and turns."""
     context = {
-        "clearances": Clearance.objects.filter(user=request.user, revoked_at=None).select_related("robot"),
-        "turns": Turn.objects.filter(user=request.user).select_related("robot", "entry")[:50],
+        "clearances": Clearance.objects.filter(user=request.user.pk, revoked_at=None).select_related("robot"),
+        "turns": Turn.objects.filter(user=request.user.pk).select_related("robot", "entry")[:50],
     }
     return render(request, "pages/me.html", context)
 

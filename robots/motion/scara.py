@@ -62,9 +62,7 @@ class Scara:
         """Return where the elbow is (x, y) in m, for drawing."""
         return self.link1 * cos(q[0]), self.link1 * sin(q[0])
 
-    def branches(
-        self, x: float, y: float, z: float, theta: float
-    ) -> list[tuple[float, float, float, float]]:
+    def branches(self, x: float, y: float, z: float, theta: float) -> list[tuple[float, float, float, float]]:
         """Return the elbow branches (none, one or two), joint limits not yet looked at.
 
         A point on the edge of the annulus has one; the closed form follows from the law
@@ -112,14 +110,9 @@ class Scara:
     def broken_limit(self, q: tuple[float, float, float, float]) -> str | None:
         """Return a sentence naming the first joint outside its limits, or None."""
         named = (("q1", "rad"), ("q2", "rad"), ("q3", "m"), ("q4", "rad"))
-        for (name, unit), limit, value in zip(
-            named, (self.q1, self.q2, self.q3, self.q4), q, strict=True
-        ):
+        for (name, unit), limit, value in zip(named, (self.q1, self.q2, self.q3, self.q4), q, strict=True):
             if not limit.contains(value):
-                return (
-                    f"joint {name} would be {value:.3f} {unit}, outside "
-                    f"{limit.low:.3f} to {limit.high:.3f} {unit}"
-                )
+                return f"joint {name} would be {value:.3f} {unit}, outside {limit.low:.3f} to {limit.high:.3f} {unit}"
         return None
 
 

@@ -35,4 +35,4 @@ class Brightness:
 
 def _flat(rows: int, columns: int) -> NDArray[np.float32]:
     v, u = np.mgrid[-1 : 1 : rows * 1j, -1 : 1 : columns * 1j]
-    return (1 / (1 - FALL_OFF * (u**2 + v**2) / 2)).astype(np.float32)
+    return np.asarray(1 / (1 - FALL_OFF * (u**2 + v**2) / 2), np.float32)

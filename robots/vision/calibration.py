@@ -109,9 +109,7 @@ def _largest(strength: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
 
 
-def entry(
-    shifts: list[Shift], nozzle: tuple[float, float], z: float, theta: float
-) -> dict[str, Any]:
+def entry(shifts: list[Shift], nozzle: tuple[float, float], z: float, theta: float) -> dict[str, Any]:
     """Return the calibration of one height; the nozzle's pixel is its zero."""
     matrix, residual = fit(shifts)
     offset = -matrix @ np.array(nozzle)

@@ -32,7 +32,7 @@ class FaultBoard:
 
     def __post_init__(self) -> None:
         """Start the random source."""
-        self.random = random.Random(self.seed)  # noqa: S311 - reproducible faults, no secret
+        self.random = random.Random(self.seed)
 
     def set(self, verb: str, value: float = 1.0, count: int | None = None) -> None:
         """Switch a fault on; after `count` uses it goes away by itself."""
@@ -95,9 +95,7 @@ def serve(path: Path, board: FaultBoard, status: Callable[[], dict[str, Any]]) -
     threading.Thread(target=server.serve_forever, daemon=True, name="faults").start()
 
 
-def _answer(
-    line: bytes, board: FaultBoard, status: Callable[[], dict[str, Any]]
-) -> dict[str, Any]:
+def _answer(line: bytes, board: FaultBoard, status: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     try:
         asked = json.loads(line)
         verb = asked["verb"]

@@ -6,7 +6,6 @@ socket), `journal.jsonl`, `bed.npy` and `state.json`.
 
 import argparse
 import json
-import os
 import signal
 import sys
 import threading
@@ -129,7 +128,7 @@ def main() -> None:
     simulator = Simulator(options.dir, options.seed)
     signal.signal(signal.SIGTERM, simulator.stop)
     signal.signal(signal.SIGINT, simulator.stop)
-    sys.stdout.write(f"line {os.readlink(options.dir / 'tty')} camera port {simulator.camera.port}\n")
+    sys.stdout.write(f"line {(options.dir / 'tty').readlink()} camera port {simulator.camera.port}\n")
     sys.stdout.flush()
     simulator.run()
 

@@ -96,9 +96,7 @@ class Body:
     def amplitude(self) -> float:
         """Return the envelope of the swing (m)."""
         omega = 2 * pi * SWING_HZ
-        return sqrt(
-            sum(s * s + (v / omega) ** 2 for s, v in zip(self.swing, self.swing_velocity, strict=True))
-        )
+        return sqrt(sum(s * s + (v / omega) ** 2 for s, v in zip(self.swing, self.swing_velocity, strict=True)))
 
     def start(self, end: Pose, speed: float) -> None:
         """Begin a motion to `end`."""

@@ -59,4 +59,4 @@ def expose(
     light = gaussian_filter(light, blur) * _VIGNETTE
     gain = 238.0 * (exposure_s / FULL_EXPOSURE_S) ** 0.25  # the film-like knee of the card
     grey = gain * light + rng.normal(0, NOISE, light.shape).astype(np.float32)
-    return np.clip(grey, 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(grey, 0, 255), np.uint8)

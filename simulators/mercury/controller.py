@@ -94,7 +94,8 @@ class Controller:
         try:
             match frame.id:
                 case Instruction.HOLD:
-                    return self._hold()
+                    self._hold()
+                    return None
                 case Instruction.RESET:
                     self.restart()
                     self.newest = frame.seq
@@ -172,9 +173,7 @@ class Controller:
         self.mode, self._running = Mode.MOVING, seq
         self.body.start(target, self._speed)
         self._settling = True
-        self._journal.note(
-            "motion", seq=seq, target=[round(v, 5) for v in target.as_tuple()], speed=self._speed
-        )
+        self._journal.note("motion", seq=seq, target=[round(v, 5) for v in target.as_tuple()], speed=self._speed)
         return None
 
     def _air(self, seq: int, seconds: float) -> Error | None:
@@ -235,12 +234,8 @@ class Controller:
         return degrees(q[0]), degrees(q[1]), q[2] * 1000, degrees(q[3])
 
     def _state(self, seq: int) -> Frame:
-        flags = (Flag.CALIBRATED if self.calibrated else Flag.NONE) | (
-            Flag.LIMIT if self.limit else Flag.NONE
-        )
-        return wire.pack_state(
-            seq, wire.ControllerState(self.boot, self.mode, flags, self.newest, self.joints())
-        )
+        flags = (Flag.CALIBRATED if self.calibrated else Flag.NONE) | (Flag.LIMIT if self.limit else Flag.NONE)
+        return wire.pack_state(seq, wire.ControllerState(self.boot, self.mode, flags, self.newest, self.joints()))
 
     def _nak(self, seq: int, error: Error) -> Frame:
         return Frame(Reply.NAK, seq, bytes((self.boot, error)))

@@ -1,5 +1,6 @@
 """The serial line: a pty whose bytes go no faster than 4800 baud, and may be spoilt."""
 
+import contextlib
 import os
 import pty
 import select
@@ -52,10 +53,8 @@ class Line:
         while self._out and self._out[0][0] <= now:
             due.append(self._out.popleft()[1])
         if due:
-            try:
+            with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses such bytes too
                 os.write(self._master, due)
-            except BlockingIOError:
-                pass  # nobody reads: a real line loses such bytes too
         arrived = bytearray()
         while self._in and self._in[0][0] <= now:
             arrived.append(self._in.popleft()[1])

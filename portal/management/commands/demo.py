@@ -74,12 +74,10 @@ def _need_port(host: str, port: int) -> None:
 async def _until_served(host: str, port: int) -> None:
     def answered() -> bool:
         try:
-            with urllib.request.urlopen(f"http://{host}:{port}/livez", timeout=1) as answer:  # noqa: S310
+            with urllib.request.urlopen(f"http://{host}:{port}/livez", timeout=1) as answer:
                 return bool(answer.status == 200)
         except OSError:
             return False
 
     while not await asyncio.to_thread(answered):
         await asyncio.sleep(0.2)
-
-

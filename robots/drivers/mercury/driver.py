@@ -32,6 +32,8 @@ def features(description: dict[str, Any]) -> Features:
     """Return what the arm can do, from its description."""
     sand, air, motion = description["sand"], description["air"], description["motion"]
     limit = motion["limit_s"] + 3.0
+    shortest, longest = air["burst_range_s"]
+    burst = Argument("seconds", "s", shortest, longest, required=False)
     return Features(
         name=description["name"],
         joints=("q1", "q2", "q3", "q4"),
@@ -42,7 +44,7 @@ def features(description: dict[str, Any]) -> Features:
             CommandKind("up", "Up", limit_s=limit),
             CommandKind("down", "Down", limit_s=limit),
             CommandKind(
-                "air", "Air", (Argument("seconds", "s", *air["burst_range_s"], required=False),), limit_s=6.0
+                "air", "Air", (burst,), limit_s=6.0
             ),
             CommandKind("home", "Home", level=9, limit_s=limit),
             CommandKind("noop", "No operation", limit_s=5.0, moves=False, still=False),
@@ -107,9 +109,7 @@ class Driver:
         self._latest = RobotState(time.monotonic(), q, self._arm.forward(q), moving, ready, fault)
         return self._latest
 
-    def check(
-        self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None
-    ) -> None:
+    def check(self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None) -> None:
         """Refuse unknown kinds, bad values and targets outside the workspace."""
         known = self.features.command(kind)
         if known is None:
@@ -131,9 +131,7 @@ class Driver:
         if kind == "air" and pose is not None and pose[2] > DOWN_M:
             raise BadRequest("Air works only at Z = 0: press Down first.")
 
-    def execute(
-        self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage
-    ) -> Outcome:
+    def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Do one command and wait for its end."""
         self.check(kind, args, (self._latest or self.state()).pose)
         if kind == "noop":
@@ -164,9 +162,7 @@ class Driver:
                 home = self._description["home"]
                 return home["x"], home["y"], float(arm["up"])
 
-    def _go(
-        self, target: tuple[float, float, float], permit: Permit, on_stage: OnStage
-    ) -> Outcome:
+    def _go(self, target: tuple[float, float, float], permit: Permit, on_stage: OnStage) -> Outcome:
         check_target(self._description, *target)
         x, y, z = target
         outcome = self._run(
@@ -181,9 +177,7 @@ class Driver:
         self._rest_pose = state.pose
         return outcome
 
-    def _run(
-        self, build: Any, sent: dict[str, Any], permit: Permit, on_stage: OnStage, limit_s: float
-    ) -> Outcome:
+    def _run(self, build: Any, sent: dict[str, Any], permit: Permit, on_stage: OnStage, limit_s: float) -> Outcome:
         holds = self._line.holds
         seq = self._line.instruct(build, permit, lambda: on_stage("sent"))
         on_stage("acknowledged")

@@ -24,9 +24,7 @@ def number(args: dict[str, Any], name: str) -> float:
     return real
 
 
-def check_target(
-    description: dict[str, Any], x: float, y: float, z: float
-) -> tuple[float, float, float, float]:
+def check_target(description: dict[str, Any], x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """Return the joints (rad, m) for a tool target in m, or refuse it.
 
     Raises:
@@ -40,9 +38,7 @@ def check_target(
     arm = scara(description)
     low, high = description["arm"]["q3"]
     if not low - SLACK <= z <= high + SLACK:
-        raise OutOfWorkspace(
-            f"Height {z * 1000:.0f} mm is outside {low * 1000:.0f} to {high * 1000:.0f} mm."
-        )
+        raise OutOfWorkspace(f"Height {z * 1000:.0f} mm is outside {low * 1000:.0f} to {high * 1000:.0f} mm.")
     radius = hypot(x, y)
     if not arm.inner_radius <= radius <= arm.outer_radius:
         raise OutOfWorkspace(

@@ -134,7 +134,11 @@ class HostLine:
             self._trace(">", frame.encode(), _spell(frame))
 
     def _exchange(
-        self, frame: Frame, found: Callable[[], T | None], permit: Permit | None, answer_s: float,
+        self,
+        frame: Frame,
+        found: Callable[[], T | None],
+        permit: Permit | None,
+        answer_s: float,
         on_sent: Callable[[], None] | None = None,
     ) -> T:
         """Send until `found` finds the answer; the first try and ten more."""
@@ -190,9 +194,7 @@ class HostLine:
         def found() -> Frame | None:
             return self._replies.get(seq) or self._ends.get(seq)
 
-        answer = self._exchange(
-            frame, found, allowed, HOLD_ANSWER_S if hold else ANSWER_S, on_sent
-        )
+        answer = self._exchange(frame, found, allowed, HOLD_ANSWER_S if hold else ANSWER_S, on_sent)
         self._judge(answer, frame.id == Instruction.RESET)
         return seq
 
@@ -213,9 +215,7 @@ class HostLine:
             self._poll_seq = self._poll_seq % 255 + 1
             seq = self._poll_seq
             self._states.pop(seq, None)
-        state = self._exchange(
-            Frame(Instruction.STATUS, seq), lambda: self._states.get(seq), None, ANSWER_S
-        )
+        state = self._exchange(Frame(Instruction.STATUS, seq), lambda: self._states.get(seq), None, ANSWER_S)
         if self.boot is not None and state.boot != self.boot:
             raise ControllerRestarted("The robot's controller has restarted by itself.")
         return state

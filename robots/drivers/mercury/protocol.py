@@ -206,9 +206,7 @@ def unpack_state(payload: bytes) -> ControllerState:
     return ControllerState(boot, Mode(mode), Flag(flags), newest, (q1, q2, q3, q4))
 
 
-def pack_end(
-    reply: Reply, seq: int, boot: int, joints: tuple[float, float, float, float]
-) -> Frame:
+def pack_end(reply: Reply, seq: int, boot: int, joints: tuple[float, float, float, float]) -> Frame:
     """Return a DONE or HELD reply."""
     return Frame(reply, seq, bytes((boot,)) + _JOINTS.pack(*joints))
 

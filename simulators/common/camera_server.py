@@ -106,8 +106,7 @@ class CameraServer:
         if self._faults.value("cam_black"):
             picture = np.zeros_like(picture)
         if self._faults.value("cam_flicker"):
-            factor = self._faults.random.uniform(0.4, 1.0)
-            picture = (picture * factor).astype(np.uint8)
+            picture = (picture * (0.55, 1.0)[self._count % 2]).astype(np.uint8)
         out = io.BytesIO()
         Image.fromarray(picture).save(out, "JPEG", quality=94)
         return out.getvalue()

@@ -18,6 +18,7 @@ LEVEL_MM = 40.0  # mean height of the sand: Z = 0 is a hand's breadth above
 REPOSE = float(np.tan(np.radians(33.0)))
 JET_RADIUS_MM = 11.0
 JET_DEPTH_MM_S = 34.0  # depth dug at the middle by a second of air
+REACH = 24  # mm that a shadow can reach
 COVER_MM = 0.25  # thinner sand than this no longer hides a thing
 LIGHT_DIRECTION = (-0.72, 0.69)  # where the light comes from, in the plane
 LIGHT_SLOPE = float(np.tan(np.radians(33.0)))
@@ -76,7 +77,7 @@ class SandBed:
         self._shade(r0, r1, c0, c1)
         return float(taken.sum())
 
-    def relax(self, r0: int, r1: int, c0: int, c1: int, rounds: int = 60) -> None:
+    def relax(self, r0: int, r1: int, c0: int, c1: int, rounds: int = 300) -> None:
         """Let the sand slide until no slope is steeper than its angle of repose.
 
         Sand moves between neighbours, none is made or lost; the rigid things stay.
@@ -98,25 +99,23 @@ class SandBed:
 
     def _shade(self, r0: int, r1: int, c0: int, c1: int) -> None:
         """Work out the light of a window and of what its shadows can reach."""
-        margin = 24
-        r0, c0 = max(0, r0 - margin), max(0, c0 - margin)
-        r1, c1 = min(self.sand.shape[0], r1 + margin), min(self.sand.shape[1], c1 + margin)
+        inner = self._grown(r0, r1, c0, c1, REACH)
+        r0, r1, c0, c1 = self._grown(*inner, REACH)
         sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
         bare = (sand - rigid < COVER_MM) & (rigid > 0)
-        height = zoom(np.where(bare, rigid, sand), 2, order=1)
+        height = _finer(np.where(bare, rigid, sand))
         fine = (slice(2 * r0, 2 * r1), slice(2 * c0, 2 * c1))
-        albedo = np.where(zoom(bare.astype(np.float32), 2, order=1) > 0.5, self.skin[fine], self.grain[fine])
-        albedo = np.where(albedo == 0, self.grain[fine], albedo)
-        slope_y, slope_x = np.gradient(height, PIXEL_MM)
-        lx, ly = LIGHT_DIRECTION
-        lambert = (LIGHT_SLOPE - lx * slope_x - ly * slope_y) / np.sqrt(1 + slope_x**2 + slope_y**2)
-        lambert = np.clip(lambert / LIGHT_SLOPE, 0.0, 1.7)
-        shadow = np.zeros(height.shape, np.float32)
-        for step in range(2, 30, 2):  # half millimetres towards the light
-            dy, dx = round(step * ly), round(step * lx)
-            other = np.roll(height, (-dy, -dx), (0, 1))
-            shadow = np.maximum(shadow, np.clip(other - step * PIXEL_MM * LIGHT_SLOPE - height, 0, 1.2) / 1.2)
-        self.light[fine] = albedo * (0.34 + 0.66 * lambert * (1 - 0.72 * shadow))
+        showing = (_finer(bare.astype(np.float32)) > 0.5) & (self.skin[fine] > 0)
+        albedo = np.where(showing, self.skin[fine], self.grain[fine])
+        light = albedo * _illuminate(height)
+        i0, i1, k0, k1 = inner
+        self.light[2 * i0 : 2 * i1, 2 * k0 : 2 * k1] = light[
+            2 * (i0 - r0) : 2 * (i1 - r0), 2 * (k0 - c0) : 2 * (k1 - c0)
+        ]
+
+    def _grown(self, r0: int, r1: int, c0: int, c1: int, by: int) -> tuple[int, int, int, int]:
+        rows, columns = self.sand.shape
+        return max(0, r0 - by), min(rows, r1 + by), max(0, c0 - by), min(columns, c1 + by)
 
     def save(self, path: Path) -> None:
         """Keep the bed, so that a restart finds it as it was."""
@@ -136,3 +135,21 @@ class SandBed:
         self.sand = sand.astype(np.float32)
         self._shade(0, self.sand.shape[0], 0, self.sand.shape[1])
         return True
+
+
+def _finer(field: F32) -> F32:
+    """Return the field on the half-millimetre grid, cells aligned whatever the window."""
+    return np.asarray(zoom(field, 2, order=1, mode="nearest", grid_mode=True), np.float32)
+
+
+def _illuminate(height: F32) -> F32:
+    """Return how bright a surface lies under the lamp: Lambert's law, ambient light, cast shadows."""
+    slope_y, slope_x = np.gradient(height, PIXEL_MM)
+    lx, ly = LIGHT_DIRECTION
+    lambert = (LIGHT_SLOPE - lx * slope_x - ly * slope_y) / np.sqrt(1 + slope_x**2 + slope_y**2)
+    lambert = np.clip(lambert / LIGHT_SLOPE, 0.0, 1.7)
+    shadow = np.zeros(height.shape, np.float32)
+    for step in range(2, 30, 2):  # half millimetres towards the light
+        other = np.roll(height, (-round(step * ly), -round(step * lx)), (0, 1))
+        shadow = np.maximum(shadow, np.clip(other - step * PIXEL_MM * LIGHT_SLOPE - height, 0, 1.2) / 1.2)
+    return np.asarray(0.34 + 0.66 * lambert * (1 - 0.72 * shadow), np.float32)

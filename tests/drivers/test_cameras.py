@@ -1,0 +1,81 @@
+"""Cameras over HTTP: a snapshot, a motion JPEG through PyAV, and every way to fail."""
+
+from threading import Thread
+from urllib.request import urlopen
+
+import numpy as np
+import pytest
+
+from robots.drivers.errors import CameraFault
+from robots.vision.stability import settle
+from workers.cameras import SnapshotCamera, StreamCamera, open_camera
+
+
+@pytest.fixture
+def url(sim):
+    return (sim.folder / "camera").read_text().strip()
+
+
+def test_a_snapshot_is_grey_and_of_the_papers_size(sim, url):
+    camera = SnapshotCamera(url + "/snapshot.jpg")
+    picture = camera.grab(1 / 150)
+    assert picture.shape == (165, 192)
+    assert picture.dtype == np.uint8
+    assert 60 < picture.mean() < 190
+    assert not np.array_equal(picture, camera.grab(1 / 150)), "a sensor has noise"
+
+
+def test_a_longer_exposure_is_brighter(sim, url):
+    camera = SnapshotCamera(url + "/snapshot.jpg")
+    assert camera.grab(1 / 64).mean() > camera.grab(1 / 200).mean() + 5
+
+
+def test_pyav_reads_the_motion_jpeg_as_it_would_a_network_camera(sim, url):
+    camera = open_camera(url + "/stream.mjpg", sim.folder)
+    assert isinstance(camera, StreamCamera)
+    first, second = camera.grab(0.01), camera.grab(0.01)
+    assert first.shape == (165, 192)
+    assert not np.array_equal(first, second)
+    camera.close()
+
+
+@pytest.mark.parametrize(("verb", "reason"), [("cam_freeze", "frozen"), ("cam_black", "black"), ("cam_flicker", "unstable")])  # fmt: skip
+def test_a_bad_camera_never_counts_as_stable_and_always_answers(sim, url, verb, reason):
+    camera = SnapshotCamera(url + "/snapshot.jpg")
+    camera.grab(0.01)
+    sim.fault(verb, seed=2)
+    verdict = settle(lambda: camera.grab(1 / 64), 0.9)
+    assert not verdict.stable
+    assert verdict.reason in (reason, "black")
+
+
+def test_a_camera_that_is_gone_is_a_fault_and_comes_back(sim, url):
+    camera = SnapshotCamera(url + "/snapshot.jpg")
+    camera.grab(0.01)
+    sim.fault("cam_gone")
+    with pytest.raises(CameraFault, match="does not answer"):
+        camera.grab(0.01)
+    sim.clear()
+    assert camera.grab(0.01).shape == (165, 192)
+
+
+def test_a_camera_slower_than_the_limit_is_a_fault(sim, url):
+    sim.fault("cam_slow", 5)
+    with pytest.raises(CameraFault):
+        SnapshotCamera(url + "/snapshot.jpg").grab(0.01)
+
+
+def test_no_simulated_camera_yet(tmp_path):
+    with pytest.raises(CameraFault, match="not there yet"):
+        open_camera("", tmp_path)
+
+
+def test_many_can_look_at_once(sim, url):
+    sizes = []
+    threads = [Thread(target=lambda: sizes.append(len(urlopen(url + "/snapshot.jpg").read()))) for _ in range(6)]
+    for t in threads:
+        t.start()
+    for t in threads:
+        t.join(10)
+    assert len(sizes) == 6
+    assert min(sizes) > 1000

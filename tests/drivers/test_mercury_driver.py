@@ -1,0 +1,246 @@
+"""The driver against the simulator over a real pty, under every fault."""
+
+import threading
+import time
+
+import pytest
+
+from robots.drivers.errors import (
+    BadRequest,
+    ControllerRefused,
+    ControllerRestarted,
+    HardwareFault,
+    Held,
+    LineBusy,
+    LineGone,
+    LineSilent,
+    OutOfWorkspace,
+    Stopped,
+)
+from robots.drivers.mercury.driver import Driver
+from tests.conftest import wait_for
+
+
+def allow():
+    pass
+
+
+def do(driver, kind, permit=allow, **args):
+    stages = []
+    outcome = driver.execute(kind, args, permit, stages.append)
+    return outcome, stages
+
+
+def test_every_command_reaches_its_place(ready, sim):
+    outcome, stages = do(ready, "move", x=0.1, y=0.5)
+    assert stages == ["sent", "acknowledged"]
+    assert outcome.state.pose[:3] == pytest.approx((0.1, 0.5, 0.075), abs=2e-4)
+    do(ready, "down")
+    assert sim.status()["pose"][:3] == pytest.approx((0.1, 0.5, 0.0), abs=2e-4)
+    assert do(ready, "air")[0].sent == {"seconds": 0.15}
+    assert sim.count("burst") == 1
+    do(ready, "up")
+    do(ready, "home")
+    assert sim.status()["pose"][:3] == pytest.approx((0.0, 0.42, 0.075), abs=2e-4)
+
+
+def test_nothing_outside_is_ever_sent(ready, sim):
+    before = sim.count("motion")
+    for x, y in ((0.0, 0.1), (0.3, 0.4), (9.0, 9.0), (float("nan"), 0.4), (float("inf"), 0.4)):
+        with pytest.raises((OutOfWorkspace, BadRequest)):
+            do(ready, "move", x=x, y=y)
+    with pytest.raises(BadRequest, match="Down first"):
+        do(ready, "air")
+    assert sim.count("motion") == before
+    assert sim.count("burst") == 0
+
+
+def test_an_uncalibrated_arm_refuses_to_move(driver, sim):
+    driver.connect()
+    with pytest.raises(ControllerRefused, match="not calibrated"):
+        do(driver, "down")
+    assert sim.count("motion") == 0
+
+
+def test_the_permit_is_asked_last_and_its_no_is_final(ready, sim):
+    def deny():
+        raise Stopped("The robot is stopped.")
+
+    before = sim.count("motion")
+    for kind in ("down", "home"):
+        with pytest.raises(Stopped):
+            do(ready, kind, deny)
+    with pytest.raises(Stopped):
+        ready.recover(deny)
+    assert sim.count("motion") == before
+
+
+def test_a_hold_in_mid_motion_brings_it_to_rest_on_the_way(ready, sim):
+    caught = []
+
+    def drive():
+        try:
+            do(ready, "move", x=-0.2, y=0.3)
+        except Held as error:
+            caught.append(str(error))
+
+    thread = threading.Thread(target=drive)
+    thread.start()
+    wait_for(lambda: sim.status()["moving"], 3, "a motion")
+    time.sleep(0.25)
+    state = ready.hold()
+    thread.join(5)
+    assert caught == ["The motion was stopped on its way."]
+    assert not state.moving
+    x = sim.status()["pose"][0]
+    assert -0.2 < x < 0.0
+    do(ready, "move", x=0.0, y=0.42)
+
+
+@pytest.mark.parametrize("verb", ["corrupt", "drop", "double"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_noisy_line_costs_time_never_a_wrong_move(ready, sim, verb, seed):
+    sim.fault(verb, 0.03, seed=seed)
+    targets = [(0.05, 0.40), (-0.05, 0.44), (0.0, 0.5)]
+    for x, y in targets:
+        try:
+            outcome, _ = do(ready, "move", x=x, y=y)
+        except HardwareFault:
+            sim.clear()
+            ready.recover(allow)
+        else:
+            assert outcome.state.pose[:2] == pytest.approx((x, y), abs=3e-4)
+    sim.clear()
+    allowed = {(round(x, 3), round(y, 3)) for x, y in [*targets, (0.0, 0.42)]}
+    for record in sim.journal():
+        if record["event"] == "motion":
+            assert (round(record["target"][0], 3), round(record["target"][1], 3)) in allowed
+
+
+def test_a_line_too_noisy_to_use_ends_as_a_fault_after_ten_resends(ready, sim):
+    before = sim.count("motion")
+    sim.fault("corrupt", 0.6, seed=3)
+    with pytest.raises(LineSilent, match="11 tries"):
+        do(ready, "down")
+    assert ready._line.resent >= 10
+    sim.clear()
+    assert sim.count("motion") <= before + 1
+    ready.recover(allow)
+
+
+def test_acknowledgements_that_come_twice_move_once(ready, sim):
+    sim.fault("double_ack")
+    before = sim.count("motion")
+    do(ready, "down")
+    do(ready, "up")
+    assert sim.count("motion") == before + 2
+
+
+def test_late_acknowledgements_are_resent_for_and_move_once(ready, sim):
+    sim.fault("slow", 0.5)
+    before = sim.count("motion")
+    do(ready, "down")
+    assert ready._line.resent >= 1
+    assert sim.count("motion") == before + 1
+
+
+def test_a_silent_controller_is_a_fault_and_recovers_by_soft_reset(ready, sim):
+    sim.fault("awol")
+    with pytest.raises(LineSilent):
+        do(ready, "down")
+    sim.clear()
+    state = ready.recover(allow)
+    assert state.ready
+    assert state.pose[2] == pytest.approx(0.075, abs=1e-3), "back at the previous position"
+    assert sim.count("calibrate") == 2
+
+
+def test_lost_power_is_noticed_and_nothing_is_repeated(ready, sim):
+    do(ready, "down")
+    before = sim.count("motion")
+    sim.fault("power_cycle", count=1)
+    with pytest.raises((ControllerRestarted, ControllerRefused, LineSilent)):
+        do(ready, "up")
+    assert sim.count("motion") == before
+    assert ready.recover(allow).ready
+    assert sim.status()["pose"][2] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_power_lost_in_mid_motion(ready, sim):
+    timer = threading.Timer(0.5, lambda: sim.fault("power_cycle", count=1))
+    timer.start()
+    with pytest.raises(HardwareFault):
+        do(ready, "move", x=-0.2, y=0.3)
+    assert ready.recover(allow).ready
+
+
+def test_a_limit_switch_in_mid_motion_is_a_fault(ready, sim):
+    timer = threading.Timer(0.4, lambda: sim.fault("limit_hit", count=1))
+    timer.start()
+    with pytest.raises(HardwareFault):
+        do(ready, "move", x=-0.2, y=0.3)
+    assert ready.recover(allow).ready
+
+
+def test_drift_is_noticed(ready, sim):
+    sim.fault("drift", 3.0)
+    with pytest.raises(HardwareFault, match="away from its target"):
+        do(ready, "move", x=0.1, y=0.5)
+
+
+def test_a_port_held_by_another_program_is_named(ready, sim):
+    with pytest.raises(LineBusy, match="Another program"):
+        Driver(str(sim.folder / "tty"), {}).connect()
+
+
+def test_no_port_at_all(tmp_path):
+    with pytest.raises(LineGone, match="cannot be opened"):
+        Driver(str(tmp_path / "nothing"), {}).connect()
+
+
+def test_a_pulled_cable_is_noticed_and_put_back(ready, sim):
+    timer = threading.Timer(0.3, sim.process.kill)
+    timer.start()
+    with pytest.raises(HardwareFault):
+        do(ready, "move", x=-0.2, y=0.3)
+    with pytest.raises(HardwareFault):
+        ready.state()
+    sim.process.wait()
+    sim.start()
+    assert ready.recover(allow).ready
+
+
+def test_a_reconnected_driver_counts_on_after_the_controllers_newest_number(ready, sim):
+    do(ready, "down")
+    ready.close()
+    other = Driver(str(sim.folder / "tty"), {})
+    other.connect()
+    before = sim.count("motion")
+    do(other, "up")
+    assert sim.count("motion") == before + 1
+    other.close()
+
+
+def test_sequence_numbers_go_round(ready, sim):
+    before = sim.count("motion")
+    for i, after in enumerate((100, 200, 253)):
+        ready._line.start_after(after)
+        do(ready, "down" if i % 2 == 0 else "up")
+    do(ready, "up")
+    do(ready, "down")
+    do(ready, "up")
+    assert ready._line._seq < 10
+    assert sim.count("motion") == before + 6
+
+
+def test_the_bed_survives_a_restart_of_the_simulator(ready, sim):
+    do(ready, "down")
+    do(ready, "air", seconds=0.5)
+    wait_for((sim.folder / "bed.npy").exists, 5, "the bed")
+    time.sleep(0.3)
+    kept = (sim.folder / "bed.npy").read_bytes()
+    ready.close()
+    sim.stop()
+    sim.start()
+    assert (sim.folder / "bed.npy").read_bytes() == kept
+    assert sim.status()["pose"][2] == pytest.approx(0.0, abs=1e-3)

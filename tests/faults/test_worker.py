@@ -1,0 +1,347 @@
+"""A real worker, a real simulator on a pty, a real Redis; the simulator's journal is the judge."""
+
+import os
+import signal
+import time
+from datetime import timedelta
+
+import pytest
+
+from robots import bus, services
+from robots.clock import SYSTEM
+from robots.drivers.errors import Stopped
+from robots.models import Command, Frame, Grant, Incident, Robot
+from robots.states import Cycle, GrantKind
+from tests.conftest import wait_for
+
+MS = 0.001
+
+
+def far(rig):
+    return rig.issue("move", x=-0.2, y=0.30)
+
+
+@pytest.mark.tenth
+def test_a_turn_worth_of_commands(rig):
+    rig.owner()
+    rig.grant()
+    for kind, args in (("move", {"x": 0.05, "y": 0.45}), ("down", {}), ("air", {}), ("up", {})):
+        command = rig.final(rig.issue(kind, **args))
+        assert command.state == "completed", command.reason
+        assert None not in (command.accepted_at, command.sent_at, command.acknowledged_at, command.ended_at)
+        frame = Frame.objects.get(command=command)
+        assert frame.width == 192
+        assert (frame.stable, frame.verdict) == (True, "stable"), frame.difference
+    assert rig.sim.count("burst") == 1
+    click = rig.final(rig.issue("click", still=Frame.objects.order_by("-id")[0].pk, u=130, v=50))
+    assert click.state == "completed", click.reason
+    assert click.kind == "move"
+
+
+@pytest.mark.tenth
+def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
+    first = rig.owner()
+    rig.grant()
+    command = far(rig)
+    rig.moving()
+    first.kill()
+    before = rig.sim.count("motion")
+    rig.start_worker()
+    rig.final(command)
+    assert command.state == "unknown"
+    assert "not known" in command.reason
+    time.sleep(1.0)
+    assert rig.sim.count("motion") == before, "nothing was repeated"
+    after = rig.final(rig.issue("up"))
+    assert after.state in ("completed", "expired"), after.reason
+    assert rig.final(rig.issue("down")).state == "completed", "the turn goes on"
+
+
+def test_two_workers_on_one_robot_one_owner(rig):
+    for _ in range(4):
+        rig.start_worker()
+    rig.wait_ready()
+    time.sleep(4.0)
+    assert rig.lease().epoch == 1
+    owners = [w for w in rig.workers if "owner of mercury" in w.said()]
+    assert len(owners) == 1
+    owner = owners[0]
+    rig.grant()
+    assert rig.final(rig.issue("down")).state == "completed"
+    owner.kill()
+    wait_for(lambda: rig.lease().epoch == 2, 15, "another one takes over")
+    assert sum(w.alive() for w in rig.workers) == 3
+
+
+def test_a_frozen_owner_is_killed_before_another_takes_the_port(rig):
+    first = rig.owner()
+    rig.grant()
+    first.signal(signal.SIGSTOP)
+    rig.start_worker()
+    wait_for(lambda: rig.lease().epoch == 2, 20, "the take-over")
+    assert first.process.wait(10) == -signal.SIGKILL
+    command = rig.final(rig.issue("down"))
+    assert command.state == "completed", command.reason
+    assert command.epoch == 2
+
+
+def test_a_stale_epoch_moves_nothing(rig):
+    rig.owner()
+    rig.grant()
+    before = rig.sim.count("motion")
+    command = rig.issue("down")
+    stale = Command.objects.create(
+        robot=rig.robot, grant=command.grant, client_seq=99, kind="up", args={}, epoch=command.epoch - 1,
+        issued_by=rig.people["ada"], created_at=SYSTEM.now(), deadline=SYSTEM.now() + timedelta(seconds=9),
+    )  # fmt: skip
+    bus.ring("mercury", command.epoch)
+    assert rig.final(stale).state == "expired"
+    assert rig.final(command).state == "completed"
+    assert rig.sim.count("motion") == before + 1
+
+
+def test_delivered_many_times_moves_once(rig):
+    rig.owner()
+    rig.grant()
+    before = rig.sim.count("motion")
+    command = rig.issue("down")
+    for _ in range(20):
+        bus.ring("mercury", command.epoch)
+    rig.final(command)
+    for _ in range(5):
+        again = rig.issue("down", seq=command.client_seq)
+        assert again.pk == command.pk
+        bus.ring("mercury", command.epoch)
+    time.sleep(0.5)
+    assert rig.sim.count("motion") == before + 1
+
+
+def test_a_bell_that_never_rang_costs_a_tenth_of_a_second(rig, monkeypatch):
+    rig.owner()
+    rig.grant()
+    monkeypatch.setattr(bus, "ring", lambda *_: False)
+    assert rig.final(rig.issue("down"), 5).state == "completed"
+
+
+def test_a_late_command_never_moves(rig):
+    first = rig.owner()
+    rig.grant()
+    first.signal(signal.SIGSTOP)
+    before = rig.sim.count("motion")
+    command = rig.issue("down")
+    Command.objects.filter(pk=command.pk).update(deadline=SYSTEM.now() + timedelta(seconds=0.5))
+    time.sleep(1.0)
+    first.signal(signal.SIGCONT)
+    assert rig.final(command).state == "expired"
+    assert rig.sim.count("motion") == before
+
+
+@pytest.mark.tenth
+def test_stop_in_mid_motion_holds_latches_and_wants_a_release(rig):
+    rig.owner()
+    rig.grant()
+    command = far(rig)
+    waiting = rig.issue("down")
+    rig.moving()
+    time.sleep(0.3)
+    pressed = time.monotonic()
+    services.stop(Robot.objects.get(), rig.people["ada"])
+    rig.final(command)
+    assert command.state == "cancelled"
+    waiting.refresh_from_db()
+    assert waiting.state == "cancelled"
+    held = next(r for r in rig.sim.journal() if r["event"] == "hold")
+    assert held["t"] - pressed < 300 * MS, "the hold reached the arm too late"
+    assert not rig.sim.status()["moving"]
+    with pytest.raises(Stopped):
+        rig.issue("down")
+    wait_for((rig_run(rig) / "mercury.stopped").exists, 3, "the latch on disk")
+    time.sleep(0.2)
+    services.release_stop(Robot.objects.get(), rig.people["ada"], checked=True)
+    before = rig.sim.count("motion")
+    wait_for(lambda: not (rig_run(rig) / "mercury.stopped").exists(), 3, "the release")
+    time.sleep(0.4)
+    assert rig.sim.count("motion") == before, "a release starts nothing"
+    assert rig.final(rig.issue("down")).state == "completed"
+
+
+def rig_run(rig):
+    from django.conf import settings
+
+    return settings.VAR / "run"
+
+
+def test_a_stop_outlives_the_worker(rig):
+    first = rig.owner()
+    rig.grant()
+    services.stop(Robot.objects.get(), rig.people["ada"])
+    wait_for((rig_run(rig) / "mercury.stopped").exists, 3, "the latch on disk")
+    first.kill()
+    Robot.objects.update(stop_latched=False)  # as if the row had been lost
+    rig.start_worker()
+    wait_for(lambda: Robot.objects.get().stop_latched, 15, "the row follows the latch")
+    before = rig.sim.count("motion")
+    Robot.objects.update(stop_latched=True)
+    time.sleep(0.5)
+    assert rig.sim.count("motion") == before
+
+
+@pytest.mark.tenth
+def test_redis_gone_when_a_click_is_made(rig):
+    rig.owner()
+    rig.grant()
+    rig.redis.stop()
+    before = rig.sim.count("motion")
+    command = rig.issue("down")
+    rig.final(command)
+    assert command.state in ("completed", "rejected")
+    assert rig.sim.count("motion") == before + (command.state == "completed")
+    time.sleep(2.0)
+    refused = rig.final(rig.issue("up"))
+    assert refused.state == "rejected"
+    assert "live link is down" in refused.reason
+    rig.redis.start()
+    wait_for(lambda: rig.final(rig.issue("up")).state == "completed", 15, "work goes on by itself")
+
+
+def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
+    Robot.objects.update(speed=0.03)
+    rig.owner()
+    rig.grant()
+    command = far(rig)
+    rig.moving()
+    gone = time.monotonic()
+    rig.redis.stop()
+    wait_for(lambda: not rig.sim.status()["moving"], 5, "the hold")
+    held = [r for r in rig.sim.journal() if r["event"] == "hold"]
+    assert held
+    assert held[-1]["t"] - gone < 2.0
+    assert rig.final(command).state == "cancelled"
+
+
+def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
+    Robot.objects.update(speed=0.03)
+    rig.owner()
+    grant = rig.grant(seconds=3)
+    command = far(rig)
+    rig.moving()
+    until = time.monotonic() + 3
+    wait_for(lambda: not rig.sim.status()["moving"], 8, "the hold at the end of the turn")
+    assert time.monotonic() - until < 1.5
+    rig.final(command)
+    grant.refresh_from_db()
+    assert grant.ended_at is not None
+    assert grant.end_reason == "time is up"
+
+
+def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
+    Robot.objects.update(speed=0.03)
+    child = rig.owner()
+    rig.grant()
+    command = far(rig)
+    rig.moving()
+    assert child.stop(20) == 0
+    assert not rig.sim.status()["moving"]
+    assert rig.sim.count("hold") >= 1
+    command.refresh_from_db()
+    assert command.state == "cancelled"
+    rig.owner_lease_free = not services.owner_alive(rig.lease(), SYSTEM.now())
+    assert rig.owner_lease_free
+
+
+def test_a_hardware_fault_is_reset_and_kept_and_the_operator_is_told(rig):
+    rig.owner()
+    rig.grant()
+    rig.sim.fault("power_cycle", count=1)
+    wait_for(lambda: Incident.objects.exists(), 15, "an incident")
+    wait_for(lambda: rig.sim.count("calibrate") >= 2, 20, "the soft reset")
+    wait_for(lambda: rig.reason() == "", 10, "the robot is well again")
+
+    def works():
+        return rig.final(rig.issue("down")).state == "completed"
+
+    wait_for(works, 15, "the turn goes on")
+
+
+def test_no_soft_reset_while_a_stop_is_latched(rig):
+    rig.owner()
+    rig.grant()
+    services.stop(Robot.objects.get(), rig.people["ada"])
+    wait_for((rig_run(rig) / "mercury.stopped").exists, 3, "the latch")
+    motions, calibrations = rig.sim.count("motion"), rig.sim.count("calibrate")
+    rig.sim.fault("power_cycle", count=1)
+    wait_for(lambda: Incident.objects.exists(), 15, "an incident")
+    time.sleep(4)
+    assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (motions, calibrations)
+
+
+def test_a_pulled_cable_is_named_and_mended_without_a_shell(rig):
+    rig.owner()
+    rig.grant()
+    rig.sim.process.kill()
+    rig.sim.process.wait()
+    wait_for(lambda: "cable" in rig.reason() or "serial" in rig.reason(), 15, "the page says so")
+    rig.sim.start()
+    wait_for(lambda: rig.reason() == "", 30, "it is mended")
+    wait_for(lambda: rig.final(rig.issue("down")).state == "completed", 20, "the turn goes on")
+
+
+def test_handover_verifies_by_the_camera_and_fails_closed(rig):
+    rig.owner()
+    rig.sim.fault("cam_black")
+    Robot.objects.update(cycle=Cycle.HANDOVER)
+    wait_for(lambda: rig.cycle() == Cycle.FAULT, 20, "a fault")
+    assert "camera is black" in rig.reason()
+    rig.sim.clear()
+    rig.wait_ready(40)
+    assert Grant.objects.filter(ended_at=None).count() == 0
+    assert Grant.objects.filter(kind=GrantKind.HANDOVER).count() >= 2
+
+
+def test_calibration_measures_what_the_camera_really_does(rig):
+    Robot.objects.update(calibration={})
+    rig.start_worker()
+    rig.wait_ready(90)
+    found = Robot.objects.get().calibration
+    for name, mm_per_px in (("down", 128 / 262), ("up", 203 / 262)):
+        (a, _b, _), (_c, d, _) = found[name]["matrix"]
+        assert abs(a * 1000 - mm_per_px) < 0.03
+        assert abs(d * 1000 + mm_per_px) < 0.03
+        assert found[name]["residual_mm"] < 1.0
+    rig.grant()
+    for x, y in ((-0.15, 0.35), (0.15, 0.5), (0.0, 0.42), (-0.18, 0.5), (0.18, 0.33)):
+        for kind in ("up", "down"):
+            assert rig.final(rig.issue("move", x=x, y=y)).state == "completed"
+            assert rig.final(rig.issue(kind)).state in ("completed", "rejected")
+            still = Frame.objects.order_by("-id")[0]
+            target = rig.final(rig.issue("click", still=still.pk, u=140, v=60))
+            assert target.state == "completed", target.reason
+            z = still.pose[2]
+            k = (128 + z * 1000) / 262
+            u, v = 140 - 95.5, 60 - 82.0
+            turn = 0.0419  # the mounting's true angle, rad
+            dx, dy = k * u, -k * v
+            wanted = (x * 1000 + 3.0 + dx * 1 - dy * turn, y * 1000 - 2.2 + dy * 1 + dx * turn)
+            pose = rig.sim.status()["pose"]
+            assert abs(pose[0] * 1000 - wanted[0]) < 1.8
+            assert abs(pose[1] * 1000 - wanted[1]) < 1.8
+
+
+def test_a_full_disk_loses_the_kept_picture_only(rig, settings):
+    settings_dir = settings.MEDIA_ROOT
+    rig.start_worker(FARHAND_MEDIA="/proc/nowhere")
+    wait_for(lambda: rig.cycle() == Cycle.FAULT, 40, "a robot whose picture cannot be kept is not offered")
+    assert "disk" in rig.reason()
+    rig.grant()
+    command = rig.final(rig.issue("down"))
+    assert command.state == "completed"
+    assert "disk may be full" in command.result["note"]
+    services.stop(Robot.objects.get(), rig.people["ada"])
+    wait_for(lambda: rig.sim.count("hold") >= 1, 3, "the stop works all the same")
+    assert settings_dir
+
+
+def test_the_process_of_the_lease_is_the_process(rig):
+    child = rig.owner()
+    assert rig.lease().pid == child.pid
+    os.kill(rig.lease().pid, 0)

@@ -1,0 +1,160 @@
+"""The rig: real simulator, real worker, real web process, on the tests' own stores and ports."""
+
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from django.conf import settings
+from django.db import connection
+
+from tests.conftest import wait_for
+
+ROOT = Path(__file__).resolve().parent.parent
+PYTHON = sys.executable
+
+
+class Simulator:
+    """The Mercury arm's simulator as a program; `status` and `fault` reach it while it runs."""
+
+    def __init__(self, folder: Path, seed: int = 1) -> None:
+        self.folder, self.seed = folder, seed
+        self.process: subprocess.Popen | None = None
+        self.start()
+
+    def start(self) -> None:
+        (self.folder / "camera").unlink(missing_ok=True)
+        self.process = subprocess.Popen(
+            [PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed)],
+            cwd=ROOT, stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        wait_for((self.folder / "camera").exists, 20, "the simulator")
+
+    def stop(self) -> None:
+        if self.process is not None:
+            self.process.send_signal(signal.SIGCONT)
+            self.process.terminate()
+            self.process.wait(10)
+
+    def ask(self, **message) -> dict:
+        with socket.socket(socket.AF_UNIX) as s:
+            s.settimeout(5)
+            s.connect(str(self.folder / "faults"))
+            s.sendall(json.dumps(message).encode() + b"\n")
+            return json.loads(s.makefile().readline())
+
+    def fault(self, verb: str, value: float = 1.0, **more) -> None:
+        answer = self.ask(verb=verb, value=value, **more)
+        assert answer["ok"], answer
+
+    def clear(self) -> None:
+        self.ask(verb="clear")
+
+    def status(self) -> dict:
+        return self.ask(verb="status")
+
+    def count(self, event: str) -> int:
+        return self.status()["counts"].get(event, 0)
+
+    def journal(self) -> list[dict]:
+        return [json.loads(line) for line in (self.folder / "journal.jsonl").read_text().splitlines()]
+
+
+def child_env(**more: str) -> dict[str, str]:
+    """Return the environment in which a child finds the tests' own stores."""
+    db = connection.settings_dict
+    if connection.vendor == "sqlite":
+        url = f"sqlite:///{db['NAME']}"
+    else:
+        url = f"postgres://{db['USER']}:@{db['HOST'].replace('/', '%2F')}/{db['NAME']}"
+    env = {k: v for k, v in os.environ.items() if not k.startswith("FARHAND_TEST")}
+    return {**env, "DATABASE_URL": url, "FARHAND_VAR": str(settings.VAR), "REDIS_URL": settings.REDIS_URL, **more}
+
+
+class Child:
+    """One process of ours; its output is kept for the moment a test fails."""
+
+    def __init__(self, name: str, argv: list[str], **env: str) -> None:
+        self.log = Path(settings.VAR) / f"{name}-{time.monotonic_ns()}.log"
+        with self.log.open("wb") as out:
+            self.process = subprocess.Popen(
+                argv, cwd=ROOT, env=child_env(**env), stdout=out, stderr=subprocess.STDOUT, start_new_session=True
+            )
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+    def alive(self) -> bool:
+        return self.process.poll() is None
+
+    def signal(self, number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, number)
+
+    def stop(self, seconds: float = 20) -> int:
+        self.signal(signal.SIGCONT)
+        self.signal(signal.SIGTERM)
+        try:
+            return self.process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise
+
+    def kill(self) -> None:
+        self.signal(signal.SIGKILL)
+        self.process.wait()
+
+    def said(self) -> str:
+        return self.log.read_text(errors="replace")
+
+
+def worker(slug: str = "mercury", **env: str) -> Child:
+    """Start a robot's worker exactly as the supervisor does."""
+    from portal.programs import robot_programs
+    from robots.models import Robot
+
+    program = next(p for p in robot_programs(Robot.objects.get(slug=slug)) if p.name.endswith("worker"))
+    return Child("worker", list(program.argv), **{**program.env, **env})
+
+
+def housekeeping() -> Child:
+    """Start the housekeeping worker with its scheduler."""
+    from portal.programs import housekeeping_program
+
+    program = housekeeping_program()
+    return Child("housekeeping", list(program.argv), **program.env)
+
+
+def free_port() -> int:
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+class Web(Child):
+    """The web process."""
+
+    def __init__(self) -> None:
+        from portal.programs import web_program
+
+        self.port = free_port()
+        program = web_program("127.0.0.1", self.port)
+        super().__init__("web", list(program.argv), **program.env)
+        self.url = f"http://localhost:{self.port}"
+        wait_for(self._answers, 30, "the web process")
+
+    def _answers(self) -> bool:
+        import urllib.request
+
+        assert self.alive(), self.said()
+        try:
+            with urllib.request.urlopen(f"{self.url}/livez", timeout=1) as answer:
+                return answer.status == 200
+        except OSError:
+            return False

@@ -1,0 +1,195 @@
+"""Every address by every kind of person: status, headers, no key, no scripts inline."""
+
+import re
+
+import pytest
+
+from portal.seeding import seed, seed_clearance
+from queueing import services as queue
+from queueing.models import ClassicToken
+from robots.clock import SYSTEM
+from robots.models import Command, Frame
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+PUBLIC = ["/", "/story/", "/status/", "/log/", "/robots/mercury/", "/robots/mercury/orientation/", "/accounts/login/", "/accounts/signup/", "/accounts/password/reset/", "/livez"]  # fmt: skip
+SIGNED_IN = ["/me/", "/robots/mercury/clearance/"]
+STAFF = ["/admin/", "/admin/robots/robot/", "/admin/robots/command/", "/admin/robots/incident/"]
+
+
+@pytest.mark.parametrize("address", PUBLIC)
+def test_public_pages_need_no_account(robot, client, address):
+    answer = client.get(address)
+    assert answer.status_code == 200
+    policy = answer["Content-Security-Policy"]
+    assert "unsafe" not in policy
+    assert "default-src 'self'" in policy
+    html = answer.content.decode()
+    assert not re.search(r"<script(?![^>]*\bsrc=)(?![^>]*application/json)[^>]*>", html)
+    assert " style=" not in html
+    assert not re.search(r"\son[a-z]+=", html)
+
+
+@pytest.mark.parametrize("address", SIGNED_IN)
+def test_own_pages_ask_strangers_to_sign_in(robot, client, address):
+    answer = client.get(address)
+    assert answer.status_code == 302
+    assert "/accounts/login/" in answer["Location"]
+
+
+@pytest.mark.parametrize("address", STAFF)
+@pytest.mark.parametrize("who", [None, "ada", "eve"])
+def test_the_admin_is_for_staff(people, client, address, who):
+    if who:
+        client.force_login(people[who])
+    assert client.get(address).status_code == 302
+
+
+@pytest.mark.parametrize("verb", ["stop", "enable", "disable", "lock_out", "lift", "calibrate", "soft_reset", "test", "release", "maintenance"])  # fmt: skip
+@pytest.mark.parametrize("who", [None, "ada", "mod"])
+def test_admin_verbs_are_refused_to_everybody_else(robot, people, client, verb, who):
+    if who:
+        client.force_login(people[who])
+    client.post(f"/admin/robots/robot/{robot.pk}/do/{verb}/", {"note": "x", "checked": "yes"})
+    robot.refresh_from_db()
+    assert robot.enabled
+    assert not robot.stop_latched
+    assert robot.cycle == "ready"
+
+
+def test_a_get_of_an_admin_verb_does_nothing(robot, people, client):
+    client.force_login(people["kim"])
+    client.get(f"/admin/robots/robot/{robot.pk}/do/stop/")
+    robot.refresh_from_db()
+    assert not robot.stop_latched
+
+
+def test_a_keeper_runs_the_robot_from_its_page(robot, people, owned, client):
+    client.force_login(people["kim"])
+    page = client.get(f"/admin/robots/robot/{robot.pk}/change/")
+    assert page.status_code == 200
+    assert b"residual" in page.content
+    assert client.get(f"/admin/robots/robot/{robot.pk}/status/").status_code == 200
+    do = f"/admin/robots/robot/{robot.pk}/do/"
+    client.post(do + "lock_out/", {"note": "cleaning"})
+    robot.refresh_from_db()
+    assert (robot.cycle, robot.stop_latched) == ("locked_out", True)
+    client.post(do + "release/", {"checked": "yes"})
+    client.post(do + "maintenance/")
+    client.post(do + "calibrate/")
+    assert Command.objects.get().kind == "calibrate"
+    client.post(do + "lift/")
+    robot.refresh_from_db()
+    assert robot.cycle == "handover"
+    client.post(do + "disable/")
+    robot.refresh_from_db()
+    assert not robot.enabled
+
+
+def test_an_admin_adds_a_robot_on_one_page(robot, people, client, admin_user):
+    client.force_login(admin_user)
+    data = {"name": "Second", "slug": "second", "driver": "mercury", "address": "sim:mercury", "clearance_required": "on"}  # fmt: skip
+    bad = client.post("/admin/robots/robot/add/", data | {"driver": "nothere"})
+    assert b"no driver named" in bad.content
+    bad = client.post("/admin/robots/robot/add/", data | {"address": "http://x"})
+    assert b"Use sim:NAME" in bad.content
+    good = client.post("/admin/robots/robot/add/", data | {"_continue": "1"})
+    assert good.status_code == 302
+    page = client.get(good["Location"])
+    assert b"Test connection" in page.content
+    assert b"Switch on" in page.content
+
+
+def test_unknown_addresses_say_so(robot, client):
+    answer = client.get("/robots/nothing/")
+    assert answer.status_code == 404
+    assert b"There is nothing here" in answer.content
+
+
+@pytest.mark.parametrize("path", ["../secret_key", "..%2f..%2fsecret_key", "/etc/passwd", "x/../../secret_key"])
+def test_media_serves_frames_only(robot, client, path):
+    assert client.get(f"/media/frames/{path}").status_code in (404, 400)
+
+
+def test_seeding_twice_changes_nothing(db):
+    assert seed()
+    assert seed() is None
+
+
+def test_classic_page_moves_nothing_by_get(robot, people, client, owned):
+    Frame.objects.create(robot=robot, taken_at=SYSTEM.now(), file="frames/x.jpg", width=192, height=165, pose=[0, 0.42, 0, 0], joints=[0.9, 1.8, 0, 0])  # fmt: skip
+    client.force_login(people["ada"])
+    queue.join(robot, people["ada"], SYSTEM.now(), classic=True)
+    queue.tick(SYSTEM.now())
+    entered = client.get("/classic/mercury/")
+    page = client.get(entered["Location"])
+    assert b"It is your turn" in page.content
+    assert page["Cache-Control"].count("no-store")
+    assert page["Referrer-Policy"] == "same-origin"
+    client.post(entered["Location"], {"do": "accept"})
+    page = client.get(entered["Location"])
+    assert b"You drive" in page.content
+    for query in ("?do=up", "?large.x=5&large.y=350", "?small.x=5&small.y=180"):
+        client.get(entered["Location"] + query)
+    assert Command.objects.count() == 0
+    gif = re.search(rb'src="(/classic/[^"]+\.gif)"', page.content)[1].decode()
+    picture = client.get(gif)
+    assert picture["Content-Type"] == "image/gif"
+    assert picture.content[:6] in (b"GIF87a", b"GIF89a")
+
+
+def test_classic_token_spent_moves_once(robot, people, client, owned, monkeypatch):
+    from portal.classic import views
+
+    monkeypatch.setattr(views, "WAIT_S", 0.0)
+    client.force_login(people["ada"])
+    queue.join(robot, people["ada"], SYSTEM.now(), classic=True)
+    queue.tick(SYSTEM.now())
+    queue.accept(robot, people["ada"], SYSTEM.now())
+    address = client.get("/classic/mercury/")["Location"]
+    client.post(address, {"do": "down"})
+    assert Command.objects.count() == 1
+    for _ in range(3):
+        answer = client.post(address, {"do": "down"}, follow=True)
+        assert b"used already" in answer.content
+    assert Command.objects.count() == 1
+    fresh = client.get("/classic/mercury/")["Location"]
+    other = type(client)()
+    other.force_login(people["bob"])
+    answer = other.post(fresh, {"do": "down"}, follow=True)
+    assert Command.objects.count() == 1, "a shared address gives nobody the operator's rights"
+    assert b"You drive" not in answer.content
+    assert ClassicToken.objects.filter(user=people["ada"], spent_at=None).exists()
+    anonymous = type(client)()
+    assert anonymous.post(fresh, {"do": "down"})["Location"].startswith("/accounts/login/")
+
+
+def test_forms_want_a_csrf_token(robot, people):
+    from django.test import Client
+
+    client = Client(enforce_csrf_checks=True)
+    client.force_login(people["ada"])
+    answer = client.post("/classic/mercury/x/", {"do": "join"})
+    assert answer.status_code == 403
+    assert b"out of date" in answer.content
+
+
+def test_no_answer_of_any_page_holds_the_key(robot, people, client):
+    from accounts import services
+    from accounts.models import Choice
+
+    seed_clearance(robot)
+    client.force_login(people["eve"])
+    services.mark_read(people["eve"], robot, SYSTEM.now())
+    html = client.get("/robots/mercury/clearance/").content.decode()
+    rows = re.findall(r'<input type="radio"[^>]*value="(\d+)"([^>]*)>', html)
+    right = {str(pk) for pk in Choice.objects.filter(correct=True).values_list("pk", flat=True)}
+    marks = {pk: extra.strip() for pk, extra in rows}
+    assert len({marks[pk] for pk in marks if pk in right} | {marks[pk] for pk in marks if pk not in right}) == 1
+
+
+def test_sign_up_does_not_tell_who_has_an_account(robot, people, client):
+    data = {"username": "newone", "email": "ada@example.org", "password1": "correct horse 42", "password2": "correct horse 42"}  # fmt: skip
+    known = client.post("/accounts/signup/", data)
+    other = type(client)().post("/accounts/signup/", data | {"email": "nobody@example.org", "username": "newtwo"})
+    assert (known.status_code, known["Location"]) == (other.status_code, other["Location"])

@@ -1,0 +1,118 @@
+"""Everything in any order: at most one operator, one grant, nothing lost (Hypothesis)."""
+
+from datetime import timedelta
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.extra.django import TestCase
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
+
+from accounts.models import Clearance, User
+from queueing import services as queue
+from queueing.errors import QueueError
+from queueing.models import OPEN_TICKET, Ticket, TicketState, Turn
+from robots.models import Grant, Lease, Robot
+from robots.states import Cycle
+from tests.conftest import CALIBRATION, FakeClock
+
+NAMES = ("ada", "bob", "cyd", "dan")
+who = st.sampled_from(NAMES)
+
+
+class QueueMachine(RuleBasedStateMachine):
+    def __init__(self):
+        super().__init__()
+        for model in (Turn, Ticket, Grant, Robot, User):
+            model.objects.all().delete()
+        self.clock = FakeClock()
+        self.robot = Robot.objects.create(
+            slug="mercury", name="M", address="sim:mercury", enabled=True, cycle=Cycle.READY, calibration=CALIBRATION
+        )
+        Lease.objects.create(robot=self.robot, epoch=1, expires_at=self.clock.now() + timedelta(days=9))
+        self.people = {n: User.objects.create_user(n, f"{n}@example.org") for n in NAMES}
+        for person in self.people.values():
+            Clearance.objects.create(user=person, robot=self.robot, granted_at=self.clock.now())
+        self.told: dict[str, int] = {}
+
+    @rule(name=who, classic=st.booleans())
+    def join(self, name, classic):
+        self.told[name] = queue.join(self.robot, self.people[name], self.clock.now(), classic).pk
+
+    @rule(name=who)
+    def leave(self, name):
+        queue.leave(self.robot, self.people[name], self.clock.now())
+        self.told.pop(name, None)
+
+    @rule(name=who)
+    def accept(self, name):
+        try:
+            queue.accept(self.robot, self.people[name], self.clock.now())
+        except QueueError as error:
+            assert str(error).endswith(".")
+
+    @rule(seconds=st.sampled_from([0, 1, 5, 21, 31, 61, 100, 301, 1000, -3]))
+    def time(self, seconds):
+        self.clock.go(seconds)
+
+    @rule()
+    def tick(self):
+        queue.tick(self.clock.now())
+        queue.tick(self.clock.now())
+
+    @rule(name=who)
+    def seen(self, name):
+        queue.seen(self.robot, self.people[name], self.clock.now())
+
+    @rule(name=who)
+    def line_cut(self, name):
+        queue.disconnected(self.robot, self.people[name], self.clock.now())
+
+    @rule()
+    def owner_hands_over(self):
+        Robot.objects.filter(cycle=Cycle.HANDOVER).update(cycle=Cycle.READY)
+
+    @rule(cycle=st.sampled_from([Cycle.FAULT, Cycle.HANDOVER]))
+    def robot_changes(self, cycle):
+        Robot.objects.filter(cycle__in=(Cycle.READY, Cycle.OFFERED, Cycle.FAULT)).update(cycle=cycle)
+
+    @rule()
+    def owner_ends_overdue_grants(self):
+        Grant.objects.filter(ended_at=None, until__lte=self.clock.now()).update(
+            ended_at=self.clock.now(), end_reason="time is up"
+        )
+
+    @invariant()
+    def one_operator_one_grant(self):
+        assert Turn.objects.filter(ended_at=None).count() <= 1
+        assert Grant.objects.filter(ended_at=None).count() <= 1
+        for turn in Turn.objects.filter(ended_at=None):
+            assert turn.ticket.state == TicketState.OPERATING
+        for ticket in Ticket.objects.filter(state=TicketState.OPERATING):
+            assert ticket.turn.ended_at is None
+
+    @invariant()
+    def a_place_that_was_told_exists_or_has_a_reason(self):
+        for name, pk in self.told.items():
+            ticket = Ticket.objects.get(pk=pk)
+            assert ticket.user == self.people[name]
+            assert ticket.state in OPEN_TICKET or ticket.end_reason
+
+    @invariant()
+    def every_ended_turn_has_a_reason_and_a_charge(self):
+        for turn in Turn.objects.exclude(ended_at=None):
+            assert turn.end_reason
+            assert turn.charged_s is not None
+            assert turn.charged_s >= 0
+
+    @invariant()
+    def at_most_one_offer(self):
+        assert Ticket.objects.filter(state=TicketState.OFFERED).count() <= 1
+
+
+@pytest.mark.service
+class TestQueue(TestCase):
+    def test_anything_in_any_order(self):
+        run_state_machine_as_test(
+            QueueMachine, settings=settings(max_examples=25, stateful_step_count=40, deadline=None, derandomize=True)
+        )

@@ -1,0 +1,32 @@
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simulators.mercury.arm import AT_REST_M, Body, Pose
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.floats(-0.24, 0.24), st.floats(0.29, 0.55), st.floats(0, 0.075), st.floats(0.02, 0.6))
+def test_a_motion_ends_at_its_target_and_the_swing_dies_away(x, y, z, speed):
+    body = Body(Pose(0.0, 0.42, 0.075, 0.0), 0.0)
+    body.start(Pose(x, y, z, 0.0), speed)
+    t = 0.0
+    while body.moving and t < 60:
+        t += 0.05
+        body.advance_to(t)
+    assert not body.moving
+    assert max(abs(a - b) for a, b in zip(body.setpoint.as_tuple(), (x, y, z, 0.0), strict=True)) < 1e-9
+    for i in range(30):
+        body.advance_to(t + 0.1 * i)
+    assert body.amplitude() < AT_REST_M
+
+
+def test_a_hold_brings_it_to_rest_before_the_target():
+    body = Body(Pose(-0.2, 0.42, 0.0, 0.0), 0.0)
+    body.start(Pose(0.2, 0.42, 0.0, 0.0), 0.25)
+    body.advance_to(0.7)
+    body.brake()
+    body.advance_to(1.2)
+    assert not body.moving
+    assert body.ended is not None
+    assert body.ended.braking
+    assert -0.2 < body.setpoint.x < 0.0

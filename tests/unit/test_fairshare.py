@@ -1,0 +1,47 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from queueing import fairshare
+from queueing.fairshare import Clock
+
+
+@given(st.lists(st.tuples(st.integers(0, 4), st.floats(1, 300)), min_size=20, max_size=120))
+def test_two_who_always_wait_never_drift_apart_by_more_than_two_turns(demand):
+    """Start-time fair queueing's bound: their service differs by at most a turn of each."""
+    finish, served = dict.fromkeys(range(5), 0.0), dict.fromkeys(range(5), 0.0)
+    clock = Clock()
+    tags = {u: fairshare.start_tag(clock, 0.0) for u in range(5)}
+    for _, seconds in demand:
+        user = min(tags, key=lambda u: (tags[u], u))
+        clock = clock.serve(tags[user])
+        finish[user] = fairshare.finish_tag(tags[user], seconds, 1.0)
+        served[user] += seconds
+        clock = clock.finish(finish[user])
+        tags[user] = fairshare.start_tag(clock, finish[user])
+        assert max(served.values()) - min(served.values()) <= 600
+
+
+@given(st.floats(0, 1e6), st.floats(0, 1e6))
+def test_absence_earns_no_credit(greatest, old_finish):
+    clock = Clock(virtual=0.0, greatest_finish=greatest).empty()
+    assert fairshare.start_tag(clock, min(old_finish, greatest)) == greatest
+
+
+@given(st.floats(0, 1e4), st.floats(0, 1e4))
+def test_time_alone_costs_less_never_more(used, alone):
+    assert 0 <= fairshare.charged(used, alone) <= used
+    assert fairshare.charged(used, 0) == used
+
+
+def test_a_heavier_weight_pays_less_and_none_is_refused():
+    assert fairshare.finish_tag(10, 60, 2.0) == 40
+    with pytest.raises(ValueError, match="positive"):
+        fairshare.finish_tag(0, 1, 0)
+
+
+@given(st.integers(0, 50), st.floats(0, 600), st.floats(30, 900), st.floats(0, 60))
+def test_the_estimate_is_a_range_that_grows_with_the_queue(ahead, left, turn_s, handover_s):
+    low, high = fairshare.estimate(ahead, left, turn_s, handover_s)
+    assert 0 <= low <= high
+    assert fairshare.estimate(ahead + 1, left, turn_s, handover_s)[1] >= high

@@ -1,0 +1,82 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { forward, nozzlePixel, onSand, reach, target } from "../src/arm.ts";
+import { blocked, whyNot, type Facts } from "../src/controls.ts";
+import { decode } from "../src/protocol.ts";
+import { ago, clock, span } from "../src/words.ts";
+
+const D = { arm: { link1: 0.4, link2: 0.25, q2_deg: [0, 160] as [number, number], up: 0.075, down: 0 }, sand: { x: [-0.24, 0.24] as [number, number], y: [0.29, 0.55] as [number, number] } };
+
+test("reach and forward agree all over the sand", () => {
+  for (let x = -0.24; x <= 0.24; x += 0.06)
+    for (let y = 0.29; y <= 0.55; y += 0.04) {
+      const arm = reach(D, x, y);
+      assert.ok(arm);
+      assert.ok(Math.hypot(arm.tool[0] - x, arm.tool[1] - y) < 1e-9);
+      assert.ok(onSand(D, x, y));
+    }
+  assert.equal(reach(D, 2, 0), null);
+  assert.equal(onSand(D, 0, 0.1), false);
+});
+
+test("the nozzle's pixel maps to no motion", () => {
+  const map = { matrix: [[4.9e-4, 2e-5, 3e-3], [2e-5, -4.9e-4, -2e-3]], theta: 0 };
+  const [u, v] = nozzlePixel(map, 192, 165);
+  const [x, y] = target(map, [0.1, 0.4, 0, 0], u, v, 192, 165);
+  assert.ok(Math.hypot(x - 0.1, y - 0.4) < 1e-12);
+  assert.ok(forward(D, [0, 0]).tool[0] > 0.64);
+});
+
+function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
+  return {
+    snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { operating: true }, ...snapshot } as never,
+    state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0] },
+    lineUp: true, now: 10_200, latency: 10, busy: false, aim: "good", last: null, ...over,
+  };
+}
+
+test("a control is enabled, or it says why not", () => {
+  assert.equal(blocked(facts()), "");
+  assert.equal(whyNot("air", facts()), "");
+  const no: [Facts, RegExp][] = [
+    [facts({ lineUp: false }), /connection is gone/],
+    [facts({}, { link: false }), /live link/],
+    [facts({}, { stopped: true }), /release the stop/],
+    [facts({}, { me: { operating: false } }), /not your turn/],
+    [facts({ now: 11_500 }), /state is not known/],
+    [facts({ state: null }), /state is not known/],
+    [facts({}, { robot: { state: "fault", why: "no power" } }), /no power/],
+  ];
+  for (const [f, why] of no) for (const kind of ["go", "up", "down", "air"]) assert.match(whyNot(kind, f), why);
+  assert.match(whyNot("up", facts({ busy: true })), /One command at a time/);
+  const up = facts({ state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0.075, 0] } });
+  assert.match(whyNot("air", up), /Down first/);
+  assert.match(whyNot("up", up), /up already/);
+  assert.match(whyNot("down", facts()), /down already/);
+  assert.match(whyNot("go", facts({ aim: "refused" })), /off the sand/);
+  assert.match(whyNot("go", facts({ aim: "none" })), /choose where/);
+});
+
+test("a slow line is given more time, never more than three seconds", () => {
+  assert.equal(blocked(facts({ latency: 800, now: 12_400 })), "");
+  assert.notEqual(blocked(facts({ latency: 5000, now: 13_100 })), "");
+});
+
+test("binary packets decode, broken ones do not", () => {
+  const view = new DataView(new ArrayBuffer(22));
+  view.setUint8(0, 1);
+  view.setUint8(1, 3);
+  view.setBigInt64(6, 1234n, true);
+  view.setInt16(14, -15000, true);
+  const packet = decode(view.buffer);
+  assert.ok(packet && "moving" in packet);
+  assert.deepEqual([packet.moving, packet.stopped, packet.atMs, packet.joints[0]], [true, true, 1234, -1.5]);
+  assert.equal(decode(new ArrayBuffer(5)), null);
+});
+
+test("times in words", () => {
+  assert.equal(clock(61), "1:01");
+  assert.equal(clock(-3), "0:00");
+  assert.equal(span(25), "30 s");
+  assert.equal(ago(1500), "1.5 s");
+});

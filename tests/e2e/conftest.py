@@ -1,0 +1,190 @@
+"""The whole portal as processes of its own, and a real browser."""
+
+import os
+import re
+import shutil
+import time
+from email import message_from_bytes
+from pathlib import Path
+
+import pytest
+from django.conf import settings
+from playwright.sync_api import Page, expect, sync_playwright
+
+from portal.seeding import seed_clearance
+from robots import bus
+from robots.models import Robot
+from robots.states import Cycle
+from tests.conftest import wait_for
+from tests.rig import Simulator, Web, housekeeping, worker
+
+AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
+expect.set_options(timeout=15_000)
+
+
+class Portal:
+    """Web process, housekeeping, one robot with its worker and simulator."""
+
+    def __init__(self, robot):
+        shutil.rmtree(robot.rig_dir, ignore_errors=True)
+        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+        robot.rig_dir.mkdir(parents=True)
+        Robot.objects.update(cycle=Cycle.OFFLINE)
+        self.robot = robot
+        self.sim = Simulator(robot.rig_dir)
+        self.worker = worker()
+        self.housekeeping = housekeeping()
+        self.web = Web()
+        self.url = self.web.url
+        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is ready")
+
+    def stop(self):
+        for child in (self.web, self.housekeeping, self.worker):
+            if child.alive():
+                child.kill()
+        self.sim.stop()
+
+
+@pytest.fixture
+def portal(transactional_db, redis_server, robot):
+    bus.connection().flushall()
+    seed_clearance(robot)
+    made = Portal(robot)
+    yield made
+    made.stop()
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    path = os.environ.get("FARHAND_CHROMIUM")
+    if not path:
+        pytest.fail("no Chromium was found; run `make setup-test`")
+    env = (
+        {"LD_LIBRARY_PATH": os.environ.get("FARHAND_CHROMIUM_LIBS", "")}
+        if os.environ.get("FARHAND_CHROMIUM_LIBS")
+        else None
+    )
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=path,
+            env={**os.environ, **env} if env else None,
+            args=[
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-quic",
+                "--no-first-run",
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--disable-sync",
+            ],
+        )
+        yield browser
+        browser.close()
+
+
+class Visitor:
+    """One person with a browser of their own; any console error fails the test."""
+
+    def __init__(self, browser, portal, **options):
+        self.portal = portal
+        self.context = browser.new_context(
+            base_url=portal.url, locale="en-US", **{"viewport": {"width": 1280, "height": 860}, **options}
+        )
+        self.errors: list[str] = []
+        self.allowed: tuple[str, ...] = ()
+        self.page: Page = self.new_page()
+
+    def new_page(self):
+        page = self.context.new_page()
+        page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
+        page.on("pageerror", lambda e: self.errors.append(str(e)))
+        return page
+
+    def sign_up(self, name):
+        page = self.page
+        page.goto("/accounts/signup/")
+        page.fill("[name=email]", f"{name}@example.org")
+        page.fill("[name=username]", name)
+        page.fill("[name=password1]", "correct horse 42")
+        page.fill("[name=password2]", "correct horse 42")
+        page.click("main button[type=submit]")
+        page.wait_for_url("**/confirm-email/")
+        page.goto(confirmation(f"{name}@example.org"))
+        page.click("main button")
+        page.wait_for_url(re.compile(r"/$"))
+        return self
+
+    def get_cleared(self):
+        from accounts.models import Choice
+
+        page = self.page
+        page.goto("/robots/mercury/orientation/")
+        page.click("main form button")
+        right = set(Choice.objects.filter(correct=True).values_list("pk", flat=True))
+        for box in page.query_selector_all("input[type=radio]"):
+            if int(box.get_attribute("value")) in right:
+                box.check()
+        page.click("main form button")
+        page.wait_for_url("**/robots/mercury/")
+        return self
+
+    def axe(self, where=""):
+        page = self.page
+        source = AXE.read_text()
+        page.evaluate(source)
+        found = page.evaluate(
+            "async () => (await axe.run(document, {resultTypes: ['violations']})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
+        )
+        assert found == [], f"{where} {page.url}: {found}"
+
+    def ladder(self, state="completed", timeout=20):
+        """Wait until the newest command has ended; return its text."""
+        ended = ["completed", "rejected", "failed", "cancelled", "expired", "unknown"]
+        item = self.page.locator("#ladder li").first
+        end = time.monotonic() + timeout
+        while item.get_attribute("data-state") not in ended:
+            assert time.monotonic() < end, item.inner_text()
+            self.page.wait_for_timeout(30)
+        assert item.get_attribute("data-state") == state, item.inner_text()
+        return item.inner_text()
+
+    def press(self, name, state="completed"):
+        button = self.page.locator(f"[data-command={name}]")
+        expect(button).to_have_attribute("aria-disabled", "false")
+        button.click()
+        self.page.wait_for_timeout(60)
+        return self.ladder(state)
+
+    def close(self):
+        self.context.close()
+        bad = [e for e in self.errors if not any(a in e for a in self.allowed)]
+        assert bad == [], bad
+
+
+def confirmation(address):
+    """Return the link in the newest mail to that address."""
+
+    def link():
+        for path in sorted((settings.VAR / "mail").glob("*"), reverse=True):
+            for part in path.read_bytes().split(b"-" * 79):
+                message = message_from_bytes(part.strip())
+                if address in (message["To"] or ""):
+                    found = re.search(r"http://\S+/confirm-email/\S+", str(message.get_payload()).replace("=\n", ""))
+                    if found:
+                        return found[0]
+        return None
+
+    return wait_for(link, 10, "the mail")
+
+
+@pytest.fixture
+def visitor(chromium, portal):
+    made = []
+
+    def make(**options):
+        made.append(Visitor(chromium, portal, **options))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()

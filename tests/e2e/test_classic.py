@@ -1,0 +1,71 @@
+"""The whole way without scripts."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from operatorlog.models import Entry
+from queueing.models import Turn
+from robots.models import Command
+from tests.e2e.test_whole_way import PAGES
+
+
+@pytest.mark.tenth
+def test_the_whole_way_without_scripts(portal, visitor):
+    ada = visitor(java_script_enabled=False)
+    page = ada.page
+    ada.sign_up("ada").get_cleared()
+    page.goto("/classic/mercury/")
+    token = page.url
+    assert re.search(r"/classic/mercury/[\w-]{20,}/$", token)
+    page.click("button[value=join]")
+    assert page.url != token, "the token rotates"
+    for _ in range(40):
+        if page.locator("button[value=accept]").count():
+            break
+        page.wait_for_timeout(300)
+        page.click("text=Update")
+    page.click("button[value=accept]")
+    expect(page.locator("main")).to_contain_text("You drive")
+
+    # the composite image is a server-side image map in a POST form
+    large = page.locator("input[name=large]")
+    large.click(position={"x": 2 * 260, "y": 2 * 60})
+    expect(page.locator(".messages")).to_contain_text("Move: settled")
+    page.locator("input[name=large]").click(position={"x": 2 * 126, "y": 2 * 180})
+    expect(page.locator(".messages")).to_contain_text("Down: settled")
+    page.locator("input[name=large]").click(position={"x": 2 * 210, "y": 2 * 180})
+    expect(page.locator(".messages")).to_contain_text("Air: settled")
+    assert portal.sim.count("burst") == 1
+    page.locator("input[name=large]").click(position={"x": 2 * 110, "y": 2 * 70})
+    expect(page.locator(".messages")).to_contain_text("Move: settled")
+
+    # back, and press again in the page of before: nothing moves
+    commands, motions = Command.objects.count(), portal.sim.count("motion")
+    page.go_back()
+    page.locator("button[value=up]").click()
+    expect(page.locator(".messages")).to_contain_text("used already")
+    assert (Command.objects.count(), portal.sim.count("motion")) == (commands, motions)
+
+    # a click beside the sand is refused in words
+    page.locator("input[name=large]").click(position={"x": 2 * 200, "y": 2 * 155})
+    expect(page.locator(".messages")).to_contain_text("off the sand")
+    page.click("button[value=stop]")
+    expect(page.locator("main")).to_contain_text("The robot is stopped")
+    page.check("[name=checked]")
+    page.click("button[value=release]")
+    expect(page.locator(".messages")).to_contain_text("released")
+    page.click("button[value=leave]")
+    page.click("text=Write in the operator's log")
+    page.fill("#text", "Driven without a single script.")
+    page.click("text=Put it in the log")
+    assert Entry.objects.get().text == "Driven without a single script."
+    assert Turn.objects.get().classic
+
+
+def test_pages_read_without_scripts(portal, visitor):
+    one = visitor(java_script_enabled=False)
+    for address in PAGES:
+        assert one.page.goto(address).ok
+        assert len(one.page.locator("main").inner_text()) > 30

@@ -1,7 +1,9 @@
 """Addresses."""
 
 from django.contrib import admin
+from django.templatetags.static import static
 from django.urls import include, path
+from django.views.generic import RedirectView
 
 from accounts import views as accounts
 from operatorlog import views as log
@@ -31,6 +33,7 @@ urlpatterns = [
     path("accounts/", include("allauth.account.urls")),
     path("admin/", admin.site.urls),
     path("media/frames/<path:path>", views.media, name="media"),
+    path("favicon.ico", RedirectView.as_view(url=static("portal/icon.svg"))),
     path("livez", health.livez, name="livez"),
     path("readyz", health.readyz, name="readyz"),
 ]

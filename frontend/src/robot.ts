@@ -22,6 +22,7 @@ let seq = 0;
 let seqGrant = 0;
 let lineDownAt = performance.now();
 let airStill = 0;
+let sentAim: Aim | null = null;
 
 const say = byId("say");
 const ladder = new Ladder(byId("ladder"), say);
@@ -88,7 +89,7 @@ function gotStill(still: Still): void {
 function gotCommand(m: { t: "command" } & Snapshot["commands"][number]): void {
   ladder.update(m);
   if (m.state === "completed" && m.kind === "air" && snapshot?.still) airStill = snapshot.still.id;
-  if (m.state === "completed") aim = null;
+  if (m.state === "completed" && aim === sentAim) aim = null;
 }
 
 function gotAnswer(m: Extract<Message, { t: "answer" }>): void {
@@ -115,7 +116,7 @@ function mapFor(still: Still): { matrix: number[][]; theta: number } | null {
 
 function pickPixel(u: number, v: number): void {
   if (!snapshot?.me.operating || !snapshot.still) return;
-  aim = { by: "camera", u, v, still: snapshot.still.id };
+  aim = { by: "camera", u, v, still: camera.still || snapshot.still.id };
   draw();
 }
 
@@ -159,6 +160,7 @@ function command(kind: string, args: object = {}): void {
 
 function go(): void {
   if (!aim) return notice(whyNot("go", facts()), "warning");
+  sentAim = aim;
   if (aim.by === "camera") command("click", { still: aim.still, u: aim.u, v: aim.v });
   else command("move", { x: aim.x, y: aim.y });
 }

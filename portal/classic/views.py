@@ -73,7 +73,7 @@ def _context(request: HttpRequest, robot: Robot, now: datetime) -> dict[str, Any
         "robot": robot, "state": state, "label": label, "why": why, "ticket": ticket, "turn": turn, "mine": mine,
         "ahead": ahead, "wait_min": [round(s / 60) for s in wait] if wait else None, "still": still,
         "address": address, "stamp": f"{still.pk}-{still.taken_at:%Y%m%d%H%M%S}" if still else "0-0",
-        "cleared": cleared(request.user, robot), "refresh_s": REFRESH_S if not mine else None,
+        "cleared": cleared(request.user, robot), "refresh_s": REFRESH_S if ticket is not None and not mine else None,
         "age_s": round((now - still.taken_at).total_seconds()) if still else None,
         "left_s": round((turn.until - now).total_seconds()) if turn else None,
         "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,

@@ -13,7 +13,7 @@ STEP_S = 0.002
 SWING_HZ = 6.0
 DAMPING = 0.18
 RAMP_S = 0.28  # time to reach full speed: a faster arm accelerates harder
-AT_REST_M = 0.00010  # swing below which a picture no longer changes
+AT_REST_M = 0.00008  # swing below which two pictures no longer differ by the threshold
 
 
 @dataclass

@@ -41,12 +41,21 @@ def test_the_whole_way_without_scripts(portal, visitor):
     page.locator("input[name=large]").click(position={"x": 2 * 110, "y": 2 * 70})
     expect(page.locator(".messages")).to_contain_text("Move: settled")
 
-    # back, and press again in the page of before: nothing moves
+    # back, reload, and the form of a page that was used: nothing moves
     commands, motions = Command.objects.count(), portal.sim.count("motion")
-    page.go_back()
+    used = page.locator("form:has(button[value=up])").get_attribute("action")
     page.locator("button[value=up]").click()
-    expect(page.locator(".messages")).to_contain_text("used already")
-    assert (Command.objects.count(), portal.sim.count("motion")) == (commands, motions)
+    expect(page.locator(".messages")).to_contain_text("Up: settled")
+    page.go_back()
+    page.reload()
+    form = page.locator("form:has(button[value=up])")
+    assert form.get_attribute("action") != used, "the page shown again has a fresh token"
+    secret = form.locator("[name=csrfmiddlewaretoken]").get_attribute("value")
+    answer = page.request.post(used, form={"do": "down", "csrfmiddlewaretoken": secret}, headers={"Referer": page.url})
+    assert "used already" in answer.text()
+    assert (Command.objects.count(), portal.sim.count("motion")) == (commands + 1, motions + 1)
+    page.click("text=Update")
+    page.locator("button[value=down]").click()
 
     # a click beside the sand is refused in words
     page.locator("input[name=large]").click(position={"x": 2 * 200, "y": 2 * 155})

@@ -51,7 +51,7 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     expect(watcher.page.locator("#ladder li").first).to_contain_text("Settled")
     air = ada.page.locator("[data-command=air]")
     expect(air).to_have_attribute("aria-disabled", "true")
-    air.click()
+    air.click(force=True)
     expect(ada.page.locator("#notice")).to_contain_text("press Down first")
     ada.press("down")
     ada.press("air")

@@ -45,7 +45,10 @@ def _run() -> None:
         services.start_grant(robot, GrantKind.TURN, now, person, now + timedelta(minutes=30))
         with sync_playwright() as playwright:
             times = _drive(playwright, web, person)
-        rows = [_compare(ms, command, sim.journal()) for ms, command in zip(times, Command.objects.order_by("id"), strict=True)]
+        rows = [
+            _compare(ms, command, sim.journal())
+            for ms, command in zip(times, Command.objects.order_by("id"), strict=True)
+        ]
     finally:
         web.kill()
         owner.kill()
@@ -57,7 +60,9 @@ def _run() -> None:
 def _drive(playwright: Any, web: Any, person: Any) -> list[float]:
     import os
 
-    browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=["--no-sandbox", "--disable-gpu"])
+    browser = playwright.chromium.launch(
+        executable_path=os.environ["FARHAND_CHROMIUM"], args=["--no-sandbox", "--disable-gpu"]
+    )
     context = browser.new_context(base_url=web.url, locale="en-US", viewport={"width": 1280, "height": 860})
     name, _, value = _cookie(person).partition("=")
     context.add_cookies([{"name": name, "value": value, "url": web.url}])
@@ -68,14 +73,21 @@ def _drive(playwright: Any, web: Any, person: Any) -> list[float]:
     box = page.locator("#screen").bounding_box()
     times = []
     for i in range(MOVES):
-        _until(page, "!!document.querySelector('#why').textContent && !/busy|waiting/.test(document.querySelector('#why').textContent)")
+        _until(
+            page,
+            "!!document.querySelector('#why').textContent && !/busy|waiting/.test(document.querySelector('#why').textContent)",
+        )
         share = (0.25, 0.75, 0.5)[i % 3], (0.3, 0.7, 0.45, 0.55)[i % 4]
         page.mouse.click(box["x"] + box["width"] * share[0], box["y"] + box["height"] * share[1])
         _until(page, "document.querySelector('[data-command=go]').getAttribute('aria-disabled') === 'false'")
         page.evaluate("window.known = new Set(Object.keys(window.seen))")
-        begun = page.evaluate("() => { const t = performance.now(); document.querySelector('[data-command=go]').click(); return t; }")
+        begun = page.evaluate(
+            "() => { const t = performance.now(); document.querySelector('[data-command=go]').click(); return t; }"
+        )
         _until(page, "Object.keys(window.seen).some((id) => !window.known.has(id))")
-        ended = page.evaluate("Math.min(...Object.entries(window.seen).filter(([id]) => !window.known.has(id)).map(([, t]) => t))")
+        ended = page.evaluate(
+            "Math.min(...Object.entries(window.seen).filter(([id]) => !window.known.has(id)).map(([, t]) => t))"
+        )
         times.append(ended - begun)
         page.wait_for_timeout(250)
     browser.close()
@@ -129,5 +141,3 @@ def _report(rows: list[dict[str, float]]) -> None:
     print(json.dumps({"ratios": [round(r["ratio"], 3) for r in rows]}))
     value = middle["ratio"]
     tell("click_to_image", value, "times the physical limit, median of 30 moves", "<= 1.15", value <= 1.15, middle)
-
-

@@ -23,7 +23,13 @@ def main() -> None:
                 bed.blow(x + dx, y + dy, 0.15)
     sizes: dict[int, list[int]] = {256: [], 64: []}
     with tempfile.TemporaryDirectory() as folder:
-        for x, y, z in ((0.0, 0.42, 0.0), (0.005, 0.42, 0.0), (-0.15, 0.47, 0.0), (0.11, 0.35, 0.075), (0.2, 0.5, 0.075)):
+        for x, y, z in (
+            (0.0, 0.42, 0.0),
+            (0.005, 0.42, 0.0),
+            (-0.15, 0.47, 0.0),
+            (0.11, 0.35, 0.075),
+            (0.2, 0.5, 0.075),
+        ):
             path = Path(folder) / "frame.png"
             Image.fromarray(expose(bed, [(x, y, z, 0.0)], 1 / 150, rng)).save(path)
             joints = list(scara(description).inverse(x, y, z, 0.0))

@@ -45,12 +45,25 @@ def main() -> None:
                     stable += verdict.stable
                 driver.close()
                 rows[speed] = (sum(totals) / len(totals), stable / len(MOVES), sum(tries) / len(tries))
-                print(f"{speed:.2f} m/s: {rows[speed][0]:.2f} s to the stable picture, {stable}/{len(MOVES)} stable, {rows[speed][2]:.1f} tries")
+                print(
+                    f"{speed:.2f} m/s: {rows[speed][0]:.2f} s to the stable picture, {stable}/{len(MOVES)} stable, {rows[speed][2]:.1f} tries"
+                )
         finally:
             sim.stop()
     default = float(load("mercury")["motion"]["speed"])
     sure = {s: r[0] for s, r in rows.items() if r[1] == 1.0}
     best = min(sure, key=lambda s: sure[s])
     ratio = rows[default][0] / sure[best]
-    beside = {"fastest_always_stable_m_s": best, "default_m_s": default, "seconds_by_speed": {str(s): round(r[0], 2) for s, r in rows.items()}}
-    tell("motion_speed", ratio, "default over the best speed", "<= 1.15 and always stable", ratio <= 1.15 and rows[default][1] == 1.0, beside)
+    beside = {
+        "fastest_always_stable_m_s": best,
+        "default_m_s": default,
+        "seconds_by_speed": {str(s): round(r[0], 2) for s, r in rows.items()},
+    }
+    tell(
+        "motion_speed",
+        ratio,
+        "default over the best speed",
+        "<= 1.15 and always stable",
+        ratio <= 1.15 and rows[default][1] == 1.0,
+        beside,
+    )

@@ -73,7 +73,11 @@ def percentile(values: list[float], share: float) -> float:
 
 def tell(name: str, value: float, unit: str, goal: str, holds: bool, beside: dict[str, Any]) -> None:
     """Print the last line."""
-    print(json.dumps({"name": name, "value": round(value, 3), "unit": unit, "goal": goal, "holds": holds, "beside": beside}))
+    print(
+        json.dumps(
+            {"name": name, "value": round(value, 3), "unit": unit, "goal": goal, "holds": holds, "beside": beside}
+        )
+    )
 
 
 median = statistics.median

@@ -8,6 +8,7 @@ import os
 import secrets
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import environ
 from csp.constants import NONCE, NONE, SELF  # noqa: F401 - NONCE for deployments that add to it
@@ -98,7 +99,10 @@ TEMPLATES = [
 
 
 def _database() -> dict[str, Any]:
-    config: dict[str, Any] = env.db("DATABASE_URL", default=f"sqlite:///{VAR / 'farhand.sqlite3'}")
+    config: dict[str, Any] = {"CONN_MAX_AGE": 60} | env.db(
+        "DATABASE_URL", default=f"sqlite:///{VAR / 'farhand.sqlite3'}"
+    )
+    config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
         config["OPTIONS"] = {
             "timeout": 20,
@@ -129,7 +133,6 @@ CELERY_BROKER_TRANSPORT_OPTIONS: dict[str, Any] = (
 CELERY_BROKER_CONNECTION_RETRY_ON_STARTUP = True
 CELERY_TASK_IGNORE_RESULT = True
 CELERY_TASK_PUBLISH_RETRY = False
-CELERY_WORKER_DISABLE_PREFETCH = True
 CELERY_WORKER_PREFETCH_MULTIPLIER = 1
 CELERY_WORKER_SEND_TASK_EVENTS = False
 CELERY_WORKER_ENABLE_REMOTE_CONTROL = False

@@ -275,24 +275,33 @@ class Runtime:
         self._on_lost()
 
     def _control(self) -> None:
+        swept = 0.0
         while self._running:
             self._wake.wait(SWEEP_S)
             self._wake.clear()
             self._beat = self.clock.monotonic()
+            if self._connected:
+                self._run_due()  # answer the bell before anything else
+                if self._beat - swept < SWEEP_S:
+                    continue
+            swept = self._beat
             self._refresh()
             ledger.expire(self.robot, self.lease.epoch, self.now())
             if not self._connected:
                 self._busy_until = self.clock.monotonic() + 30.0
                 self._mend()
                 self._busy_until = 0.0
-            for command in ledger.due(self.robot, self.lease.epoch).select_related("grant"):
-                if not self._running:
-                    return
-                self._one(command)
+            self._run_due()
             if self._connected and self.robot.cycle == Cycle.HANDOVER:
                 self._busy_until = self.clock.monotonic() + 180.0
                 hand_over(self)
                 self._busy_until = 0.0
+
+    def _run_due(self) -> None:
+        for command in ledger.due(self.robot, self.lease.epoch).select_related("grant"):
+            if not self._running:
+                return
+            self._one(command)
 
     def _one(self, command: Command) -> None:
         command.robot = self.robot

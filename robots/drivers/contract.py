@@ -6,6 +6,7 @@ A driver is found by its entry point (group ``farhand.drivers``) or as
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Protocol
@@ -116,12 +117,19 @@ def make_driver(name: str, address: str, settings: JSON, trace: Trace | None = N
         LookupError: no such driver is installed.
 
     """
+    made: Driver = _factory(name)(address, settings, trace)
+    return made
+
+
+@cache
+def _factory(name: str) -> Callable[..., Any]:
+    """Return the driver's class; looking through all installed packages is slow, so once."""
     for point in entry_points(group="farhand.drivers", name=name):
-        driver: Driver = point.load()(address, settings, trace)
-        return driver
+        found: Callable[..., Any] = point.load()
+        return found
     try:
         module = import_module(f"robots.drivers.{name}.driver")
-    except ModuleNotFoundError as error:
+    except (ModuleNotFoundError, ValueError) as error:
         raise LookupError(f"no driver named {name!r} is installed") from error
-    made: Driver = module.Driver(address, settings, trace)
-    return made
+    driver: Callable[..., Any] = module.Driver
+    return driver

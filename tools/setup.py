@@ -98,7 +98,18 @@ def make_venv() -> None:
 
 def pip_install(lock: Path) -> None:
     """Install a lock file with uv; with pip, which knows this machine's own settings, if uv cannot."""
-    uv = [BIN / "uv", "pip", "install", "-q", "--system-certs", "--python", BIN / "python", "--require-hashes", "-r", lock]
+    uv = [
+        BIN / "uv",
+        "pip",
+        "install",
+        "-q",
+        "--system-certs",
+        "--python",
+        BIN / "python",
+        "--require-hashes",
+        "-r",
+        lock,
+    ]
     if subprocess.run([str(c) for c in uv], cwd=ROOT, capture_output=True, check=False).returncode:
         run(BIN / "python", "-m", "pip", "install", "-q", "--require-hashes", "-r", lock)
 
@@ -190,7 +201,15 @@ def sparticuz(node: Path) -> list[str]:
         say("unpacking a Chromium from npm")
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "package.json").write_text('{"private": true, "type": "module"}\n')
-        npm(node, "install", "--loglevel=error", "--no-audit", "--no-fund", f"@sparticuz/chromium@{SPARTICUZ}", cwd=folder)
+        npm(
+            node,
+            "install",
+            "--loglevel=error",
+            "--no-audit",
+            "--no-fund",
+            f"@sparticuz/chromium@{SPARTICUZ}",
+            cwd=folder,
+        )
         script = folder / "unpack.mjs"
         script.write_text(UNPACK)
         run(node / "node", script, cwd=folder)

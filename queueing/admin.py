@@ -8,6 +8,7 @@ from django.http import HttpRequest
 from queueing import services
 from queueing.models import Account, Queue, QueueRobot, Ticket, Turn
 from robots.clock import SYSTEM
+from robots.history import Kept
 
 
 class LinkInline(admin.TabularInline):  # type: ignore[type-arg]
@@ -27,7 +28,7 @@ class QueueAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
 
 
 @admin.register(Ticket)
-class TicketAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class TicketAdmin(Kept):
     """Places, in the order in which they are served."""
 
     list_display = ("user", "queue", "state", "start_tag", "joined_at", "last_seen", "end_reason")
@@ -35,19 +36,7 @@ class TicketAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     ordering = ("-id",)
     actions = ("remove",)
 
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """People join by themselves."""
-        return False
-
-    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """The order is not edited by hand."""
-        return False
-
-    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """History is kept."""
-        return False
-
-    @admin.action(description="Take out of the queue", permissions=["view"])
+    @admin.action(description="Take out of the queue", permissions=["keep"])
     def remove(self, request: HttpRequest, queryset: Any) -> None:
         """Take the chosen people out; a running turn is ended."""
         for ticket in queryset:
@@ -55,26 +44,14 @@ class TicketAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
 
 
 @admin.register(Turn)
-class TurnAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class TurnAdmin(Kept):
     """Turns, running and past."""
 
     list_display = ("id", "robot", "user", "started_at", "ended_at", "end_reason", "charged_s")
     list_filter = ("robot", "end_reason")
     actions = ("end",)
 
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """A turn begins with an offer."""
-        return False
-
-    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """History is kept."""
-        return False
-
-    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """History is kept."""
-        return False
-
-    @admin.action(description="End the turn now", permissions=["view"])
+    @admin.action(description="End the turn now", permissions=["keep"])
     def end(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen running turns."""
         for turn in queryset.filter(ended_at=None):

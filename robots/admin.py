@@ -14,6 +14,7 @@ from robots import bus, services
 from robots.clock import SYSTEM
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import RobotError
+from robots.history import Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Robot
 from robots.verbs import VERBS
 
@@ -112,22 +113,6 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         return super().change_view(request, object_id, form_url, extra)
 
 
-class Kept(admin.ModelAdmin):  # type: ignore[type-arg]
-    """A record that is read, never written by hand."""
-
-    def has_add_permission(self, request: HttpRequest) -> bool:
-        """Nobody adds history."""
-        return False
-
-    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Nobody changes history."""
-        return False
-
-    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Nobody deletes history."""
-        return False
-
-
 @admin.register(Command)
 class CommandAdmin(Kept):
     """The command history."""
@@ -157,7 +142,7 @@ class IncidentAdmin(Kept):
         """Keepers see incidents."""
         return request.user.has_perm("robots.view_incident")
 
-    @admin.action(description="Mark as dealt with", permissions=["view"])
+    @admin.action(description="Mark as dealt with", permissions=["keep"])
     def close(self, request: HttpRequest, queryset: Any) -> None:
         """Close the chosen incidents."""
         for incident in queryset:

@@ -85,6 +85,14 @@ class Robot(models.Model):
         return {"speed": self.speed} if self.speed else {}
 
     @property
+    def wire_address(self) -> str:
+        """Return what the driver opens."""
+        kind, _, rest = self.address.partition(":")
+        if kind == "sim":
+            return str(self.rig_dir / "tty")
+        return rest if kind == "serial" else f"socket://{rest}"
+
+    @property
     def rig_dir(self) -> Path:
         """Return where a simulated robot keeps its line, camera and sand."""
         return Path(settings.VAR) / "sim" / self.slug

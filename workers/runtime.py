@@ -23,30 +23,21 @@ from robots import bus
 from robots.clock import SYSTEM, Clock
 from robots.drivers.contract import Driver, RobotState, make_driver
 from robots.drivers.errors import HardwareFault, RobotError
-from robots.messages import Changed, Notice, Trace, state_packet
+from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import Cycle
 from workers import ledger
+from workers.broadcast import Broadcast
 from workers.executor import Executor
 from workers.handover import hand_over
 from workers.latch import StopLatch
 from workers.lease import OwnerLease
 from workers.permit import Gate
-from workers.pictures import LIVE_S, Pictures
+from workers.pictures import Pictures
 
 log = logging.getLogger(__name__)
 SWEEP_S = 0.1
-STATE_S = 0.25
-ASK_S = 0.5
 LOST = 3  # exit status that says: the lease is gone
-
-
-def wire_address(robot: Robot) -> str:
-    """Return what the driver opens for the robot's address."""
-    kind, _, rest = robot.address.partition(":")
-    if kind == "sim":
-        return str(robot.rig_dir / "tty")
-    return rest if kind == "serial" else f"socket://{rest}"
 
 
 class Runtime:
@@ -61,30 +52,29 @@ class Runtime:
         self.latch = StopLatch(run / f"{slug}.stopped")
         self.lease = OwnerLease(self.robot, run / f"{slug}.lock", clock)
         self.gate = Gate(self.lease, self.latch, clock, float(settings.FARHAND["REDIS_GONE_S"]))
+        self.broadcast = Broadcast(self)
         self.driver: Driver = self._make_driver()
         self.pictures = Pictures(self.robot, clock)
         self.executor = Executor(self)
         self._wake = threading.Event()
-        self._running = False
+        self.running = False
         self._busy_until = 0.0
         self._beat = clock.monotonic()
         self._current: Command | None = None
-        self._connected = False
+        self.connected = False
         self._retry_at = 0.0
-        self._traced = False
-        self._number = 0
         self._threads: list[threading.Thread] = []
         self._on_lost = on_lost or (lambda: os._exit(LOST))
         self._pubsub: Any = None
 
     def _make_driver(self) -> Driver:
-        return make_driver(self.robot.driver, wire_address(self.robot), self.robot.driver_settings(), self._trace)
+        return make_driver(
+            self.robot.driver, self.robot.wire_address, self.robot.driver_settings(), self.broadcast.trace
+        )
 
     def now(self) -> datetime:
         """Return the database's time."""
         return self.lease.now()
-
-    # -- life ------------------------------------------------------------------------
 
     def own(self, give_up: Callable[[], bool]) -> bool:
         """Wait for the lease; nothing is opened before."""
@@ -92,7 +82,7 @@ class Runtime:
 
     def start(self) -> None:
         """Ask the hardware, end what was interrupted, then begin to serve."""
-        self._running = True
+        self.running = True
         self.gate.link_seen = self.clock.monotonic()
         interrupted = ledger.abandon(self.robot, self.now())
         self._connect()
@@ -103,7 +93,7 @@ class Runtime:
             )
         loops = {
             "renew": self._renew, "sentinel": self._sentinel, "stop": self._listen,
-            "control": self._control, "state": self._state, "camera": self._camera,
+            "control": self._control, "state": self.broadcast.states, "camera": self.broadcast.pictures,
         }  # fmt: skip
         for name, loop in loops.items():
             thread = threading.Thread(target=self._guarded, args=(name, loop), name=name, daemon=True)
@@ -112,14 +102,14 @@ class Runtime:
 
     def stop(self) -> None:
         """Hold the robot, then let go of everything."""
-        if not self._running:
+        if not self.running:
             self.lease.give_back()
             return
-        self._running = False
+        self.running = False
         self._wake.set()
         with contextlib.suppress(RobotError):
             state = self.driver.latest()
-            if self._connected and (state is None or state.moving or self._current is not None):
+            if self.connected and (state is None or state.moving or self._current is not None):
                 self.driver.hold()
         control = next((t for t in self._threads if t.name == "control"), None)
         if control is not None:
@@ -136,7 +126,7 @@ class Runtime:
 
     def _guarded(self, name: str, loop: Callable[[], None]) -> None:
         """Run a loop for as long as we live; a store that is down is waited for."""
-        while self._running:
+        while self.running:
             try:
                 loop()
             except (DatabaseError, InterfaceError) as error:
@@ -147,16 +137,14 @@ class Runtime:
                 log.exception("%s failed and goes on", name)
                 time.sleep(0.5)
 
-    # -- connection and faults -------------------------------------------------------
-
     def _connect(self) -> None:
         try:
             state = self.driver.connect()
             if state.moving:
                 state = self.driver.hold()
-            self._connected = True
+            self.connected = True
         except RobotError as error:
-            self._connected = False
+            self.connected = False
             self._unready(str(error), incident=error.code)
             self._retry_at = self.clock.monotonic() + 2.0
             self.driver.close()
@@ -184,12 +172,12 @@ class Runtime:
     def faulted(self, error: HardwareFault, command: Command | None) -> None:
         """Soft reset after a hardware fault; what cannot be mended is a fault to wait out."""
         if self.executor.soft_reset(error, command):
-            self._connected = True
+            self.connected = True
             Robot.objects.filter(pk=self.robot.pk).update(reason="")
             self.robot.reason = ""
             bus.publish(self.robot.slug, Changed("robot"))
             return
-        self._connected = False
+        self.connected = False
         self._unready(str(error))
         self._retry_at = self.clock.monotonic() + 3.0
 
@@ -211,7 +199,7 @@ class Runtime:
             self.driver.close()
             self._unready(str(error))
             return
-        self._connected = True
+        self.connected = True
         self.remember(state)
         Robot.objects.filter(pk=self.robot.pk).update(reason="")
         self.robot.reason = ""
@@ -221,9 +209,17 @@ class Runtime:
         with contextlib.suppress(RobotError):
             self.executor.look(state, None)
 
+    def lost_while_idle(self, error: HardwareFault) -> None:
+        """Note that the hardware stopped answering while no command ran; the control loop mends it."""
+        busy = self._current is not None or self._busy_until > self.clock.monotonic()
+        if self.running and not busy:
+            log.warning("the robot: %s", error)
+            self.connected, self._retry_at = False, 0.0
+            self._unready(str(error), incident=error.code)
+
     def later(self, seconds: float) -> None:
         """Look after the robot again in `seconds` (s)."""
-        self._connected = False
+        self.connected = False
         self._retry_at = self.clock.monotonic() + seconds
 
     def _set_cycle(self, cycle: Cycle, reason: str, was: str) -> bool:
@@ -254,10 +250,8 @@ class Runtime:
             state_at=self.now(),
         )
 
-    # -- loops -----------------------------------------------------------------------
-
     def _renew(self) -> None:
-        while self._running:
+        while self.running:
             try:
                 self.lease.renew()
             except (DatabaseError, InterfaceError):
@@ -268,7 +262,7 @@ class Runtime:
 
     def _lose_lease(self) -> None:
         log.error("the lease of %s is lost: holding and leaving", self.robot.slug)
-        self._running = False
+        self.running = False
         with contextlib.suppress(Exception):
             self.driver.hold()
         self.driver.close()
@@ -276,30 +270,30 @@ class Runtime:
 
     def _control(self) -> None:
         swept = 0.0
-        while self._running:
+        while self.running:
             self._wake.wait(SWEEP_S)
             self._wake.clear()
             self._beat = self.clock.monotonic()
-            if self._connected:
+            if self.connected:
                 self._run_due()  # answer the bell before anything else
                 if self._beat - swept < SWEEP_S:
                     continue
             swept = self._beat
             self._refresh()
             ledger.expire(self.robot, self.lease.epoch, self.now())
-            if not self._connected:
+            if not self.connected:
                 self._busy_until = self.clock.monotonic() + 30.0
                 self._mend()
                 self._busy_until = 0.0
             self._run_due()
-            if self._connected and self.robot.cycle == Cycle.HANDOVER:
+            if self.connected and self.robot.cycle == Cycle.HANDOVER:
                 self._busy_until = self.clock.monotonic() + 180.0
                 hand_over(self)
                 self._busy_until = 0.0
 
     def _run_due(self) -> None:
         for command in ledger.due(self.robot, self.lease.epoch).select_related("grant"):
-            if not self._running:
+            if not self.running:
                 return
             self._one(command)
 
@@ -323,10 +317,10 @@ class Runtime:
         if changed:
             self.driver.close()
             self.driver = self._make_driver()
-            self._connected, self._retry_at = False, 0.0
+            self.connected, self._retry_at = False, 0.0
 
     def _sentinel(self) -> None:
-        while self._running:
+        while self.running:
             now = self.clock.monotonic()
             if bus.alive():
                 self.gate.link_seen = self.clock.monotonic()
@@ -377,7 +371,8 @@ class Runtime:
             self.driver.hold()
         except RobotError as error:
             log.error("a stop could not be confirmed: %s", error)
-            self._record_failed_stop(error)
+            with contextlib.suppress(DatabaseError, InterfaceError):
+                ledger.incident(self.robot, "stop_failed", f"A stop could not be confirmed: {error}", self.now())
         self.latch.latch()
         with contextlib.suppress(DatabaseError, InterfaceError):  # else the sentinel writes it
             Robot.objects.filter(pk=self.robot.pk).update(stop_latched=True)
@@ -386,71 +381,15 @@ class Runtime:
             log.info("stopped by %s", source)
             bus.publish(self.robot.slug, Changed("stop"))
 
-    def _record_failed_stop(self, error: RobotError) -> None:
-        with contextlib.suppress(DatabaseError, InterfaceError):
-            ledger.incident(self.robot, "stop_failed", f"A stop could not be confirmed: {error}", self.now())
-
     def _listen(self) -> None:
         """Hear stops on a channel of their own."""
         try:
             connection = bus.listener()
             self._pubsub = connection.pubsub(ignore_subscribe_messages=True)
             self._pubsub.subscribe(bus.stop_channel(self.robot.slug))
-            while self._running:
+            while self.running:
                 message = self._pubsub.get_message(timeout=1.0)
                 if message and message["type"] == "message":
                     self.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             time.sleep(0.2)
-
-    def _state(self) -> None:
-        asked = 0.0
-        while self._running:
-            time.sleep(STATE_S)
-            now = self.clock.monotonic()
-            self._traced = self._watched("trace")
-            heard = self.driver.latest()
-            quiet = heard is None or time.monotonic() - heard.at >= ASK_S
-            if self._connected and quiet and now - asked >= ASK_S:
-                asked = now
-                try:
-                    self.driver.state()
-                except HardwareFault as error:
-                    if self._current is None and self._running and not self._handing_over():
-                        log.warning("the robot: %s", error)
-                        self._connected, self._retry_at = False, 0.0
-                        self._unready(str(error), incident=error.code)
-            state = self.driver.latest()
-            if state is not None:
-                self._publish_state(state)
-
-    def _handing_over(self) -> bool:
-        return self._busy_until > self.clock.monotonic()
-
-    def _watched(self, what: str) -> bool:
-        try:
-            return bus.watched(self.robot.slug, what)
-        except (redis.RedisError, OSError):
-            return False
-
-    def _publish_state(self, state: RobotState) -> None:
-        self._number += 1
-        age = time.monotonic() - state.at
-        at_ms = int((self.clock.now().timestamp() - age) * 1000)
-        bus.publish_state(
-            self.robot.slug, state_packet(self._number, at_ms, state.joints, state.moving, self.latch.latched)
-        )
-
-    def _camera(self) -> None:
-        while self._running:
-            time.sleep(LIVE_S)
-            self.pictures.live_once(self.driver.latest())
-
-    def _trace(self, way: str, data: bytes, words: str) -> None:
-        if self._traced:
-            line = getattr(self.driver, "_line", None)
-            event = Trace(
-                way, data.hex(" "), words, int(self.clock.now().timestamp() * 1000),
-                getattr(line, "resent", 0), getattr(line, "broken", 0),
-            )  # fmt: skip
-            bus.publish_trace(self.robot.slug, event)

@@ -20,7 +20,6 @@ from robots.models import Frame, Robot, frame_name
 from workers import bootstep
 from workers.cameras import open_camera
 from workers.pictures import jpeg
-from workers.runtime import wire_address
 
 
 @shared_task(name="robots.look", ignore_result=True, max_retries=0)
@@ -60,7 +59,7 @@ def _start_simulator(robot: Robot) -> "subprocess.Popen[bytes] | None":
 
 def _probe(robot: Robot) -> dict[str, Any]:
     found: dict[str, Any] = {"connection": "", "picture": ""}
-    driver = make_driver(robot.driver, wire_address(robot), robot.driver_settings())
+    driver = make_driver(robot.driver, robot.wire_address, robot.driver_settings())
     try:
         state = driver.connect()
         found["connection"] = "ok"

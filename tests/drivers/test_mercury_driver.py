@@ -122,7 +122,7 @@ def test_a_line_too_noisy_to_use_ends_as_a_fault_after_ten_resends(ready, sim):
     sim.fault("corrupt", 0.6, seed=3)
     with pytest.raises(LineSilent, match="11 tries"):
         do(ready, "down")
-    assert ready._line.resent >= 10
+    assert ready.line.resent >= 10
     sim.clear()
     assert sim.count("motion") <= before + 1
     ready.recover(allow)
@@ -140,7 +140,7 @@ def test_late_acknowledgements_are_resent_for_and_move_once(ready, sim):
     sim.fault("slow", 0.5)
     before = sim.count("motion")
     do(ready, "down")
-    assert ready._line.resent >= 1
+    assert ready.line.resent >= 1
     assert sim.count("motion") == before + 1
 
 
@@ -224,12 +224,12 @@ def test_a_reconnected_driver_counts_on_after_the_controllers_newest_number(read
 def test_sequence_numbers_go_round(ready, sim):
     before = sim.count("motion")
     for i, after in enumerate((100, 200, 253)):
-        ready._line.start_after(after)
+        ready.line.start_after(after)
         do(ready, "down" if i % 2 == 0 else "up")
     do(ready, "up")
     do(ready, "down")
     do(ready, "up")
-    assert ready._line._seq < 10
+    assert ready.line._seq < 10
     assert sim.count("motion") == before + 6
 
 

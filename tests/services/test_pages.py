@@ -193,3 +193,40 @@ def test_sign_up_does_not_tell_who_has_an_account(robot, people, client):
     known = client.post("/accounts/signup/", data)
     other = type(client)().post("/accounts/signup/", data | {"email": "nobody@example.org", "username": "newtwo"})
     assert (known.status_code, known["Location"]) == (other.status_code, other["Location"])
+
+
+def test_ending_a_turn_from_the_admin_is_for_keepers(robot, people, owned, client):
+    from django.contrib.auth.models import Permission
+
+    from queueing.models import Turn
+
+    for name in ("mod", "kim"):
+        people[name].user_permissions.add(*Permission.objects.filter(codename__in=["view_turn", "view_ticket"]))
+    queue.join(robot, people["ada"], SYSTEM.now())
+    queue.tick(SYSTEM.now())
+    turn = queue.accept(robot, people["ada"], SYSTEM.now())
+    data = {"action": "end", "_selected_action": [turn.pk]}
+    client.force_login(people["mod"])
+    client.post("/admin/queueing/turn/", data)
+    assert Turn.objects.filter(ended_at=None).exists(), "a moderator of the log ends no turns"
+    client.force_login(people["kim"])
+    client.post("/admin/queueing/turn/", data)
+    turn.refresh_from_db()
+    assert turn.end_reason == "ended by staff"
+
+
+def test_an_entry_is_hidden_from_the_admin_with_a_reason_only(robot, people, owned, client):
+    from operatorlog.models import Entry
+
+    queue.join(robot, people["ada"], SYSTEM.now())
+    queue.tick(SYSTEM.now())
+    turn = queue.accept(robot, people["ada"], SYSTEM.now())
+    entry = Entry.objects.create(turn=turn, author=people["ada"], robot=robot, text="x", written_at=SYSTEM.now())
+    client.force_login(people["mod"])
+    address = f"/admin/operatorlog/entry/{entry.pk}/change/"
+    client.post(address, {"visibility": "hidden", "hidden_reason": ""})
+    entry.refresh_from_db()
+    assert entry.visibility == "published"
+    client.post(address, {"visibility": "hidden", "hidden_reason": "not kind"})
+    entry.refresh_from_db()
+    assert (entry.visibility, entry.moderated_by) == ("hidden", people["mod"])

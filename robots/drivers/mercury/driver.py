@@ -63,18 +63,18 @@ class Driver:
         self._description = load("mercury")
         self._arm = scara(self._description)
         self._settings = settings
-        self._line = HostLine(address, int(self._description["line"]["resends"]), trace)
+        self.line = HostLine(address, int(self._description["line"]["resends"]), trace)
         self._latest: RobotState | None = None
         self._rest_pose: tuple[float, ...] | None = None
         self.features = features(self._description)
 
     def connect(self) -> RobotState:
         """Open the line and ask; speed and boot number are set from the answer."""
-        self._line.open()
-        self._line.boot = None
-        controller = self._line.status()
-        self._line.boot = controller.boot
-        self._line.start_after(controller.newest_seq)
+        self.line.open()
+        self.line.boot = None
+        controller = self.line.status()
+        self.line.boot = controller.boot
+        self.line.start_after(controller.newest_seq)
         state = self._take(controller)
         if not state.moving:
             self._rest_pose = self._rest_pose or state.pose
@@ -84,7 +84,7 @@ class Driver:
 
     def close(self) -> None:
         """Close the port."""
-        self._line.close()
+        self.line.close()
 
     def latest(self) -> RobotState | None:
         """Return the newest state heard."""
@@ -92,7 +92,7 @@ class Driver:
 
     def state(self) -> RobotState:
         """Ask the controller."""
-        return self._take(self._line.status())
+        return self._take(self.line.status())
 
     def _take(self, controller: wire.ControllerState) -> RobotState:
         return self._keep(
@@ -178,41 +178,41 @@ class Driver:
         return outcome
 
     def _run(self, build: Any, sent: dict[str, Any], permit: Permit, on_stage: OnStage, limit_s: float) -> Outcome:
-        holds = self._line.holds
-        seq = self._line.instruct(build, permit, lambda: on_stage("sent"))
+        holds = self.line.holds
+        seq = self.line.instruct(build, permit, lambda: on_stage("sent"))
         on_stage("acknowledged")
         until = time.monotonic() + limit_s
         while True:
-            end = self._line.end_of(seq, POLL_S)
+            end = self.line.end_of(seq, POLL_S)
             if end is not None:
                 return Outcome(sent, self._ended(end))
-            controller = self._line.status()
+            controller = self.line.status()
             state = self._take(controller)
             if state.fault:
                 raise HardwareFault(state.fault)
             if not state.moving and not wire.newer(seq, controller.newest_seq):
                 # DONE was lost on the line, or is right behind this state
-                end = self._line.end_of(seq, POLL_S)
+                end = self.line.end_of(seq, POLL_S)
                 if end is not None:
                     return Outcome(sent, self._ended(end))
-                if self._line.holds != holds:
+                if self.line.holds != holds:
                     raise Held("The motion was stopped on its way.")
                 return Outcome(sent, state)
             if time.monotonic() > until:
-                self._line.instruct(lambda s: Frame(Instruction.HOLD, s), None)
+                self.line.instruct(lambda s: Frame(Instruction.HOLD, s), None)
                 raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
 
     def _ended(self, end: Frame) -> RobotState:
         state = self._keep(wire.unpack_end(end.payload), moving=False, ready=True)
         if end.id == Reply.HELD:
-            if self._line.holds == 0:
+            if self.line.holds == 0:
                 raise HardwareFault("The controller held the motion by itself.")
             raise Held("The motion was stopped on its way.")
         return state
 
     def hold(self) -> RobotState:
         """Send HOLD round everything else and wait until the set-point rests."""
-        self._line.instruct(lambda seq: Frame(Instruction.HOLD, seq), None)
+        self.line.instruct(lambda seq: Frame(Instruction.HOLD, seq), None)
         until = time.monotonic() + REST_S
         while True:
             state = self.state()
@@ -226,14 +226,14 @@ class Driver:
         permit()
         self._reopen_if_gone()
         back = self._rest_pose
-        self._line.boot = None
-        self._line.instruct(lambda seq: Frame(Instruction.RESET, seq), permit)
-        self._line.boot = self._line.status().boot
-        self._finish(self._line.instruct(lambda seq: Frame(Instruction.CALIBRATE, seq), permit), 10.0)
+        self.line.boot = None
+        self.line.instruct(lambda seq: Frame(Instruction.RESET, seq), permit)
+        self.line.boot = self.line.status().boot
+        self._finish(self.line.instruct(lambda seq: Frame(Instruction.CALIBRATE, seq), permit), 10.0)
         self._set_speed(permit)
         theta = float(self._description["arm"]["theta_deg"])
         if abs(degrees(self.state().pose[3]) - theta) > degrees(SQUARE_RAD):
-            seq = self._line.instruct(lambda s: wire.scalar(Instruction.MOVE_THETA, s, theta), permit)
+            seq = self.line.instruct(lambda s: wire.scalar(Instruction.MOVE_THETA, s, theta), permit)
             self._finish(seq, 10.0)
         if back is not None:
             try:
@@ -246,15 +246,15 @@ class Driver:
 
     def _reopen_if_gone(self) -> None:
         try:
-            self._line.boot = None
-            self._line.status()
+            self.line.boot = None
+            self.line.status()
         except HardwareFault:
-            self._line.close()
-            self._line.open()
+            self.line.close()
+            self.line.open()
 
     def _finish(self, seq: int, limit_s: float) -> None:
         until = time.monotonic() + limit_s
-        while self._line.end_of(seq, POLL_S) is None:
+        while self.line.end_of(seq, POLL_S) is None:
             if not self.state().moving:
                 return
             if time.monotonic() > until:
@@ -264,4 +264,4 @@ class Driver:
         low, high = self._description["motion"]["speed_range"]
         speed = float(self._settings.get("speed") or self._description["motion"]["speed"])
         speed_mm_s = min(max(speed, low), high) * 1000
-        self._line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, speed_mm_s), permit)
+        self.line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, speed_mm_s), permit)

@@ -84,6 +84,7 @@ class Runtime:
         """Ask the hardware, end what was interrupted, then begin to serve."""
         self.running = True
         self.gate.link_seen = self.clock.monotonic()
+        self._begin("renew", self._renew)  # a line that is slow to open must not cost the lease
         interrupted = ledger.abandon(self.robot, self.now())
         self._connect()
         if interrupted:
@@ -92,13 +93,16 @@ class Runtime:
                 Notice("The robot's worker was interrupted and is back. Look at the picture, then go on.", "warning"),
             )
         loops = {
-            "renew": self._renew, "sentinel": self._sentinel, "stop": self._listen,
+            "sentinel": self._sentinel, "stop": self._listen,
             "control": self._control, "state": self.broadcast.states, "camera": self.broadcast.pictures,
         }  # fmt: skip
         for name, loop in loops.items():
-            thread = threading.Thread(target=self._guarded, args=(name, loop), name=name, daemon=True)
-            thread.start()
-            self._threads.append(thread)
+            self._begin(name, loop)
+
+    def _begin(self, name: str, loop: Callable[[], None]) -> None:
+        thread = threading.Thread(target=self._guarded, args=(name, loop), name=name, daemon=True)
+        thread.start()
+        self._threads.append(thread)
 
     def stop(self) -> None:
         """Hold the robot, then let go of everything."""

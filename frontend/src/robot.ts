@@ -5,7 +5,7 @@ import { blocked, whyNot, type Facts } from "./controls.ts";
 import { Ladder } from "./ladder.ts";
 import { Live } from "./live.ts";
 import { Place } from "./place.ts";
-import type { Message, Snapshot, StatePacket, Still } from "./protocol.ts";
+import type { Message, PicturePacket, Snapshot, StatePacket, Still } from "./protocol.ts";
 import { Schematic } from "./schematic.ts";
 import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
@@ -30,7 +30,7 @@ const camera = new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture")
 const schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, pickPoint);
 const live = new Live(
   page.dataset["slug"] ?? "",
-  { message, state: gotState, picture: (p) => void camera.show(p).then(draw), line: gotLine },
+  { message, state: gotState, picture: gotPicture, line: gotLine },
   () => (snapshot?.me.operating ? 2000 : 10_000),
 );
 const place = new Place(byId("place"), say, (m) => live.send(m));
@@ -39,6 +39,15 @@ const trace = document.getElementById("trace") ? new WireTrace(byId("trace"), by
 function gotLine(up: boolean): void {
   if (!up) lineDownAt = performance.now();
   draw();
+}
+
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** With reduced motion, who only watches gets stills and one live picture in ten seconds. */
+function gotPicture(packet: PicturePacket): void {
+  const still = packet.still !== 0 && packet.still !== camera.still;
+  if (calm.matches && !snapshot?.me.operating && !still && packet.atMs - camera.atMs < 10_000) return;
+  void camera.show(packet).then(draw);
 }
 
 function gotState(packet: StatePacket): void {

@@ -54,7 +54,7 @@ def portal(transactional_db, redis_server, robot):
     made.stop()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")  # its event loop must be gone before other packages run theirs
 def chromium():
     path = os.environ.get("FARHAND_CHROMIUM")
     if not path:

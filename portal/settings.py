@@ -113,7 +113,6 @@ def _database() -> dict[str, Any]:
         if name := env.str("FARHAND_TEST_SQLITE", ""):
             config["TEST"] = {"NAME": name}
     else:
-        config["CONN_HEALTH_CHECKS"] = True
         config.setdefault("OPTIONS", {}).setdefault("connect_timeout", 3)
     return config
 

@@ -52,6 +52,11 @@ def stop_channel(slug: str) -> str:
     return f"farhand:{slug}:stop"
 
 
+def bell_channel(slug: str) -> str:
+    """Return the quick bell's channel: lost where nobody listens, unlike the queue's."""
+    return f"farhand:{slug}:bell"
+
+
 def watch_key(slug: str, what: str) -> str:
     """Return the key that says somebody looks."""
     return f"farhand:{slug}:watch:{what}"
@@ -108,7 +113,11 @@ def publish_trace(slug: str, event: Event) -> bool:
 
 
 def ring(slug: str, epoch: int) -> bool:
-    """Ring the owner's bell: look at the commands."""
+    """Ring the owner's two bells: the quick one, then the queue's, which waits for a busy owner.
+
+    Both mean "look"; hearing both, or one of them twice, changes nothing.
+    """
+    _publish(bell_channel(slug), b"look")
     try:
         current_app.send_task(RING_TASK, queue=queue_name(slug, epoch), ignore_result=True, retry=False)
     except Exception:  # noqa: BLE001 - kombu raises a zoo; a lost ring costs 100 ms, no more

@@ -4,12 +4,13 @@ Pages, sockets, admin and tasks call these; permission, transaction, row and eve
 here. Services write rows, only the owner advances them.
 """
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
 
-from django.db import IntegrityError, transaction
-from django.db.models import F, Max
+from django.db import IntegrityError, connection, transaction
+from django.db.models import F, Max, Q
 
 from robots import bus
 from robots.clock import SYSTEM
@@ -23,6 +24,7 @@ from robots.vision import calibration
 START_S = 10.0  # a command that has not begun by then never will
 PENDING = 128
 OWNER_ALIVE_S = 5.0
+NEEDED = ("slug", "driver", "address", "stop_latched", "lease__epoch", "lease__expires_at")
 RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
 
 
@@ -47,7 +49,7 @@ def owner_alive(lease: Lease | None, now: datetime) -> bool:
 
 def open_grant(robot: Robot) -> Grant | None:
     """Return the robot's open grant."""
-    return Grant.objects.filter(robot=robot, ended_at=None).first()
+    return Grant.objects.filter(robot=robot, ended_at=None).order_by().first()
 
 
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
@@ -168,45 +170,46 @@ def issue(
     """
     now = now or SYSTEM.now()
     grant = grant_of(robot, user, now)
-    known = Command.objects.filter(grant=grant, client_seq=client_seq).first()
-    if known is not None:
-        return Issued(known, created=False)
-    lease = Lease.objects.filter(robot=robot).first()
-    limit_s = _admit(robot, user, grant, lease, kind, args, now)
-    kind, args = resolve(robot, kind, args)
-    if kind not in RUNTIME_KINDS:
-        driver = make_driver(robot.driver, robot.address, {})
-        driver.check(kind, args)
-        spec = driver.features.command(kind)
-        limit_s = spec.limit_s if spec else limit_s
-    assert lease is not None
-    return _write(robot, user, grant, lease.epoch, kind, args, client_seq, limit_s, now)
-
-
-def _admit(
-    robot: Robot, user: Any, grant: Grant, lease: Lease | None, kind: str, args: dict[str, Any], now: datetime
-) -> float:
+    robot = Robot.objects.select_related("lease").only(*NEEDED).get(pk=robot.pk)  # as it is now
+    unfinished = ~Q(state__in=COMMAND_FINAL)
+    rows = list(Command.objects.filter(unfinished | Q(client_seq=client_seq), grant=grant)[: PENDING + 1])
+    for row in rows:
+        if row.client_seq == client_seq:
+            return Issued(row, created=False)
+    if len(rows) >= PENDING:
+        raise NotPermitted("Too many commands are waiting; let the robot catch up.")
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
+    driver = make_driver(robot.driver, robot.address, {})
+    spec = driver.features.command(kind)
+    _admit(robot, user, kind, staff_only=kind in RUNTIME_KINDS or (spec is not None and spec.level >= 9), now=now)
+    if kind in RUNTIME_KINDS:
+        limit_s = 180.0 if kind == "calibrate" else 60.0
+    else:
+        kind, args = resolve(robot, kind, args)
+        driver.check(kind, args)
+        spec = driver.features.command(kind)
+        limit_s = spec.limit_s if spec else 60.0
+    return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now)
+
+
+def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) -> None:
     if robot.stop_latched:
         raise Stopped("The robot is stopped. Look at the picture, then release the stop.")
-    if not owner_alive(lease, now):
+    if not owner_alive(getattr(robot, "lease", None), now):
         raise RobotOffline("The robot's worker does not answer now; your place is kept.")
-    spec = robot.features().command(kind)
-    staff_only = kind in RUNTIME_KINDS or (spec is not None and spec.level >= 9)
     if staff_only and not user.has_perm("robots.change_robot"):
         raise NotPermitted(f"The command {kind} is for keepers of the robot.")
-    if Command.objects.filter(grant=grant).exclude(state__in=COMMAND_FINAL).count() >= PENDING:
-        raise NotPermitted("Too many commands are waiting; let the robot catch up.")
-    return 180.0 if kind == "calibrate" else 60.0
 
 
 def _write(
     robot: Robot, user: Any, grant: Grant, epoch: int, kind: str, args: dict[str, Any],
     client_seq: int, limit_s: float, now: datetime,
 ) -> Issued:  # fmt: skip
+    # one statement needs no transaction of its own; inside somebody's it needs a savepoint
+    scope = transaction.atomic() if connection.in_atomic_block else nullcontext()
     try:
-        with transaction.atomic():
+        with scope:
             command = Command.objects.create(
                 robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, args=args,
                 epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,

@@ -115,12 +115,11 @@ class Runtime:
             state = self.driver.latest()
             if self.connected and (state is None or state.moving or self._current is not None):
                 self.driver.hold()
-        control = next((t for t in self._threads if t.name == "control"), None)
-        if control is not None:
-            control.join(8.0)
-        with contextlib.suppress(Exception):
-            if self._pubsub is not None:
-                self._pubsub.close()
+        for thread in self._threads:
+            if thread.name == "control":
+                thread.join(8.0)
+        with contextlib.suppress(Exception):  # there may be none
+            self._pubsub.close()
         self.driver.close()
         self.lease.give_back()
 
@@ -386,14 +385,17 @@ class Runtime:
             bus.publish(self.robot.slug, Changed("stop"))
 
     def _listen(self) -> None:
-        """Hear stops on a channel of their own."""
+        """Hear stops, and the quick bell, on channels of their own."""
         try:
             connection = bus.listener()
             self._pubsub = connection.pubsub(ignore_subscribe_messages=True)
-            self._pubsub.subscribe(bus.stop_channel(self.robot.slug))
+            bell = bus.bell_channel(self.robot.slug)
+            self._pubsub.subscribe(bus.stop_channel(self.robot.slug), bell)
             while self.running:
                 message = self._pubsub.get_message(timeout=1.0)
-                if message and message["type"] == "message":
+                if message and message["channel"] == bell.encode():
+                    self.look()
+                elif message:
                     self.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             time.sleep(0.2)

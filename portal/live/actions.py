@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from django.db import InterfaceError, OperationalError
+
 from portal.live.people import current_user
 from queueing import services as queue
 from queueing.errors import QueueError
@@ -31,13 +33,15 @@ class Answer:
 def act(scope: dict[str, Any], slug: str, message: dict[str, Any]) -> Answer:
     """Carry out one message. The person, their session and their turn are checked anew."""
     user = current_user(scope)
-    robot = Robot.objects.get(slug=slug)
     if not user.is_authenticated:
         return Answer(False, "Sign in first.", "signed_out")
     try:
+        robot = Robot.objects.only("slug").get(slug=slug)
         return _act(robot, user, message)
     except (RobotError, QueueError) as error:
         return Answer(False, str(error), error.code, changed=True)
+    except (OperationalError, InterfaceError):
+        return Answer(False, "The database does not answer; nothing was done. Try again in a moment.", "store_down")
 
 
 def _act(robot: Robot, user: Any, message: dict[str, Any]) -> Answer:

@@ -1,8 +1,7 @@
 """The owner of one robot: driver, camera, lease, stop and the loops beside the task pool.
 
-Threads: `control` claims and executes; `sentinel` watches stop, grant and link and holds;
-`stop` listens on the bus; `renew` keeps the lease; `state` publishes joints; `camera`
-sends live pictures. Every thread keeps to its own database connection.
+Threads: `control` claims and executes; `sentinel` watches stop, grant and link and holds; `stop` listens on the bus;
+`renew` keeps the lease; `state` and `camera` publish. Every thread keeps to its own database connection.
 """
 
 import contextlib

@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import unquote
 
 import environ
-from csp.constants import NONCE, NONE, SELF  # noqa: F401 - NONCE for deployments that add to it
+from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
 env = environ.Env()

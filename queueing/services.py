@@ -26,6 +26,7 @@ from robots.states import Cycle, GrantKind
 RULES = settings.FARHAND
 ABSENT_S = 900  # a waiting person who is away so long has left
 SLICE_S = 60
+NOT_YET = (TicketState.WAITING, TicketState.OFFERED)
 
 
 def queue_of(robot: Robot) -> Queue:
@@ -266,8 +267,8 @@ def _tick(queue: Queue, now: datetime) -> None:
 def _tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
     grant = turn.grant
     grant.refresh_from_db()
-    waiting = Ticket.objects.filter(queue=queue, state__in=(TicketState.WAITING, TicketState.OFFERED))
-    others = waiting.order_by("joined_at").values_list("joined_at", flat=True).first()
+    queued = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
+    others = queued.order_by("joined_at").values_list("joined_at", flat=True).first()
     silent = (now - turn.last_seen).total_seconds()
     idle = (now - max(_last_act(turn), others or now)).total_seconds()  # counted while others wait
     if grant.ended_at is not None:
@@ -344,9 +345,14 @@ def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff") -> N
             _withdraw(queue, ticket, TicketState.LEFT, reason, now)
 
 
+def waiting(robot: Robot) -> int:
+    """Return how many people wait for the robot."""
+    return Ticket.objects.filter(queue__robot_links__robot=robot, state__in=NOT_YET).count()
+
+
 def place(ticket: Ticket) -> int:
     """Return how many waiting people are served before this ticket."""
-    ahead = Ticket.objects.filter(queue=ticket.queue, state__in=(TicketState.WAITING, TicketState.OFFERED))
+    ahead = Ticket.objects.filter(queue=ticket.queue, state__in=NOT_YET)
     return (
         ahead.filter(start_tag__lt=ticket.start_tag).count()
         + ahead.filter(start_tag=ticket.start_tag, pk__lt=ticket.pk).count()

@@ -139,11 +139,14 @@ class Runtime:
                 log.exception("%s failed and goes on", name)
                 time.sleep(0.5)
 
+    def _reach(self) -> RobotState:
+        """Open the wire and ask; what moves is held."""
+        state = self.driver.connect()
+        return self.driver.hold() if state.moving else state
+
     def _connect(self) -> None:
         try:
-            state = self.driver.connect()
-            if state.moving:
-                state = self.driver.hold()
+            state = self._reach()
             self.connected = True
         except RobotError as error:
             self.connected = False
@@ -154,7 +157,7 @@ class Runtime:
         self.remember(state)
         cycle = Robot.objects.values_list("cycle", flat=True).get(pk=self.robot.pk)
         if cycle in (Cycle.OFFLINE, Cycle.FAULT, Cycle.READY, Cycle.OFFERED):
-            self._set_cycle(Cycle.HANDOVER, "", cycle)  # what was not verified is not offered
+            self.set_cycle(Cycle.HANDOVER, "", cycle)  # what was not verified is not offered
         elif cycle == Cycle.OPERATING and not state.ready:
             self.faulted(HardwareFault("The controller lost its calibration."), None)
         elif not self.latch.latched:
@@ -190,9 +193,7 @@ class Runtime:
         self._retry_at = self.clock.monotonic() + 3.0
         self.driver.close()
         try:
-            state = self.driver.connect()
-            if state.moving:
-                state = self.driver.hold()
+            state = self._reach()
             grant = Grant.objects.filter(robot=self.robot, ended_at=None).first()
             if not state.ready and grant is not None:
                 self.gate.open_for(grant, self.now())
@@ -205,7 +206,7 @@ class Runtime:
         self.remember(state)
         Robot.objects.filter(pk=self.robot.pk).update(reason="")
         self.robot.reason = ""
-        self._set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)
+        self.set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)
         bus.publish(self.robot.slug, Notice("The robot answers again. Look at the picture, then go on.", "info"))
         bus.publish(self.robot.slug, Changed("robot"))
         with contextlib.suppress(RobotError):
@@ -224,15 +225,12 @@ class Runtime:
         self.connected = False
         self._retry_at = self.clock.monotonic() + seconds
 
-    def _set_cycle(self, cycle: Cycle, reason: str, was: str) -> bool:
+    def set_cycle(self, cycle: Cycle, reason: str, was: str) -> bool:
+        """Advance the robot's turn cycle by a conditional update."""
         done = Robot.objects.filter(pk=self.robot.pk, cycle=was).update(cycle=cycle, reason=reason[:300])
         if done:
             bus.publish(self.robot.slug, Changed("robot"))
         return bool(done)
-
-    def set_cycle(self, cycle: Cycle, reason: str, was: Cycle) -> bool:
-        """Advance the robot's turn cycle by a conditional update."""
-        return self._set_cycle(cycle, reason, was)
 
     def keep_calibration(self, found: dict[str, Any]) -> None:
         """Store a measured calibration."""

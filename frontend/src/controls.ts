@@ -1,9 +1,9 @@
 /** The operator's controls: enabled, or saying why not. */
-import type { CommandInfo, Snapshot, StatePacket } from "./protocol.ts";
+import type { Snapshot, StatePacket } from "./protocol.ts";
 
 export interface Facts {
   snapshot: Snapshot | null; state: StatePacket | null; lineUp: boolean; now: number; latency: number | null;
-  busy: boolean; aim: "none" | "good" | "refused" | "old"; last: CommandInfo | null;
+  busy: boolean; aim: "none" | "good" | "refused" | "old";
 }
 
 /** Why nothing can be commanded now; empty when something can. */

@@ -29,11 +29,6 @@ export class Ladder {
     return [...this.rows.values()].some((c) => c.grant === grant && !FINAL.has(c.state));
   }
 
-  last(grant: number): CommandInfo | null {
-    const mine = [...this.rows.values()].filter((c) => c.grant === grant).sort((a, b) => b.seq - a.seq);
-    return mine[0] ?? null;
-  }
-
   private draw(): void {
     const newest = [...this.rows.values()].sort((a, b) => (b.id || 1e12) - (a.id || 1e12)).slice(0, 8);
     for (const key of this.rows.keys())

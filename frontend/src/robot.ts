@@ -153,7 +153,7 @@ function aimState(): Facts["aim"] {
 function facts(): Facts {
   return {
     snapshot, state, lineUp: live.up, now: live.now(), latency: live.latency, aim: aimState(),
-    busy: seqGrant !== 0 && ladder.busy(seqGrant), last: ladder.last(seqGrant),
+    busy: seqGrant !== 0 && ladder.busy(seqGrant),
   };
 }
 

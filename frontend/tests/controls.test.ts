@@ -31,7 +31,7 @@ function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
   return {
     snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { operating: true }, ...snapshot } as never,
     state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0] },
-    lineUp: true, now: 10_200, latency: 10, busy: false, aim: "good", last: null, ...over,
+    lineUp: true, now: 10_200, latency: 10, busy: false, aim: "good", ...over,
   };
 }
 

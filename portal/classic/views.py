@@ -78,7 +78,6 @@ def _context(request: HttpRequest, robot: Robot, now: datetime) -> dict[str, Any
         "left_s": round((turn.until - now).total_seconds()) if turn else None,
         "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
         "double": WIDTH * 2, "unwritten": unwritten,
-        "last": Command.objects.filter(grant=turn.grant).first() if mine and turn else None,
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
     }  # fmt: skip
 

@@ -34,7 +34,6 @@ class RobotConsumer(AsyncWebsocketConsumer):  # type: ignore[misc]
         self.viewer = Viewer(self.slug)
         self._tokens, self._filled = BURST, time.monotonic()
         self._sender: asyncio.Task[None] | None = None
-        self._present = False
         await self.accept()
         if not await database_sync_to_async(Robot.objects.filter(slug=self.slug).exists)():
             await self.close(NOT_FOUND)

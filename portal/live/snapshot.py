@@ -5,10 +5,10 @@ from typing import Any
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
-from queueing.models import Ticket, TicketState
-from queueing.services import open_ticket, open_turn, place, wait_range
+from queueing.models import TicketState
+from queueing.services import open_ticket, open_turn, place, wait_range, waiting
 from robots.models import Command, Frame, Grant, Lease, Robot
-from robots.services import may_stop, open_grant, owner_alive
+from robots.services import may_stop, newest_still, open_grant, owner_alive
 from robots.states import Cycle, GrantKind
 
 RECENT = 8
@@ -66,10 +66,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     state, label, why = status_of(robot, now)
     grant = open_grant(robot)
     turn = open_turn(robot)
-    waiting = Ticket.objects.filter(
-        queue__robot_links__robot=robot, state__in=(TicketState.WAITING, TicketState.OFFERED)
-    ).count()
-    frame = Frame.objects.filter(robot=robot).order_by("-id").first()
+    frame = newest_still(robot)
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
     mine = grant is not None and user.is_authenticated and grant.holder_id == user.pk
     return {
@@ -79,7 +76,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "robot": {"slug": robot.slug, "name": robot.name, "state": state, "label": label, "why": why},
         "stopped": robot.stop_latched,
         "operator": turn.user.username if turn else ("staff" if grant and grant.kind == GrantKind.STAFF else None),
-        "queue": waiting,
+        "queue": waiting(robot),
         "turn": _turn(turn, grant, mine),
         "me": _me(robot, user, now, mine),
         "still": still_info(frame),

@@ -13,8 +13,8 @@ from django.views.decorators.cache import never_cache
 from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
 from portal.live.snapshot import status_of
-from queueing.models import Ticket, TicketState, Turn
-from queueing.services import open_turn
+from queueing.models import Turn
+from queueing.services import open_turn, waiting
 from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Robot
@@ -23,10 +23,7 @@ from robots.services import newest_still
 
 def _shown(robot: Robot) -> dict[str, Any]:
     state, label, why = status_of(robot, SYSTEM.now())
-    waiting = Ticket.objects.filter(
-        queue__robot_links__robot=robot, state__in=(TicketState.WAITING, TicketState.OFFERED)
-    ).count()
-    return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting}
+    return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot)}
 
 
 def landing(request: HttpRequest) -> HttpResponse:

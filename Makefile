@@ -3,8 +3,10 @@ PYTHON ?= python3
 PORT ?= 8000
 PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
+# most of a fault test is waiting, so several run side by side; what judges by fractions of a second runs alone
+BESIDE = -n 3 -m
 
-.PHONY: run setup setup-test test test-all check bench shots lock clean
+.PHONY: run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants soak shots lock clean
 
 run: setup
 	@exec $(PY) manage.py demo --port $(PORT)
@@ -15,17 +17,28 @@ setup:
 setup-test:
 	@$(PYTHON) tools/setup.py test
 
-# Everything on SQLite, then services and a marked tenth of the rest on PostgreSQL.
+# LeRobot's robots, an optional extra.
+lerobot:
+	@$(PYTHON) tools/setup.py lerobot
+
+# Everything but what is marked as lengthy on SQLite, then services and a marked tenth of the rest on PostgreSQL.
 test: setup-test
 	$(PY) tools/run_node_tests.py
-	FARHAND_TEST_DB=sqlite $(TEST) tests
-	FARHAND_TEST_DB=postgres $(TEST) tests -m "service or tenth"
+	FARHAND_TEST_DB=sqlite $(TEST) tests $(BESIDE) "not alone and not length"
+	FARHAND_TEST_DB=sqlite $(TEST) tests -m "alone and not length"
+	FARHAND_TEST_DB=postgres $(TEST) tests $(BESIDE) "(service or tenth) and not alone and not length"
+	FARHAND_TEST_DB=postgres $(TEST) tests -m "tenth and alone and not length"
 
 # Everything on both.
 test-all: setup-test
 	$(PY) tools/run_node_tests.py
-	FARHAND_TEST_DB=sqlite $(TEST) tests
-	FARHAND_TEST_DB=postgres $(TEST) tests
+	for db in sqlite postgres; do \
+	  FARHAND_TEST_DB=$$db $(TEST) tests $(BESIDE) "not alone" && FARHAND_TEST_DB=$$db $(TEST) tests -m alone || exit 1; \
+	done
+
+# LeRobot's own classes against simulated servos; skipped elsewhere where the extra is not installed.
+test-lerobot: setup-test lerobot
+	FARHAND_TEST_DB=sqlite $(TEST) tests/drivers/test_lerobot_driver.py
 
 check: setup-test
 	$(PY) -m ruff check .
@@ -39,13 +52,28 @@ check: setup-test
 bench: setup-test
 	@PYTHONPATH=. $(PY) -m benchmarks $(NAME)
 
+# The promises at full numbers, or one of them: make proofs P=7; of one robot only: R=mercury
+proofs: setup-test
+	PYTHONPATH=. $(PY) -m tests.proofs $(P) $(R)
+
+# Broken variants of the promises' code: each must turn its test red.
+mutants: setup-test
+	PYTHONPATH=. $(PY) -m tests.mutants $(P)
+
+# Simulated people over all robots with faults sprinkled in: make soak HOURS=1
+soak: setup-test
+	PYTHONPATH=. $(PY) -m tests.soak $(or $(HOURS),1)
+
 # The screenshots of README and docs, taken from a running portal.
 shots: setup-test
 	PYTHONPATH=. $(PY) -m tests.e2e.shots docs/images
+	PYTHONPATH=. $(PY) -m tests.e2e.moments docs/images
 
 lock:
-	for name in base test node uv; do .venv/bin/uv pip compile -q --universal --python-version 3.11 \
-	  --generate-hashes --no-emit-index-url --no-header --no-annotate requirements/$$name.in \
+	.venv/bin/uv pip compile -q --universal --python-version 3.11 --no-deps --generate-hashes --no-emit-index-url \
+	  --no-header --no-annotate requirements/lerobot.in -o requirements/lerobot.lock
+	for name in base test bench node uv; do .venv/bin/uv pip compile -q --universal --python-version 3.11 \
+	  --override requirements/overrides.txt --generate-hashes --no-emit-index-url --no-header --no-annotate requirements/$$name.in \
 	  -o requirements/$$name.lock || exit 1; done
 
 clean:

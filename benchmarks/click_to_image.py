@@ -4,12 +4,12 @@ import json
 from datetime import timedelta
 from typing import Any
 
-from benchmarks.command_round_trip import _cookie
+from benchmarks.command_round_trip import cookie
 from benchmarks.stage import cast, database, median, set_up, tell
 
 MOVES = 30
 WATCH = """
-() => { const canvas = document.getElementById("picture"); window.seen = {};
+() => { const canvas = document.getElementById("picture"); window.seen = { [canvas.dataset.still]: 0 };
   new MutationObserver(() => { const id = canvas.dataset.still;
     if (id && id !== "0" && !(id in window.seen)) window.seen[id] = performance.now(); })
     .observe(canvas, { attributes: true, attributeFilter: ["data-still"] }); }
@@ -64,7 +64,7 @@ def _drive(playwright: Any, web: Any, person: Any) -> list[float]:
         executable_path=os.environ["FARHAND_CHROMIUM"], args=["--no-sandbox", "--disable-gpu"]
     )
     context = browser.new_context(base_url=web.url, locale="en-US", viewport={"width": 1280, "height": 860})
-    name, _, value = _cookie(person).partition("=")
+    name, _, value = cookie(person).partition("=")
     context.add_cookies([{"name": name, "value": value, "url": web.url}])
     page = context.new_page()
     page.goto("/robots/mercury/")
@@ -77,6 +77,7 @@ def _drive(playwright: Any, web: Any, person: Any) -> list[float]:
             page,
             "!!document.querySelector('#why').textContent && !/busy|waiting/.test(document.querySelector('#why').textContent)",
         )
+        _until(page, "Number(document.querySelector('#picture').dataset.still) > 0")
         share = (0.25, 0.75, 0.5)[i % 3], (0.3, 0.7, 0.45, 0.55)[i % 4]
         page.mouse.click(box["x"] + box["width"] * share[0], box["y"] + box["height"] * share[1])
         _until(page, "document.querySelector('[data-command=go]').getAttribute('aria-disabled') === 'false'")
@@ -100,7 +101,10 @@ def _until(page: Any, expression: str) -> None:
         if page.evaluate(expression):
             return
         page.wait_for_timeout(20)
-    raise TimeoutError(f"{expression}: {page.inner_text('#why')}")
+    said = {name: page.inner_text(name) for name in ("#why", "#notice")} | {
+        "still": page.get_attribute("#picture", "data-still")
+    }
+    raise TimeoutError(f"{expression}: {said}")
 
 
 def _compare(ms: float, command: Any, journal: list[dict[str, Any]]) -> dict[str, float]:

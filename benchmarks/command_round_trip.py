@@ -89,7 +89,8 @@ def _measure() -> tuple[list[float], list[float]]:
         redis.stop()
 
 
-def _cookie(person: Any) -> str:
+def cookie(person: Any) -> str:
+    """Return the Cookie header of a new session of `person`."""
     from django.conf import settings
     from django.contrib.auth import BACKEND_SESSION_KEY, HASH_SESSION_KEY, SESSION_KEY
     from django.contrib.sessions.backends.db import SessionStore
@@ -107,7 +108,7 @@ def _ours(web: Any, person: Any) -> list[float]:
     times = []
     with connect(
         f"{web.url.replace('http', 'ws')}/ws/robots/mercury/",
-        additional_headers={"Cookie": _cookie(person)},
+        additional_headers={"Cookie": cookie(person)},
         origin=web.url,
     ) as socket:
         for seq in range(1, RUNS + WARM + 1):

@@ -6,6 +6,7 @@ from pathlib import Path
 from django.conf import settings
 
 from portal.supervisor import Program
+from robots.description import simulator_module
 from robots.models import Robot
 
 PYTHON = sys.executable
@@ -65,7 +66,7 @@ def robot_programs(robot: Robot) -> list[Program]:
         programs.append(
             Program(
                 f"{robot.slug} robot",
-                (PYTHON, "-m", f"simulators.{name}", "--dir", str(robot.rig_dir)),
+                (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir)),
                 rank=3,
             )
         )

@@ -10,7 +10,8 @@ from accounts.models import Choice, Question, User
 from operatorlog.models import SurveyQuestion
 from queueing.services import queue_of
 from robots import description
-from robots.models import Robot
+from robots.clock import SYSTEM
+from robots.models import Program, Robot
 from robots.states import Cycle
 
 SURVEY = (
@@ -19,6 +20,7 @@ SURVEY = (
     ("Do you believe that the robot is real?", "choice", "Yes\nNo\nNot sure", "", ""),
     ("What would you use a robot on the web for?", "text", "", "", ""),
 )
+SHIPPED = ("mercury", "pa10")
 MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
 
@@ -34,17 +36,26 @@ def seed_clearance(robot: Robot) -> int:
     return len(bank)
 
 
+def add_robot(driver: str) -> Robot:
+    """Add a simulated robot of a driver, switched on, with what its folder says of it."""
+    about = description.load(driver)
+    robot = Robot.objects.create(
+        slug=about.get("slug", driver), name=about["name"], tagline=about["tagline"], driver=driver,
+        address=f"sim:{driver}", enabled=True, cycle=Cycle.HANDOVER,
+    )  # fmt: skip
+    queue_of(robot)
+    seed_clearance(robot)
+    for name, text in description.programs_of(driver):
+        Program.objects.create(robot=robot, name=name, text=text, approved=True, changed_at=SYSTEM.now())
+    return robot
+
+
 @transaction.atomic
 def seed() -> str | None:
     """Seed what is missing; return a new admin password, once, when there was no admin."""
     if not Robot.objects.exists():
-        about = description.load("mercury")
-        robot = Robot.objects.create(
-            slug="mercury", name=about["name"], tagline=about["tagline"], driver="mercury",
-            address="sim:mercury", enabled=True, cycle=Cycle.HANDOVER,
-        )  # fmt: skip
-        queue_of(robot)
-        seed_clearance(robot)
+        for name in SHIPPED:
+            add_robot(name)
     if not SurveyQuestion.objects.exists():
         for position, (prompt, kind, options, low, high) in enumerate(SURVEY):
             SurveyQuestion.objects.create(

@@ -105,15 +105,20 @@ def _database() -> dict[str, Any]:
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
         config["OPTIONS"] = {
-            "timeout": 20,
+            "timeout": 2 if ROLE == "owner" else 20,
             "transaction_mode": "IMMEDIATE",
-            "init_command": "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL; PRAGMA busy_timeout=20000;",
+            "init_command": "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;",
         }
         # the tests' workers are processes of their own: they need a file, not memory
         if name := env.str("FARHAND_TEST_SQLITE", ""):
             config["TEST"] = {"NAME": name}
     else:
-        config.setdefault("OPTIONS", {}).setdefault("connect_timeout", 3)
+        # the same few statements again and again: planned once a connection, not at each call
+        config["ENGINE"] = "portal.postgres"
+        config["OPTIONS"] = {
+            "connect_timeout": 3, "server_side_binding": True, "prepare_threshold": 5,
+            "wait_s": 2.0 if ROLE == "owner" else 10.0,  # an owner has to renew a lease of three
+        } | config.get("OPTIONS", {})  # fmt: skip
     return config
 
 

@@ -8,7 +8,7 @@ from django.views.generic import RedirectView
 from accounts import views as accounts
 from operatorlog import views as log
 from portal.classic import views as classic
-from portal.pages import health, views
+from portal.pages import health, programs, views
 
 admin.site.site_header = "Farhand"
 admin.site.site_title = "Farhand"
@@ -20,6 +20,8 @@ urlpatterns = [
     path("status/", views.status, name="status"),
     path("me/", views.me, name="me"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
+    path("robots/<slug:slug>/model.urdf", views.model, name="model"),
+    path("robots/<slug:slug>/programs/", programs.programs_of, name="programs"),
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
@@ -40,3 +42,4 @@ urlpatterns = [
 handler404 = "portal.pages.errors.not_found"
 handler403 = "portal.pages.errors.forbidden"
 handler400 = "portal.pages.errors.bad_request"
+handler500 = "portal.pages.errors.server_error"

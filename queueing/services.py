@@ -10,8 +10,9 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import F
+from django.db.models import F, Q
 
+from accounts.models import Clearance
 from accounts.services import cleared
 from queueing import fairshare
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
@@ -149,6 +150,7 @@ def accept(robot: Robot, user: Any, now: datetime) -> Turn:
 
     Raises:
         NotYourTurn: no open offer of this person's.
+        NotCleared: suspended, or the clearance was withdrawn, since the offer.
         RobotUnavailable: the robot fell out of order since the offer.
 
     """
@@ -163,6 +165,8 @@ def accept(robot: Robot, user: Any, now: datetime) -> Turn:
         if ticket.state != TicketState.OFFERED or ticket.offer_until is None or ticket.offer_until <= now:
             raise NotYourTurn("The offer is over; join the queue again.")
         robot = Robot.objects.get(pk=ticket.robot_id or 0)
+        if not cleared(ticket.user, robot):
+            raise NotCleared("You are no longer cleared for this robot.")
         problem = why_not_ready(robot, now, Cycle.OFFERED)
         if problem:
             raise RobotUnavailable(problem)
@@ -249,6 +253,7 @@ def tick(now: datetime) -> None:
 
 
 def _tick(queue: Queue, now: datetime) -> None:
+    _dismiss(queue, now)
     for turn in Turn.objects.select_related("grant", "ticket", "user").filter(
         robot__queue_link__queue=queue, ended_at=None
     ):
@@ -262,6 +267,17 @@ def _tick(queue: Queue, now: datetime) -> None:
     _recall_offers(queue, now)
     if not queue.paused:
         _offer(queue, now)
+
+
+def _dismiss(queue: Queue, now: datetime) -> None:
+    """Take out who was suspended or lost the clearance, also in mid-turn."""
+    suspended, lost = Q(user__is_active=False), Q()
+    if not any(not robot.clearance_required for robot in _robots(queue)):
+        kept = Clearance.objects.filter(robot__queue_link__queue=queue, revoked_at=None)
+        lost = ~Q(user__in=kept.values("user"))
+    tickets = Ticket.objects.select_related("user").filter(queue=queue, state__in=OPEN_TICKET)
+    for ticket in tickets.filter(suspended | lost if lost else suspended):
+        remove(ticket, now, "clearance withdrawn" if ticket.user.is_active else "account suspended")
 
 
 def _tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:

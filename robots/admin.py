@@ -1,5 +1,6 @@
 """The keeper's side: add, test, enable, stop, lock out, reset, calibrate; nothing needs a shell."""
 
+import re
 from typing import Any
 
 from django import forms
@@ -10,13 +11,38 @@ from django.urls import URLPattern, path
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
-from robots import bus, services
+from robots import bus, description, programs, services
 from robots.clock import SYSTEM
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import RobotError
 from robots.history import Kept
-from robots.models import Command, Frame, Grant, Incident, Lease, Robot
+from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.verbs import VERBS
+
+MOST_BOXES = 20
+
+
+def checked(found: Any) -> list[dict[str, Any]]:
+    """Return forbidden boxes with their corners in order. Raises ValidationError with a sentence."""
+    if not isinstance(found, list) or len(found) > MOST_BOXES:
+        raise forms.ValidationError(f"Write a list of at most {MOST_BOXES} boxes.")
+    tidy = []
+    for number, box in enumerate(found, 1):
+        name = box.get("name") if isinstance(box, dict) else None
+        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9 -]{1,30}", name):
+            raise forms.ValidationError(f"Box {number} needs a name of letters, digits and spaces.")
+        corners = [box.get("low"), box.get("high")]
+        if not all(isinstance(c, list) and len(c) == 3 and all(_metres(v) for v in c) for c in corners):
+            raise forms.ValidationError(f"{name}: low and high are corners of three numbers each, at most 5 m away.")
+        low, high = ([f(a, b) for a, b in zip(*corners, strict=True)] for f in (min, max))
+        if any(b - a < 0.001 for a, b in zip(low, high, strict=True)):
+            raise forms.ValidationError(f"{name} is flatter than a millimetre.")
+        tidy.append({"name": name, "low": low, "high": high})
+    return tidy
+
+
+def _metres(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 5
 
 
 class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -26,8 +52,12 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         model = Robot
         fields = (
             "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera",
-            "speed", "stability_threshold", "delivery_exposure_s", "turn_s",
+            "speed", "stability_threshold", "delivery_exposure_s", "turn_s", "boxes",
         )  # fmt: skip
+
+    def clean_boxes(self) -> list[dict[str, Any]]:
+        """Refuse what is no list of boxes, in words."""
+        return checked(self.cleaned_data.get("boxes") or [])
 
     def clean(self) -> dict[str, Any]:
         """Refuse a driver that is not installed."""
@@ -53,6 +83,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
         ("Connection", {"fields": ("driver", "address", "camera")}),
         ("Settings", {"fields": ("speed", "stability_threshold", "delivery_exposure_s", "turn_s")}),
+        ("Forbidden boxes", {"fields": ("boxes",), "classes": ("boxes-field",)}),
         ("State", {"fields": ("enabled", "cycle", "reason", "lockout_note")}),
     )
 
@@ -110,7 +141,42 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         """Show the status above the form."""
         robot = Robot.objects.filter(pk=object_id).first() if object_id.isdigit() else None
         extra = {**(extra_context or {}), **(self._status(robot) if robot else {})}
+        if robot is not None and "limb" in robot.description():
+            extra["arm_facts"] = description.model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")
         return super().change_view(request, object_id, form_url, extra)
+
+
+@admin.register(Program)
+class ProgramAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """People's programs, looked through for the gallery."""
+
+    list_display = ("name", "robot", "author", "shared", "approved", "changed_at")
+    list_filter = ("robot", "shared", "approved")
+    search_fields = ("name", "text")
+    fields = ("robot", "author", "name", "text", "shared", "approved", "approved_by", "changed_at")
+    readonly_fields = ("robot", "author", "text", "approved", "approved_by", "changed_at", "shared")
+    actions = ("take_in", "take_out")
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Programs are written in the console."""
+        return False
+
+    @admin.action(description="Take into the gallery", permissions=["change"])
+    def take_in(self, request: HttpRequest, queryset: Any) -> None:
+        """Approve."""
+        self._decide(request, queryset, True)
+
+    @admin.action(description="Take out of the gallery", permissions=["change"])
+    def take_out(self, request: HttpRequest, queryset: Any) -> None:
+        """Withdraw the approval."""
+        self._decide(request, queryset, False)
+
+    def _decide(self, request: HttpRequest, queryset: Any, approved: bool) -> None:
+        for program in queryset:
+            try:
+                programs.approve(program, request.user, approved)
+            except RobotError as error:
+                messages.warning(request, f"{program}: {error}")
 
 
 @admin.register(Command)

@@ -32,9 +32,14 @@ def events_channel(slug: str) -> str:
     return f"farhand:{slug}:events"
 
 
-def frames_channel(slug: str) -> str:
-    """Return the channel of a robot's pictures."""
-    return f"farhand:{slug}:frames"
+def frames_of(camera: int) -> str:
+    """Return the name of a camera's stream: `frames` for the first, `frames1`, `frames2`..."""
+    return f"frames{camera or ''}"
+
+
+def frames_channel(slug: str, camera: int = 0) -> str:
+    """Return the channel of a camera's pictures."""
+    return f"farhand:{slug}:{frames_of(camera)}"
 
 
 def state_channel(slug: str) -> str:
@@ -55,6 +60,11 @@ def stop_channel(slug: str) -> str:
 def bell_channel(slug: str) -> str:
     """Return the quick bell's channel: lost where nobody listens, unlike the queue's."""
     return f"farhand:{slug}:bell"
+
+
+def held_channel(slug: str) -> str:
+    """Return the channel of keep-alives of a held motion."""
+    return f"farhand:{slug}:held"
 
 
 def watch_key(slug: str, what: str) -> str:
@@ -102,9 +112,9 @@ def publish_state(slug: str, packet: bytes) -> bool:
     return _publish(state_channel(slug), packet)
 
 
-def publish_picture(slug: str, packet: bytes) -> bool:
+def publish_picture(slug: str, packet: bytes, camera: int = 0) -> bool:
     """Send a picture."""
-    return _publish(frames_channel(slug), packet)
+    return _publish(frames_channel(slug, camera), packet)
 
 
 def publish_trace(slug: str, event: Event) -> bool:
@@ -113,12 +123,13 @@ def publish_trace(slug: str, event: Event) -> bool:
 
 
 def ring(slug: str, epoch: int) -> bool:
-    """Ring the owner's two bells: the quick one, then the queue's, which waits for a busy owner.
+    """Ring the owner's quick bell; the queue's, which waits for a busy one, where nobody heard.
 
     Both mean "look"; hearing both, or one of them twice, changes nothing.
     """
-    _publish(bell_channel(slug), b"look")
     try:
+        if connection().publish(bell_channel(slug), b"look"):
+            return True
         current_app.send_task(RING_TASK, queue=queue_name(slug, epoch), ignore_result=True, retry=False)
     except Exception:  # noqa: BLE001 - kombu raises a zoo; a lost ring costs 100 ms, no more
         failures["ring"] += 1
@@ -129,6 +140,17 @@ def ring(slug: str, epoch: int) -> bool:
 def ring_stop(slug: str) -> bool:
     """Tell the owner to stop, on a channel of its own."""
     return _publish(stop_channel(slug), b"stop")
+
+
+def keep(slug: str, user: int, seq: int, held: bool) -> bool:
+    """Say that the operator's controls are still held, or were let go."""
+    return _publish(held_channel(slug), b"%d %d %d" % (user, seq, held))
+
+
+def heard_keep(data: bytes) -> tuple[int, int, bool]:
+    """Return (user, sequence number, held) of a keep-alive. Raises ValueError."""
+    user, seq, held = (int(part) for part in data.split())
+    return user, seq, bool(held)
 
 
 def watch(slug: str, what: str = "frames") -> bool:

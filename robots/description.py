@@ -2,11 +2,35 @@
 
 import tomllib
 from functools import cache
+from importlib.metadata import entry_points
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from math import radians
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from robots.motion.scara import Limits, Scara
+
+if TYPE_CHECKING:
+    from robots.motion.chain import Chain
+    from robots.motion.planner import Planner
+    from robots.motion.zones import Box, Zones
+
+
+@cache
+def folder(driver: str) -> Traversable:
+    """Return the robot's folder: where its driver's entry point lies, or among those that ship."""
+    for point in entry_points(group="farhand.drivers", name=driver):
+        return files(point.module.rpartition(".")[0] or point.module)
+    return files(f"robots.drivers.{driver}")
+
+
+def simulator_module(name: str) -> str:
+    """Return the module to run for the address `sim:NAME`: an installed package's, or one that ships."""
+    for point in entry_points(group="farhand.simulators", name=name):
+        return point.value
+    return f"simulators.{name}"
 
 
 @cache
@@ -17,13 +41,30 @@ def load(driver: str) -> dict[str, Any]:
         FileNotFoundError: no such robot folder.
 
     """
-    text = files(f"robots.drivers.{driver}").joinpath("robot.toml").read_text("utf-8")
+    text = folder(driver).joinpath("robot.toml").read_text("utf-8")
     return tomllib.loads(text)
 
 
 def text_of(driver: str, name: str) -> str:
     """Return the text of a file of the robot's folder (`orientation.md`, `clearance.toml`)."""
-    return files(f"robots.drivers.{driver}").joinpath(name).read_text("utf-8")
+    return folder(driver).joinpath(name).read_text("utf-8")
+
+
+def views(description: dict[str, Any]) -> tuple[str, ...]:
+    """Return the names of the robot's cameras, none where it has none; stills come from the first."""
+    return tuple(description["camera"].get("views", ("camera",))) if "camera" in description else ()
+
+
+def programs_of(driver: str) -> list[tuple[str, str]]:
+    """Return (name, text) of the programs that come with the robot: `programs/*.txt`, the name in the first line."""
+    kept = folder(driver).joinpath("programs")
+    if not kept.is_dir():
+        return []
+    found = []
+    for file in sorted(kept.iterdir(), key=lambda f: f.name):
+        head, _, text = file.read_text("utf-8").partition("\n")
+        found.append((head.removeprefix("#").strip(), text.strip()))
+    return found
 
 
 def scara(description: dict[str, Any]) -> Scara:
@@ -38,3 +79,59 @@ def scara(description: dict[str, Any]) -> Scara:
         q4=Limits(*map(radians, arm["q4_deg"])),
         tool_angle=radians(arm["tool_angle_deg"]),
     )
+
+
+@cache
+def chain(driver: str) -> "Chain":
+    """Return the arm of the robot's `model.urdf`, up to the link that `robot.toml` calls its tip."""
+    from robots.motion.chain import Chain  # noqa: PLC0415 - slow to import, and not every robot is such an arm
+
+    return Chain.from_urdf(text_of(driver, "model.urdf"), load(driver)["arm"]["tip"])
+
+
+def boxes(description: dict[str, Any]) -> "tuple[Box, ...]":
+    """Return the forbidden boxes that the robot comes with (m)."""
+    from robots.motion.zones import Box  # noqa: PLC0415 - see chain
+
+    return tuple(Box(b["name"], tuple(b["low"]), tuple(b["high"])) for b in description.get("box", ()))
+
+
+def zones(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Zones":
+    """Return the robot's limbs among its own forbidden boxes, or among those given."""
+    from robots.motion.zones import Limb, Zones  # noqa: PLC0415 - see chain
+
+    description, arm = load(driver), chain(driver)
+    limbs = [
+        Limb(
+            b["name"], arm.names.index(b["joint"]), tuple(b["begin"]), tuple(b["end"]), b["radius"],
+            tuple(b.get("spared", ())),
+        )
+        for b in description["limb"]
+    ]  # fmt: skip
+    return Zones(arm, limbs, boxes(description) if forbidden is None else forbidden)
+
+
+def posture(description: dict[str, Any], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return a named posture of `[arm]` (`home`, `ready`) as joints in rad."""
+    return np.radians(np.array(description["arm"][f"{name}_deg"], dtype=np.float64))
+
+
+def planner(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Planner":
+    """Return what plans for the robot's arm, among its own forbidden boxes or among those given."""
+    from robots.motion.path import Limits as PathLimits  # noqa: PLC0415 - see chain
+    from robots.motion.planner import Planner  # noqa: PLC0415 - see chain
+
+    arm, motion = chain(driver), load(driver)["motion"]
+    return Planner(arm, zones(driver, forbidden), PathLimits.of(arm, motion["acceleration_s"]))
+
+
+def model_facts(driver: str, address: str) -> dict[str, Any]:
+    """Return what a browser needs to draw the robot from its URDF at `address`, and its own forbidden boxes (m)."""
+    described, arm = load(driver), chain(driver)
+    return {
+        "model": address,
+        "tip": described["arm"]["tip"],
+        "joints": [{"name": j.name, "low": j.low, "high": j.high, "velocity": j.velocity} for j in arm.joints],
+        "boxes": [{"name": b.name, "low": b.low, "high": b.high} for b in boxes(described)],
+        "posture": posture(described, "ready").tolist(),
+    }

@@ -5,9 +5,10 @@ from typing import Any
 
 import msgspec
 
-STATE_PACKET = struct.Struct("<BBIq4h")
-PICTURE_HEAD = struct.Struct("<BIqI4hH")
-JOINT_SCALE = 10_000  # 1e-4 rad, 0.1 mm for the slide
+from robots.drivers.contract import RobotState
+
+STATE_HEAD = struct.Struct("<BBIqBB")
+PICTURE_HEAD = struct.Struct("<BBIqIB")
 
 
 class _Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="t"):
@@ -66,16 +67,29 @@ def decode(data: bytes) -> Event:
     return _DECODER.decode(data)
 
 
-def _scaled(joints: tuple[float, ...]) -> list[int]:
-    return [max(-32768, min(32767, round(q * JOINT_SCALE))) for q in (*joints, 0, 0, 0, 0)[:4]]
+def _floats(*rows: tuple[float, ...]) -> bytes:
+    values = [value for row in rows for value in row]
+    return struct.pack(f"<{len(values)}f", *values)
 
 
-def state_packet(number: int, at_ms: int, joints: tuple[float, ...], moving: bool, latched: bool) -> bytes:
-    """Return 22 bytes: type 1, flags (1 moving, 2 stop latched), number, ms, 4 joints."""
-    return STATE_PACKET.pack(1, moving | (latched << 1), number & 0xFFFFFFFF, at_ms, *_scaled(joints))
+def state_packet(number: int, at_ms: int, state: RobotState, latched: bool) -> bytes:
+    """Return type 1, flags (1 moving, 2 stop latched), number, ms, joints and rows, then float32s and a word.
+
+    The first row are the joints (rad, m); where the robot says them, two more follow: velocities
+    (rad/s, m/s) and applied torques (N m, N). What is left is the controller's own word for what
+    it is doing, in UTF-8.
+    """
+    count = len(state.joints)
+    more = len(state.velocities) == count and len(state.torques) == count
+    rows = (state.joints, state.velocities, state.torques) if more else (state.joints,)
+    flags = state.moving | (latched << 1)
+    head = STATE_HEAD.pack(1, flags, number & 0xFFFFFFFF, at_ms, count, len(rows))
+    return head + _floats(*rows) + state.mode.encode()
 
 
-def picture_packet(number: int, at_ms: int, still: int, joints: tuple[float, ...], jpeg: bytes) -> bytes:
-    """Return type 2, number, ms taken, id of the still this pose belongs to (0: none), joints, JPEG."""
-    head = PICTURE_HEAD.pack(2, number & 0xFFFFFFFF, at_ms, still, *_scaled(joints), len(jpeg) & 0xFFFF)
-    return head + jpeg
+def picture_packet(
+    number: int, at_ms: int, still: int, joints: tuple[float, ...], jpeg: bytes, camera: int = 0
+) -> bytes:
+    """Return type 2, camera, number, ms taken, id of the still of this pose (0: none), joints, JPEG."""
+    head = PICTURE_HEAD.pack(2, camera, number & 0xFFFFFFFF, at_ms, still, len(joints))
+    return head + _floats(joints) + jpeg

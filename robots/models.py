@@ -1,5 +1,6 @@
 """What a robot is, who may move it now, what it was asked and what became of it."""
 
+import os
 import secrets
 from datetime import datetime
 from pathlib import Path
@@ -33,16 +34,17 @@ class Robot(models.Model):
         ],
         help_text="sim:mercury, serial:/dev/ttyUSB0 or tcp:host:port",
     )
-    camera = models.CharField(
-        max_length=200,
+    camera = models.TextField(
         blank=True,
+        max_length=1000,
         validators=[
             RegexValidator(
-                r"^(https?://\S+|rtsp://\S+|v4l2:/dev/video\d+)$",
-                "Use http(s)://…, rtsp://… or v4l2:/dev/videoN.",
+                r"^(https?://\S+|rtsp://\S+|v4l2:/dev/video\d+)(\s+(https?://\S+|rtsp://\S+|v4l2:/dev/video\d+))*\s*$",
+                "Use http(s)://…, rtsp://… or v4l2:/dev/videoN, one camera a line.",
             )
         ],
-        help_text="Empty for a simulated robot; http://…/snapshot.jpg, rtsp://… or v4l2:/dev/video0.",
+        help_text="Empty for a simulated robot; http://…/snapshot.jpg, rtsp://… or v4l2:/dev/video0, one camera a "
+        "line in the order of the robot's cameras.",
     )
     enabled = models.BooleanField(default=False)
     cycle = models.CharField(max_length=12, choices=Cycle, default=Cycle.OFFLINE)
@@ -52,10 +54,15 @@ class Robot(models.Model):
         settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
     )
     stop_latched = models.BooleanField(default=False, editable=False)
+    releases = models.PositiveIntegerField(default=0, db_default=0, editable=False)  # how often a stop was released
     stopped_at = models.DateTimeField(null=True, blank=True, editable=False)
     speed = models.FloatField(null=True, blank=True, help_text="m/s; empty for the driver's default.")
     stability_threshold = models.FloatField(null=True, blank=True, help_text="Grey levels; empty: default.")
     delivery_exposure_s = models.FloatField(null=True, blank=True, help_text="s; empty: 1/150.")
+    boxes = models.JSONField(
+        default=list, blank=True,
+        help_text="Forbidden boxes beside the robot's own, in its base's frame: name, two corners in m.",
+    )  # fmt: skip
     turn_s = models.PositiveIntegerField(null=True, blank=True, help_text="Seconds a turn; empty: default.")
     calibration = models.JSONField(default=dict, blank=True, editable=False)
     calibrated_at = models.DateTimeField(null=True, blank=True, editable=False)
@@ -80,9 +87,16 @@ class Robot(models.Model):
         """Return what the robot can do; opens nothing."""
         return make_driver(self.driver, self.address, {}).features
 
-    def driver_settings(self) -> dict[str, Any]:
-        """Return the settings handed to the driver."""
-        return {"speed": self.speed} if self.speed else {}
+    def driver_settings(self, epoch: int = 0) -> dict[str, Any]:
+        """Return the settings handed to the driver of the owner with that epoch."""
+        token = os.environ.get(f"FARHAND_TOKEN_{self.slug.upper().replace('-', '_')}")  # a secret is in no row
+        more = {"speed": self.speed, "boxes": self.boxes, "token": token}
+        return {"epoch": epoch} | {name: value for name, value in more.items() if value}
+
+    def camera_address(self, index: int) -> str:
+        """Return the address of one of its cameras; empty for a simulated one, or one that is not there."""
+        addresses = self.camera.split()
+        return addresses[index] if index < len(addresses) else ""
 
     @property
     def wire_address(self) -> str:
@@ -231,3 +245,28 @@ class Frame(models.Model):
     def url(self) -> str:
         """Return the address of the picture."""
         return f"{settings.MEDIA_URL}{self.file}"
+
+
+class Program(models.Model):
+    """A list of steps in the lines of the robot's own wire, to be looked through and run as a whole."""
+
+    robot = models.ForeignKey(Robot, models.CASCADE, related_name="programs")
+    author = models.ForeignKey(
+        settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="programs",
+        help_text="Empty for one that came with the robot.",
+    )  # fmt: skip
+    name = models.CharField(max_length=60)
+    text = models.TextField(max_length=6000)
+    shared = models.BooleanField(default=False, help_text="Its author would like others to see it.")
+    approved = models.BooleanField(default=False, help_text="Shown in the gallery.")
+    approved_by = models.ForeignKey(
+        settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
+    )
+    changed_at = models.DateTimeField()
+
+    class Meta:
+        ordering = ("name",)
+        constraints = [models.UniqueConstraint(fields=["robot", "author", "name"], name="a_name_once_an_author")]
+
+    def __str__(self) -> str:
+        return self.name

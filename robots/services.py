@@ -12,9 +12,9 @@ from typing import Any
 from django.db import IntegrityError, connection, transaction
 from django.db.models import F, Max, Q
 
-from robots import bus
+from robots import bus, programs
 from robots.clock import SYSTEM
-from robots.drivers.contract import make_driver
+from robots.drivers.contract import Preview, Previews, make_driver
 from robots.drivers.errors import BadRequest, GrantOver, NotPermitted, Stopped
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Frame, Grant, Incident, Lease, Robot
@@ -24,7 +24,11 @@ from robots.vision import calibration
 START_S = 10.0  # a command that has not begun by then never will
 PENDING = 128
 OWNER_ALIVE_S = 5.0
-NEEDED = ("slug", "driver", "address", "stop_latched", "lease__epoch", "lease__expires_at")
+# what is read to judge a command: one small row, for it is on the way of every click
+NEEDED = (
+    "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
+    "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
+)  # fmt: skip
 RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
 
 
@@ -54,7 +58,10 @@ def open_grant(robot: Robot) -> Grant | None:
 
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
     """Return the user's open grant on the robot. Raises GrantOver."""
-    grant = open_grant(robot)
+    return _held(open_grant(robot), user, now)
+
+
+def _held(grant: Grant | None, user: Any, now: datetime) -> Grant:
     if grant is None or user is None or grant.holder_id != user.pk:
         raise GrantOver("It is not your turn on this robot.")
     if grant.until and grant.until <= now:
@@ -90,16 +97,17 @@ def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None 
     waiting = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
     if grant is not None:
         waiting = waiting.filter(grant=grant)
-    cancelled = 0
-    for command in waiting:
-        done = Command.objects.filter(pk=command.pk, state=CommandState.QUEUED).update(
-            state=CommandState.CANCELLED, reason=reason, ended_at=now
-        )
-        if done:
-            cancelled += 1
+    found = list(waiting)
+    # one statement for all: after a stop a hundred may wait, and none may slip out between two of them
+    if not waiting.update(state=CommandState.CANCELLED, reason=reason, ended_at=now):
+        return 0
+    ended = Command.objects.filter(pk__in=[c.pk for c in found], state=CommandState.CANCELLED, ended_at=now)
+    cancelled = set(ended.values_list("pk", flat=True))
+    for command in found:
+        if command.pk in cancelled:
             command.state, command.reason, command.ended_at = CommandState.CANCELLED, reason, now
             bus.publish_on_commit(robot.slug, stage_event(command))
-    return cancelled
+    return len(cancelled)
 
 
 def stage_event(command: Command) -> CommandStage:
@@ -116,13 +124,15 @@ def newest_still(robot: Robot) -> Frame | None:
     return Frame.objects.filter(robot=robot).order_by("-id").first()
 
 
-def resolve(robot: Robot, kind: str, args: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Turn a click in a picture into a move, by the calibration of that picture.
+def resolve(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Turn a click in a picture into a move, by the calibration of that picture; a saved program into its text.
 
     Raises:
         BadRequest: no such picture, a point outside it, an old picture, no calibration.
 
     """
+    if kind == "program" and "program" in args:
+        return kind, {"text": programs.one(robot, user, _integer(args, "program")).text}
     if kind != "click":
         return kind, args
     frame = Frame.objects.filter(robot=robot, pk=_integer(args, "still")).first()
@@ -156,9 +166,9 @@ def _real(args: dict[str, Any], name: str) -> float:
 
 
 def issue(
-    robot: Robot, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None
+    slug: str, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None
 ) -> Issued:
-    """Write one command under the user's open grant and ring its owner.
+    """Write one command under the user's open grant on the robot `slug` and ring its owner.
 
     The same sequence number again returns the same row. Every check here is done again by
     the owner and the driver.
@@ -169,8 +179,9 @@ def issue(
 
     """
     now = now or SYSTEM.now()
-    grant = grant_of(robot, user, now)
-    robot = Robot.objects.select_related("lease").only(*NEEDED).get(pk=robot.pk)  # as it is now
+    found = Grant.objects.select_related("robot__lease").filter(robot__slug=slug, ended_at=None)
+    grant = _held(found.order_by().only(*NEEDED).first(), user, now)
+    robot = grant.robot
     unfinished = ~Q(state__in=COMMAND_FINAL)
     rows = list(Command.objects.filter(unfinished | Q(client_seq=client_seq), grant=grant)[: PENDING + 1])
     for row in rows:
@@ -180,13 +191,13 @@ def issue(
         raise NotPermitted("Too many commands are waiting; let the robot catch up.")
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
-    driver = make_driver(robot.driver, robot.address, {})
+    driver = make_driver(robot.driver, robot.address, robot.driver_settings())
     spec = driver.features.command(kind)
     _admit(robot, user, kind, staff_only=kind in RUNTIME_KINDS or (spec is not None and spec.level >= 9), now=now)
     if kind in RUNTIME_KINDS:
         limit_s = 180.0 if kind == "calibrate" else 60.0
     else:
-        kind, args = resolve(robot, kind, args)
+        kind, args = resolve(robot, user, kind, args)
         driver.check(kind, args)
         spec = driver.features.command(kind)
         limit_s = spec.limit_s if spec else 60.0
@@ -220,6 +231,22 @@ def _write(
     return Issued(command, created=True)
 
 
+def preview(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...]) -> Preview:
+    """Tell where a command would lead from `joints` (rad, m); nothing moves.
+
+    Raises:
+        NotPermitted: signed out. BadRequest: a robot that cannot say, bad values.
+        OutOfWorkspace: the robot must not or cannot go there.
+
+    """
+    if user is None or not user.is_authenticated:
+        raise NotPermitted("Sign in first.")
+    driver = make_driver(robot.driver, robot.address, robot.driver_settings())
+    if not isinstance(driver, Previews):
+        raise BadRequest("This robot cannot say where a command would lead.")
+    return driver.preview(kind, args, joints)
+
+
 def next_seq(grant: Grant) -> int:
     """Return a sequence number after all that were used under the grant."""
     last = Command.objects.filter(grant=grant).aggregate(last=Max("client_seq"))["last"]
@@ -236,11 +263,12 @@ def may_stop(robot: Robot, user: Any) -> bool:
     return grant is not None and grant.holder_id == user.pk
 
 
-def stop(robot: Robot, user: Any, now: datetime | None = None) -> None:
-    """Stop the robot: on the bus first, then in the database; latched until released."""
+def stop(robot: Robot, user: Any, now: datetime | None = None, rung: bool = False) -> None:
+    """Stop the robot: on the bus first (if that was not `rung` yet), then in the database."""
     if not may_stop(robot, user):
         raise NotPermitted("Only the operator and staff can stop this robot.")
-    bus.ring_stop(robot.slug)
+    if not rung:
+        bus.ring_stop(robot.slug)
     now = now or SYSTEM.now()
     Robot.objects.filter(pk=robot.pk).update(stop_latched=True, stopped_at=now)
     cancel_queued(robot, "the robot was stopped", now)
@@ -258,7 +286,9 @@ def release_stop(robot: Robot, user: Any, checked: bool) -> None:
         raise NotPermitted("Only the operator and staff can release the stop.")
     if not checked:
         raise NotPermitted("Look at the newest picture first, and confirm that the way is clear.")
-    Robot.objects.filter(pk=robot.pk).update(stop_latched=False)
+    with transaction.atomic():
+        cancel_queued(robot, "the robot was stopped", SYSTEM.now())  # what was asked for before must not begin now
+        Robot.objects.filter(pk=robot.pk).update(stop_latched=False, releases=F("releases") + 1)
     bus.publish_on_commit(robot.slug, Changed("stop"))
 
 
@@ -286,8 +316,14 @@ def lift_lock_out(robot: Robot, user: Any) -> None:
         grant = open_grant(robot)
         if grant is not None and grant.kind == GrantKind.STAFF:
             end_grant(grant, "lock-out lifted", now)
+        cancel_queued(robot, "the robot was locked out", now)
         Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT).update(
-            cycle=Cycle.HANDOVER, lockout_note="", locked_by=None, reason="", stop_latched=False
+            cycle=Cycle.HANDOVER,
+            lockout_note="",
+            locked_by=None,
+            reason="",
+            stop_latched=False,
+            releases=F("releases") + 1,
         )
         bus.publish_on_commit(robot.slug, Changed("robot"))
 
@@ -317,7 +353,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
         grant = start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=5))
     elif grant.holder_id != user.pk:
         raise NotPermitted("Somebody operates the robot now; lock it out first.")
-    return issue(robot, user, kind, {}, next_seq(grant), now).command
+    return issue(robot.slug, user, kind, {}, next_seq(grant), now).command
 
 
 def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
@@ -331,10 +367,12 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
             end_grant(grant, "robot switched off", SYSTEM.now())
     changes: dict[str, Any] = {"enabled": enabled}
     if enabled and robot.cycle in (Cycle.OFFLINE, Cycle.FAULT):
-        changes.update(cycle=Cycle.HANDOVER, reason="", stop_latched=False)
+        changes.update(cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1)
     if not enabled:
         changes.update(cycle=Cycle.OFFLINE, reason="Switched off by staff.")
-    Robot.objects.filter(pk=robot.pk).update(**changes)
+    with transaction.atomic():
+        cancel_queued(robot, "the robot was switched", SYSTEM.now())
+        Robot.objects.filter(pk=robot.pk).update(**changes)
     bus.publish_on_commit(robot.slug, Changed("robot"))
 
 

@@ -86,15 +86,32 @@ def wait_for(condition, seconds: float, what: str):
         time.sleep(0.02)
 
 
+BOTH = pytest.mark.parametrize("which", ["mercury", "pa10"], indirect=True)
+
+
+def at_length(value):
+    """A parameter that is tried in `make test-all` and `make proofs` only."""
+    return pytest.param(value, marks=pytest.mark.length)
+
+
+BOTH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10")], indirect=True)
+
+
 @pytest.fixture
-def robot(db):
+def which(request):
+    """Which robot a test is about; `BOTH` runs it over both that ship."""
+    return getattr(request, "param", "mercury")
+
+
+@pytest.fixture
+def robot(db, which):
     from queueing.services import queue_of
     from robots.models import Robot
     from robots.states import Cycle
 
     made = Robot.objects.create(
-        slug="mercury", name="Mercury", driver="mercury", address="sim:mercury", enabled=True,
-        cycle=Cycle.READY, calibration=CALIBRATION,
+        slug=which, name=which.title(), driver=which, address=f"sim:{which}", enabled=True,
+        cycle=Cycle.READY, calibration=CALIBRATION if which == "mercury" else {},
     )  # fmt: skip
     queue_of(made)
     return made

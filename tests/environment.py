@@ -27,10 +27,8 @@ def _postgres() -> str:
 
 for line in (ROOT / "var" / "browser.env").read_text().splitlines() if (ROOT / "var" / "browser.env").exists() else ():
     name, _, value = line.partition("=")
-    if name in ("PLAYWRIGHT_NODEJS_PATH", "FARHAND_CHROMIUM", "FONTCONFIG_PATH"):
+    if name in ("PLAYWRIGHT_NODEJS_PATH", "FARHAND_CHROMIUM", "FARHAND_CHROMIUM_LIBS", "FONTCONFIG_FILE"):
         os.environ.setdefault(name, value)
-    elif name == "LD_LIBRARY_PATH":
-        os.environ["FARHAND_CHROMIUM_LIBS"] = value
 
 os.environ.update(
     FARHAND_VAR=str(VAR),

@@ -22,18 +22,19 @@ PYTHON = sys.executable
 class Simulator:
     """The Mercury arm's simulator as a program; `status` and `fault` reach it while it runs."""
 
-    def __init__(self, folder: Path, seed: int = 1) -> None:
-        self.folder, self.seed = folder, seed
+    def __init__(self, folder: Path, seed: int = 1, tcp: int | None = None) -> None:
+        self.folder, self.seed, self.tcp = folder, seed, tcp
         self.process: subprocess.Popen | None = None
         self.start()
 
     def start(self) -> None:
         (self.folder / "camera").unlink(missing_ok=True)
         self.process = subprocess.Popen(
-            [PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed)],
+            [PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed),
+             *(["--tcp", str(self.tcp)] if self.tcp else [])],
             cwd=ROOT, stdout=subprocess.DEVNULL,
         )  # fmt: skip
-        wait_for((self.folder / "camera").exists, 20, "the simulator")
+        wait_for((self.folder / "camera").exists, 60, "the simulator")
 
     def stop(self) -> None:
         if self.process is not None:
@@ -41,10 +42,10 @@ class Simulator:
             self.process.terminate()
             self.process.wait(10)
 
-    def ask(self, **message) -> dict:
+    def ask(self, board: str = "faults", **message) -> dict:
         with socket.socket(socket.AF_UNIX) as s:
             s.settimeout(5)
-            s.connect(str(self.folder / "faults"))
+            s.connect(str(self.folder / board))
             s.sendall(json.dumps(message).encode() + b"\n")
             return json.loads(s.makefile().readline())
 
@@ -63,6 +64,37 @@ class Simulator:
 
     def journal(self) -> list[dict]:
         return [json.loads(line) for line in (self.folder / "journal.jsonl").read_text().splitlines()]
+
+
+class ArmSimulator(Simulator):
+    """The museum arm as a program."""
+
+    def __init__(self, folder: Path, **options: float) -> None:
+        self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
+        super().__init__(folder)
+
+    def start(self) -> None:
+        for name in ("tty", "cameras.json"):
+            (self.folder / name).unlink(missing_ok=True)
+        self.process = subprocess.Popen(
+            [PYTHON, "-m", "simulators.pa10", "--dir", str(self.folder), *self._options], cwd=ROOT,
+            stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        wait_for((self.folder / "tty").exists, 60, "the arm's simulator")
+        wait_for((self.folder / "cameras.json").exists, 60, "its cameras")
+
+    def fault(self, verb: str, value: float = 1.0, **more) -> None:
+        board = "camera_faults" if verb.startswith("cam_") else "faults"
+        answer = self.ask(board, verb=verb, value=value, **more)
+        assert answer["ok"], answer
+
+    def clear(self) -> None:
+        for board in ("faults", "camera_faults"):
+            self.ask(board, verb="clear")
+
+    def status(self) -> dict:
+        status = super().status()
+        return status | {"pose": status["objects"]["tip"]}
 
 
 def child_env(**more: str) -> dict[str, str]:
@@ -114,13 +146,16 @@ class Child:
         return self.log.read_text(errors="replace")
 
 
-def worker(slug: str = "mercury", **env: str) -> Child:
+def worker(slug: str = "mercury", doom: tuple[str, str] | None = None, **env: str) -> Child:
     """Start a robot's worker exactly as the supervisor does."""
     from portal.programs import robot_programs
     from robots.models import Robot
 
     program = next(p for p in robot_programs(Robot.objects.get(slug=slug)) if p.name.endswith("worker"))
-    return Child("worker", list(program.argv), **{**program.env, **env})
+    argv = list(program.argv)
+    if doom:
+        argv = [PYTHON, "-m", "tests.faults.doomed", *doom, "--", *argv[3:]]
+    return Child("worker", argv, **{**program.env, **env})
 
 
 def housekeeping() -> Child:
@@ -140,14 +175,14 @@ def free_port() -> int:
 class Web(Child):
     """The web process."""
 
-    def __init__(self) -> None:
+    def __init__(self, **env: str) -> None:
         from portal.programs import web_program
 
         self.port = free_port()
         program = web_program("127.0.0.1", self.port)
-        super().__init__("web", list(program.argv), **program.env)
+        super().__init__("web", list(program.argv), **{**program.env, **env})
         self.url = f"http://localhost:{self.port}"
-        wait_for(self._answers, 30, "the web process")
+        wait_for(self._answers, 60, "the web process")
 
     def _answers(self) -> bool:
         import urllib.request

@@ -1,7 +1,8 @@
 """Set up everything that the portal needs, with nothing but Python 3.11 or newer.
 
-    python3 tools/setup.py run    what `make run` needs
-    python3 tools/setup.py test   that, and what the tests need
+    python3 tools/setup.py run      what `make run` needs
+    python3 tools/setup.py test     that, and what the tests need
+    python3 tools/setup.py lerobot  what `run` needs, and LeRobot beside it (an optional extra)
 
 Each step leaves a stamp with a digest of what it was made from, so a second call is quick.
 It installs into `.venv`, `frontend/node_modules` and `var/`; with apt only as root.
@@ -21,6 +22,7 @@ BIN = VENV / "bin"
 FRONTEND = ROOT / "frontend"
 NODE_NEEDED = (22, 18)
 SPARTICUZ = "153.0.0"
+TORCH = "2.13.0"  # LeRobot imports it; its wheel differs from machine to machine, so no lock holds it
 
 
 def main() -> None:
@@ -34,6 +36,8 @@ def main() -> None:
     build_frontend(node)
     if what == "test":
         find_chromium(node)
+    if what == "lerobot":
+        add_lerobot()
 
 
 def stop(text: str) -> None:
@@ -106,12 +110,13 @@ def pip_install(lock: Path) -> None:
         "--system-certs",
         "--python",
         BIN / "python",
+        "--no-deps",  # a lock names everything
         "--require-hashes",
         "-r",
         lock,
     ]
     if subprocess.run([str(c) for c in uv], cwd=ROOT, capture_output=True, check=False).returncode:
-        run(BIN / "python", "-m", "pip", "install", "-q", "--require-hashes", "-r", lock)
+        run(BIN / "python", "-m", "pip", "install", "-q", "--no-deps", "--require-hashes", "-r", lock)
 
 
 def install(name: str) -> None:
@@ -126,6 +131,21 @@ def install(name: str) -> None:
     stamp.write_text(mark)
     if name == "test":
         (VENV / ".base.in").write_text(digest(ROOT / "requirements" / "base.lock"))
+
+
+def add_lerobot() -> None:
+    """Put LeRobot behind the portal's own packages, where the portal's versions win."""
+    lock, folder = ROOT / "requirements" / "lerobot.lock", ROOT / "var" / "lerobot"
+    stamp, mark = folder / ".farhand.stamp", digest(lock) + TORCH
+    if not done_before(stamp, mark):
+        say("installing LeRobot into var/lerobot (with PyTorch: this takes a while)")
+        shutil.rmtree(folder, ignore_errors=True)
+        pip = (BIN / "python", "-m", "pip", "install", "-q", "--upgrade", "--target", folder)
+        run(*pip, f"torch=={TORCH}")
+        run(*pip, "--no-deps", "--require-hashes", "-r", lock)
+        stamp.write_text(mark)
+    site = next(VENV.glob("lib/python*/site-packages"))
+    (site / "farhand-lerobot.pth").write_text(f"{folder}\n")
 
 
 def node_version(node: str) -> tuple[int, ...]:
@@ -213,11 +233,18 @@ def sparticuz(node: Path) -> list[str]:
         script = folder / "unpack.mjs"
         script.write_text(UNPACK)
         run(node / "node", script, cwd=folder)
+    (folder / "fonts.conf").write_text(FONTS.format(fonts=folder / "fonts", cache=folder / "fonts-cache"))
     return [
         f"FARHAND_CHROMIUM={folder / 'chromium'}",
-        f"LD_LIBRARY_PATH={folder / 'al2023' / 'lib'}",
-        f"FONTCONFIG_PATH={folder / 'fonts'}",
+        f"FARHAND_CHROMIUM_LIBS={folder / 'al2023' / 'lib'}",
+        f"FONTCONFIG_FILE={folder / 'fonts.conf'}",
     ]
+
+
+FONTS = """<?xml version="1.0"?>
+<!DOCTYPE fontconfig SYSTEM "fonts.dtd">
+<fontconfig><dir>{fonts}</dir><cachedir>{cache}</cachedir></fontconfig>
+"""  # the one in the package names folders of another machine, and without a font no text has a height
 
 
 UNPACK = """

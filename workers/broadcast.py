@@ -10,13 +10,13 @@ from robots import bus
 from robots.drivers.contract import RobotState
 from robots.drivers.errors import HardwareFault
 from robots.messages import Trace, state_packet
-from workers.pictures import LIVE_S
 
 if TYPE_CHECKING:
     from workers.runtime import Runtime
 
 log = logging.getLogger(__name__)
-STATE_S = 0.25
+STATE_HZ = 4  # where the description says nothing
+TRACE_S = 0.25
 ASK_S = 0.5
 
 
@@ -29,29 +29,34 @@ class Broadcast:
         self._traced = False
 
     def states(self) -> None:
-        """Publish the newest joints four times a second; ask the hardware where it has been quiet."""
-        runtime, asked = self._runtime, 0.0
+        """Publish the newest joints, some times a second; ask the hardware where it has been quiet."""
+        runtime, asked, looked = self._runtime, 0.0, 0.0
+        every = 1.0 / float(runtime.robot.description().get("motion", {}).get("state_hz", STATE_HZ))
         while runtime.running:
-            time.sleep(STATE_S)
-            self._traced = self._watched("trace")
+            time.sleep(every)
+            if time.monotonic() - looked >= TRACE_S:
+                looked = time.monotonic()
+                self._traced = self._watched("trace")
             heard = runtime.driver.latest()
             quiet = heard is None or time.monotonic() - heard.at >= ASK_S
-            if runtime.connected and quiet and time.monotonic() - asked >= ASK_S:
+            if runtime.reach.connected and quiet and time.monotonic() - asked >= ASK_S:
                 asked = time.monotonic()
                 try:
                     runtime.driver.state()
                 except HardwareFault as error:
-                    runtime.lost_while_idle(error)
+                    runtime.reach.lost_while_idle(error)
             state = runtime.driver.latest()
             if state is not None:
                 self._publish(state)
 
-    def pictures(self) -> None:
-        """Send live pictures while somebody watches."""
+    def pictures(self, camera: int = 0) -> None:
+        """Send a camera's live pictures while somebody watches it."""
         runtime = self._runtime
+        every, due = runtime.pictures.every_s, time.monotonic()
         while runtime.running:
-            time.sleep(LIVE_S)
-            runtime.pictures.live_once(runtime.driver.latest())
+            due = max(due + every, time.monotonic())
+            time.sleep(due - time.monotonic() if due > time.monotonic() else 0.01)
+            runtime.pictures.live_once(runtime.driver.latest(), camera)
 
     def trace(self, way: str, data: bytes, words: str) -> None:
         """Publish one frame of the wire while a keeper looks."""
@@ -75,6 +80,4 @@ class Broadcast:
         self._number += 1
         runtime = self._runtime
         at_ms = int((runtime.clock.now().timestamp() - (time.monotonic() - state.at)) * 1000)
-        bus.publish_state(
-            runtime.robot.slug, state_packet(self._number, at_ms, state.joints, state.moving, runtime.latch.latched)
-        )
+        bus.publish_state(runtime.robot.slug, state_packet(self._number, at_ms, state, runtime.latch.latched))

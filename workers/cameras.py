@@ -2,6 +2,7 @@
 
 import contextlib
 import http.client
+import json
 import threading
 import time
 from pathlib import Path
@@ -21,7 +22,7 @@ LARGEST = 4_000_000
 
 
 class Camera(Protocol):
-    """A source of grey pictures, shape (rows, columns)."""
+    """A source of pictures, shape (rows, columns), or (rows, columns, 3) where colour was wanted."""
 
     def grab(self, exposure_s: float) -> Picture:
         """Return a picture that was begun after this call. Raises CameraFault."""
@@ -33,15 +34,15 @@ class Camera(Protocol):
 class SnapshotCamera:
     """A network camera with a snapshot address that takes an `exposure` in seconds."""
 
-    def __init__(self, url: str) -> None:
-        self._parts = urlsplit(url)
+    def __init__(self, url: str, colour: bool = False) -> None:
+        self._parts, self._colour = urlsplit(url), colour
         self._connection: http.client.HTTPConnection | None = None
 
     def grab(self, exposure_s: float) -> Picture:
         """Ask for one picture; one try more on a connection that had gone stale."""
         for attempt in (1, 2):
             try:
-                return decode(self._fetch(exposure_s))
+                return decode(self._fetch(exposure_s), self._colour)
             except (OSError, http.client.HTTPException) as error:
                 self.close()
                 if attempt == 2 or isinstance(error, TimeoutError):
@@ -67,19 +68,38 @@ class SnapshotCamera:
             self._connection = None
 
 
-def decode(data: bytes) -> Picture:
-    """Return the grey picture in JPEG or PNG bytes. Raises CameraFault."""
-    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
+def decode(data: bytes, colour: bool = False) -> Picture:
+    """Return the picture in JPEG or PNG bytes, grey or blue-green-red. Raises CameraFault."""
+    how = cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE
+    picture = cv2.imdecode(np.frombuffer(data, np.uint8), how) if data else None
     if picture is None:
         raise CameraFault("The camera sent something that is no picture.")
     return np.asarray(picture, np.uint8)
 
 
+def fitted(picture: Picture, width: int, height: int) -> Picture:
+    """Return the middle of the picture that has the wanted shape, scaled to `width` x `height` (px).
+
+    A camera's own resolution may differ from the robot's description, and may change under way;
+    clicks and calibration count in the description's points.
+    """
+    rows, columns = picture.shape[:2]
+    if (columns, rows) == (width, height):
+        return picture
+    scale = min(columns / width, rows / height)
+    w, h = max(1, round(width * scale)), max(1, round(height * scale))
+    left, top = (columns - w) // 2, (rows - h) // 2
+    cut = picture[top : top + h, left : left + w]
+    how = cv2.INTER_AREA if scale > 1 else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(cut, (width, height), interpolation=how), np.uint8)
+
+
 class StreamCamera:
     """A USB camera, RTSP or motion JPEG, decoded in a thread; only the newest picture is kept."""
 
-    def __init__(self, source: str, form: str | None = None) -> None:
+    def __init__(self, source: str, form: str | None = None, colour: bool = False) -> None:
         self._source, self._form = source, form
+        self._pixels = "bgr24" if colour else "gray"
         self._news = threading.Condition()
         self._newest: Picture | None = None
         self._at = 0.0
@@ -92,9 +112,9 @@ class StreamCamera:
             try:
                 with self._open() as container:
                     for frame in container.decode(video=0):
-                        grey = frame.to_ndarray(format="gray")
+                        picture = frame.to_ndarray(format=self._pixels)
                         with self._news:
-                            self._newest, self._at, self._error = grey, time.monotonic(), ""
+                            self._newest, self._at, self._error = picture, time.monotonic(), ""
                             self._news.notify_all()
                         if not self._running:
                             return
@@ -119,19 +139,22 @@ class StreamCamera:
         self._running = False
 
 
-def open_camera(url: str, rig: Path) -> Camera:
-    """Return the camera for an address; empty means the simulated one of `rig`.
+def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> Camera:
+    """Return the camera for an address; empty means the simulated one of `rig` that is called `view`.
 
     Raises:
         CameraFault: the simulated camera has not said its address yet.
 
     """
     if not url:
-        with contextlib.suppress(OSError):
-            return SnapshotCamera((rig / "camera").read_text().strip() + "/snapshot.jpg")
+        with contextlib.suppress(OSError, ValueError, KeyError):
+            several = rig / "cameras.json"
+            if view and several.exists():
+                return SnapshotCamera(json.loads(several.read_text())[view] + "/snapshot.jpg", colour)
+            return SnapshotCamera((rig / "camera").read_text().strip() + "/snapshot.jpg", colour)
         raise CameraFault("The simulated camera is not there yet.")
     if url.startswith("v4l2:"):
-        return StreamCamera(url.removeprefix("v4l2:"), "v4l2")
+        return StreamCamera(url.removeprefix("v4l2:"), "v4l2", colour)
     if url.startswith("http") and urlsplit(url).path.endswith((".jpg", ".jpeg", ".png")):
-        return SnapshotCamera(url)
-    return StreamCamera(url)
+        return SnapshotCamera(url, colour)
+    return StreamCamera(url, colour=colour)

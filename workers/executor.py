@@ -3,15 +3,19 @@
 import logging
 from typing import TYPE_CHECKING, Any
 
+from django.db import Error, close_old_connections
+
 from robots import bus
-from robots.drivers.contract import RobotState
+from robots.drivers.contract import Outcome, Permit, RobotState
 from robots.drivers.errors import (
     BadRequest,
     CameraFault,
+    HandGone,
     HardwareFault,
     Held,
     NotPermitted,
     OutOfWorkspace,
+    Replaced,
     RobotError,
 )
 from robots.messages import Notice
@@ -53,12 +57,32 @@ class Executor:
             self._end(command, CommandState.CANCELLED if held else CommandState.FAILED, str(error))
         except HardwareFault as error:
             self._end(command, CommandState.FAILED, str(error))
-            runtime.faulted(error, command)
+            runtime.reach.faulted(error, command)
         else:
             self._end(command, CommandState.COMPLETED, "", result)
 
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
-        ledger.finish(command, state, self._runtime.now(), reason, result)
+        """Write the end down; a database that is away is waited for, for as long as the robot is ours."""
+        at = self._runtime.now()
+        while True:
+            try:
+                ledger.finish(command, state, at, reason, result)
+            except Error as error:
+                if not self._runtime.running:
+                    raise  # the next owner ends it as unknown
+                log.warning("the end of %s waits for the database: %s", command, error)
+                close_old_connections()
+                self._runtime.clock.sleep(0.2)
+            else:
+                return
+
+    def _stage(self, command: Command, stage: str) -> None:
+        """Write a stage down; a motion that has begun is not broken off by a database that is away."""
+        try:
+            ledger.advance(command, STAGES[stage], self._runtime.now())
+        except Error as error:
+            log.warning("stage %s of %s is lost: %s", stage, command, error)
+            close_old_connections()
 
     def _perform(self, command: Command) -> dict[str, Any]:
         runtime = self._runtime
@@ -69,26 +93,76 @@ class Executor:
             raise BadRequest(f"This robot has no command called {command.kind}.")
         if spec.moves:
             runtime.pictures.still_id = 0
-        outcome = runtime.driver.execute(
-            command.kind,
-            command.args,
-            runtime.gate.check,
-            lambda stage: ledger.advance(command, STAGES[stage], runtime.now()),
-        )
-        result: dict[str, Any] = {"sent": outcome.sent}
+        if spec.held:
+            outcome, why = self._held_motion(command)
+        else:
+            permit = self._replaceable(command) if spec.replaceable else runtime.gate.check
+            outcome = runtime.driver.execute(
+                command.kind, command.args, permit, lambda stage: self._stage(command, stage)
+            )
+            why = ""
+        result: dict[str, Any] = {"sent": outcome.sent} | ({"ended": why} if why else {})
         if spec.still and outcome.state is not None:
             result |= self.look(outcome.state, command)
         return result
 
+    def _replaceable(self, command: Command) -> Permit:
+        """Return a permit that ends when a newer target waits; the bell says when to look for one."""
+        runtime = self._runtime
+        kinds = [c.kind for c in runtime.driver.features.commands if c.replaceable]
+        looked = runtime.rung
+
+        def permit() -> None:
+            nonlocal looked
+            runtime.gate.check()
+            if runtime.rung == looked:
+                return
+            looked = runtime.rung
+            first = ledger.due(runtime.robot, runtime.lease.epoch).first()
+            if first is not None and first.kind in kinds:
+                raise Replaced("Replaced: a newer target took its place.")
+
+        return permit
+
+    def _held_motion(self, command: Command) -> tuple[Outcome, str]:
+        """Run a held motion until its hand is gone; that is its good end unless the hand was lost."""
+        runtime, hand = self._runtime, self._runtime.hand
+
+        def permit() -> None:
+            runtime.gate.check()
+            hand.check()
+
+        hand.take(command)
+        try:
+            outcome = runtime.driver.execute(
+                command.kind, command.args, permit, lambda stage: self._stage(command, stage)
+            )
+            return outcome, "edge"
+        except (HandGone, Held):
+            runtime.gate.check()  # a stop, a lost grant: that is the reason then
+            why = hand.gone
+            if why in ("", "lost"):
+                raise Held("Nothing was heard from your controls, so the arm was held.") from None
+            return Outcome({}, runtime.driver.state()), why
+        finally:
+            hand.end()
+
     def look(self, state: RobotState, command: Command | None) -> dict[str, Any]:
         """Take the new stable picture; a camera that fails does not undo the motion."""
         runtime = self._runtime
-        runtime.remember(state)
+        if not runtime.pictures.eyes:
+            runtime.remember(state)
+            return {"verdict": "no camera"}
         try:
+            runtime.remember(state)
             grant = command.grant if command else None
             frame, verdict = runtime.pictures.still(state, grant, command)
         except CameraFault as error:
             return {"picture": None, "verdict": "no picture", "note": str(error)}
+        except Error as error:
+            log.warning("a picture is lost: %s", error)
+            close_old_connections()
+            return {"picture": None, "verdict": "no picture", "note": "The database did not take the picture."}
         result: dict[str, Any] = {
             "verdict": verdict.reason,
             "stable": verdict.stable,

@@ -40,7 +40,7 @@ def hand_over(runtime: "Runtime") -> None:
         end_grant(grant, "could not be verified", runtime.now())
         ledger.incident(robot, getattr(error, "code", "calibration"), str(error), runtime.now(), remedy="Not offered.")
         runtime.set_cycle(Cycle.FAULT, f"It could not be put in order: {error}", Cycle.HANDOVER)
-        runtime.later(10.0)
+        runtime.reach.later(10.0)
     else:
         end_grant(grant, "in order", runtime.now())
         runtime.set_cycle(Cycle.READY, "", Cycle.HANDOVER)
@@ -69,6 +69,8 @@ def _put_in_order(runtime: "Runtime", grant: Grant) -> None:
             runtime.keep_calibration(calibrate(driver, runtime.pictures.settle, permit))
             state = _home(runtime) or state
     runtime.remember(state)
+    if not runtime.pictures.eyes:
+        return
     frame, verdict = runtime.pictures.still(state, grant, None)
     if verdict.reason in ("black", "frozen", "camera stopped"):
         raise CameraFault(f"The camera is {verdict.reason}.")
@@ -77,12 +79,10 @@ def _put_in_order(runtime: "Runtime", grant: Grant) -> None:
 
 
 def _home(runtime: "Runtime") -> RobotState | None:
-    driver, permit = runtime.driver, runtime.gate.check
-    if driver.features.command("up") is not None:
-        driver.execute("up", {}, permit, lambda _: None)
-    if driver.features.command("home") is None:
-        return None
-    return driver.execute("home", {}, permit, lambda _: None).state
+    driver, state = runtime.driver, None
+    for kind in driver.features.handover:
+        state = driver.execute(kind, {}, runtime.gate.check, lambda _: None).state
+    return state
 
 
 def _can_calibrate(runtime: "Runtime") -> bool:

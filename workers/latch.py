@@ -17,23 +17,24 @@ class StopLatch:
         self._lock = threading.Lock()
         self._set = path.exists()
         self.row_pending = self._set  # the row may not know yet
+        self.releases: int | None = None
 
     @property
     def latched(self) -> bool:
         """Tell whether motion is forbidden."""
         return self._set
 
-    def forbid(self) -> None:
-        """Forbid motion in memory, before the disk is waited for."""
+    def forbid(self, releases: int | None = None) -> None:
+        """Forbid motion in memory, before the disk is waited for.
+
+        `releases` is how often stops had been released by then: only a later release undoes this.
+        """
         self._set = True
+        self.releases = releases
         self.row_pending = True
 
-    def latch(self) -> None:
-        """Forbid motion, in memory at once, on disk before returning.
-
-        A full disk still latches in memory and in the row.
-        """
-        self.forbid()
+    def keep(self) -> None:
+        """Write the latch to disk before returning. A full disk still latches in memory and in the row."""
         with self._lock:
             try:
                 self._path.parent.mkdir(parents=True, exist_ok=True)

@@ -61,16 +61,30 @@ def finish(
     return bool(done)
 
 
-def expire(robot: Robot, epoch: int, now: datetime) -> int:
-    """End what can no longer begin: too late, or meant for an owner that is gone."""
+INTERRUPTED = (
+    "The robot's worker was interrupted; what became of this command is not known. "
+    "Look at the new picture before you go on."
+)
+TOO_LATE = "It came too late and was not carried out."
+RESTARTED = "The robot's worker was restarted before it began; it was not carried out."
+BROKEN_OFF = "The database broke off before it began; it was not carried out."
+
+
+def tidy(robot: Robot, epoch: int, now: datetime) -> int:
+    """End what can no longer begin or end; called while no command runs here. Return how many.
+
+    Too late, meant for an owner that is gone, or claimed in words that the database lost:
+    the last was not begun, for this owner begins only what it knows it has claimed.
+    """
     ended = 0
-    late = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
-    for command in late.filter(deadline__lte=now) | late.exclude(epoch=epoch):
+    for command in Command.objects.filter(robot=robot).exclude(state__in=COMMAND_FINAL).order_by("id"):
         command.robot = robot
-        reason = "It came too late and was not carried out."
-        if command.epoch != epoch:
-            reason = "The robot's worker was restarted before it began; it was not carried out."
-        ended += finish(command, CommandState.EXPIRED, now, reason)
+        ours = command.epoch == epoch
+        if command.state == CommandState.QUEUED and (not ours or command.deadline <= now):
+            ended += finish(command, CommandState.EXPIRED, now, TOO_LATE if ours else RESTARTED)
+        elif command.state in COMMAND_RUNNING:
+            state, reason = (CommandState.CANCELLED, BROKEN_OFF) if ours else (CommandState.UNKNOWN, INTERRUPTED)
+            ended += finish(command, state, now, reason)
     return ended
 
 
@@ -83,8 +97,7 @@ def abandon(robot: Robot, now: datetime) -> list[Command]:
             command,
             CommandState.UNKNOWN,
             now,
-            "The robot's worker was interrupted; what became of this command is not known. "
-            "Look at the new picture before you go on.",
+            INTERRUPTED,
         )
     return left
 

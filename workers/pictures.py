@@ -7,21 +7,22 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 import redis
 from django.conf import settings
 
 from robots import bus
 from robots.clock import Clock
+from robots.description import views
 from robots.drivers.contract import RobotState
 from robots.drivers.errors import CameraFault
 from robots.messages import Changed, picture_packet
 from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.brightness import Brightness
 from robots.vision.stability import Picture, Verdict, settle
-from workers.cameras import Camera, open_camera
+from workers.cameras import Camera, fitted, open_camera
 
 log = logging.getLogger(__name__)
-LIVE_S = 0.25
 
 
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
@@ -29,51 +30,88 @@ def jpeg(picture: Picture, quality: int = 88) -> bytes:
     return bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
 
 
-class Pictures:
-    """The camera of one robot and what is done with its pictures."""
+class Eye:
+    """One camera of the robot: opened when it is needed, let go when it fails."""
 
-    def __init__(self, robot: Robot, clock: Clock) -> None:
-        self._robot, self._clock = robot, clock
+    def __init__(self, robot: Robot, index: int, name: str) -> None:
         self._description = robot.description()["camera"]
-        self._lock = threading.RLock()
-        self._wanted = threading.Event()
+        self.index, self.name = index, name
+        self.lock = threading.RLock()
+        self._address, self._rig = robot.camera_address(index), robot.rig_dir
         self._camera: Camera | None = None
-        self._brightness = Brightness()
         self._number = 0
-        self.still_id = 0  # of the pose the robot rests in; 0 while it moves
-        self.fault = ""
 
     def configure(self, robot: Robot) -> None:
-        """Take over changed settings."""
-        if robot.camera != self._robot.camera:
+        """Follow a changed address."""
+        if robot.camera_address(self.index) != self._address:
             self._drop()
-        self._robot = robot
+            self._address = robot.camera_address(self.index)
 
     def grab(self, exposure_s: float) -> Picture:
         """Return one picture. Raises CameraFault."""
-        with self._lock:
+        with self.lock:
             try:
                 if self._camera is None:
-                    self._camera = open_camera(self._robot.camera, self._robot.rig_dir)
-                picture = self._camera.grab(exposure_s)
-            except CameraFault as error:
-                self.fault = str(error)
+                    colour = bool(self._description.get("colour"))
+                    self._camera = open_camera(self._address, self._rig, self.name, colour)
+                described = int(self._description["width"]), int(self._description["height"])
+                picture = fitted(self._camera.grab(exposure_s), *described)
+            except CameraFault:
                 self._drop()
                 raise
-            self.fault = ""
             return picture
 
+    def next(self) -> int:
+        """Number a picture where it is taken, so that a late one is known for one."""
+        self._number += 1
+        return self._number
+
     def _drop(self) -> None:
-        with self._lock, contextlib.suppress(Exception):
+        with self.lock, contextlib.suppress(Exception):
             if self._camera is not None:
                 self._camera.close()
             self._camera = None
+
+
+def grey(picture: Picture) -> Picture:
+    """Return the picture without its colours."""
+    return picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+class Pictures:
+    """The cameras of one robot and what is done with their pictures; stills come from the first."""
+
+    def __init__(self, robot: Robot, clock: Clock) -> None:
+        self._robot, self._clock = robot, clock
+        self._description = robot.description().get("camera", {})
+        self.eyes = [Eye(robot, i, name) for i, name in enumerate(views(robot.description()))]
+        self.every_s = 1.0 / float(self._description.get("fps", 4))
+        self._wanted = threading.Event()
+        self._brightness = Brightness()
+        self.still_id = 0  # of the pose the robot rests in; 0 while it moves
+
+    def configure(self, robot: Robot) -> None:
+        """Take over changed settings."""
+        for eye in self.eyes:
+            eye.configure(robot)
+        self._robot = robot
+
+    def grab(self, exposure_s: float) -> Picture:
+        """Return one picture of the first camera. Raises CameraFault."""
+        return self.eyes[0].grab(exposure_s)
+
+    def _corrected(self, picture: Picture) -> Picture:
+        """Return the picture with its brightness levelled; a colour camera does that itself."""
+        if picture.ndim > 2:
+            return picture
+        shown, self._brightness = self._brightness.correct(picture)
+        return shown
 
     def settle(self) -> Verdict:
         """Run the stability check. Raises CameraFault."""
         exposure = float(self._description["stability_exposure_s"])
         threshold = self._robot.stability_threshold or float(self._description["stability_threshold"])
-        return settle(lambda: self.grab(exposure), threshold, int(self._description["stability_tries"]))
+        return settle(lambda: grey(self.grab(exposure)), threshold, int(self._description["stability_tries"]))
 
     def still(self, state: RobotState, grant: Grant | None, command: Command | None) -> tuple[Frame | None, Verdict]:
         """Wait for a stable picture, take the delivered one, keep and publish it.
@@ -82,19 +120,20 @@ class Pictures:
         """
         self._wanted.set()
         try:
-            with self._lock:
+            with self.eyes[0].lock:
                 verdict = self.settle()
                 low, high = self._description["exposure_range_s"]
                 exposure = self._robot.delivery_exposure_s or float(self._description["delivery_exposure_s"])
                 picture = self.grab(min(max(exposure, low), high))
+                number = self.eyes[0].next()
+            shown = self._corrected(picture)
+            data = jpeg(shown)
+            at = self._clock.now()
+            frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
+            self.still_id = frame.pk if frame else 0
+            self._publish(number, self.still_id, data, state, at)
         finally:
             self._wanted.clear()
-        shown, self._brightness = self._brightness.correct(picture)
-        data = jpeg(shown)
-        at = self._clock.now()
-        frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
-        self.still_id = frame.pk if frame else 0
-        self._publish(data, state, at)
         bus.publish(self._robot.slug, Changed("frame"))
         return frame, verdict
 
@@ -119,25 +158,28 @@ class Pictures:
             difference=round(verdict.difference, 3), tries=verdict.tries,
         )  # fmt: skip
 
-    def _publish(self, data: bytes, state: RobotState, at: Any) -> None:
-        self._number += 1
-        bus.publish_picture(
-            self._robot.slug,
-            picture_packet(self._number, int(at.timestamp() * 1000), self.still_id, state.joints, data),
-        )
+    def _publish(self, number: int, still: int, data: bytes, state: RobotState, at: Any, camera: int = 0) -> None:
+        at_ms = int(at.timestamp() * 1000)
+        bus.publish_picture(self._robot.slug, picture_packet(number, at_ms, still, state.joints, data, camera), camera)
 
-    def live_once(self, state: RobotState | None) -> None:
-        """Send one live picture if somebody watches; called in a loop."""
-        if self._wanted.is_set() or state is None:
+    def live_once(self, state: RobotState | None, camera: int = 0) -> None:
+        """Send one live picture of that camera if somebody watches it; called in a loop."""
+        eye = self.eyes[camera]
+        first = camera == 0
+        if (first and self._wanted.is_set()) or state is None:
             return
         try:
-            if not bus.watched(self._robot.slug):
+            if not bus.watched(self._robot.slug, bus.frames_of(camera)):
                 return
         except (redis.RedisError, OSError):
             return
         try:
-            picture = self.grab(float(self._description["delivery_exposure_s"]))
+            with eye.lock:
+                if first and self._wanted.is_set():
+                    return  # a still was begun while we waited for the camera
+                picture = eye.grab(float(self._description["delivery_exposure_s"]))
+                number, still = eye.next(), self.still_id
         except CameraFault:
             return
-        shown, self._brightness = self._brightness.correct(picture)
-        self._publish(jpeg(shown, 80), state, self._clock.now())
+        shown = self._corrected(picture)
+        self._publish(number, still if first else 0, jpeg(shown, 80), state, self._clock.now(), camera)

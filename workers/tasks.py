@@ -13,10 +13,11 @@ from django.conf import settings
 
 from robots import bus
 from robots.clock import SYSTEM
+from robots.description import simulator_module, views
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import CameraFault, RobotError
 from robots.messages import Changed
-from robots.models import Frame, Robot, frame_name
+from robots.models import Frame, Lease, Robot, frame_name
 from workers import bootstep
 from workers.cameras import open_camera
 from workers.pictures import jpeg
@@ -49,17 +50,21 @@ def _start_simulator(robot: Robot) -> "subprocess.Popen[bytes] | None":
     kind, _, name = robot.address.partition(":")
     if kind != "sim" or robot.enabled:
         return None
-    (robot.rig_dir / "camera").unlink(missing_ok=True)
-    process = subprocess.Popen([sys.executable, "-m", f"simulators.{name}", "--dir", str(robot.rig_dir)])  # noqa: S603
+    signs = [robot.rig_dir / sign for sign in ("tty", "camera")[: 1 + bool(views(robot.description()))]]
+    for sign in signs:
+        sign.unlink(missing_ok=True)
+    module = simulator_module(name)
+    process = subprocess.Popen([sys.executable, "-m", module, "--dir", str(robot.rig_dir)])  # noqa: S603
     until = time.monotonic() + 20
-    while time.monotonic() < until and not (robot.rig_dir / "camera").exists():
+    while time.monotonic() < until and not all(sign.exists() for sign in signs):
         time.sleep(0.1)
     return process
 
 
 def _probe(robot: Robot) -> dict[str, Any]:
     found: dict[str, Any] = {"connection": "", "picture": ""}
-    driver = make_driver(robot.driver, robot.wire_address, robot.driver_settings())
+    lease = Lease.objects.filter(robot=robot).first()
+    driver = make_driver(robot.driver, robot.wire_address, robot.driver_settings(lease.epoch if lease else 0))
     try:
         state = driver.connect()
         found["connection"] = "ok"
@@ -68,8 +73,12 @@ def _probe(robot: Robot) -> dict[str, Any]:
         found["connection"] = str(error)
     finally:
         driver.close()
+    described = robot.description()
+    if not views(described):
+        return found | {"picture": "It has no camera."}
     try:
-        camera = open_camera(robot.camera, robot.rig_dir)
+        view, colour = views(described)[0], bool(described["camera"].get("colour"))
+        camera = open_camera(robot.camera_address(0), robot.rig_dir, view, colour)
         picture = camera.grab(1 / 150)
         camera.close()
         name = f"frames/{robot.slug}/probe-{frame_name()}.jpg"

@@ -1,30 +1,32 @@
 /** The camera image with the cross, the ghost of the target and the nozzle's place. */
-import type { PicturePacket } from "./protocol.ts";
+import type { PicturePacket, Still } from "./protocol.ts";
 import { set, shape } from "./svg.ts";
 
 export class CameraView {
   /** When the picture on screen was taken, server ms. */
   atMs = 0;
   /** Which kept picture it belongs to; 0 while the arm moves. */
-  still = 0;
+  stillId = 0;
   private context: CanvasRenderingContext2D;
   private newest = -1;
-  private cross: SVGGElement;
-  private nozzle: SVGCircleElement;
-  private way: SVGLineElement;
+  private views = 0;
+  private cross: SVGGElement | null = null;
+  private nozzle: SVGCircleElement | null = null;
+  private way: SVGLineElement | null = null;
   private at: [number, number] | null = null;
 
   constructor(
-    screen: HTMLElement, private canvas: HTMLCanvasElement, overlay: SVGSVGElement,
+    screen: HTMLElement, private canvas: HTMLCanvasElement, overlay: SVGSVGElement | null,
     onPick: (u: number, v: number) => void,
   ) {
     this.context = canvas.getContext("2d")!;
+    if (!overlay) return;
     this.nozzle = shape(overlay, "circle", { class: "nozzle", r: 4.5, cx: -20, cy: -20 });
     this.way = shape(overlay, "line", { class: "way", x1: -9, y1: -9, x2: -9, y2: -9 });
-    this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" });
-    shape(this.cross, "circle", { r: 7, cx: 0, cy: 0 });
+    const cross = (this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" }));
+    shape(cross, "circle", { r: 7, cx: 0, cy: 0 });
     for (const [x, y] of [[1, 0], [-1, 0], [0, 1], [0, -1]] as const)
-      shape(this.cross, "line", { x1: x * 4, y1: y * 4, x2: x * 12, y2: y * 12 });
+      shape(cross, "line", { x1: x * 4, y1: y * 4, x2: x * 12, y2: y * 12 });
     screen.addEventListener("click", (event) => {
       const box = canvas.getBoundingClientRect();
       onPick(
@@ -58,6 +60,25 @@ export class CameraView {
     bitmap.close();
   }
 
+  /** Show a kept picture, unless a newer one is on screen by the time it is here. */
+  still(still: Still, then: () => void): void {
+    if (this.atMs >= still.at_ms) return;
+    const image = new Image();
+    const { views } = this;
+    image.onload = () => {
+      if (views === this.views && this.atMs < still.at_ms) this.draw(image, still.at_ms, still.id);
+      then();
+    };
+    image.src = still.url;
+  }
+
+  /** Another camera's pictures come from now on: its numbers begin anew. */
+  forget(): void {
+    this.newest = -1;
+    this.views += 1;
+    this.atMs = this.stillId = 0;
+  }
+
   draw(image: ImageBitmap | HTMLImageElement, atMs: number, still: number): void {
     const width = "naturalWidth" in image ? image.naturalWidth : image.width;
     const height = "naturalHeight" in image ? image.naturalHeight : image.height;
@@ -65,7 +86,7 @@ export class CameraView {
     if (this.canvas.height !== height) this.canvas.height = height;
     this.context.drawImage(image, 0, 0);
     this.atMs = atMs;
-    this.still = still;
+    this.stillId = still;
     this.canvas.dataset["still"] = String(still);
     this.canvas.dataset["at"] = String(atMs);
   }
@@ -73,6 +94,7 @@ export class CameraView {
   /** Show where the next image will be centred. */
   aim(at: [number, number] | null, from: [number, number] | null): void {
     this.at = at;
+    if (!this.cross || !this.nozzle || !this.way) return;
     const [u, v] = at ?? [-50, -50];
     this.cross.setAttribute("transform", `translate(${u} ${v})`);
     const [nu, nv] = from ?? [-20, -20];

@@ -1,9 +1,9 @@
-/** The operator's controls: enabled, or saying why not. */
-import type { Snapshot, StatePacket } from "./protocol.ts";
+/** Whether anything can be commanded now, on any robot. */
+import type { PicturePacket, Snapshot, StatePacket } from "./protocol.ts";
 
 export interface Facts {
   snapshot: Snapshot | null; state: StatePacket | null; lineUp: boolean; now: number; latency: number | null;
-  busy: boolean; aim: "none" | "good" | "refused" | "old";
+  busy: boolean;
 }
 
 /** Why nothing can be commanded now; empty when something can. */
@@ -20,19 +20,12 @@ export function blocked(f: Facts): string {
   return "";
 }
 
-const DOWN_M = 0.001;
+/** When a camera's picture on the page was taken (server ms), and which kept picture it belongs to. */
+export interface Shown { atMs: number; stillId: number }
+const CALM_MS = 10_000;
 
-/** Why one control will not work now; empty when it will. */
-export function whyNot(kind: string, f: Facts): string {
-  const general = blocked(f);
-  if (general) return general;
-  if (f.busy) return "One command at a time: the arm is still busy.";
-  const z = f.state?.joints[2] ?? 0;
-  if (kind === "air" && z > DOWN_M) return "Air works only at Z = 0: press Down first.";
-  if (kind === "down" && z <= DOWN_M) return "The arm is down already.";
-  if (kind === "up" && z >= 0.0745) return "The arm is up already.";
-  if (kind === "go" && f.aim === "none") return "Click in the camera image or in the map to choose where to go.";
-  if (kind === "go" && f.aim === "refused") return "The arm may not go there: it is off the sand.";
-  if (kind === "go" && f.aim === "old") return "The arm has moved since that picture; click in the newest one.";
-  return "";
+/** Whether a picture is left out for who wants little motion: no new still, and another one not long ago. */
+export function tooLively(packet: Pick<PicturePacket, "atMs" | "still">, shown: Shown): boolean {
+  const fresh = packet.still !== 0 && packet.still !== shown.stillId;
+  return !fresh && packet.atMs - shown.atMs < CALM_MS;
 }

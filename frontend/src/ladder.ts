@@ -6,6 +6,7 @@ const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
 export class Ladder {
   private rows = new Map<string, CommandInfo>();
+  private waiting = new Map<string, (c: CommandInfo) => void>();
 
   constructor(private list: HTMLElement, private live: HTMLElement) {}
 
@@ -21,12 +22,32 @@ export class Ladder {
     if (known && FINAL.has(known.state)) return;
     this.rows.set(key, { ...known, ...c });
     this.draw();
-    if (FINAL.has(c.state)) this.live.textContent = say(c);
+    if (!FINAL.has(c.state)) return;
+    this.live.textContent = say({ ...known, ...c });
+    this.waiting.get(key)?.(c);
+    this.waiting.delete(key);
+  }
+
+  /** The server refused it: it keeps its name and says why. */
+  refuse(grant: number, seq: number, reason: string, at: number): void {
+    const kind = this.rows.get(`${grant}/${seq}`)?.kind ?? "";
+    this.update({ id: 0, seq, grant, kind, state: "rejected", reason, at_ms: at, result: {} });
   }
 
   /** Tell whether a command of this grant has not ended yet. */
   busy(grant: number): boolean {
     return [...this.rows.values()].some((c) => c.grant === grant && !FINAL.has(c.state));
+  }
+
+  /** Run `then` once when that command of this grant has ended. */
+  whenEnded(grant: number, seq: number, then: (c: CommandInfo) => void): void {
+    this.waiting.set(`${grant}/${seq}`, then);
+  }
+
+  /** Tell whether that command of this grant has ended. */
+  ended(grant: number, seq: number): boolean {
+    const known = this.rows.get(`${grant}/${seq}`);
+    return known !== undefined && FINAL.has(known.state);
   }
 
   private draw(): void {
@@ -54,7 +75,7 @@ function row(c: CommandInfo): HTMLElement {
   }
   const stage = document.createElement("span");
   stage.className = "chip";
-  stage.textContent = STAGES[c.state] ?? c.state;
+  stage.textContent = c.reason.startsWith("Replaced") ? "Replaced" : (STAGES[c.state] ?? c.state);
   item.append(name, steps, stage);
   const note = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
   if (note) {

@@ -18,7 +18,7 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
       },
       state() {},
       picture(packet: PicturePacket) {
-        if (!picture || calm || packet.number === last) return;
+        if (!picture || calm || packet.camera !== 0 || packet.number === last) return;
         last = packet.number;
         const old = picture.src;
         picture.src = URL.createObjectURL(packet.jpeg);

@@ -11,7 +11,7 @@ export interface CommandInfo {
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
 export interface Snapshot {
-  t: "snapshot"; now_ms: number; link: boolean;
+  t: "snapshot"; now_ms: number; link: boolean; store: string;
   robot: { slug: string; name: string; state: string; label: string; why: string };
   stopped: boolean; operator: string | null; queue: number;
   turn: null | { id: number | null; grant: number; mine: boolean; until_ms: number | null; next_seq: number; extra: boolean; staff: boolean };
@@ -21,38 +21,60 @@ export interface Snapshot {
   };
   still: Still | null; before: Still | null; commands: CommandInfo[]; log: LogInfo[];
 }
+export interface ArgumentInfo { name: string; unit: string; low: number; high: number; required: boolean; text: boolean }
+export interface CommandSpec { kind: string; label: string; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
+/** What the page is told of its robot, whatever robot it is. */
+export interface RobotFacts { commands: CommandSpec[]; names: string[] }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
+/** Where a target would lead: joints (rad, m) at its end, way of the hand (m), time on the way (s). */
+export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; hand?: number[][]; ways?: number[][]; steps?: number[]; seconds?: number }
 export type Message =
-  | Snapshot | Answer | TraceLine
+  | Snapshot | Answer | TraceLine | PlanAnswer
   | ({ t: "command" } & CommandInfo)
   | { t: "notice"; text: string; level: string }
+  | { t: "store"; text: string }
   | { t: "pong"; n: number; now_ms: number; link: boolean };
 
-export interface StatePacket { moving: boolean; stopped: boolean; number: number; atMs: number; joints: number[] }
-export interface PicturePacket { number: number; atMs: number; still: number; joints: number[]; jpeg: Blob }
+export interface StatePacket {
+  moving: boolean; stopped: boolean; number: number; atMs: number;
+  /** rad and m; velocities and torques are empty where the robot does not say them. */
+  joints: number[]; velocities: number[]; torques: number[];
+  /** The controller's own word for what it is doing. */
+  mode: string;
+}
+export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob }
 
-const SCALE = 10_000;
-const HEAD = 27;
+const STATE_HEAD = 16;
+const PICTURE_HEAD = 19;
+const words = new TextDecoder();
 
-function joints(view: DataView, at: number): number[] {
-  return [0, 2, 4, 6].map((o) => view.getInt16(at + o, true) / SCALE);
+function floats(view: DataView, at: number, count: number): number[] {
+  return Array.from({ length: count }, (_, i) => view.getFloat32(at + 4 * i, true));
 }
 
 /** Decode a binary packet; null for one that is too short or of an unknown type. */
 export function decode(data: ArrayBuffer): StatePacket | PicturePacket | null {
   const view = new DataView(data);
-  if (data.byteLength >= 22 && view.getUint8(0) === 1) {
-    const flags = view.getUint8(1);
+  const type = data.byteLength > STATE_HEAD ? view.getUint8(0) : 0;
+  if (type === 1) {
+    const flags = view.getUint8(1), count = view.getUint8(14), rows = view.getUint8(15);
+    const end = STATE_HEAD + 4 * count * rows;
+    if (data.byteLength < end) return null;
+    const row = (i: number): number[] => (i < rows ? floats(view, STATE_HEAD + 4 * count * i, count) : []);
     return {
       moving: (flags & 1) !== 0, stopped: (flags & 2) !== 0, number: view.getUint32(2, true),
-      atMs: Number(view.getBigInt64(6, true)), joints: joints(view, 14),
+      atMs: Number(view.getBigInt64(6, true)), joints: row(0), velocities: row(1), torques: row(2),
+      mode: words.decode(data.slice(end)),
     };
   }
-  if (data.byteLength > HEAD && view.getUint8(0) === 2) {
+  if (type === 2 && data.byteLength > PICTURE_HEAD) {
+    const count = view.getUint8(18), end = PICTURE_HEAD + 4 * count;
+    if (data.byteLength <= end) return null;
     return {
-      number: view.getUint32(1, true), atMs: Number(view.getBigInt64(5, true)), still: view.getUint32(13, true),
-      joints: joints(view, 17), jpeg: new Blob([data.slice(HEAD)], { type: "image/jpeg" }),
+      camera: view.getUint8(1), number: view.getUint32(2, true), atMs: Number(view.getBigInt64(6, true)),
+      still: view.getUint32(14, true), joints: floats(view, PICTURE_HEAD, count),
+      jpeg: new Blob([data.slice(end)], { type: "image/jpeg" }),
     };
   }
   return null;

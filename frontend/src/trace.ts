@@ -24,7 +24,7 @@ export class WireTrace {
     words.textContent = line.words;
     const hex = document.createElement("code");
     hex.textContent = line.hex;
-    row.append(way, words, hex);
+    row.append(way, words, ...(written(line.hex) === line.words ? [] : [hex]));
     this.box.prepend(row);
     while (this.box.childElementCount > KEEP) this.box.lastElementChild?.remove();
     this.count += 1;
@@ -41,4 +41,9 @@ export class WireTrace {
       this.count = this.bytes = 0;
     }
   }
+}
+
+/** The line that the bytes spell, where the wire carries plain text. */
+function written(hex: string): string {
+  return String.fromCharCode(...hex.split(" ").map((byte) => parseInt(byte, 16))).trim();
 }

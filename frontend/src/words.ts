@@ -24,6 +24,6 @@ export const STAGES: Record<string, string> = {
 };
 export const KINDS: Record<string, string> = {
   move: "Move", click: "Move", up: "Up", down: "Down", air: "Air", home: "Home", soft_reset: "Soft reset",
-  calibrate: "Calibrate", speed: "Speed", still: "Picture", noop: "No operation",
+  calibrate: "Calibrate", speed: "Speed", still: "Picture", jog: "Jog", noop: "No operation",
 };
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { forward, nozzlePixel, onSand, reach, target } from "../src/arm.ts";
-import { blocked, whyNot, type Facts } from "../src/controls.ts";
+import { type SandFacts as Facts, whyNot } from "../src/consoles/sand_rules.ts";
+import { blocked, tooLively } from "../src/controls.ts";
 import { decode } from "../src/protocol.ts";
 import { ago, clock, span } from "../src/words.ts";
 
@@ -30,7 +31,7 @@ test("the nozzle's pixel maps to no motion", () => {
 function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
   return {
     snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { operating: true }, ...snapshot } as never,
-    state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0] },
+    state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0], velocities: [], torques: [], mode: "" },
     lineUp: true, now: 10_200, latency: 10, busy: false, aim: "good", ...over,
   };
 }
@@ -49,7 +50,7 @@ test("a control is enabled, or it says why not", () => {
   ];
   for (const [f, why] of no) for (const kind of ["go", "up", "down", "air"]) assert.match(whyNot(kind, f), why);
   assert.match(whyNot("up", facts({ busy: true })), /One command at a time/);
-  const up = facts({ state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0.075, 0] } });
+  const up = facts({ state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0.075, 0], velocities: [], torques: [], mode: "" } });
   assert.match(whyNot("air", up), /Down first/);
   assert.match(whyNot("up", up), /up already/);
   assert.match(whyNot("down", facts()), /down already/);
@@ -63,15 +64,31 @@ test("a slow line is given more time, never more than three seconds", () => {
 });
 
 test("binary packets decode, broken ones do not", () => {
-  const view = new DataView(new ArrayBuffer(22));
-  view.setUint8(0, 1);
-  view.setUint8(1, 3);
+  const view = new DataView(new ArrayBuffer(16 + 4 * 6 + 3));
+  [1, 3].forEach((v, i) => view.setUint8(i, v));
   view.setBigInt64(6, 1234n, true);
-  view.setInt16(14, -15000, true);
+  [2, 3].forEach((v, i) => view.setUint8(14 + i, v));
+  [-1.5, 4.75, 0.5, 0, 100, -7].forEach((v, i) => view.setFloat32(16 + 4 * i, v, true));
+  [..."RPY"].forEach((c, i) => view.setUint8(40 + i, c.charCodeAt(0)));
   const packet = decode(view.buffer);
   assert.ok(packet && "moving" in packet);
-  assert.deepEqual([packet.moving, packet.stopped, packet.atMs, packet.joints[0]], [true, true, 1234, -1.5]);
+  assert.deepEqual([packet.moving, packet.stopped, packet.atMs, packet.mode], [true, true, 1234, "RPY"]);
+  assert.deepEqual([packet.joints, packet.velocities, packet.torques], [[-1.5, 4.75], [0.5, 0], [100, -7]]);
+  assert.equal(decode(view.buffer.slice(0, 30)), null, "cut off in the middle of the joints");
   assert.equal(decode(new ArrayBuffer(5)), null);
+});
+
+test("a picture says which camera took it", () => {
+  const view = new DataView(new ArrayBuffer(19 + 4 + 2));
+  [2, 1].forEach((v, i) => view.setUint8(i, v));
+  view.setUint32(2, 7, true);
+  view.setUint32(14, 55, true);
+  view.setUint8(18, 1);
+  view.setFloat32(19, 0.25, true);
+  const packet = decode(view.buffer);
+  assert.ok(packet && "jpeg" in packet);
+  assert.deepEqual([packet.camera, packet.number, packet.still, packet.joints, packet.jpeg.size], [1, 7, 55, [0.25], 2]);
+  assert.equal(decode(view.buffer.slice(0, 23)), null, "no picture in it");
 });
 
 test("times in words", () => {
@@ -79,4 +96,12 @@ test("times in words", () => {
   assert.equal(clock(-3), "0:00");
   assert.equal(span(25), "30 s");
   assert.equal(ago(1500), "1.5 s");
+});
+
+test("who wants little motion gets new stills, and one live picture in ten seconds", () => {
+  const shown = { atMs: 50_000, stillId: 7 };
+  assert.equal(tooLively({ atMs: 50_250, still: 7 }, shown), true, "the arm rests: the same picture again");
+  assert.equal(tooLively({ atMs: 50_250, still: 0 }, shown), true, "it moves");
+  assert.equal(tooLively({ atMs: 50_250, still: 8 }, shown), false, "a new still");
+  assert.equal(tooLively({ atMs: 60_000, still: 0 }, shown), false, "ten seconds later");
 });

@@ -129,7 +129,7 @@ def _press(request: HttpRequest, robot: Robot, token: str, now: datetime) -> Non
         return
     args = {**wanted.args, "still": spent.still} if wanted.kind == "click" else wanted.args
     grant = services.grant_of(robot, request.user, now)
-    command = services.issue(robot, request.user, wanted.kind, args, services.next_seq(grant), now).command
+    command = services.issue(robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now).command
     _tell(request, _until_final(command))
 
 

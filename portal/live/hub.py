@@ -21,16 +21,18 @@ from robots.messages import Event, decode
 log = logging.getLogger(__name__)
 PING_S = 2.0
 EVENTS = 100
+CAMERAS = 8  # a robot may have
 
 
 class Viewer:
-    """One socket's mailbox: newest frame, newest state, a few events."""
+    """One socket's mailbox: each camera's newest frame, newest state, a few events."""
 
     def __init__(self, slug: str) -> None:
         self.slug = slug
         self.trace = False
         self.link = True
-        self.frame: bytes | None = None
+        self.cameras = frozenset({0})  # whose pictures it wants
+        self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
         self.events: deque[Event] = deque()
         self.resync = False
@@ -50,7 +52,7 @@ class Hub:
 
     def __init__(self) -> None:
         self._rooms: dict[str, set[Viewer]] = {}
-        self._newest: dict[str, bytes] = {}
+        self._newest: dict[str, dict[int, bytes]] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._redis: aioredis.Redis | None = None
         self._pubsub: Any = None
@@ -59,15 +61,25 @@ class Hub:
     def attach(self, viewer: Viewer) -> None:
         """Add a viewer; the first one starts the reader."""
         self._rooms.setdefault(viewer.slug, set()).add(viewer)
-        newest = self._newest.get(viewer.slug)
-        if newest is not None:
-            viewer.frame = newest
-            viewer.wake.set()
+        self._give_newest(viewer)
         if not self._tasks:
             self._hold(self._read())
             self._hold(self._keep_watch())
         elif self.link:
             self._hold(self._subscribe(viewer.slug))
+
+    def choose(self, viewer: Viewer, cameras: frozenset[int]) -> None:
+        """Give the viewer the pictures of these cameras from now on; the newest of each at once."""
+        viewer.cameras = cameras
+        self._give_newest(viewer)
+        if self.link:
+            self._hold(self._mark_watched(viewer.slug))
+
+    def _give_newest(self, viewer: Viewer) -> None:
+        for camera, data in self._newest.get(viewer.slug, {}).items():
+            if camera in viewer.cameras:
+                viewer.frames[camera] = data
+                viewer.wake.set()
 
     def _hold(self, coroutine: Any) -> None:
         task = asyncio.create_task(coroutine)
@@ -87,7 +99,8 @@ class Hub:
         return len(self._rooms.get(slug, ()))
 
     def _channels(self, slug: str) -> list[str]:
-        return [f(slug) for f in (bus.events_channel, bus.frames_channel, bus.state_channel, bus.trace_channel)]
+        frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
+        return [*frames, *(f(slug) for f in (bus.events_channel, bus.state_channel, bus.trace_channel))]
 
     async def _subscribe(self, slug: str) -> None:
         with contextlib.suppress(RedisError, OSError):
@@ -134,11 +147,13 @@ class Hub:
         room = self._rooms.get(slug)
         if not room:
             return
-        if what == "frames":
-            self._newest[slug] = data
+        if what.startswith("frames"):
+            camera = int(what.removeprefix("frames") or 0)
+            self._newest.setdefault(slug, {})[camera] = data
             for viewer in room:
-                viewer.frame = data
-                viewer.wake.set()
+                if camera in viewer.cameras:
+                    viewer.frames[camera] = data
+                    viewer.wake.set()
         elif what == "state":
             for viewer in room:
                 viewer.state = data
@@ -160,8 +175,9 @@ class Hub:
                 await self._mark_watched(slug)
 
     async def _mark_watched(self, slug: str) -> None:
-        what = ["frames"] + (["trace"] if any(v.trace for v in self._rooms.get(slug, ())) else [])
-        for one in what:
+        room = self._rooms.get(slug, set())
+        what = [bus.frames_of(camera) for camera in frozenset().union(*(v.cameras for v in room))]
+        for one in what + ["trace"] * any(v.trace for v in room):
             with contextlib.suppress(RedisError, OSError, AttributeError):
                 assert self._redis is not None
                 await self._redis.set(bus.watch_key(slug, one), 1, ex=bus.WATCH_S)

@@ -5,6 +5,7 @@ from typing import Any
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
+from portal.stores import trouble
 from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn, place, wait_range, waiting
 from robots.models import Command, Frame, Grant, Lease, Robot
@@ -73,6 +74,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "t": "snapshot",
         "now_ms": _ms(now),
         "link": link,
+        "store": trouble(),
         "robot": {"slug": robot.slug, "name": robot.name, "state": state, "label": label, "why": why},
         "stopped": robot.stop_latched,
         "operator": turn.user.username if turn else ("staff" if grant and grant.kind == GrantKind.STAFF else None),

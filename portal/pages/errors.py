@@ -1,7 +1,13 @@
 """Error pages that say what was wrong and what to do."""
 
+import sys
+
+from django.db import Error
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import render
+from django.template.loader import render_to_string
+
+from portal.stores import down_text
 
 
 def _page(request: HttpRequest, status: int, heading: str, text: str) -> HttpResponse:
@@ -21,6 +27,17 @@ def forbidden(request: HttpRequest, exception: Exception) -> HttpResponse:
 def bad_request(request: HttpRequest, exception: Exception) -> HttpResponse:
     """400."""
     return _page(request, 400, "That request made no sense", "Go back, reload the page, and try once more.")
+
+
+def server_error(request: HttpRequest) -> HttpResponse:
+    """500, or 503 where a store is away; drawn without asking one."""
+    error = sys.exc_info()[1]
+    down = isinstance(error, Error)
+    text = down_text(error) if error is not None and down else ""
+    response = HttpResponse(render_to_string("500.html", {"text": text}), status=503 if down else 500)
+    if down:
+        response["Retry-After"] = "10"
+    return response
 
 
 def csrf_failure(request: HttpRequest, reason: str = "") -> HttpResponse:

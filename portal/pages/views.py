@@ -1,11 +1,12 @@
 """Landing, story, robot, status and one's own page."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from django.conf import settings
 from django.contrib.auth.decorators import login_required
-from django.http import FileResponse, Http404, HttpRequest, HttpResponse
+from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, render
 from django.utils._os import safe_join
 from django.views.decorators.cache import never_cache
@@ -15,10 +16,12 @@ from operatorlog.models import Entry, Visibility
 from portal.live.snapshot import status_of
 from queueing.models import Turn
 from queueing.services import open_turn, waiting
-from robots import bus
+from robots import bus, description
 from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.services import newest_still
+
+KEEPERS = 9  # commands of this level are not for operators
 
 
 def _shown(robot: Robot) -> dict[str, Any]:
@@ -44,14 +47,47 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     robot = get_object_or_404(Robot, slug=slug)
     turn = open_turn(robot)
     described = robot.description()
+    console = described.get("console", "plain")
     context = {
         **_shown(robot),
+        "console": f"consoles/{console}.html",
+        "side": f"consoles/{console}_side.html",
+        "keys": f"consoles/{console}_keys.html",
+        "script": f"src/consoles/{console}.ts",
         "operator": turn.user.username if turn else "",
         "still": newest_still(robot),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
-        "description_json": {k: described[k] for k in ("arm", "sand") if k in described},
+        "description_json": console_facts(robot),
+        "views": description.views(described),
     }
     return render(request, "pages/robot.html", context)
+
+
+def console_facts(robot: Robot) -> dict[str, Any]:
+    """Return what the robot's console in the browser has to know of it."""
+    described = robot.description()
+    features = robot.features()
+    facts: dict[str, Any] = {k: described[k] for k in ("arm", "sand") if k in described}
+    facts |= {
+        "names": features.joints,
+        "commands": [asdict(c) for c in features.commands if c.level < KEEPERS],
+    }
+    if "limb" in described:
+        facts |= description.model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
+        facts["boxes"] += robot.boxes
+    return facts
+
+
+def model(request: HttpRequest, slug: str) -> HttpResponse:
+    """Serve the robot's URDF."""
+    robot = get_object_or_404(Robot, slug=slug)
+    try:
+        text = description.text_of(robot.driver, "model.urdf")
+    except FileNotFoundError as error:
+        raise Http404("This robot has no model.") from error
+    response = HttpResponse(text, content_type="application/xml")
+    response["Cache-Control"] = "public, max-age=300"
+    return response
 
 
 @never_cache
@@ -72,13 +108,13 @@ def me(request: HttpRequest) -> HttpResponse:
     return render(request, "pages/me.html", context)
 
 
-def media(request: HttpRequest, path: str) -> FileResponse:
+def media(request: HttpRequest, path: str) -> HttpResponse:
     """Serve a kept picture; names are never reused, so caches may keep it."""
     try:
         full = Path(safe_join(str(Path(settings.MEDIA_ROOT) / "frames"), path))
-        file = full.open("rb")
+        picture = full.read_bytes()
     except (OSError, ValueError) as error:
         raise Http404("There is no such picture.") from error
-    response = FileResponse(file, content_type="image/jpeg")
+    response = HttpResponse(picture, content_type="image/jpeg")
     response["Cache-Control"] = "public, max-age=31536000, immutable"
     return response

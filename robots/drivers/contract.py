@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 JSON = dict[str, Any]
 OnStage = Callable[[str], None]
@@ -19,13 +19,14 @@ Trace = Callable[[str, bytes, str], None]
 
 @dataclass(frozen=True)
 class Argument:
-    """One value of a command: name, unit, inclusive range."""
+    """One value of a command: name, unit, inclusive range; of a text, of its length."""
 
     name: str
     unit: str
     low: float
     high: float
     required: bool = True
+    text: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,8 @@ class CommandKind:
     limit_s: float = 15.0
     moves: bool = True
     still: bool = True  # a new stable picture belongs to its end
+    held: bool = False  # lives from keep-alives: it goes on until the controls are let go
+    replaceable: bool = False  # a newer one of its like takes its place in motion; its driver asks `permit` on the way
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class Features:
     name: str
     commands: tuple[CommandKind, ...]
     joints: tuple[str, ...]
+    handover: tuple[str, ...] = ()  # commands that put it in order between two turns
 
     def command(self, kind: str) -> CommandKind | None:
         """Return the command of that kind, or None."""
@@ -56,7 +60,11 @@ class Features:
 
 @dataclass(frozen=True)
 class RobotState:
-    """What the hardware said. Joints in rad and m; pose (x, y, z, theta) in m and rad."""
+    """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad.
+
+    A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
+    and its controller's own word for what it is doing.
+    """
 
     at: float
     joints: tuple[float, ...]
@@ -64,6 +72,9 @@ class RobotState:
     moving: bool
     ready: bool
     fault: str = ""
+    velocities: tuple[float, ...] = ()
+    torques: tuple[float, ...] = ()
+    mode: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,6 +83,30 @@ class Outcome:
 
     sent: JSON = field(default_factory=dict)
     state: RobotState | None = None
+
+
+@dataclass(frozen=True)
+class Preview:
+    """Where a command would lead, before it is given: nothing is opened, nothing moves.
+
+    `joints` at its end and `ways` on the way there (rad, m), `hand` the way of the hand
+    ((x, y, z) in m), `seconds` on the way, `steps` which of a program's steps each of `ways`
+    belongs to.
+    """
+
+    joints: tuple[float, ...]
+    ways: tuple[tuple[float, ...], ...]
+    hand: tuple[tuple[float, ...], ...]
+    seconds: float
+    steps: tuple[int, ...] = ()
+
+
+@runtime_checkable
+class Previews(Protocol):
+    """A driver that can say where a command would lead; not every robot's can."""
+
+    def preview(self, kind: str, args: JSON, joints: tuple[float, ...]) -> Preview:
+        """Return where the command would lead from `joints`, at rest. Raises BadRequest, OutOfWorkspace."""
 
 
 class Driver(Protocol):
@@ -99,6 +134,9 @@ class Driver(Protocol):
 
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Do it and wait for its end; `permit` is called right before every actuation.
+
+        Where a command is replaceable, `permit` is called on its way too, and raises Replaced
+        when the robot is to be left in motion for the target that comes next.
 
         Raises whatever `permit` raises, Held, BadRequest, OutOfWorkspace, HardwareFault.
         """

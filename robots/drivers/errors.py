@@ -47,10 +47,22 @@ class GrantOver(NotPermitted):
     code = "grant_over"
 
 
+class HandGone(NotPermitted):
+    """Nobody holds the controls of a held motion any more."""
+
+    code = "hand_gone"
+
+
 class Held(RobotError):
     """A hold cut the motion short."""
 
     code = "held"
+
+
+class Replaced(Held):
+    """A newer target took the place of this one while the robot moved."""
+
+    code = "replaced"
 
 
 class HardwareFault(RobotError):

@@ -107,6 +107,10 @@ class CameraServer:
             picture = np.zeros_like(picture)
         if self._faults.value("cam_flicker"):
             picture = (picture * (0.55, 1.0)[self._count % 2]).astype(np.uint8)
+        scale = self._faults.value("cam_size")
+        image = Image.fromarray(picture)
+        if scale and self._count % 2:
+            image = image.resize((max(1, int(image.width * scale)), max(1, int(image.height * scale))))
         out = io.BytesIO()
-        Image.fromarray(picture).save(out, "JPEG", quality=94)
+        image.save(out, "JPEG", quality=94)
         return out.getvalue()

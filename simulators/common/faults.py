@@ -15,8 +15,9 @@ from typing import Any
 
 VERBS = frozenset(
     {
-        "awol", "slow", "drop", "corrupt", "double", "double_ack", "limit_hit", "power_cycle",
-        "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "drift",
+        "awol", "mute", "slow", "drop", "corrupt", "double", "double_ack", "limit_hit", "power_cycle",
+        "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "drift", "disturb",
+        "slip", "restart",
     }
 )  # fmt: skip
 

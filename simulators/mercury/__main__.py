@@ -1,6 +1,7 @@
-"""The Mercury arm as a program: ``python -m simulators.mercury --dir DIR [--seed N]``.
+"""The Mercury arm as a program: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]``.
 
-In DIR it keeps `tty` (the serial line), `camera` (the camera's address), `faults` (a Unix
+In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server),
+`camera` (its address), `faults` (a Unix
 socket), `journal.jsonl`, `bed.npy` and `state.json`.
 """
 
@@ -24,7 +25,7 @@ from simulators.common.journal import Journal
 from simulators.mercury.arm import Body, Pose
 from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
-from simulators.mercury.line import Line
+from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
 
 READOUT_S = 0.030  # the card reads the chip out after the exposure
@@ -33,7 +34,7 @@ READOUT_S = 0.030  # the card reads the chip out after the exposure
 class Simulator:
     """Everything on the bench: bed, arm, controller, line and camera."""
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder: Path, seed: int, tcp: int | None = None) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
         self.faults = FaultBoard(seed)
@@ -47,7 +48,12 @@ class Simulator:
         self.controller = Controller(
             description, self.body, self._blow, self.faults, self.journal, kept.get("boot", 0) % 255 + 1
         )
-        self.line = Line(folder / "tty", self.faults)
+        tty = folder / "tty"
+        self.line = (
+            Line(tty, self.faults)
+            if tcp is None
+            else TcpLine(tty, self.faults, tcp, lambda: self.journal.note("refused"))
+        )
         self._rng = np.random.default_rng(seed)
         self._bed_lock = threading.Lock()
         low, high = description["camera"]["exposure_range_s"]
@@ -124,11 +130,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dir", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--tcp", type=int)
     options = parser.parse_args()
-    simulator = Simulator(options.dir, options.seed)
+    simulator = Simulator(options.dir, options.seed, options.tcp)
     signal.signal(signal.SIGTERM, simulator.stop)
     signal.signal(signal.SIGINT, simulator.stop)
-    sys.stdout.write(f"line {(options.dir / 'tty').readlink()} camera port {simulator.camera.port}\n")
+    sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {simulator.camera.port}\n")
     sys.stdout.flush()
     simulator.run()
 

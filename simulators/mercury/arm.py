@@ -13,6 +13,7 @@ STEP_S = 0.002
 SWING_HZ = 6.0
 DAMPING = 0.18
 RAMP_S = 0.28  # time to reach full speed: a faster arm accelerates harder
+BRAKE = 2.0  # a hold brakes harder than a motion ends: rest first, swing second
 AT_REST_M = 0.00008  # swing below which two pictures no longer differ by the threshold
 
 
@@ -50,7 +51,7 @@ class Line:
 
     def advance(self, dt: float) -> tuple[float, bool]:
         """Move on by `dt`; return the acceleration along the way and whether it ended."""
-        acceleration = self.speed / RAMP_S
+        acceleration = self.speed / RAMP_S * (BRAKE if self.braking else 1.0)
         left = self.length - self.gone
         stopping = self.velocity**2 / (2 * acceleration)
         before = self.velocity

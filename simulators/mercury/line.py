@@ -1,12 +1,14 @@
-"""The serial line: a pty whose bytes go no faster than 4800 baud, and may be spoilt."""
+"""The serial line: a pty, or a serial server on TCP, whose bytes go no faster than 4800 baud, and may be spoilt."""
 
 import contextlib
 import os
 import pty
 import select
+import socket
 import time
 import tty
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 
 from robots.drivers.mercury.protocol import BYTE_S, Frame
@@ -20,6 +22,13 @@ class Line:
     """One end of the line; the other is the terminal named by `link`."""
 
     def __init__(self, link: Path, faults: FaultBoard) -> None:
+        self._open(link)
+        self._faults = faults
+        self._in: deque[tuple[float, int]] = deque()
+        self._out: deque[tuple[float, int]] = deque()
+        self._in_free = self._out_free = 0.0
+
+    def _open(self, link: Path) -> None:
         self._master, self._slave = pty.openpty()
         tty.setraw(self._master)
         tty.setraw(self._slave)
@@ -28,13 +37,24 @@ class Line:
         part.unlink(missing_ok=True)
         part.symlink_to(os.ttyname(self._slave))
         part.replace(link)
-        self._faults = faults
-        self._in: deque[tuple[float, int]] = deque()
-        self._out: deque[tuple[float, int]] = deque()
-        self._in_free = self._out_free = 0.0
+
+    def _listened(self) -> list[int]:
+        return [self._master]
+
+    def _write(self, data: bytes) -> None:
+        with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses such bytes too
+            os.write(self._master, data)
+
+    def _receive(self) -> bytes:
+        try:
+            return os.read(self._master, 4096)
+        except OSError:
+            return b""
 
     def send(self, frame: Frame) -> None:
         """Queue a frame; each byte leaves when the line has had time for it."""
+        if self._faults.value("mute"):
+            return
         late = self._faults.value("slow")
         at = max(self._out_free, time.monotonic() + late)
         for byte in self._spoil(frame.encode()):
@@ -46,24 +66,22 @@ class Line:
         """Wait a moment; write what is due, return the bytes that have arrived."""
         waiting = bool(self._in or self._out)
         pause = TICK_S if busy or waiting else IDLE_S
-        select.select([self._master] if not waiting else [], [], [], pause)
+        select.select(self._listened() if not waiting else [], [], [], pause)
         self._read()
         now = time.monotonic()
         due = bytearray()
         while self._out and self._out[0][0] <= now:
             due.append(self._out.popleft()[1])
         if due:
-            with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses such bytes too
-                os.write(self._master, due)
+            self._write(bytes(due))
         arrived = bytearray()
         while self._in and self._in[0][0] <= now:
             arrived.append(self._in.popleft()[1])
         return bytes(arrived)
 
     def _read(self) -> None:
-        try:
-            data = os.read(self._master, 4096)
-        except (BlockingIOError, OSError):
+        data = self._receive()
+        if not data:
             return
         at = max(self._in_free, time.monotonic())
         for byte in self._spoil(data):
@@ -85,3 +103,64 @@ class Line:
             if self._faults.chance("double"):
                 out.append(byte)
         return bytes(out)
+
+
+class TcpLine(Line):
+    """The same line behind a serial server: one client at a time, others are turned away."""
+
+    def __init__(self, link: Path, faults: FaultBoard, port: int, refused: Callable[[], None]) -> None:
+        self._server = socket.create_server(("127.0.0.1", port))
+        self._server.setblocking(False)
+        self._client: socket.socket | None = None
+        self._refused = refused
+        super().__init__(link, faults)
+
+    @property
+    def port(self) -> int:
+        """Return the port that is listened to."""
+        return int(self._server.getsockname()[1])
+
+    def _open(self, link: Path) -> None:
+        link.unlink(missing_ok=True)
+        link.write_text(f"127.0.0.1:{self.port}")
+
+    def _listened(self) -> list[int]:
+        return [s.fileno() for s in (self._server, self._client) if s is not None]
+
+    def _accept(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                client, _ = self._server.accept()
+                if self._client is not None:
+                    client.close()
+                    self._refused()
+                    continue
+                client.setblocking(False)
+                client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._client = client
+
+    def _drop(self) -> None:
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+    def _write(self, data: bytes) -> None:
+        try:
+            if self._client is not None:
+                self._client.sendall(data)
+        except OSError:
+            self._drop()
+
+    def _receive(self) -> bytes:
+        self._accept()
+        if self._client is None:
+            return b""
+        try:
+            data = self._client.recv(4096)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._drop()
+        return data

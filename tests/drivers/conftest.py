@@ -12,8 +12,14 @@ def sim(tmp_path):
 
 
 @pytest.fixture
-def driver(sim):
-    made = Driver(str(sim.folder / "tty"), {"speed": 0.5})
+def speed():
+    """Of the arm, m/s; a test that parametrizes it has motions of another length."""
+    return 0.5
+
+
+@pytest.fixture
+def driver(sim, speed):
+    made = Driver(str(sim.folder / "tty"), {"speed": speed})
     yield made
     made.close()
 

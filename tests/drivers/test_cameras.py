@@ -3,12 +3,13 @@
 from threading import Thread
 from urllib.request import urlopen
 
+import cv2
 import numpy as np
 import pytest
 
 from robots.drivers.errors import CameraFault
 from robots.vision.stability import settle
-from workers.cameras import SnapshotCamera, StreamCamera, open_camera
+from workers.cameras import SnapshotCamera, StreamCamera, fitted, open_camera
 
 
 @pytest.fixture
@@ -79,3 +80,16 @@ def test_many_can_look_at_once(sim, url):
         t.join(10)
     assert len(sizes) == 6
     assert min(sizes) > 1000
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(165, 192), (480, 640), (82, 96), (1080, 1920), (1, 1), (300, 20)])
+def test_any_size_becomes_the_described_one_and_keeps_its_middle(rows, columns):
+    picture = np.zeros((rows, columns), np.uint8)
+    r = rows // 40
+    picture[rows // 2 - r : rows // 2 + r + 1, columns // 2 - r : columns // 2 + r + 1] = 255
+    shown = fitted(picture, 192, 165)
+    assert shown.shape == (165, 192)
+    if min(rows, columns) > 20:
+        v, u = np.unravel_index(int(np.argmax(cv2.blur(shown, (5, 5)))), shown.shape)
+        assert abs(u - 96) < 8
+        assert abs(v - 82) < 8

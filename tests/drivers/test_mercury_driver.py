@@ -20,6 +20,8 @@ from robots.drivers.errors import (
 from robots.drivers.mercury.driver import Driver
 from tests.conftest import wait_for
 
+SLOWLY = pytest.mark.parametrize("speed", [0.06])  # what is to happen on the way happens on the way
+
 
 def allow():
     pass
@@ -166,6 +168,7 @@ def test_lost_power_is_noticed_and_nothing_is_repeated(ready, sim):
     assert sim.status()["pose"][2] == pytest.approx(0.0, abs=1e-3)
 
 
+@SLOWLY
 def test_power_lost_in_mid_motion(ready, sim):
     timer = threading.Timer(0.5, lambda: sim.fault("power_cycle", count=1))
     timer.start()
@@ -174,6 +177,7 @@ def test_power_lost_in_mid_motion(ready, sim):
     assert ready.recover(allow).ready
 
 
+@SLOWLY
 def test_a_limit_switch_in_mid_motion_is_a_fault(ready, sim):
     timer = threading.Timer(0.4, lambda: sim.fault("limit_hit", count=1))
     timer.start()
@@ -198,6 +202,7 @@ def test_no_port_at_all(tmp_path):
         Driver(str(tmp_path / "nothing"), {}).connect()
 
 
+@SLOWLY
 def test_a_pulled_cable_is_noticed_and_put_back(ready, sim):
     timer = threading.Timer(0.3, sim.process.kill)
     timer.start()

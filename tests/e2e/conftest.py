@@ -16,7 +16,8 @@ from robots import bus
 from robots.models import Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
-from tests.rig import Simulator, Web, housekeeping, worker
+from tests.faults.arms import ARMS
+from tests.rig import Web, housekeeping, worker
 
 AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
 expect.set_options(timeout=15_000)
@@ -31,8 +32,8 @@ class Portal:
         robot.rig_dir.mkdir(parents=True)
         Robot.objects.update(cycle=Cycle.OFFLINE)
         self.robot = robot
-        self.sim = Simulator(robot.rig_dir)
-        self.worker = worker()
+        self.sim = ARMS[robot.driver].simulator(robot.rig_dir)
+        self.worker = worker(robot.slug)
         self.housekeeping = housekeeping()
         self.web = Web()
         self.url = self.web.url
@@ -59,18 +60,16 @@ def chromium():
     path = os.environ.get("FARHAND_CHROMIUM")
     if not path:
         pytest.fail("no Chromium was found; run `make setup-test`")
-    env = (
-        {"LD_LIBRARY_PATH": os.environ.get("FARHAND_CHROMIUM_LIBS", "")}
-        if os.environ.get("FARHAND_CHROMIUM_LIBS")
-        else None
-    )
+    libs = os.environ.get("FARHAND_CHROMIUM_LIBS")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=path,
-            env={**os.environ, **env} if env else None,
+            env={**os.environ, "LD_LIBRARY_PATH": libs} if libs else None,
             args=[
                 "--no-sandbox",
-                "--disable-gpu",
+                "--disable-gpu-compositing",  # without a graphics card that took a core of its own
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
                 "--disable-quic",
                 "--no-first-run",
                 "--disable-background-networking",
@@ -96,9 +95,16 @@ class Visitor:
 
     def new_page(self):
         page = self.context.new_page()
-        page.on("console", lambda m: self.errors.append(m.text) if m.type == "error" else None)
+        page.on("console", self._heard)
         page.on("pageerror", lambda e: self.errors.append(str(e)))
         return page
+
+    def _heard(self, message):
+        of_the_test = (
+            "inline style" in message.text and not message.location["url"]
+        )  # what a test injects has no address
+        if message.type == "error" and not of_the_test:
+            self.errors.append(f"{message.text} {message.location}")
 
     def sign_up(self, name):
         page = self.page
@@ -118,26 +124,29 @@ class Visitor:
         from accounts.models import Choice
 
         page = self.page
-        page.goto("/robots/mercury/orientation/")
+        slug = self.portal.robot.slug
+        page.goto(f"/robots/{slug}/orientation/")
         page.click("main form button")
         right = set(Choice.objects.filter(correct=True).values_list("pk", flat=True))
         for box in page.query_selector_all("input[type=radio]"):
             if int(box.get_attribute("value")) in right:
                 box.check()
         page.click("main form button")
-        page.wait_for_url("**/robots/mercury/")
+        page.wait_for_url(f"**/robots/{slug}/")
         return self
 
     def axe(self, where=""):
         page = self.page
         source = AXE.read_text()
         page.evaluate(source)
+        # a colour half-way between two states is nobody's
+        page.evaluate("() => Promise.allSettled(document.getAnimations().map((a) => a.finished))")
         found = page.evaluate(
             "async () => (await axe.run(document, {resultTypes: ['violations']})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
         )
         assert found == [], f"{where} {page.url}: {found}"
 
-    def ladder(self, state="completed", timeout=20):
+    def ladder(self, state="completed", timeout=40):
         """Wait until the newest command has ended; return its text."""
         ended = ["completed", "rejected", "failed", "cancelled", "expired", "unknown"]
         item = self.page.locator("#ladder li").first
@@ -188,3 +197,19 @@ def visitor(chromium, portal):
     yield make
     for one in made:
         one.close()
+
+
+def session(visitor, user):
+    """Give the browser a session of that person, as a sign-in would."""
+    from django.conf import settings
+    from django.contrib.auth import BACKEND_SESSION_KEY, HASH_SESSION_KEY, SESSION_KEY
+    from django.contrib.sessions.backends.db import SessionStore
+
+    store = SessionStore()
+    store[SESSION_KEY] = str(user.pk)
+    store[BACKEND_SESSION_KEY] = "django.contrib.auth.backends.ModelBackend"
+    store[HASH_SESSION_KEY] = user.get_session_auth_hash()
+    store.save()
+    visitor.context.add_cookies(
+        [{"name": settings.SESSION_COOKIE_NAME, "value": store.session_key, "url": visitor.portal.url}]
+    )

@@ -10,6 +10,7 @@ from portal.seeding import SURVEY
 from queueing.models import Turn
 from robots.models import Command, Robot
 from tests.conftest import wait_for
+from tests.e2e.conftest import session
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     ada = visitor().sign_up("ada").get_cleared()
     bob = visitor().sign_up("bob").get_cleared()
     ada.page.click("[data-do=join]")
-    ada.page.click("[data-do=accept]")
+    ada.page.locator("[data-do=accept]").press("Enter")
     expect(ada.page.locator("#robot")).to_have_class(re.compile("operating"))
     bob.page.click("[data-do=join]")
     expect(bob.page.locator("#place")).to_contain_text("You are next")
@@ -89,7 +90,7 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
 def operating(visitor, name="ada"):
     one = visitor().sign_up(name).get_cleared()
     one.page.click("[data-do=join]")
-    one.page.click("[data-do=accept]")
+    one.page.locator("[data-do=accept]").press("Enter")
     expect(one.page.locator("#robot")).to_have_class(re.compile("operating"))
     expect(one.page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false")
     return one
@@ -141,6 +142,7 @@ def test_a_reload_keeps_the_turn_and_a_cut_line_disables_every_control(portal, v
     expect(ada.page.locator("#why")).to_contain_text("kept for 20 seconds")
 
 
+@pytest.mark.length
 def test_redis_gone_shows_a_banner_and_comes_back(portal, visitor, redis_server):
     ada = operating(visitor)
     redis_server.stop()
@@ -152,6 +154,7 @@ def test_redis_gone_shows_a_banner_and_comes_back(portal, visitor, redis_server)
     ada.press("down")
 
 
+@pytest.mark.length
 def test_a_killed_worker_is_told_in_plain_words(portal, visitor):
     from tests.rig import worker
 
@@ -173,13 +176,13 @@ def test_a_killed_worker_is_told_in_plain_words(portal, visitor):
 PAGES = ["/", "/story/", "/status/", "/log/", "/robots/mercury/", "/robots/mercury/orientation/", "/accounts/login/", "/accounts/signup/", "/classic/mercury/"]  # fmt: skip
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_on_public_pages(portal, visitor, scheme):
-    one = visitor(color_scheme=scheme)
-    for address in PAGES:
-        one.page.goto(address)
-        one.page.wait_for_timeout(200)
-        one.axe(scheme)
+def test_axe_finds_nothing_on_public_pages(portal, visitor):
+    for scheme in ("light", "dark"):
+        one = visitor(color_scheme=scheme)
+        for address in PAGES:
+            one.page.goto(address)
+            one.page.wait_for_timeout(200)
+            one.axe(scheme)
 
 
 def test_axe_finds_nothing_while_driving_nor_after(portal, visitor, survey):
@@ -218,8 +221,6 @@ def test_the_keeper_tests_resets_and_watches_the_wire(portal, visitor, django_us
     django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
     kim = visitor()
     kim.page.goto("/admin/login/")
-    from django.contrib.auth import SESSION_KEY  # noqa: F401
-
     session(kim, django_user_model.objects.get(username="root"))
     kim.page.goto(f"/admin/robots/robot/{portal.robot.pk}/change/")
     kim.page.click("text=Test connection")
@@ -236,19 +237,3 @@ def test_the_keeper_tests_resets_and_watches_the_wire(portal, visitor, django_us
     kim.press("down")
     expect(kim.page.locator("#trace")).to_contain_text("MOVE_XYZ")
     expect(kim.page.locator("#trace")).to_contain_text("DONE")
-
-
-def session(visitor, user):
-    """Give the browser a session of that person, as a sign-in would."""
-    from django.conf import settings
-    from django.contrib.auth import BACKEND_SESSION_KEY, HASH_SESSION_KEY, SESSION_KEY
-    from django.contrib.sessions.backends.db import SessionStore
-
-    store = SessionStore()
-    store[SESSION_KEY] = str(user.pk)
-    store[BACKEND_SESSION_KEY] = "django.contrib.auth.backends.ModelBackend"
-    store[HASH_SESSION_KEY] = user.get_session_auth_hash()
-    store.save()
-    visitor.context.add_cookies(
-        [{"name": settings.SESSION_COOKIE_NAME, "value": store.session_key, "url": visitor.portal.url}]
-    )

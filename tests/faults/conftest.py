@@ -1,16 +1,22 @@
 import shutil
 import signal
+import time
 from datetime import timedelta
 
 import pytest
 from django.conf import settings
+from django.db import connection
 
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.models import Command, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import wait_for
-from tests.rig import Simulator, worker
+from tests.faults.arms import ARMS
+from tests.faults.proof import Proof
+from tests.faults.proxy import Proxy
+from tests.faults.witness import Witness
+from tests.rig import worker
 
 
 class Rig:
@@ -24,16 +30,35 @@ class Rig:
         shutil.rmtree(folder, ignore_errors=True)
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         folder.mkdir(parents=True)
-        self.sim = Simulator(folder)
+        self.arm = ARMS[robot.driver]
+        self.sim = self.arm.simulator(folder)
+        self.share = None  # of full speed, for robots that take it with each target
+        self.proxies = []
 
-    def start_worker(self, **env):
-        child = worker(**env)
+    def start_worker(self, doom=None, **env):
+        child = worker(self.robot.slug, doom=doom, **env)
         self.workers.append(child)
         return child
 
-    def owner(self):
+    def redis_proxy(self):
+        """Return a proxy in front of Redis, and the environment of who goes through it."""
+        at = str(settings.VAR / f"redis-{time.monotonic_ns()}.sock")
+        proxy = Proxy(at, settings.REDIS_URL.removeprefix("unix://"))
+        self.proxies.append(proxy)
+        return proxy, {"REDIS_URL": f"unix://{at}"}
+
+    def database_proxy(self):
+        """Return a proxy in front of PostgreSQL, and the environment of who goes through it."""
+        db = connection.settings_dict
+        folder = settings.VAR / f"pg-{time.monotonic_ns()}"
+        folder.mkdir()
+        proxy = Proxy(str(folder / ".s.PGSQL.5432"), f"{db['HOST']}/.s.PGSQL.{db['PORT'] or 5432}")
+        self.proxies.append(proxy)
+        return proxy, {"DATABASE_URL": f"postgres://{db['USER']}:@{str(folder).replace('/', '%2F')}/{db['NAME']}"}
+
+    def owner(self, **env):
         """Start a worker and wait until it owns the robot and has put it in order."""
-        child = self.start_worker()
+        child = self.start_worker(**env)
         self.wait_ready()
         return child
 
@@ -50,6 +75,9 @@ class Rig:
     def reason(self):
         return Robot.objects.values_list("reason", flat=True).get(pk=self.robot.pk)
 
+    def now(self):
+        return SYSTEM.now()
+
     def lease(self):
         return Lease.objects.filter(robot=self.robot).first()
 
@@ -62,7 +90,8 @@ class Rig:
         robot = Robot.objects.get(pk=self.robot.pk)
         grant = services.open_grant(robot)
         seq = seq or services.next_seq(grant)
-        return services.issue(robot, self.people[who], kind, args, seq).command
+        kind, args = self.arm.spell(kind, args, self.share)
+        return services.issue(robot.slug, self.people[who], kind, args, seq).command
 
     def final(self, command, seconds=30):
         def ended():
@@ -72,7 +101,17 @@ class Rig:
         wait_for(ended, seconds, f"the end of {command} (is {Command.objects.get(pk=command.pk).state})")
         return command
 
-    def moving(self, seconds=10):
+    def slow(self):
+        """Let motions take long."""
+        self.share = 0.05
+        Robot.objects.filter(pk=self.robot.pk).update(speed=0.05)
+
+    def motions(self, *commands):
+        """Return the simulator's own notes of the motions towards where these commands asked to go."""
+        goals = {self.arm.goal(c) for c in commands}
+        return [r for r in self.sim.journal() if r["event"] == "motion" and self.arm.made(r) in goals]
+
+    def moving(self, seconds=20):
         wait_for(lambda: self.sim.status()["moving"], seconds, "a motion")
 
     def close(self):
@@ -81,6 +120,20 @@ class Rig:
                 child.signal(signal.SIGCONT)
                 child.kill()
         self.sim.stop()
+        for proxy in self.proxies:
+            proxy.close()
+
+
+@pytest.fixture
+def proof(request):
+    return Proof.at(request.node)
+
+
+@pytest.fixture
+def witness():
+    made = Witness()
+    yield made
+    made.stop()
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from portal.supervisor import Program, Supervisor
-from tests.conftest import wait_for
+from tests.conftest import at_length, wait_for
 from tests.rig import ROOT, free_port
 
 SLEEPER = (sys.executable, "-c", "import time; print('up', flush=True); time.sleep(1000)")
@@ -84,12 +84,12 @@ def test_it_follows_what_the_database_wants():
         pid = supervisor.children["a"]._process.pid
         wanted.clear()
         await until(lambda: "a" not in supervisor.children)
-        assert not Path(f"/proc/{pid}").exists()
+        await until(lambda: not Path(f"/proc/{pid}").exists())
 
     run(supervisor, story)
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("how", [signal.SIGINT, at_length(signal.SIGTERM)])
 def test_the_demo_starts_serves_and_leaves_no_orphan(tmp_path, how):
     port = free_port()
     env = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND", "DATABASE", "REDIS", "SECRET"))}

@@ -38,6 +38,7 @@ def test_a_turn_worth_of_commands(rig):
     assert click.kind == "move"
 
 
+@pytest.mark.length
 @pytest.mark.tenth
 def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
     first = rig.owner()
@@ -57,6 +58,7 @@ def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
     assert rig.final(rig.issue("down")).state == "completed", "the turn goes on"
 
 
+@pytest.mark.length
 def test_two_workers_on_one_robot_one_owner(rig):
     for _ in range(4):
         rig.start_worker()
@@ -73,6 +75,7 @@ def test_two_workers_on_one_robot_one_owner(rig):
     assert sum(w.alive() for w in rig.workers) == 3
 
 
+@pytest.mark.length
 def test_a_frozen_owner_is_killed_before_another_takes_the_port(rig):
     first = rig.owner()
     rig.grant()
@@ -85,6 +88,7 @@ def test_a_frozen_owner_is_killed_before_another_takes_the_port(rig):
     assert command.epoch == 2
 
 
+@pytest.mark.length
 def test_a_stale_epoch_moves_nothing(rig):
     rig.owner()
     rig.grant()
@@ -100,6 +104,7 @@ def test_a_stale_epoch_moves_nothing(rig):
     assert rig.sim.count("motion") == before + 1
 
 
+@pytest.mark.length
 def test_delivered_many_times_moves_once(rig):
     rig.owner()
     rig.grant()
@@ -116,6 +121,7 @@ def test_delivered_many_times_moves_once(rig):
     assert rig.sim.count("motion") == before + 1
 
 
+@pytest.mark.length
 def test_a_bell_that_never_rang_costs_a_tenth_of_a_second(rig, monkeypatch):
     rig.owner()
     rig.grant()
@@ -123,6 +129,7 @@ def test_a_bell_that_never_rang_costs_a_tenth_of_a_second(rig, monkeypatch):
     assert rig.final(rig.issue("down"), 5).state == "completed"
 
 
+@pytest.mark.length
 def test_a_late_command_never_moves(rig):
     first = rig.owner()
     rig.grant()
@@ -136,6 +143,7 @@ def test_a_late_command_never_moves(rig):
     assert rig.sim.count("motion") == before
 
 
+@pytest.mark.alone  # judged by seconds
 @pytest.mark.tenth
 def test_stop_in_mid_motion_holds_latches_and_wants_a_release(rig):
     rig.owner()
@@ -171,6 +179,7 @@ def rig_run(rig):
     return settings.VAR / "run"
 
 
+@pytest.mark.length
 def test_a_stop_outlives_the_worker(rig):
     first = rig.owner()
     rig.grant()
@@ -204,6 +213,8 @@ def test_redis_gone_when_a_click_is_made(rig):
     wait_for(lambda: rig.final(rig.issue("up")).state == "completed", 15, "work goes on by itself")
 
 
+@pytest.mark.length
+@pytest.mark.alone  # judged by seconds
 def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
     Robot.objects.update(speed=0.03)
     rig.owner()
@@ -219,6 +230,8 @@ def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
     assert rig.final(command).state == "cancelled"
 
 
+@pytest.mark.length
+@pytest.mark.alone  # judged by seconds
 def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
     Robot.objects.update(speed=0.03)
     rig.owner()
@@ -234,6 +247,7 @@ def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
     assert grant.end_reason == "time is up"
 
 
+@pytest.mark.length
 def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
     Robot.objects.update(speed=0.03)
     child = rig.owner()
@@ -263,6 +277,7 @@ def test_a_hardware_fault_is_reset_and_kept_and_the_operator_is_told(rig):
     wait_for(works, 15, "the turn goes on")
 
 
+@pytest.mark.length
 def test_no_soft_reset_while_a_stop_is_latched(rig):
     rig.owner()
     rig.grant()
@@ -275,6 +290,7 @@ def test_no_soft_reset_while_a_stop_is_latched(rig):
     assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (motions, calibrations)
 
 
+@pytest.mark.length
 def test_a_pulled_cable_is_named_and_mended_without_a_shell(rig):
     rig.owner()
     rig.grant()
@@ -327,6 +343,7 @@ def test_calibration_measures_what_the_camera_really_does(rig):
             assert abs(pose[1] * 1000 - wanted[1]) < 1.8
 
 
+@pytest.mark.length
 def test_a_full_disk_loses_the_kept_picture_only(rig, settings):
     settings_dir = settings.MEDIA_ROOT
     rig.start_worker(FARHAND_MEDIA="/proc/nowhere")
@@ -341,6 +358,7 @@ def test_a_full_disk_loses_the_kept_picture_only(rig, settings):
     assert settings_dir
 
 
+@pytest.mark.length
 def test_the_process_of_the_lease_is_the_process(rig):
     child = rig.owner()
     assert rig.lease().pid == child.pid

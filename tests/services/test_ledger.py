@@ -18,7 +18,7 @@ NOW = datetime.now(UTC)
 @pytest.fixture
 def command(robot, people, owned):
     services.start_grant(robot, GrantKind.TURN, NOW, people["ada"])
-    return services.issue(robot, people["ada"], "up", {}, 1, NOW).command
+    return services.issue(robot.slug, people["ada"], "up", {}, 1, NOW).command
 
 
 def test_a_command_is_claimed_once_however_often_it_is_delivered(command):
@@ -34,13 +34,13 @@ def test_another_epoch_claims_nothing(command):
 def test_a_late_command_is_not_claimed_and_expires(command, robot):
     late = NOW + timedelta(seconds=services.START_S + 0.1)
     assert not ledger.claim(command, 5, late)
-    assert ledger.expire(robot, 5, late) == 1
+    assert ledger.tidy(robot, 5, late) == 1
     command.refresh_from_db()
     assert (command.state, "too late" in command.reason) == ("expired", True)
 
 
 def test_a_command_for_an_owner_that_is_gone_expires(command, robot):
-    assert ledger.expire(robot, 6, NOW) == 1
+    assert ledger.tidy(robot, 6, NOW) == 1
     command.refresh_from_db()
     assert command.state == "expired"
 

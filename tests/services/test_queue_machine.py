@@ -10,7 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_stat
 
 from accounts.models import Clearance, User
 from queueing import services as queue
-from queueing.errors import QueueError
+from queueing.errors import NotCleared, QueueError
 from queueing.models import OPEN_TICKET, Ticket, TicketState, Turn
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle
@@ -37,7 +37,24 @@ class QueueMachine(RuleBasedStateMachine):
 
     @rule(name=who, classic=st.booleans())
     def join(self, name, classic):
-        self.told[name] = queue.join(self.robot, self.people[name], self.clock.now(), classic).pk
+        person = User.objects.get(username=name)
+        try:
+            self.told[name] = queue.join(self.robot, person, self.clock.now(), classic).pk
+        except NotCleared:
+            assert not self.allowed(name)
+
+    def allowed(self, name):
+        person = self.people[name]
+        cleared = Clearance.objects.filter(user=person, revoked_at=None).exists()
+        return cleared and User.objects.get(pk=person.pk).is_active
+
+    @rule(name=who, active=st.booleans())
+    def ban_or_pardon(self, name, active):
+        User.objects.filter(username=name).update(is_active=active)
+
+    @rule(name=who, withdrawn=st.booleans())
+    def clearance_changes(self, name, withdrawn):
+        Clearance.objects.filter(user=self.people[name]).update(revoked_at=self.clock.now() if withdrawn else None)
 
     @rule(name=who)
     def leave(self, name):
@@ -46,8 +63,10 @@ class QueueMachine(RuleBasedStateMachine):
 
     @rule(name=who)
     def accept(self, name):
+        had = Turn.objects.filter(ended_at=None, user=self.people[name]).exists()
         try:
             queue.accept(self.robot, self.people[name], self.clock.now())
+            assert had or self.allowed(name)
         except QueueError as error:
             assert str(error).endswith(".")
 
@@ -59,6 +78,8 @@ class QueueMachine(RuleBasedStateMachine):
     def tick(self):
         queue.tick(self.clock.now())
         queue.tick(self.clock.now())
+        for ticket in Ticket.objects.filter(state__in=OPEN_TICKET):
+            assert self.allowed(ticket.user.username), "a tick takes out who may no longer drive"
 
     @rule(name=who)
     def seen(self, name):
@@ -112,7 +133,19 @@ class QueueMachine(RuleBasedStateMachine):
 
 @pytest.mark.service
 class TestQueue(TestCase):
-    def test_anything_in_any_order(self):
+    def test_promise_13_anything_in_any_order(self):
+        from tests.faults.proof import FULL, Proof
+
+        examples = 100 if FULL else 12
         run_state_machine_as_test(
-            QueueMachine, settings=settings(max_examples=25, stateful_step_count=40, deadline=None, derandomize=True)
+            QueueMachine,
+            settings=settings(
+                max_examples=examples,
+                stateful_step_count=40,
+                deadline=None,
+                derandomize=not FULL,
+            ),
         )
+        proof = Proof("test_queue_machine.py::test_promise_13_anything_in_any_order", 13)
+        proof.count("orders of up to 40 steps", 12, 100, 400)
+        proof.holds("joined, offered, accepted, dropped, returned, banned, in any order: never two operators")

@@ -7,7 +7,7 @@ from simulators.mercury.camera import HEIGHT, WIDTH, expose
 from simulators.mercury.sand import COVER_MM, REPOSE, X0_MM, Y0_MM, SandBed
 
 
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=6)
 @given(st.integers(-230, 230), st.integers(300, 540), st.floats(0.05, 0.5))
 def test_sand_is_moved_never_made_nor_lost(x, y, seconds):
     bed = SandBed(2)

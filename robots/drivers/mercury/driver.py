@@ -1,7 +1,7 @@
 """The Mercury arm's driver: commands in SI units become instructions on the serial line."""
 
 import time
-from math import degrees, radians
+from math import degrees, hypot, radians
 from typing import Any
 
 from robots.description import load, scara
@@ -17,15 +17,18 @@ from robots.drivers.contract import (
 )
 from robots.drivers.errors import BadRequest, HardwareFault, Held, RobotError
 from robots.drivers.mercury import protocol as wire
-from robots.drivers.mercury.limits import check_target, number
+from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
+from robots.drivers.values import known, number, within
 
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then
 ARRIVED_M = 0.0006  # binary32 on the wire, and the drawing back of joints to a pose
 SQUARE_RAD = 0.003
 DOWN_M = 0.001
+JOG_STEP_M = 0.008  # short enough that a step and its braking end soon after the hand is gone
+JOG_LONGEST_S = 20.0
 
 
 def features(description: dict[str, Any]) -> Features:
@@ -37,6 +40,7 @@ def features(description: dict[str, Any]) -> Features:
     return Features(
         name=description["name"],
         joints=("q1", "q2", "q3", "q4"),
+        handover=("up", "home"),
         commands=(
             CommandKind(
                 "move", "Move", (Argument("x", "m", *sand["x"]), Argument("y", "m", *sand["y"])), limit_s=limit
@@ -45,6 +49,10 @@ def features(description: dict[str, Any]) -> Features:
             CommandKind("down", "Down", limit_s=limit),
             CommandKind(
                 "air", "Air", (burst,), limit_s=6.0
+            ),
+            CommandKind(
+                "jog", "Jog", (Argument("dx", "", -1.0, 1.0), Argument("dy", "", -1.0, 1.0)),
+                limit_s=JOG_LONGEST_S, held=True,
             ),
             CommandKind("home", "Home", level=9, limit_s=limit),
             CommandKind("noop", "No operation", limit_s=5.0, moves=False, still=False),
@@ -111,23 +119,14 @@ class Driver:
 
     def check(self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None) -> None:
         """Refuse unknown kinds, bad values and targets outside the workspace."""
-        known = self.features.command(kind)
-        if known is None:
-            raise BadRequest(f"This robot has no command called {kind}.")
-        names = {a.name for a in known.arguments}
-        extra = set(args) - names
-        if extra:
-            raise BadRequest(f"The command {kind} takes no value called {sorted(extra)[0]}.")
-        for argument in known.arguments:
-            if argument.required or argument.name in args:
-                value = number(args, argument.name)
-                if kind != "move" and not argument.low <= value <= argument.high:
-                    raise BadRequest(
-                        f"{argument.name} must lie between {argument.low:g} and {argument.high:g} {argument.unit}."
-                    )
+        spec = known(self.features, kind, args)
+        if kind != "move":  # its values are judged as a place, in words
+            within(spec, args)
         if kind == "move":
             z = pose[2] if pose else float(self._description["arm"]["up"])
             check_target(self._description, number(args, "x"), number(args, "y"), z)
+        if kind == "jog" and hypot(args["dx"], args["dy"]) < 0.1:
+            raise BadRequest("A jog needs a direction.")
         if kind == "air" and pose is not None and pose[2] > DOWN_M:
             raise BadRequest("Air works only at Z = 0: press Down first.")
 
@@ -146,7 +145,23 @@ class Driver:
             return self._run(
                 lambda seq: wire.scalar(Instruction.AIR, seq, seconds), {"seconds": seconds}, permit, on_stage, 3.0
             )
+        if kind == "jog":
+            return self._jog(number(args, "dx"), number(args, "dy"), permit, on_stage)
         return self._go(self._target(kind, args), permit, on_stage)
+
+    def _jog(self, dx: float, dy: float, permit: Permit, on_stage: OnStage) -> Outcome:
+        """Move by short steps for as long as `permit` lets each one begin, or to the edge of the sand."""
+        sand, length = self._description["sand"], hypot(dx, dy)
+        sent: dict[str, Any] = {"steps": 0}
+        while True:
+            permit()
+            x, y, z = (self._latest or self.state()).pose[:3]
+            to_x = min(max(x + JOG_STEP_M * dx / length, sand["x"][0]), sand["x"][1])
+            to_y = min(max(y + JOG_STEP_M * dy / length, sand["y"][0]), sand["y"][1])
+            if hypot(to_x - x, to_y - y) < ARRIVED_M:
+                return Outcome({**sent, "edge": True}, self._latest)
+            self._go((to_x, to_y, z), permit, on_stage)
+            sent["steps"] += 1
 
     def _target(self, kind: str, args: dict[str, Any]) -> tuple[float, float, float]:
         x, y, z = (self._latest or self.state()).pose[:3]

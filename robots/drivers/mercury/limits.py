@@ -10,20 +10,6 @@ from robots.motion.scara import OutOfReach
 SLACK = 1e-6
 
 
-def number(args: dict[str, Any], name: str) -> float:
-    """Return a finite number out of `args`. Raises BadRequest."""
-    value = args.get(name)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise BadRequest(f"The value {name} must be a number.")
-    try:
-        real = float(value)
-    except OverflowError:
-        raise BadRequest(f"The value {name} is too large.") from None
-    if not isfinite(real):
-        raise BadRequest(f"The value {name} must be a finite number.")
-    return real
-
-
 def check_target(description: dict[str, Any], x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """Return the joints (rad, m) for a tool target in m, or refuse it.
 

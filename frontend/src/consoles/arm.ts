@@ -1,0 +1,259 @@
+/** The console of an arm of several axes: cameras, a view in three dimensions, joint and position modes. */
+import { CameraView } from "../camera.ts";
+import { blocked, type Facts } from "../controls.ts";
+import { type Console, facts, RobotPage, text } from "../page.ts";
+import type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still } from "../protocol.ts";
+import { byId } from "../svg.ts";
+import { Joints } from "./arm_joints.ts";
+import { Position } from "./arm_position.ts";
+import { type ArmDescription, deg, type Judge, type Target } from "./arm_types.ts";
+import type { ArmView } from "./arm_view.ts";
+import { Programs } from "./programs.ts";
+import { FINAL } from "../words.ts";
+import { Tabs } from "./tabs.ts";
+import { Terminal } from "./terminal.ts";
+
+interface Plan { key: string; ok: boolean; text: string }
+
+const description = JSON.parse(byId("description").textContent ?? "{}") as ArmDescription;
+const page = new RobotPage();
+const PLAN_MS = 120;
+/** A newer target may take the place of one of these in motion. */
+const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
+
+class ArmConsole implements Console, Judge {
+  private cameras: CameraView[];
+  private chosen = 0;
+  private view: ArmView | null = null;
+  private plan: Plan | null = null;
+  private planned = 0;
+  private narrow = matchMedia("(max-width: 45.99rem)");
+  private planTimer = 0;
+  private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
+  private joints: Joints;
+  private position: Position;
+  private programs: Programs;
+
+  constructor() {
+    const speed = byId<HTMLInputElement>("speed");
+    speed.addEventListener("input", () => {
+      text("speed-said", `${speed.value} %`);
+      this.ask();
+    });
+    const share = (): number => Number(speed.value) / 100;
+    this.joints = new Joints(page, this, description.joints, share);
+    this.position = new Position(page, this, share, () => this.hand());
+    this.programs = new Programs(page, this, description.joints.map((j) => j.name));
+    new Terminal(page, this, description.joints.map((j) => j.name));
+    this.cameras = this.thumbnails();
+    this.narrow.addEventListener("change", () => this.watch());
+    page.on("open", () => page.command("gripper", { closed: 0 }));
+    page.on("close", () => page.command("gripper", { closed: 1 }));
+    page.on("ready", () => page.command("ready"));
+    page.on("go-joints", () => this.go(this.joints.target()));
+    page.on("go-pose", () => this.go(this.position.target()));
+    page.onPlan = (answer) => this.gotPlan(answer);
+    void this.openView();
+  }
+
+  private async openView(): Promise<void> {
+    try {
+      const [{ ArmView }, answer] = await Promise.all([import("./arm_view.ts"), fetch(description.model)]);
+      if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
+      const names = [...description.joints.map((j) => j.name), "gripper"];
+      this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, description.boxes, (x, y) => {
+        if (byId("modes").hidden) return;
+        this.tabs.choose("position");
+        this.position.place(x, y);
+      });
+      for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
+        button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
+      if (page.state) this.view.joints(page.state.joints);
+      this.ask();
+    } catch (error) {
+      byId("model").dataset["broken"] = "yes";
+      text("model-said", "The 3D view does not work in this browser; cameras and controls do.");
+      console.warn(error);
+    }
+  }
+
+  /** Each camera has a small canvas; the chosen one fills the screen. */
+  private thumbnails(): CameraView[] {
+    const buttons = [...byId("views").querySelectorAll<HTMLElement>("[data-view]")];
+    const screen = new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), null, () => undefined);
+    for (const [i, button] of buttons.entries())
+      button.addEventListener("click", () => {
+        this.chosen = i;
+        for (const [k, other] of buttons.entries()) other.setAttribute("aria-pressed", String(k === i));
+        screen.forget();
+        this.watch();
+      });
+    const small = buttons.map((button) => new CameraView(button, button.querySelector("canvas")!, null, () => undefined));
+    return [screen, ...small];
+  }
+
+  /** A phone shows one camera at a time, and asks for no more. */
+  watch(): void {
+    const all = this.cameras.slice(1).map((_, i) => i);
+    page.live.send({ t: "watch", cameras: this.narrow.matches ? [this.chosen] : all });
+  }
+
+  picture(packet: PicturePacket): void {
+    void this.cameras[packet.camera + 1]?.show(packet);
+    if (packet.camera === this.chosen) void this.cameras[0]?.show(packet).then(() => page.draw());
+  }
+
+  shown(camera: number): CameraView | undefined {
+    return this.cameras[camera + 1];
+  }
+
+  pictureAt(): number {
+    return this.cameras[0]?.atMs ?? 0;
+  }
+
+  state(packet: StatePacket): void {
+    this.view?.joints(packet.joints);
+    this.joints.show(packet);
+    this.programs.state(packet);
+    text("mode", packet.mode);
+    readings(packet);
+  }
+
+  still(still: Still): void {
+    if (this.chosen === 0) this.cameras[0]?.still(still, () => page.draw());
+  }
+
+  turn(): void {
+    this.plan = null;
+    this.joints.take(page.state?.joints ?? []);
+    this.position.take();
+  }
+
+  command(c: CommandInfo): void {
+    if (c.state === "completed" && this.tabs.open !== "program") this.ask();
+  }
+
+  /** The target that the open mode stands for; null where it has none. */
+  private target(): Target | null {
+    if (this.tabs.open === "joint") return this.joints.target();
+    if (this.tabs.open === "program") return this.programs.text() ? { kind: "program", args: { text: this.programs.text() } } : null;
+    return this.tabs.open === "position" ? this.position.target() : null;
+  }
+
+  private changed(name: string): void {
+    this.plan = null;
+    this.view?.target(null);
+    text("model-said", "");
+    if (name === "program") void this.programs.open();
+    this.ask();
+  }
+
+  /** Ask the server where the target would lead, a moment after the last change. */
+  ask(): void {
+    clearTimeout(this.planTimer);
+    this.planTimer = window.setTimeout(() => {
+      const target = byId("modes").hidden ? null : this.target();
+      if (!target || !page.state) return this.view?.target(null);
+      this.planned += 1;
+      this.plan = { key: JSON.stringify(target), ok: false, text: "" };
+      page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
+    }, PLAN_MS);
+  }
+
+  /** The target makes no sense, so nobody need be asked about it: whatever was asked is of no interest any more. */
+  refuse(why: string): void {
+    clearTimeout(this.planTimer);
+    this.planned += 1;
+    this.plan = { key: JSON.stringify(this.target()), ok: false, text: why };
+    this.view?.target(null);
+    page.draw();
+  }
+
+  hand(): number[] | null {
+    return this.view?.hand() ?? null;
+  }
+
+  /** Let the ghost go through a program, and say at which step it is. */
+  play(answer: PlanAnswer): void {
+    this.view?.refused(false);
+    this.view?.play(answer.ways ?? [], answer.hand ?? [], (i) => {
+      const step = answer.steps?.[i] ?? 0;
+      text("model-said", step ? `The ghost is at step ${step}` : "");
+    });
+  }
+
+  private gotPlan(answer: PlanAnswer): void {
+    if (answer.n !== this.planned || !this.plan) return;
+    this.plan = { ...this.plan, ok: answer.ok, text: answer.text };
+    if (this.tabs.open === "program") {
+      this.programs.checked(answer);
+      return page.draw();
+    }
+    this.view?.refused(!answer.ok);
+    if (answer.joints) this.view?.target(answer.joints, answer.hand ?? []);
+    else this.view?.target(null);
+    text("model-said", answer.ok ? `${answer.seconds?.toFixed(1)} s on the way` : answer.text);
+    page.draw();
+  }
+
+  private go(target: Target | null): void {
+    if (target) page.command(target.kind, target.args, "go");
+    else page.notice("Fill in every value with a number first.", "warning");
+  }
+
+  whyNot(kind: string, f: Facts): string {
+    const general = blocked(f);
+    if (general) return general;
+    const running = page.snapshot?.commands.find((c) => !FINAL.has(c.state));
+    if (f.busy && running && (kind !== "go" || !replaceable.has(running.kind))) return "One command at a time: the arm is still busy.";
+    if (kind !== "go" && kind !== "run") return "";
+    const target = this.target();
+    if (!target) return kind === "run" ? "The program has no step." : "Fill in every value with a number first.";
+    if (this.plan?.key === JSON.stringify(target) && this.plan.text && !this.plan.ok) return this.plan.text;
+    return "";
+  }
+
+  advice(f: Facts): string {
+    return f.busy ? "The arm is busy." : this.whyNot("go", f);
+  }
+
+  draw(f: Facts): void {
+    byId("modes").hidden = !page.operating && !page.snapshot?.me.cleared;
+    for (const [name, kind] of [["open", "gripper"], ["close", "gripper"], ["ready", "ready"], ["go-joints", "go"], ["go-pose", "go"], ["run", "run"]] as const) {
+      const why = this.whyNot(kind, f);
+      const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
+      button?.setAttribute("aria-disabled", String(why !== ""));
+      if (button) button.dataset["why"] = why;
+    }
+    const why = this.whyNot("jog", f);
+    this.joints.enable(why);
+    this.position.enable(why);
+  }
+}
+
+function readings(packet: StatePacket): void {
+  const body = byId("readings").querySelector("tbody")!;
+  const rows = [...description.joints.map((j) => j.name), "Gripper"].map((name, i) => {
+    const last = i === description.joints.length;
+    const q = packet.joints[i] ?? 0, v = packet.velocities[i], t = packet.torques[i];
+    return last
+      ? [name, `${(q * 1000).toFixed(0)} mm`, "", ""]
+      : [name, `${deg(q).toFixed(1)}°`, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
+  });
+  if (body.rows.length !== rows.length)
+    body.replaceChildren(...rows.map((cells) => {
+      const row = document.createElement("tr");
+      row.append(...cells.map((_, i) => {
+        const cell = document.createElement(i ? "td" : "th");
+        if (!i) cell.scope = "row";
+        return cell;
+      }));
+      return row;
+    }));
+  rows.forEach((cells, i) => cells.forEach((words, k) => {
+    const cell = body.rows[i]?.cells[k];
+    if (cell && cell.textContent !== words) cell.textContent = words;
+  }));
+}
+
+page.begin(new ArmConsole());

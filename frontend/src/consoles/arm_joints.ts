@@ -1,0 +1,119 @@
+/** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
+import { Jog, named } from "../jog.ts";
+import type { RobotPage } from "../page.ts";
+import type { StatePacket } from "../protocol.ts";
+import { byId } from "../svg.ts";
+import { deg, type JointInfo, type Judge, rad, type Target } from "./arm_types.ts";
+
+export class Joints {
+  private sliders: HTMLInputElement[] = [];
+  private numbers: HTMLInputElement[] = [];
+  private marks: HTMLElement[] = [];
+  private touched = false;
+  private box = byId("joints");
+
+  constructor(page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number) {
+    this.box.append(...infos.map((info) => this.row(info)));
+    document.querySelector('[data-fill="joints"]')?.addEventListener("click", () => this.take(page.state?.joints ?? []));
+    new Jog<Record<string, number>>(this.box, {
+      read: named,
+      arrows: {},
+      stick: () => null,
+      whyNot: () => console.whyNot("jog", page.facts()),
+      begin: (way) => page.issue("jog_joints", way),
+      ...page.hand,
+    });
+  }
+
+  private row(info: JointInfo): HTMLElement {
+    const row = document.createElement("div");
+    row.className = "joint";
+    const low = Math.ceil(deg(info.low)), high = Math.floor(deg(info.high));
+    const label = document.createElement("label");
+    label.textContent = info.name;
+    label.htmlFor = `joint-${info.name}`;
+    const slider = input("range", low, high, `joint-${info.name}`);
+    slider.setAttribute("aria-valuetext", "0 degrees");
+    const number = input("number", low, high, "");
+    number.setAttribute("aria-label", `${info.name} in degrees, ${low} to ${high}`);
+    const track = document.createElement("span");
+    track.className = "track";
+    const mark = document.createElement("i");
+    mark.setAttribute("aria-hidden", "true");
+    track.append(slider, mark);
+    const set = (value: string): void => {
+      this.touched = true;
+      slider.value = number.value = value;
+      slider.setAttribute("aria-valuetext", `${value} degrees`);
+      this.console.ask();
+    };
+    slider.addEventListener("input", () => set(slider.value));
+    number.addEventListener("input", () => {
+      this.touched = true;
+      if (number.value !== "") slider.value = number.value;
+      this.console.ask();
+    });
+    row.append(label, held(`${info.name},-1`, "−", `Turn ${info.name} back while held`), track, held(`${info.name},1`, "+", `Turn ${info.name} on while held`), number);
+    this.sliders.push(slider);
+    this.numbers.push(number);
+    this.marks.push(mark);
+    return row;
+  }
+
+  /** Follow the arm; the sliders too, for as long as nobody has touched them. */
+  show(packet: StatePacket): void {
+    this.infos.forEach((info, i) => {
+      const share = ((packet.joints[i] ?? 0) - info.low) / (info.high - info.low);
+      this.marks[i]?.style.setProperty("inset-inline-start", `${Math.min(100, Math.max(0, share * 100))}%`);
+    });
+    if (!this.touched) this.fill(packet.joints);
+  }
+
+  take(joints: number[]): void {
+    this.touched = false;
+    this.fill(joints);
+    this.console.ask();
+  }
+
+  private fill(joints: number[]): void {
+    this.infos.forEach((_, i) => {
+      const value = deg(joints[i] ?? 0).toFixed(1);
+      const slider = this.sliders[i], number = this.numbers[i];
+      if (!slider || !number || number.value === value) return;
+      slider.value = number.value = value;
+      slider.setAttribute("aria-valuetext", `${value} degrees`);
+    });
+  }
+
+  /** The joints as filled in; null where one is no number, or nothing was chosen yet. */
+  target(): Target | null {
+    const values = this.numbers.map((n) => n.valueAsNumber);
+    if (values.some((v) => !Number.isFinite(v))) return null;
+    const args: Target["args"] = { speed: this.speed() };
+    this.infos.forEach((info, i) => (args[info.name] = rad(values[i] ?? 0)));
+    return { kind: "joints", args };
+  }
+
+  enable(why: string): void {
+    const busy = this.box.classList.contains("held");
+    for (const button of this.box.querySelectorAll("[data-jog]")) button.setAttribute("aria-disabled", String(why !== "" && !busy));
+  }
+}
+
+function input(type: string, low: number, high: number, id: string): HTMLInputElement {
+  const made = document.createElement("input");
+  Object.assign(made, { type, min: String(low), max: String(high), step: type === "range" ? "0.5" : "any", value: "0" });
+  if (id) made.id = id;
+  return made;
+}
+
+export function held(jog: string, sign: string, label: string): HTMLButtonElement {
+  const button = document.createElement("button");
+  button.type = "button";
+  button.className = "button";
+  button.dataset["jog"] = jog;
+  button.setAttribute("aria-label", /[a-z]/.test(sign) ? `${sign}: ${label}` : label);
+  button.setAttribute("aria-describedby", "why");
+  button.textContent = sign;
+  return button;
+}

@@ -1,0 +1,103 @@
+/** Position mode: where the hand shall be and how it is turned; arrows that move it while held. */
+import { twist } from "../gamepad.ts";
+import { Jog, named } from "../jog.ts";
+import type { RobotPage } from "../page.ts";
+import { byId } from "../svg.ts";
+import { held } from "./arm_joints.ts";
+import { deg, type Judge, rad, type Target } from "./arm_types.ts";
+
+type Twist = Record<string, number>;
+
+const PLACE = [
+  ["x", "mm", "forward"], ["y", "mm", "to the left"], ["z", "mm", "above the table"],
+  ["roll", "°", "about x"], ["pitch", "°", "about y"], ["yaw", "°", "about z"],
+] as const;
+const ARROWS = [
+  ["x,1", "x +", "Move the hand away from the base"], ["x,-1", "x −", "Move the hand towards the base"],
+  ["y,1", "y +", "Move the hand to the left"], ["y,-1", "y −", "Move the hand to the right"],
+  ["z,1", "z +", "Move the hand up"], ["z,-1", "z −", "Move the hand down"],
+  ["roll,1", "roll +", "Turn the hand about x"], ["roll,-1", "roll −", "Turn the hand back about x"],
+  ["pitch,1", "pitch +", "Turn the hand about y"], ["pitch,-1", "pitch −", "Turn the hand back about y"],
+  ["yaw,1", "yaw +", "Turn the hand about z"], ["yaw,-1", "yaw −", "Turn the hand back about z"],
+] as const;
+const OVER_M = 0.15;
+
+export class Position {
+  private inputs: HTMLInputElement[] = [];
+  private straight = byId<HTMLInputElement>("straight");
+  private pad = byId("hand-jog");
+
+  constructor(
+    page: RobotPage, private console: Judge, private speed: () => number, private hand: () => number[] | null,
+  ) {
+    byId("pose").append(...PLACE.map(([name, unit, hint]) => this.field(name, unit, hint)));
+    this.straight.addEventListener("change", () => console.ask());
+    document.querySelector('[data-fill="pose"]')?.addEventListener("click", () => this.take());
+    document.querySelector('[data-fill="down"]')?.addEventListener("click", () => this.down());
+    this.pad.prepend(...ARROWS.map(([jog, sign, label]) => held(jog, sign, label)));
+    new Jog<Twist>(this.pad, {
+      read: named,
+      arrows: {
+        ArrowUp: { x: 1 }, ArrowDown: { x: -1 }, ArrowLeft: { y: 1 }, ArrowRight: { y: -1 }, PageUp: { z: 1 }, PageDown: { z: -1 },
+      },
+      stick: twist,
+      whyNot: () => console.whyNot("jog", page.facts()),
+      begin: (way) => page.issue("jog_hand", way),
+      ...page.hand,
+    });
+  }
+
+  private field(name: string, unit: string, hint: string): HTMLElement {
+    const label = document.createElement("label");
+    const made = document.createElement("input");
+    Object.assign(made, { type: "number", step: "any", id: `pose-${name}`, value: "" });
+    made.setAttribute("aria-describedby", `pose-${name}-hint`);
+    made.addEventListener("input", () => this.console.ask());
+    const words = document.createElement("span");
+    words.textContent = `${name} (${unit})`;
+    const small = document.createElement("small");
+    small.id = `pose-${name}-hint`;
+    small.textContent = hint;
+    label.append(words, made, small);
+    this.inputs.push(made);
+    return label;
+  }
+
+  /** Fill in where the hand is. */
+  take(): void {
+    const here = this.hand();
+    if (here) this.set([...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)]);
+  }
+
+  /** Fill in a place on the table (m), some way above it, the hand pointing down. */
+  place(x: number, y: number): void {
+    this.set([x * 1000, y * 1000, OVER_M * 1000, 180, 0, 180]);
+  }
+
+  private down(): void {
+    const now = this.inputs.map((i) => i.valueAsNumber);
+    this.set([now[0] ?? NaN, now[1] ?? NaN, now[2] ?? NaN, 180, 0, 180]);
+  }
+
+  private set(values: number[]): void {
+    this.inputs.forEach((field, i) => {
+      const value = values[i] ?? NaN;
+      if (Number.isFinite(value)) field.value = String(Math.round(value * 10) / 10);
+    });
+    this.console.ask();
+  }
+
+  /** The pose as filled in; null where a value is missing. */
+  target(): Target | null {
+    const values = this.inputs.map((i) => i.valueAsNumber);
+    if (values.some((v) => !Number.isFinite(v))) return null;
+    const args: Target["args"] = { speed: this.speed() };
+    PLACE.forEach(([name], i) => (args[name] = i < 3 ? (values[i] ?? 0) / 1000 : rad(values[i] ?? 0)));
+    return { kind: this.straight.checked ? "line" : "pose", args };
+  }
+
+  enable(why: string): void {
+    const busy = this.pad.classList.contains("held");
+    for (const button of this.pad.querySelectorAll("[data-jog]")) button.setAttribute("aria-disabled", String(why !== "" && !busy));
+  }
+}

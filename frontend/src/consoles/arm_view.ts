@@ -1,0 +1,237 @@
+/** The arm in three dimensions: as it is, as a target would have it, the way between, the forbidden boxes. */
+import {
+  AmbientLight, BoxGeometry, BufferGeometry, Color, DirectionalLight, EdgesGeometry, Euler, GridHelper, Group, Line,
+  LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, type Object3D, PerspectiveCamera, Plane,
+  Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import URDFLoader, { type URDFRobot } from "urdf-loader";
+
+export interface ForbiddenBox { name: string; low: number[]; high: number[] }
+const GLIDE_MS = 160;
+const FAST_MS = 25; // between two frames
+const SLOW_MS = 300;
+const REACH = 1.2;
+const NEAREST = 0.6; // m from the eye to what it looks at
+const FARTHEST = 5;
+const EYE = [1.55, 1.25, 1.75] as const;
+
+export class ArmView {
+  private renderer: WebGLRenderer;
+  private scene = new Scene();
+  private camera = new PerspectiveCamera(38, 1, 0.05, 20);
+  private controls: OrbitControls;
+  private world = new Group();
+  private forbidden = new Group();
+  private arm: URDFRobot;
+  private ghost: URDFRobot;
+  private way = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0x0c8a9a }));
+  private from: number[] = [];
+  private to: number[] = [];
+  private since = 0;
+  private asked = false;
+  private drawn = 0;
+  /** Without a graphics card each frame costs a core: few are drawn then. */
+  private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
+  private calm = matchMedia("(prefers-reduced-motion: reduce)");
+  private dark = matchMedia("(prefers-color-scheme: dark)");
+  private bad = false;
+  private playing = 0;
+
+  constructor(
+    private holder: HTMLElement, urdf: string, private names: string[], private tip: string, boxes: ForbiddenBox[],
+    onTable: (x: number, y: number) => void,
+  ) {
+    this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
+    this.renderer.setPixelRatio(this.slow ? Math.min(1, devicePixelRatio) : Math.min(2, devicePixelRatio));
+    const { domElement } = this.renderer;
+    domElement.setAttribute("aria-hidden", "true");
+    holder.prepend(domElement);
+    this.world.rotation.x = -Math.PI / 2; // the robot's z is up, three's is y
+    this.scene.add(this.world, new AmbientLight(0xffffff, 1.6));
+    const lamp = new DirectionalLight(0xffffff, 2.2);
+    lamp.position.set(1.5, 3, 1);
+    this.scene.add(lamp);
+    this.arm = new URDFLoader().parse(urdf);
+    this.ghost = new URDFLoader().parse(urdf);
+    paint(this.ghost);
+    this.ghost.visible = false;
+    this.world.add(this.arm, this.ghost, this.way, this.forbidden);
+    this.boxes(boxes);
+    const grid = new GridHelper(3, 30);
+    grid.material.transparent = true;
+    grid.material.opacity = 0.35;
+    this.scene.add(grid);
+    this.camera.position.set(...EYE);
+    this.controls = new OrbitControls(this.camera, domElement);
+    this.controls.target.set(0.2, 0.45, 0);
+    this.controls.minDistance = NEAREST;
+    this.controls.maxDistance = FARTHEST;
+    this.controls.maxPolarAngle = Math.PI / 2 - 0.02;
+    this.controls.enableZoom = false; // the page is scrolled with the same wheel and the same fingers
+    this.controls.enablePan = false;
+    domElement.style.touchAction = "pan-y";
+    domElement.addEventListener("wheel", (event) => {
+      if (!event.ctrlKey) return; // a pinch on a trackpad says Ctrl too
+      event.preventDefault();
+      this.zoom(Math.exp(event.deltaY / 300));
+    }, { passive: false });
+    this.controls.addEventListener("change", () => this.ask());
+    this.controls.update();
+    this.pick(domElement, onTable);
+    new ResizeObserver(() => this.size()).observe(holder);
+    this.dark.addEventListener("change", () => this.ask());
+    this.size();
+  }
+
+  /** Draw these forbidden boxes. */
+  boxes(boxes: ForbiddenBox[]): void {
+    this.forbidden.clear();
+    this.forbidden.add(...boxes.map(boxOf));
+    this.ask();
+  }
+
+  /** Show the arm's joints (rad, m), gliding from packet to packet. */
+  joints(q: number[]): void {
+    if (this.to.length && q.every((v, i) => Math.abs(v - (this.to[i] ?? 0)) < 1e-5)) return;
+    this.from = this.calm.matches || !this.to.length ? q : this.now();
+    this.to = q;
+    this.since = performance.now();
+    this.ask();
+  }
+
+  /** Show where a target would take the arm, and the way of its hand (m); none to hide both. */
+  target(q: number[] | null, hand: number[][] = []): void {
+    if (q === null) clearInterval(this.playing);
+    this.ghost.visible = q !== null;
+    if (q) this.pose(this.ghost, q);
+    this.way.visible = q !== null && hand.length > 1;
+    this.way.geometry.dispose();
+    this.way.geometry = new BufferGeometry().setFromPoints(hand.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
+    this.ask();
+  }
+
+  /** Let the ghost go from pose to pose (a tenth of a second each); `at` is told which. */
+  play(ways: number[][], hand: number[][], at: (index: number) => void): void {
+    clearInterval(this.playing);
+    if (!ways.length) return this.target(null);
+    let i = 0;
+    const show = (): void => {
+      this.target(ways[i] ?? null, hand);
+      at(i);
+    };
+    if (this.calm.matches) i = ways.length - 1;
+    show();
+    this.playing = window.setInterval(() => {
+      i += 1;
+      if (i < ways.length) return show();
+      clearInterval(this.playing);
+      at(-1);
+    }, 100);
+  }
+
+  /** Bring the eye nearer (a factor below 1) or farther; 0 puts it back where it was in the beginning. */
+  zoom(factor: number): void {
+    const { position } = this.camera;
+    const { target } = this.controls;
+    if (factor === 0) position.set(...EYE);
+    const way = position.clone().sub(target);
+    if (factor > 0) position.copy(target).add(way.setLength(Math.min(FARTHEST, Math.max(NEAREST, way.length() * factor))));
+    this.controls.update();
+    this.ask();
+  }
+
+  /** Colour the ghost: the target it stands for is refused. */
+  refused(bad: boolean): void {
+    if (bad === this.bad) return;
+    this.bad = bad;
+    this.ghost.traverse((part) => {
+      const { material } = part as Mesh;
+      if (material instanceof MeshLambertMaterial) material.color.set(bad ? 0xd23b2f : 0x1292a3);
+    });
+    this.ask();
+  }
+
+  /** Where the hand is (m) and how it is turned (roll, pitch, yaw in rad), by the arm's own joints. */
+  hand(): number[] | null {
+    const link = this.arm.links[this.tip];
+    if (!link || !this.to.length) return null;
+    this.pose(this.arm, this.to);
+    this.world.updateMatrixWorld(true);
+    const here = new Matrix4().copy(this.world.matrixWorld).invert().multiply(link.matrixWorld);
+    const turn = new Euler().setFromRotationMatrix(here, "ZYX");
+    const at = new Vector3().setFromMatrixPosition(here);
+    return [at.x, at.y, at.z, turn.x, turn.y, turn.z];
+  }
+
+  private now(): number[] {
+    const share = Math.min(1, (performance.now() - this.since) / GLIDE_MS);
+    return this.to.map((v, i) => (this.from[i] ?? v) + (v - (this.from[i] ?? v)) * share);
+  }
+
+  private pose(robot: URDFRobot, q: number[]): void {
+    this.names.forEach((name, i) => {
+      if (name in robot.joints) robot.setJointValue(name, q[i] ?? 0);
+      else for (const side of ["left_finger", "right_finger"]) if (side in robot.joints) robot.setJointValue(side, q[i] ?? 0);
+    });
+  }
+
+  private pick(element: HTMLElement, onTable: (x: number, y: number) => void): void {
+    let down = [0, 0];
+    element.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
+    element.addEventListener("click", (event) => {
+      if (Math.hypot(event.clientX - (down[0] ?? 0), event.clientY - (down[1] ?? 0)) > 5) return; // it was a turn of the view
+      const box = element.getBoundingClientRect();
+      const at = new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2);
+      const ray = new Raycaster();
+      ray.setFromCamera(at, this.camera);
+      const point = ray.ray.intersectPlane(new Plane(new Vector3(0, 1, 0), 0), new Vector3());
+      if (point && point.length() < REACH) onTable(point.x, -point.z);
+    });
+  }
+
+  private size(): void {
+    const { clientWidth: width, clientHeight: height } = this.holder;
+    if (!width || !height) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.ask();
+  }
+
+  private ask(): void {
+    if (this.asked) return;
+    this.asked = true;
+    const pause = Math.max(0, (this.slow ? SLOW_MS : FAST_MS) - (performance.now() - this.drawn));
+    const next = (draw: () => void): unknown => (pause > 20 ? setTimeout(() => requestAnimationFrame(draw), pause) : requestAnimationFrame(draw));
+    next(() => {
+      this.asked = false;
+      this.drawn = performance.now();
+      if (this.to.length) this.pose(this.arm, this.now());
+      this.renderer.render(this.scene, this.camera);
+      if (this.to.length && performance.now() - this.since < GLIDE_MS) this.ask();
+    });
+  }
+}
+
+function boxOf(box: ForbiddenBox): Object3D {
+  const flatten = box.high[2] === 0 ? -0.02 : 0; // what lies under the table's top is not looked at
+  const lows = [box.low[0] ?? 0, box.low[1] ?? 0, Math.max(box.low[2] ?? 0, flatten)];
+  const size = box.high.map((h, i) => h - (lows[i] ?? 0));
+  const [sx = 1, sy = 1, sz = 1] = size;
+  const shape = new BoxGeometry(sx, sy, sz);
+  const flat = sx > 2; // the table: its edges would only be in the way
+  const made = new Group();
+  made.add(new Mesh(shape, new MeshBasicMaterial({ color: 0xd23b2f, transparent: true, opacity: flat ? 0.07 : 0.16, depthWrite: false })));
+  if (!flat) made.add(new LineSegments(new EdgesGeometry(shape), new LineBasicMaterial({ color: new Color(0xd23b2f) })));
+  const middle = lows.map((l, i) => (l + (box.high[i] ?? 0)) / 2);
+  made.position.set(middle[0] ?? 0, middle[1] ?? 0, middle[2] ?? 0);
+  made.name = box.name;
+  return made;
+}
+
+function paint(robot: URDFRobot): void {
+  robot.traverse((part) => {
+    if (part instanceof Mesh) part.material = new MeshLambertMaterial({ color: 0x1292a3, transparent: true, opacity: 0.38, depthWrite: false });
+  });
+}

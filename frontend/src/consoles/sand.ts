@@ -1,0 +1,182 @@
+/** The console of an arm with a camera and an air jet over sand: a picture and a map to click. */
+import { nozzlePixel, onSand, target, type Description } from "../arm.ts";
+import { CameraView } from "../camera.ts";
+import type { Facts } from "../controls.ts";
+import { stick } from "../gamepad.ts";
+import { Jog } from "../jog.ts";
+import { type Console, RobotPage, text } from "../page.ts";
+import type { CommandInfo, PicturePacket, StatePacket, Still } from "../protocol.ts";
+import { Schematic } from "../schematic.ts";
+import { byId } from "../svg.ts";
+import { type SandFacts, whyNot } from "./sand_rules.ts";
+
+type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
+
+const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
+const page = new RobotPage();
+
+class SandConsole implements Console {
+  private aim: Aim | null = null;
+  private sent: Aim | null = null;
+  private airStill = 0;
+  private camera = new CameraView(
+    byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v),
+  );
+  private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
+
+  constructor() {
+    page.on("go", () => this.go());
+    for (const kind of ["up", "down", "air"]) page.on(kind, () => page.command(kind));
+    byId("console").addEventListener("keydown", (event) => this.key(event));
+    new Jog<readonly [number, number]>(byId("jog"), {
+      read: (words) => {
+        const [x = 0, y = 0] = words.split(",").map(Number);
+        return [x, y];
+      },
+      arrows: { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] },
+      stick,
+      whyNot: () => this.whyNot("jog", page.facts()),
+      begin: ([dx, dy]) => page.issue("jog", { dx, dy }),
+      ...page.hand,
+    });
+  }
+
+  picture(packet: PicturePacket): void {
+    if (packet.camera === 0) void this.camera.show(packet).then(() => page.draw());
+  }
+
+  shown(): CameraView {
+    return this.camera;
+  }
+
+  pictureAt(): number {
+    return this.camera.atMs;
+  }
+
+  state(packet: StatePacket): void {
+    this.schematic.joints(packet.joints);
+  }
+
+  still(still: Still): void {
+    this.schematic.covers(still, mapFor(still));
+    this.schematic.joints(page.state?.joints ?? still.joints);
+    this.camera.still(still, () => page.draw());
+  }
+
+  turn(): void {
+    this.aim = null;
+  }
+
+  command(c: CommandInfo): void {
+    const still = page.snapshot?.still;
+    if (c.state === "completed" && c.kind === "air" && still) this.airStill = still.id;
+    if (c.state === "completed" && this.aim === this.sent) this.aim = null;
+  }
+
+  private pickPixel(u: number, v: number): void {
+    if (!page.operating) return;
+    if (this.camera.stillId === 0)
+      return page.notice("This picture cannot be aimed at yet: the arm moves, or it was not kept. Wait for the next one.", "info");
+    this.aim = { by: "camera", u, v, still: this.camera.stillId };
+    page.draw();
+  }
+
+  private pickPoint(x: number, y: number): void {
+    if (!page.operating) return;
+    this.aim = { by: "map", x, y };
+    page.draw();
+  }
+
+  private aimPoint(): [number, number] | null {
+    if (!this.aim) return null;
+    if (this.aim.by === "map") return [this.aim.x, this.aim.y];
+    const still = page.snapshot?.still;
+    const map = still ? mapFor(still) : null;
+    return still && map ? target(map, still.pose, this.aim.u, this.aim.v, still.width, still.height) : null;
+  }
+
+  private aimState(): SandFacts["aim"] {
+    if (!this.aim) return "none";
+    if (this.aim.by === "camera" && this.aim.still !== page.snapshot?.still?.id) return "old";
+    const at = this.aimPoint();
+    return at && onSand(description, ...at) ? "good" : "refused";
+  }
+
+  private judged(f: Facts): SandFacts {
+    return { ...f, aim: this.aimState() };
+  }
+
+  whyNot(kind: string, f: Facts): string {
+    return whyNot(kind, this.judged(f));
+  }
+
+  advice(f: Facts): string {
+    return f.busy ? "The arm is busy." : this.whyNot("go", f) || "Enter or “Move here” sends the arm.";
+  }
+
+  private go(): void {
+    const { aim } = this;
+    if (!aim) return page.notice(this.whyNot("go", page.facts()), "warning");
+    this.sent = aim;
+    if (aim.by === "camera") page.command("click", { still: aim.still, u: aim.u, v: aim.v }, "go");
+    else page.command("move", { x: aim.x, y: aim.y }, "go");
+  }
+
+  private key(event: KeyboardEvent): void {
+    const field = (event.target as HTMLElement).closest("input, textarea, button, a");
+    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field) return;
+    if (event.key === "?") return void byId<HTMLDialogElement>("keys").showModal();
+    const kinds: Record<string, string> = { u: "up", d: "down", a: "air" };
+    const kind = kinds[event.key];
+    if ((!kind && event.key !== "Enter") || !page.operating) return;
+    event.preventDefault();
+    if (kind) page.command(kind);
+    else this.go();
+  }
+
+  draw(f: Facts): void {
+    const judged = this.judged(f);
+    const z = f.state?.joints[2];
+    text("height", z === undefined ? "" : z < 0.001 ? "Down, Z = 0" : `Z = ${Math.round(z * 1000)} mm`);
+    byId("jog").hidden = !page.operating;
+    const whyJog = whyNot("jog", judged);
+    for (const button of byId("jog").querySelectorAll<HTMLElement>("[data-jog]"))
+      button.setAttribute("aria-disabled", String(whyJog !== "" && !byId("jog").classList.contains("held")));
+    for (const name of ["go", "up", "down", "air"]) {
+      const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
+      const why = whyNot(name, judged);
+      button?.setAttribute("aria-disabled", String(why !== ""));
+      if (button) button.dataset["why"] = why;
+    }
+    this.drawAim(judged);
+    this.drawBefore();
+  }
+
+  private drawAim(f: SandFacts): void {
+    const still = page.snapshot?.still ?? null;
+    const map = still ? mapFor(still) : null;
+    this.schematic.aim(page.operating ? this.aimPoint() : null);
+    const from = still && map && page.operating ? nozzlePixel(map, still.width, still.height) : null;
+    this.camera.aim(this.aim?.by === "camera" && f.aim !== "old" ? [this.aim.u, this.aim.v] : null, from);
+    byId("screen").classList.toggle("refused", f.aim === "refused");
+  }
+
+  private drawBefore(): void {
+    const box = byId("before");
+    const { before, still } = page.snapshot ?? {};
+    const after = page.snapshot?.commands.find((c) => c.result?.still === still?.id);
+    const show = Boolean(before && still && after?.kind === "air");
+    box.hidden = !show;
+    if (!show || !before || !still || this.airStill === -still.id) return;
+    byId<HTMLImageElement>("before-picture").src = before.url;
+    byId<HTMLImageElement>("after-picture").src = still.url;
+    this.airStill = -still.id;
+  }
+}
+
+function mapFor(still: Still): { matrix: number[][]; theta: number } | null {
+  const z = still.pose[2] ?? 0;
+  return Object.values(still.calibration).find((e) => Math.abs(e.z - z) < 0.005) ?? null;
+}
+
+page.begin(new SandConsole());

@@ -1,0 +1,21 @@
+/** The controls of the arm over sand: enabled, or saying why not. */
+import { blocked, type Facts } from "../controls.ts";
+
+export interface SandFacts extends Facts { aim: "none" | "good" | "refused" | "old" }
+
+const DOWN_M = 0.001;
+
+/** Why one control will not work now; empty when it will. */
+export function whyNot(kind: string, f: SandFacts): string {
+  const general = blocked(f);
+  if (general) return general;
+  if (f.busy) return "One command at a time: the arm is still busy.";
+  const z = f.state?.joints[2] ?? 0;
+  if (kind === "air" && z > DOWN_M) return "Air works only at Z = 0: press Down first.";
+  if (kind === "down" && z <= DOWN_M) return "The arm is down already.";
+  if (kind === "up" && z >= 0.0745) return "The arm is up already.";
+  if (kind === "go" && f.aim === "none") return "Click in the camera image or in the map to choose where to go.";
+  if (kind === "go" && f.aim === "refused") return "The arm may not go there: it is off the sand.";
+  if (kind === "go" && f.aim === "old") return "The arm has moved since that picture; click in the newest one.";
+  return "";
+}

@@ -1,0 +1,64 @@
+/** A terminal for the arm's own lines: each becomes the command of the portal that it stands for. */
+import type { RobotPage } from "../page.ts";
+import { byId } from "../svg.ts";
+import type { Judge } from "./arm_types.ts";
+import { understood } from "./terminal_lines.ts";
+
+const LONGEST = 200;
+
+export class Terminal {
+  private list = byId("terminal-said");
+  private last: string[] = [];
+  private at = 0;
+
+  constructor(private page: RobotPage, private console: Judge, private axes: string[]) {
+    const line = byId<HTMLInputElement>("terminal-line");
+    byId<HTMLFormElement>("terminal").addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (line.value.trim()) this.take(line.value.trim());
+      line.value = "";
+    });
+    line.addEventListener("keydown", (event) => {
+      const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      this.at = Math.min(this.last.length, Math.max(0, this.at + step));
+      line.value = this.last[this.at] ?? "";
+    });
+  }
+
+  private take(line: string): void {
+    this.last.push(line);
+    this.at = this.last.length;
+    this.say(line, "said");
+    if (line === "h") {
+      this.page.live.send({ t: "stop" });
+      return this.say("stop was sent; it stays until you release it", "answer");
+    }
+    if (line === "w") {
+      const { state } = this.page;
+      const error = this.page.snapshot?.robot.state === "fault" || state?.mode.startsWith("RANGE");
+      return this.say(error ? "e" : state?.moving || this.page.facts().busy ? "b" : "a", "answer");
+    }
+    try {
+      const target = understood(line, this.axes);
+      const why = this.console.whyNot("terminal", this.page.facts());
+      if (why) return this.say(why, "answer");
+      const seq = this.page.issue(target.kind, target.args);
+      this.page.ladder.whenEnded(this.page.grant, seq, (c) =>
+        this.say(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`, "answer"),
+      );
+    } catch (error) {
+      this.say(`e ${(error as Error).message}`, "answer");
+    }
+  }
+
+  private say(words: string, kind: string): void {
+    const item = document.createElement("p");
+    item.className = kind;
+    item.textContent = words;
+    this.list.append(item);
+    while (this.list.children.length > LONGEST) this.list.firstElementChild?.remove();
+    this.list.scrollTop = this.list.scrollHeight;
+  }
+}

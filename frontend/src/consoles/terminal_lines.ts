@@ -1,0 +1,34 @@
+/** The arm's own lines as commands of the portal. */
+import { rad, type Target } from "./arm_types.ts";
+
+const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
+
+/** The command a line stands for. Throws a sentence where it stands for none. */
+export function understood(line: string, axes: string[]): Target {
+  const [letter = "", ...parts] = line.trim().split(/\s+/);
+  const numbers = parts.map(Number);
+  if (numbers.some((n) => !Number.isFinite(n))) throw new Error(`${parts[numbers.findIndex((n) => !Number.isFinite(n))]} is no number.`);
+  const count = (least: number, most: number): void => {
+    if (numbers.length < least || numbers.length > most)
+      throw new Error(`${letter} wants ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
+  };
+  const speed: Record<string, number> = numbers.length > 6 ? { speed: numbers[6] ?? 0 } : {};
+  if (letter === "j") {
+    count(6, 7);
+    return { kind: "joints", args: { ...Object.fromEntries(axes.map((name, i) => [name, rad(numbers[i] ?? 0)])), ...speed } };
+  }
+  if (letter === "k" || letter === "l") {
+    count(6, 7);
+    const args = Object.fromEntries(PLACE.map((name, i) => [name, i < 3 ? (numbers[i] ?? 0) / 1000 : rad(numbers[i] ?? 0)]));
+    return { kind: letter === "k" ? "pose" : "line", args: { ...args, ...speed } };
+  }
+  if (letter === "g") {
+    count(1, 1);
+    return { kind: "gripper", args: { closed: numbers[0] ?? 0 } };
+  }
+  if (letter === "p") {
+    count(1, 1);
+    return { kind: "program", args: { number: numbers[0] ?? 0 } };
+  }
+  throw new Error(`There is no line that begins with “${letter}”; known: j k l g p h w.`);
+}

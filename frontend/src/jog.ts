@@ -1,0 +1,110 @@
+/** A held motion: it goes on while the controls are held, and ends with whatever loses the hand. */
+
+/** How the page is told of a held motion, and tells of it. */
+export interface Hand {
+  keep(seq: number): void;
+  letGo(seq: number): void;
+  /** Tell whether that command has ended. */
+  ended(seq: number): boolean;
+  refused(why: string): void;
+}
+
+export interface Jogging<Direction> extends Hand {
+  /** The direction that a control's `data-jog` names. */
+  read(words: string): Direction;
+  /** Keys that jog while the pad has the focus. */
+  arrows: Record<string, Direction>;
+  /** What a gamepad asks for; null at rest. */
+  stick(pad: Gamepad | null): Direction | null;
+  /** Why no motion may begin now; empty where one may. */
+  whyNot(): string;
+  /** Issue the command; returns its sequence number. */
+  begin(direction: Direction): number;
+}
+
+/** Read `name,way` as the one value that a control moves. */
+export function named(words: string): Record<string, number> {
+  const [name = "", way = "0"] = words.split(",");
+  return { [name]: Number(way) };
+}
+
+export const KEEP_MS = 80;
+
+export class Jog<Direction> {
+  private seq = 0;
+  private by: "pointer" | "key" | "pad" | "" = "";
+  private timer = 0;
+  private last = 0;
+
+  constructor(private pad: HTMLElement, private jogging: Jogging<Direction>) {
+    for (const button of pad.querySelectorAll<HTMLElement>("[data-jog]")) this.listen(button);
+    pad.addEventListener("keydown", (event) => this.keyDown(event));
+    pad.addEventListener("keyup", () => this.end("key"));
+    pad.addEventListener("focusout", () => this.end("key"));
+    addEventListener("blur", () => this.end());
+    addEventListener("pagehide", () => this.end());
+    document.addEventListener("visibilitychange", () => document.hidden && this.end());
+    setInterval(() => this.feelPad(), 40);
+  }
+
+  private listen(button: HTMLElement): void {
+    button.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      event.preventDefault();
+      button.focus({ preventScroll: true });
+      try {
+        button.setPointerCapture(event.pointerId);
+      } catch {
+        return; // the finger is gone already
+      }
+      this.begin(this.jogging.read(button.dataset["jog"] ?? ""), "pointer");
+    });
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"])
+      button.addEventListener(name, () => this.end("pointer"));
+    button.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  private keyDown(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const own = (event.target as HTMLElement).dataset["jog"];
+    const pressed = event.key === " " || event.key === "Enter";
+    const direction = pressed && own ? this.jogging.read(own) : this.jogging.arrows[event.key];
+    if (direction === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!event.repeat) this.begin(direction, "key");
+  }
+
+  private feelPad(): void {
+    if (this.pad.closest("[hidden]")) return this.end("pad");
+    const pads = "getGamepads" in navigator ? [...navigator.getGamepads()] : [];
+    const direction = document.hidden ? null : (pads.map((pad) => this.jogging.stick(pad)).find((d) => d !== null) ?? null);
+    if (this.by === "pad" && !direction) this.end("pad");
+    else if (direction && !this.seq && document.hasFocus() && performance.now() - this.last > 250) this.begin(direction, "pad");
+  }
+
+  private begin(direction: Direction, by: "pointer" | "key" | "pad"): void {
+    if (this.seq) return;
+    this.last = performance.now();
+    const why = this.jogging.whyNot();
+    if (why) return this.jogging.refused(why);
+    this.by = by;
+    this.seq = this.jogging.begin(direction);
+    this.pad.classList.add("held");
+    this.timer = window.setInterval(() => {
+      if (this.jogging.ended(this.seq)) this.end();
+      else this.jogging.keep(this.seq);
+    }, KEEP_MS);
+  }
+
+  /** Let go; with `by`, only of what was begun that way. */
+  end(by = this.by): void {
+    if (!this.seq || by !== this.by) return;
+    clearInterval(this.timer);
+    this.jogging.letGo(this.seq);
+    this.seq = 0;
+    this.by = "";
+    this.last = performance.now();
+    this.pad.classList.remove("held");
+  }
+}

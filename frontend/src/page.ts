@@ -1,0 +1,285 @@
+/** What every robot's page has: the socket, whose turn it is, the ladder, stop and release, the log. */
+import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
+import type { Hand } from "./jog.ts";
+import { Ladder } from "./ladder.ts";
+import { Live } from "./live.ts";
+import { Place } from "./place.ts";
+import type { CommandInfo, Message, PicturePacket, PlanAnswer, RobotFacts, Snapshot, StatePacket, Still } from "./protocol.ts";
+import { byId } from "./svg.ts";
+import { WireTrace } from "./trace.ts";
+import { ago, KINDS } from "./words.ts";
+
+/** What differs from robot to robot: the middle of the page. */
+export interface Console {
+  /** The line stands (again): say whose pictures are wanted, where it is not the first camera's alone. */
+  watch?(): void;
+  picture(packet: PicturePacket): void;
+  state(packet: StatePacket): void;
+  still(still: Still): void;
+  /** A grant began or ended, or another one took its place. */
+  turn(): void;
+  command(command: CommandInfo): void;
+  draw(facts: Facts): void;
+  /** The words over the controls where nothing general speaks against commands. */
+  advice(facts: Facts): string;
+  /** What is shown of that camera now. */
+  shown(camera: number): Shown | undefined;
+  /** When the picture on screen was taken, server ms; 0 for none. */
+  pictureAt(): number;
+  /** Why this kind of command will not work now; empty when it will. */
+  whyNot(kind: string, facts: Facts): string;
+}
+
+const SILENT_MS = 3000;
+/** What the driver says of itself. */
+export const facts = JSON.parse(byId("description").textContent ?? "{}") as RobotFacts;
+for (const { kind, label } of facts.commands) KINDS[kind] ??= label;
+
+export function text(id: string, value: string): void {
+  const element = byId(id);
+  if (element.textContent !== value) element.textContent = value;
+}
+
+export class RobotPage {
+  snapshot: Snapshot | null = null;
+  state: StatePacket | null = null;
+  readonly slug: string;
+  readonly live: Live;
+  readonly ladder: Ladder;
+  /** Told where a target would lead, on pages that ask. */
+  onPlan: ((answer: PlanAnswer) => void) | null = null;
+  private page = byId("robot");
+  private place: Place;
+  private trace: WireTrace | null;
+  private seq = 0;
+  private seqGrant = 0;
+  private lineDownAt = performance.now();
+  private storeDown = "";
+  private noticeTimer = 0;
+  private calm = matchMedia("(prefers-reduced-motion: reduce)");
+  private console: Console | null = null;
+
+  constructor() {
+    const say = byId("say");
+    this.slug = this.page.dataset["slug"] ?? "";
+    this.ladder = new Ladder(byId("ladder"), say);
+    this.live = new Live(
+      this.slug,
+      {
+        message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
+        line: (up) => this.gotLine(up),
+      },
+      () => (this.snapshot?.me.operating ? 2000 : 10_000),
+    );
+    this.place = new Place(byId("place"), say, (m) => this.live.send(m));
+    this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
+    this.on("stop", () => {
+      if (!this.live.send({ t: "stop" })) this.notice("The connection is gone: the robot stops by itself when it notices.", "error");
+    });
+    this.on("release", () => this.live.send({ t: "release", checked: byId<HTMLInputElement>("checked").checked }));
+    byId("console").addEventListener("keydown", (event) => this.stopKey(event));
+    byId("keys-open").addEventListener("click", () => byId<HTMLDialogElement>("keys").showModal());
+    setInterval(() => this.draw(), 250);
+  }
+
+  /** Put the console in; what came before it is told to it now. */
+  begin(console: Console): void {
+    this.console = console;
+    if (this.live.up) console.watch?.();
+    if (this.snapshot?.still) console.still(this.snapshot.still);
+    if (this.state) console.state(this.state);
+    this.draw();
+  }
+
+  /** Run `act` at a press of the button, unless it says why not. */
+  on(name: string, act: () => void): void {
+    for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
+      button.addEventListener("click", () => {
+        if (button.getAttribute("aria-disabled") === "true") return this.notice(button.dataset["why"] ?? "", "warning");
+        act();
+      });
+  }
+
+  /** The part of a held motion that is the same for every control. */
+  readonly hand: Hand = {
+    keep: (seq) => this.live.send({ t: "keep", seq }),
+    letGo: (seq) => this.live.send({ t: "let_go", seq }),
+    ended: (seq) => this.ladder.ended(this.seqGrant, seq),
+    refused: (why) => this.notice(why, "warning"),
+  };
+
+  get operating(): boolean {
+    return this.snapshot?.me.operating ?? false;
+  }
+
+  get grant(): number {
+    return this.seqGrant;
+  }
+
+  facts(): Facts {
+    return {
+      snapshot: this.snapshot, state: this.state, lineUp: this.live.up, now: this.live.now(), latency: this.live.latency,
+      busy: this.seqGrant !== 0 && this.ladder.busy(this.seqGrant),
+    };
+  }
+
+  /** Issue a command, or say why not; returns its sequence number, 0 where it was not issued. */
+  command(kind: string, args: object = {}, judged = kind): number {
+    const why = this.console?.whyNot(judged, this.facts()) ?? "";
+    if (why) {
+      this.notice(why, "warning");
+      return 0;
+    }
+    return this.issue(kind, args);
+  }
+
+  /** Write the next command into the ladder and send it; returns its sequence number. */
+  issue(kind: string, args: object): number {
+    this.seq += 1;
+    this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), result: {} });
+    performance.mark(`command-${this.seq}`);
+    this.live.send({ t: "command", kind, args, seq: this.seq });
+    this.draw();
+    return this.seq;
+  }
+
+  notice(words: string, level: string): void {
+    const box = byId("notice");
+    box.textContent = words;
+    box.className = `notice ${level}`;
+    box.hidden = false;
+    clearTimeout(this.noticeTimer);
+    this.noticeTimer = window.setTimeout(() => (box.hidden = true), level === "info" ? 6000 : 12_000);
+  }
+
+  private stopKey(event: KeyboardEvent): void {
+    const field = (event.target as HTMLElement).closest("input, textarea, select, dialog, [contenteditable]");
+    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || !this.snapshot?.me.may_stop) return;
+    if (event.key !== "Escape" && (event.key.toLowerCase() !== "s" || field)) return;
+    if (event.key === "Escape" && document.querySelector("dialog[open]")) return;
+    event.preventDefault();
+    this.live.send({ t: "stop" });
+  }
+
+  private gotLine(up: boolean): void {
+    if (!up) this.lineDownAt = performance.now();
+    else this.console?.watch?.();
+    this.draw();
+  }
+
+  /** With reduced motion, who only watches gets stills and one live picture in ten seconds. */
+  private gotPicture(packet: PicturePacket): void {
+    const shown = this.console?.shown(packet.camera);
+    if (this.calm.matches && !this.operating && shown && tooLively(packet, shown)) return;
+    this.console?.picture(packet);
+  }
+
+  private gotState(packet: StatePacket): void {
+    this.state = packet;
+    this.console?.state(packet);
+  }
+
+  private message(m: Message): void {
+    if (m.t === "snapshot") this.gotSnapshot(m);
+    else if (m.t === "command") this.gotCommand(m);
+    else if (m.t === "answer") {
+      if (!m.ok && m.to === "command") this.ladder.refuse(this.seqGrant, m.seq ?? 0, m.text, this.live.now());
+      if (m.text) this.notice(m.text, m.ok ? "info" : "warning");
+    } else if (m.t === "notice") this.notice(m.text, m.level);
+    else if (m.t === "plan") this.onPlan?.(m);
+    else if (m.t === "trace") this.trace?.add(m);
+    else if (m.t === "store") this.storeDown = m.text;
+    else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
+    this.draw();
+  }
+
+  private gotSnapshot(s: Snapshot): void {
+    const wasOperating = this.operating;
+    const hadStill = this.snapshot?.still?.id;
+    this.snapshot = s;
+    this.storeDown = s.store;
+    if (s.turn && s.turn.grant !== this.seqGrant) {
+      this.seqGrant = s.turn.grant;
+      this.seq = s.turn.next_seq - 1;
+      this.console?.turn();
+    } else if (s.turn) this.seq = Math.max(this.seq, s.turn.next_seq - 1);
+    this.ladder.reset(s.commands);
+    this.place.announce(s);
+    if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
+    if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
+    if (wasOperating && !s.me.operating && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
+    if (!wasOperating && s.me.operating) byId("screen").focus({ preventScroll: true });
+    this.drawLog(s);
+  }
+
+  private gotCommand(m: { t: "command" } & CommandInfo): void {
+    this.ladder.update(m);
+    if (this.snapshot) this.snapshot.commands = [m, ...this.snapshot.commands.filter((c) => c.id !== m.id)].slice(0, 8);
+    this.console?.command(m);
+  }
+
+  draw(): void {
+    const f = this.facts();
+    this.drawBanner(f);
+    this.drawAge(f);
+    const s = this.snapshot;
+    if (!s) return;
+    this.page.dataset["state"] = s.robot.state;
+    this.page.classList.toggle("operating", s.me.operating);
+    text("state", s.robot.label);
+    text("why-state", s.robot.why);
+    text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
+    text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
+    this.place.draw(s, this.live.now(), this.live.up);
+    byId("controls").hidden = !s.me.operating && !s.me.may_stop;
+    byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.may_stop;
+    text("why", blocked(f) || (this.console?.advice(f) ?? ""));
+    this.console?.draw(f);
+  }
+
+  private drawBanner(f: Facts): void {
+    const banner = byId("banner");
+    const s = this.snapshot;
+    const down = !f.lineUp && performance.now() - this.lineDownAt > 1000;
+    const silent = this.state !== null && s !== null && s.robot.state !== "offline" && f.now - this.state.atMs > SILENT_MS;
+    const words = down
+      ? "Connection lost. Trying again…"
+      : s && !s.link
+        ? "The live link to the robots is down. Pages work; nothing moves until it is back."
+        : this.storeDown || (silent ? "The robot does not answer. What looks after it is started again by itself; turns and places are kept." : "");
+    if (words && !banner.textContent) byId("notice").hidden = true; // older news than the banner's
+    if (banner.textContent !== words) banner.textContent = words;
+    banner.hidden = !words;
+  }
+
+  private drawAge(f: Facts): void {
+    const at = this.console?.pictureAt() ?? 0;
+    const age = at ? f.now - at : Infinity;
+    const badge = byId("age");
+    badge.textContent = at ? `Picture ${ago(age)} old` : "No picture yet";
+    badge.dataset["age"] = age < 2000 ? "fresh" : age < 5000 ? "ageing" : "old";
+    text("latency", this.live.latency === null ? "" : `${Math.round(this.live.latency)} ms`);
+  }
+
+  private drawLog(s: Snapshot): void {
+    byId("log").replaceChildren(
+      ...s.log.map((e) => {
+        const item = document.createElement("li");
+        const head = document.createElement("b");
+        head.textContent = e.author;
+        const when = document.createElement("time");
+        when.textContent = ` ${ago(this.live.now() - e.at_ms)} ago`;
+        const words = document.createElement("p");
+        words.textContent = e.text;
+        item.append(head, when, words);
+        if (e.picture) {
+          const image = new Image(96, 82);
+          image.src = e.picture;
+          image.alt = `Picture chosen by ${e.author}`;
+          item.prepend(image);
+        }
+        return item;
+      }),
+    );
+  }
+}

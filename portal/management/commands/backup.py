@@ -1,0 +1,27 @@
+"""`manage.py backup FILE`: everything worth keeping, in one file, while the portal runs."""
+
+from pathlib import Path
+from typing import Any
+
+from django.core.management.base import BaseCommand, CommandError, CommandParser
+
+from portal.archive import ArchiveError, write
+
+
+class Command(BaseCommand):
+    """Write a backup."""
+
+    help = "Write rows and pictures to one file; the portal may go on meanwhile."
+
+    def add_arguments(self, parser: CommandParser) -> None:
+        """Take the file."""
+        parser.add_argument("file", type=Path)
+
+    def handle(self, *args: Any, **options: Any) -> None:
+        """Write, and say how much."""
+        try:
+            manifest = write(options["file"])
+        except ArchiveError as error:
+            raise CommandError(str(error)) from error
+        rows, media = sum(manifest["rows"].values()), len(manifest["media"])
+        self.stdout.write(f"{options['file']}: {rows} rows, {media} pictures. Sessions are left out.")

@@ -1,0 +1,57 @@
+"""People's programs for the console: listed, saved, deleted; JSON in and out."""
+
+import json
+from typing import Any
+
+from django.http import HttpRequest, JsonResponse
+from django.shortcuts import get_object_or_404
+from django.views.decorators.cache import never_cache
+
+from robots import programs
+from robots.clock import SYSTEM
+from robots.drivers.errors import BadRequest, NotPermitted, RobotError
+from robots.models import Program, Robot
+
+LARGEST = 20_000
+
+
+def _shown(program: Program, user: Any) -> dict[str, Any]:
+    return {
+        "id": program.pk, "name": program.name, "text": program.text, "shared": program.shared,
+        "approved": program.approved, "by": program.author.username if program.author else "",
+        "mine": program.author_id is not None and program.author_id == user.pk,
+    }  # fmt: skip
+
+
+@never_cache
+def programs_of(request: HttpRequest, slug: str) -> JsonResponse:
+    """List what the person may see (GET), save one (POST), delete one (DELETE)."""
+    robot = get_object_or_404(Robot, slug=slug)
+    try:
+        if request.method == "POST":
+            said = _said(request)
+            pk = said.get("id")
+            saved = programs.save(
+                robot, request.user, str(said.get("name", "")), str(said.get("text", "")), said.get("shared") is True,
+                SYSTEM.now(), pk if isinstance(pk, int) and not isinstance(pk, bool) else None,
+            )  # fmt: skip
+            return JsonResponse(_shown(saved, request.user))
+        if request.method == "DELETE":
+            pk = _said(request).get("id")
+            programs.delete(robot, request.user, pk if isinstance(pk, int) else 0)
+            return JsonResponse({})
+    except RobotError as error:
+        status = 403 if isinstance(error, NotPermitted) else 400
+        return JsonResponse({"error": str(error)}, status=status)
+    found = programs.visible(robot, request.user)[:200]
+    return JsonResponse({"programs": [_shown(p, request.user) for p in found]})
+
+
+def _said(request: HttpRequest) -> dict[str, Any]:
+    try:
+        said = json.loads(request.body[: LARGEST + 1])
+    except (ValueError, RecursionError) as error:
+        raise BadRequest("That is no JSON.") from error
+    if not isinstance(said, dict):
+        raise BadRequest("That is no object.")
+    return said

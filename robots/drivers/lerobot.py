@@ -1,0 +1,272 @@
+"""Any robot of the LeRobot library as one of ours (https://github.com/huggingface/lerobot, 0.3 and 0.4).
+
+LeRobot's robot classes tell their action and observation features while disconnected, so the
+controls draw themselves; `send_action` returns what was really sent. What they do not tell
+stands in `robot.toml` under `[lerobot]`: which class, how fast, where it waits, and of each
+feature the unit and the range. LeRobot sends goals and a servo runs at them as fast as it can;
+here a way to a goal is cut into small steps, each permitted anew, so that speed is bounded and
+a stop ends it.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from math import ceil, radians
+from pathlib import Path
+from typing import Any, TypeVar
+
+from robots.description import load
+from robots.drivers.contract import Argument, CommandKind, Features, OnStage, Outcome, Permit, RobotState, Trace
+from robots.drivers.errors import HardwareFault, Held, LineGone, LineSilent
+from robots.drivers.values import known, number, within
+
+STEP_S = 1 / 30  # between two goals on the way
+TRIES = 3  # a goal is the same when it is sent again, and so is a question
+REST_S = 1.5  # the longest wait for rest after a hold or the last goal
+STILL = 0.004  # of a feature's range: less than that in two looks is rest
+LOOK_S = 0.06
+REACHED = 0.03  # of a feature's range: nearer than that is there
+LIMIT_S = 30.0
+SCALES = {"deg": (radians(1.0), "rad"), "%": (0.01, "")}  # what LeRobot says, in our units
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One value of an action: LeRobot's key and unit, our name, its range and speed in LeRobot's unit."""
+
+    key: str
+    unit: str = "%"
+    low: float = -100.0  # LeRobot's own scale of a range that was calibrated
+    high: float = 100.0
+    speed: float = 40.0
+    ready: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Return the name that people read."""
+        return self.key.removesuffix(".pos")
+
+    @property
+    def scale(self) -> float:
+        """Return what one of LeRobot's units is in ours."""
+        return SCALES[self.unit][0]
+
+    def argument(self) -> Argument:
+        """Return it as a value of a command."""
+        return Argument(self.name, SCALES[self.unit][1], self.low * self.scale, self.high * self.scale, required=False)
+
+
+def _class_and_config(about: dict[str, Any]) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return what makes a robot, and its configuration. Raises LookupError."""
+    problem: ImportError | None = None
+    for module in about["modules"]:  # its place has changed from one LeRobot to the next
+        try:
+            import_module(module)
+            break
+        except ImportError as error:
+            problem = error
+    else:
+        raise LookupError(f"LeRobot, or what this robot needs of it, is not installed: {problem}") from problem
+    robots = import_module("lerobot.robots")
+    make = import_module("lerobot.robots.utils").make_robot_from_config
+    return make, robots.RobotConfig.get_choice_class(about["type"])
+
+
+@cache
+def _shape(driver: str) -> tuple[Features, tuple[Feature, ...]]:
+    """Return what such a robot can do, from its class and its description; nothing is opened."""
+    description = load(driver)
+    robot = make_robot(description["lerobot"], "", None)
+    told = {f["key"]: Feature(**f) for f in description["lerobot"]["feature"]}
+    listed = tuple(told.get(key, Feature(key)) for key, kind in robot.action_features.items() if kind is float)
+    names = tuple(f.name for f in listed)
+    commands = (
+        CommandKind("move", "Move", tuple(f.argument() for f in listed), limit_s=LIMIT_S),
+        CommandKind("ready", "Ready position", limit_s=LIMIT_S),
+        CommandKind("noop", "No operation", limit_s=5.0, moves=False, still=False),
+    )
+    return Features(description["name"], commands, names, handover=("ready",)), listed
+
+
+def make_robot(about: dict[str, Any], port: str, calibrated: Path | None) -> Any:
+    """Return LeRobot's own object for `port`; nothing is opened. Raises LookupError."""
+    make, config = _class_and_config(about)
+    return make(config(port=port, id=about["id"], calibration_dir=calibrated, **about.get("options", {})))
+
+
+class LeRobotDriver:
+    """See `robots.drivers.contract.Driver`; a robot's folder names itself in `described`."""
+
+    described: str
+
+    def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
+        self.features, self._listed = _shape(self.described)
+        self._about = load(self.described)["lerobot"]
+        self._address = address
+        self._robot: Any = None
+        self._line = threading.RLock()
+        self._holds = 0
+        self._latest: RobotState | None = None
+
+    def connect(self) -> RobotState:
+        """Open the line and ask. A robot that was never calibrated is refused: that wants hands."""
+        kept = Path(self._address).with_name("calibration")  # a simulated robot brings its own
+        self.close()
+        with self._line:
+            self._robot = make_robot(self._about, self._address, kept if kept.is_dir() else None)
+            self._ask(lambda robot: robot.connect(calibrate=False))
+            if not self._ask(lambda robot: robot.is_calibrated):
+                self.close()
+                raise HardwareFault(
+                    "The robot is not calibrated: run lerobot-calibrate on its machine with "
+                    f"--robot.type={self._about['type']} --robot.id={self._about['id']}."
+                )
+        return self.state()
+
+    def close(self) -> None:
+        """Let go of the line."""
+        with self._line:
+            robot, self._robot = self._robot, None
+            if robot is not None:
+                with suppress(Exception):
+                    robot.disconnect()
+
+    def _ask(self, what: Callable[[Any], T], tries: int = 1) -> T:
+        """Ask LeRobot's object, in words where it fails. Raises LineGone, LineSilent, HardwareFault."""
+        if self._robot is None:
+            raise LineGone("The robot is not connected.")
+        for left in range(tries - 1, -1, -1):
+            try:
+                return what(self._robot)
+            except ConnectionError as error:
+                if not left:
+                    raise LineSilent(f"The robot does not answer: {_short(error)}.") from error
+            except OSError as error:  # pyserial's own errors are OSErrors
+                raise LineGone(f"The robot's line is gone: {_short(error)}.") from error
+            except Exception as error:
+                raise HardwareFault(f"LeRobot says: {_short(error)}.") from error
+        raise AssertionError
+
+    def latest(self) -> RobotState | None:
+        """Return the newest state heard."""
+        return self._latest
+
+    def state(self) -> RobotState:
+        """Ask for an observation."""
+        before = self._latest
+        with self._line:
+            seen = self._observe()
+        joints = tuple(v * f.scale for v, f in zip(seen, self._listed, strict=True))
+        moving = before is not None and time.monotonic() - before.at < 1.0 and not self._alike(before.joints, joints)
+        self._latest = RobotState(time.monotonic(), joints, (0.0, 0.0, 0.0, 0.0), moving, True)
+        return self._latest
+
+    def _observe(self) -> tuple[float, ...]:
+        seen = self._ask(lambda robot: robot.get_observation(), TRIES)
+        return tuple(float(seen[f.key]) for f in self._listed)
+
+    def _alike(self, one: tuple[float, ...], other: tuple[float, ...], share: float = STILL) -> bool:
+        return all(
+            abs(a - b) <= share * (f.high - f.low) * f.scale for a, b, f in zip(one, other, self._listed, strict=True)
+        )
+
+    def check(self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None) -> None:
+        """Refuse unknown kinds and values outside their range."""
+        within(known(self.features, kind, args), args)
+
+    def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
+        """Go there in small steps; the outcome tells the goal that LeRobot says it has sent."""
+        self.check(kind, args)
+        holds = self._holds
+        permit()
+        if kind == "noop":
+            return Outcome({}, self.state())
+        with self._line:
+            start = self._observe()
+        if kind == "ready":
+            goal = tuple(f.ready for f in self._listed)
+        else:
+            goal = tuple(
+                number(args, f.name) / f.scale if f.name in args else here
+                for f, here in zip(self._listed, start, strict=True)
+            )
+        on_stage("sent")
+        sent = self._go(start, goal, holds, permit, on_stage)
+
+        def go_on() -> None:
+            permit()
+            self._still_free(holds)
+
+        state = self._at_rest(go_on) or self.state()
+        told = {f.name: round(sent[f.key] * f.scale, 6) for f in self._listed}
+        there = dict(zip(told, state.joints, strict=True))
+        off = [f.name for f in self._listed if abs(told[f.name] - there[f.name]) > REACHED * (f.high - f.low) * f.scale]
+        if off:
+            raise HardwareFault(f"{off[0]} came to rest before it was there; something may be in its way.")
+        return Outcome(told, state)
+
+    def _go(
+        self, start: tuple[float, ...], goal: tuple[float, ...], holds: int, permit: Permit, on_stage: OnStage
+    ) -> dict[str, float]:
+        """Send goal after goal, no faster than the slowest feature may go; return the last as it was sent."""
+        seconds = max(abs(g - s) / f.speed for g, s, f in zip(goal, start, self._listed, strict=True))
+        steps = max(1, ceil(seconds / STEP_S))
+        sent: dict[str, float] = {}
+        for k in range(1, steps + 1):
+            begun = time.monotonic()
+            permit()
+            share = k / steps
+            action = {f.key: s + share * (g - s) for f, s, g in zip(self._listed, start, goal, strict=True)}
+            with self._line:
+                self._still_free(holds)
+                sent = self._ask(lambda robot, action=action: robot.send_action(action), TRIES)  # type: ignore[misc]
+            if k == 1:
+                on_stage("acknowledged")
+            if k % 3 == 0:
+                self.state()
+            time.sleep(max(0.0, begun + STEP_S - time.monotonic()))
+        return sent
+
+    def _still_free(self, holds: int) -> None:
+        if self._holds != holds:
+            raise Held("The robot was stopped on its way.")
+
+    def _at_rest(self, check: Callable[[], None]) -> RobotState | None:
+        """Return the state when two looks are alike; None where that takes too long."""
+        until = time.monotonic() + REST_S
+        before = self.state()
+        while time.monotonic() <= until:
+            time.sleep(LOOK_S)
+            check()
+            state = self.state()
+            if self._alike(before.joints, state.joints):
+                return state
+            before = state
+        return None
+
+    def hold(self) -> RobotState:
+        """Send the place where it is as its goal; no goal of before follows."""
+        with self._line:
+            self._holds += 1
+            here = self._observe()
+            action = {f.key: v for f, v in zip(self._listed, here, strict=True)}
+            self._ask(lambda robot: robot.send_action(action), TRIES)
+        state = self._at_rest(lambda: None)
+        if state is None:
+            raise HardwareFault("The robot did not come to rest after a hold.")
+        return state
+
+    def recover(self, permit: Permit) -> RobotState:
+        """Soft reset: open the line anew. LeRobot knows of no other, and nothing is to be moved for it."""
+        permit()
+        return self.connect()
+
+
+def _short(error: Exception) -> str:
+    """Return the first line of what a library says, without its full stop."""
+    return (str(error).strip().splitlines() or [type(error).__name__])[0][:160].rstrip(".")

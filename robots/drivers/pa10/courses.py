@@ -1,0 +1,109 @@
+"""The wire's requests as motions, and programs checked as a whole."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robots.description import boxes, load, planner, posture
+from robots.drivers.pa10.protocol import MOTIONS, Mode, Request
+from robots.drivers.pa10.units import pose_of
+from robots.motion.chain import Joints
+from robots.motion.path import Path
+from robots.motion.planner import Plan, Refused
+from robots.motion.zones import Box
+
+MODES = {"j": Mode.JOINT_CTRL, "k": Mode.KIN_RPY_CTRL, "K": Mode.KIN_EULER_CTRL, "l": Mode.KIN_RPY_CTRL}
+
+LONGEST_WAIT_S = 30
+
+
+@dataclass(frozen=True)
+class Course:
+    """A motion and the state of the register while it runs."""
+
+    mode: Mode
+    plan: Plan
+
+
+def is_default(request: Request) -> bool:
+    """Tell whether this is the paper's way out of a range error: all joints to zero."""
+    return request.letter == "j" and not any(request.numbers[:6])
+
+
+class Courses:
+    """What may be asked of the arm over the wire."""
+
+    def __init__(self, extra: tuple[Box, ...] = ()) -> None:
+        description = load("pa10")
+        self._own = boxes(description)
+        self.planner = planner("pa10", self._own + extra)
+        motion = description["motion"]
+        self._scale, self._scales = float(motion["scale"]), motion["scale_range"]
+        self.home = posture(description, "home")
+
+    def forbid(self, extra: tuple[Box, ...]) -> None:
+        """Plan around these boxes too, beside the arm's own."""
+        self.planner = planner("pa10", self._own + extra)
+
+    def scale(self, request: Request) -> float:
+        """Return the share of full speed that the request asks for, or the usual one."""
+        if len(request.numbers) < 7:
+            return self._scale
+        low, high = self._scales
+        if not low <= request.numbers[6] <= high:
+            raise Refused("range", f"the share of full speed must lie between {low:g} and {high:g}")
+        return request.numbers[6]
+
+    def plan(self, request: Request, q: Joints, v: Joints) -> Course:
+        """Return the motion from the sampled position (rad) and velocity (rad/s), swept against the boxes.
+
+        Raises:
+            Refused: says which joint, how far away, or which limb would enter which box.
+
+        """
+        scale, planner = self.scale(request), self.planner
+        if request.letter == "l":
+            made = planner.line(pose_of(request), q, v, scale)
+        elif request.letter == "j":
+            made = planner.joints(np.radians(request.numbers[:6]), q, v, scale)
+        else:
+            made = planner.joints(planner.reach(pose_of(request), q), q, v, scale)
+        return Course(MODES[request.letter], made)
+
+    def along(self, steps: list[Request], q: Joints) -> Iterator[tuple[int, Path]]:
+        """Go through a program from rest at `q`; give each motion with the number of its step.
+
+        Raises:
+            Refused: names the step.
+
+        """
+        here = q
+        for number, step in enumerate(steps, 1):
+            if step.letter not in MOTIONS:
+                continue
+            try:
+                made = self.plan(step, here, np.zeros_like(here)).plan
+            except Refused as error:
+                raise Refused(error.code, f"step {number}: {error}") from error
+            here = made.target
+            yield number, made.path
+
+    def check(self, steps: list[Request], q: Joints) -> float:
+        """Go through a whole program from rest at `q`; return its time on the way (s).
+
+        Raises:
+            Refused: names the step.
+
+        """
+        seconds = sum(path.seconds for _, path in self.along(steps, q))
+        for number, step in enumerate(steps, 1):
+            if step.letter == "d":
+                if not 0 <= step.numbers[0] <= LONGEST_WAIT_S:
+                    raise Refused("range", f"step {number}: a wait lasts 0 to {LONGEST_WAIT_S} s")
+                seconds += step.numbers[0]
+            elif step.letter == "g":
+                if step.numbers[0] not in (0.0, 1.0):
+                    raise Refused("range", f"step {number}: the gripper knows 0 (open) and 1 (close)")
+                seconds += 1.0
+        return seconds

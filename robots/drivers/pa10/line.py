@@ -1,0 +1,131 @@
+"""The owner's end of the museum arm's TCP line: one question, one answer."""
+
+import contextlib
+import socket
+import threading
+from pathlib import Path
+
+from robots.drivers.contract import Trace
+from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace
+from robots.drivers.pa10.protocol import ArmState, Malformed, Request
+
+ANSWER_S = 1.0
+PLANNED_S = 10.0  # a motion is planned and swept before it is answered; a crowded machine takes its time
+
+
+class ArmLine:
+    """Thread safe; `address` is host:port, a `socket://` URL, or a file that says where."""
+
+    def __init__(self, address: str, epoch: int, token: str, trace: Trace | None) -> None:
+        self._address, self._epoch, self._token, self._trace = address, epoch, token, trace
+        self._socket: socket.socket | None = None
+        self._lock = threading.Lock()
+        self._rest = b""
+        self.resent = self.broken = 0
+
+    @property
+    def is_open(self) -> bool:
+        """Tell whether a connection stands."""
+        return self._socket is not None
+
+    def open(self) -> None:
+        """Connect and say who asks. Raises LineGone, LineBusy."""
+        with self._lock:
+            self._close()
+            try:
+                self._socket = socket.create_connection(self._where(), timeout=ANSWER_S)
+                self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            except (OSError, ValueError) as error:
+                self._socket = None
+                raise LineGone(f"The arm's controller cannot be reached: {error}.") from error
+        try:
+            self.ask(Request("i", (float(self._epoch),), self._token))
+        except ControllerRefused as error:
+            self.close()
+            raise LineBusy(f"The arm serves somebody else: {error}") from error
+
+    def _where(self) -> tuple[str, int]:
+        text = self._address.removeprefix("socket://")
+        if text.startswith("/"):
+            text = Path(text).read_text().strip()
+        host, _, port = text.rpartition(":")
+        return host or "127.0.0.1", int(port)
+
+    def close(self) -> None:
+        """Close the connection."""
+        with self._lock:
+            self._close()
+
+    def _close(self) -> None:
+        if self._socket is not None:
+            with contextlib.suppress(OSError):
+                self._socket.close()
+        self._socket, self._rest = None, b""
+
+    def ask(self, request: Request, seconds: float = ANSWER_S) -> str:
+        """Send one line and return its answer; a line that stays away ends the connection.
+
+        Raises:
+            LineGone, LineSilent: the wire. OutOfWorkspace, ControllerRefused: the controller.
+
+        """
+        return self._exchange(request.encode(), seconds)
+
+    def teach(self, number: int, program: str, seconds: float = ANSWER_S) -> str:
+        """Hand over a program under a number. Raises as `ask`."""
+        lines = [line for line in program.splitlines() if line.strip() not in ("", ".")]
+        data = "\n".join([f"u {number}", *lines, ".", ""]).encode("ascii", "replace")
+        return self._exchange(data, seconds)
+
+    def _exchange(self, data: bytes, seconds: float) -> str:
+        with self._lock:
+            if self._socket is None:
+                raise LineGone("The arm's controller is not connected.")
+            try:
+                self._socket.settimeout(seconds)
+                self._send(data)
+                answer = self._read()
+            except TimeoutError as error:
+                self._close()  # an answer that comes later must not be taken for the next one
+                raise LineSilent("The arm's controller does not answer.") from error
+            except OSError as error:
+                self._close()
+                raise LineGone(f"The connection to the arm broke: {error.strerror or error}.") from error
+        if self._trace is not None:
+            self._trace(">", data, data.decode().strip())
+            self._trace("<", answer.encode(), answer)
+        return self._judged(answer)
+
+    def _send(self, data: bytes) -> None:
+        assert self._socket is not None
+        self._socket.sendall(data)
+
+    def _read(self) -> str:
+        assert self._socket is not None
+        while b"\n" not in self._rest:
+            data = self._socket.recv(4096)
+            if not data:
+                raise ConnectionResetError("the controller closed the line")
+            self._rest += data
+        line, _, self._rest = self._rest.partition(b"\n")
+        return line.decode("ascii", "replace").strip()
+
+    @staticmethod
+    def _judged(answer: str) -> str:
+        if not answer.startswith("e "):
+            return answer
+        _, code, *words = answer.split(" ")
+        text = " ".join(words)
+        text = f"{text[:1].upper()}{text[1:]}."
+        if code in ("range", "box"):
+            raise OutOfWorkspace(text)
+        raise ControllerRefused(text)
+
+    def state(self) -> ArmState:
+        """Ask for the whole state. Raises as `ask`; ControllerRefused for an answer that is none."""
+        answer = self.ask(Request("s"))
+        try:
+            return ArmState.decode(answer)
+        except Malformed as error:
+            self.broken += 1
+            raise ControllerRefused(f"The controller said something that is no state: {answer[:60]}") from error

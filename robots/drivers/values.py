@@ -1,0 +1,65 @@
+"""The values of a command, checked against what the robot says it takes."""
+
+from math import isfinite
+from typing import Any
+
+from robots.drivers.contract import Argument, CommandKind, Features
+from robots.drivers.errors import BadRequest
+
+
+def number(args: dict[str, Any], name: str) -> float:
+    """Return a finite number out of `args`. Raises BadRequest."""
+    value = args.get(name)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise BadRequest(f"The value {name} must be a number.")
+    try:
+        real = float(value)
+    except OverflowError:
+        raise BadRequest(f"The value {name} is too large.") from None
+    if not isfinite(real):
+        raise BadRequest(f"The value {name} must be a finite number.")
+    return real
+
+
+def text(args: dict[str, Any], argument: Argument) -> str:
+    """Return a text out of `args`. Raises BadRequest."""
+    value = args.get(argument.name)
+    if not isinstance(value, str) or not argument.low <= len(value) <= argument.high:
+        raise BadRequest(
+            f"The value {argument.name} must be a text of {argument.low:g} to {argument.high:g} characters."
+        )
+    return value
+
+
+def known(features: Features, kind: str, args: dict[str, Any]) -> CommandKind:
+    """Return the command of that kind whose values have the right names.
+
+    Raises:
+        BadRequest: no such command, a value that it does not take, a value that is no number.
+
+    """
+    spec = features.command(kind)
+    if spec is None:
+        raise BadRequest(f"This robot has no command called {kind}.")
+    extra = set(args) - {a.name for a in spec.arguments}
+    if extra:
+        raise BadRequest(f"The command {kind} takes no value called {sorted(extra)[0]}.")
+    for argument in spec.arguments:
+        if argument.text and (argument.required or argument.name in args):
+            text(args, argument)
+        elif argument.required or argument.name in args:
+            number(args, argument.name)
+    return spec
+
+
+def within(spec: CommandKind, args: dict[str, Any]) -> None:
+    """Refuse a value outside its range. Raises BadRequest."""
+    for argument in spec.arguments:
+        if argument.text:
+            continue
+        if argument.name in args and not argument.low <= number(args, argument.name) <= argument.high:
+            raise BadRequest(
+                f"{argument.name} must lie between {argument.low:g} and {argument.high:g} {argument.unit}.".replace(
+                    " .", "."
+                )
+            )

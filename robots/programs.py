@@ -1,0 +1,75 @@
+"""People's programs: saved, shared, looked through by keepers, found again."""
+
+from datetime import datetime
+from typing import Any
+
+from django.db import IntegrityError, transaction
+from django.db.models import Q, QuerySet
+
+from robots.drivers.errors import BadRequest, NotPermitted
+from robots.models import Program, Robot
+
+MOST = 50  # of one person for one robot
+LONGEST = 6000
+
+
+def visible(robot: Robot, user: Any) -> QuerySet[Program]:
+    """Return the gallery and, signed in, one's own."""
+    mine = Q(author=user.pk) if user.is_authenticated else Q(pk=None)
+    found = Program.objects.filter(robot=robot).select_related("author")
+    return found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
+
+
+def one(robot: Robot, user: Any, pk: int) -> Program:
+    """Return a program that the person may see. Raises BadRequest."""
+    program = visible(robot, user).filter(pk=pk).first()
+    if program is None:
+        raise BadRequest("There is no such program, or it is not shared.")
+    return program
+
+
+def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datetime, pk: int | None = None) -> Program:
+    """Save a program of one's own; a changed one leaves the gallery until it was looked through again.
+
+    Raises:
+        NotPermitted: signed out, somebody else's, too many. BadRequest: no name, no text, a name twice.
+
+    """
+    if not user.is_authenticated:
+        raise NotPermitted("Sign in to save programs.")
+    name, text = " ".join(name.split()), text.replace("\r\n", "\n").strip()
+    if not 0 < len(name) <= 60:
+        raise BadRequest("Give the program a name of at most 60 characters.")
+    if not 0 < len(text) <= LONGEST:
+        raise BadRequest(f"A program has a step at least, and at most {LONGEST} characters.")
+    own = Program.objects.filter(robot=robot, author=user.pk)
+    program = own.filter(pk=pk).first() if pk is not None else Program(robot=robot, author=user)
+    if program is None:
+        raise NotPermitted("That program is not yours; save it under a name of your own.")
+    if program.pk is None and own.count() >= MOST:
+        raise NotPermitted(f"You have {MOST} programs for this robot; delete one first.")
+    if (program.name, program.text) != (name, text):
+        program.approved, program.approved_by = False, None
+    program.name, program.text, program.shared, program.changed_at = name, text, shared, now
+    try:
+        with transaction.atomic():
+            program.save()
+    except IntegrityError as error:
+        raise BadRequest("You have a program of that name already.") from error
+    return program
+
+
+def delete(robot: Robot, user: Any, pk: int) -> None:
+    """Delete a program of one's own. Raises NotPermitted."""
+    done, _ = Program.objects.filter(robot=robot, author=user.pk, pk=pk).delete() if user.is_authenticated else (0, {})
+    if not done:
+        raise NotPermitted("That program is not yours.")
+
+
+def approve(program: Program, user: Any, approved: bool) -> None:
+    """Let a shared program into the gallery, or take it out. Raises NotPermitted, BadRequest."""
+    if not user.has_perm("robots.change_program"):
+        raise NotPermitted("Programs are looked through by keepers.")
+    if approved and not program.shared and program.author_id is not None:
+        raise BadRequest("Its author has not shared it.")
+    Program.objects.filter(pk=program.pk).update(approved=approved, approved_by=user.pk if approved else None)

@@ -1,0 +1,107 @@
+"""The three cameras, in a process of their own: ``python -m simulators.pa10.cameras --dir DIR``.
+
+The control loop writes the scene's position into `scene.mem`; pictures are made only when
+somebody asks. `cameras.json` says where each camera answers, `camera` where the first does.
+"""
+
+import argparse
+import json
+import logging
+import os
+import signal
+import sys
+import threading
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.description import load, views
+from simulators.common.camera_server import CameraServer
+from simulators.common.faults import FaultBoard, serve
+from simulators.pa10 import scene
+from simulators.pa10.render import make
+
+RANGE = (0.001, 0.1)
+NOISE = 2  # grey levels to either side
+
+
+class SharedScene:
+    """The scene's position in a file that both processes map; torn reads are read again."""
+
+    def __init__(self, path: Path, count: int, begin: bool = False) -> None:
+        size = (count + 2) * 8
+        if begin:
+            path.write_bytes(bytes(size))
+        self._values = np.memmap(path, dtype=np.float64, mode="r+", shape=(count + 2,))
+
+    def write(self, qpos: NDArray[np.float64]) -> None:
+        """Write; the two counters around it differ while it is under way."""
+        self._values[0] += 1
+        self._values[1:-1] = qpos
+        self._values[-1] = self._values[0]
+
+    def read(self) -> NDArray[np.float64]:
+        """Return a position that was written whole."""
+        while True:
+            last = self._values[-1]
+            found = np.array(self._values[1:-1])
+            if self._values[0] == last:
+                return found
+
+
+class Cameras:
+    """Renders on request, one picture at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        description = load("pa10")
+        camera = description["camera"]
+        model = scene.spec().compile()
+        self._data, self._model = mujoco.MjData(model), model
+        self._shared = SharedScene(folder / "scene.mem", model.nq)
+        self._renderer = make(model, camera["width"], camera["height"])
+        self._one_at_a_time = threading.Lock()
+        self._dice = np.random.default_rng()
+        faults = FaultBoard()
+        serve(folder / "camera_faults", faults, dict)
+        self.addresses: dict[str, str] = {}
+        self._servers = []
+        for name in views(description):
+            server = CameraServer(lambda _, name=name: self._take(name), faults, RANGE)  # type: ignore[misc]
+            self._servers.append(server)
+            self.addresses[name] = f"http://127.0.0.1:{server.port}"
+        (folder / "cameras.json").write_text(json.dumps(self.addresses))
+        (folder / "camera").write_text(next(iter(self.addresses.values())) + "\n")
+
+    def _take(self, name: str) -> NDArray[np.uint8]:
+        with self._one_at_a_time:
+            self._data.qpos[:] = self._shared.read()
+            mujoco.mj_kinematics(self._model, self._data)
+            mujoco.mj_camlight(self._model, self._data)
+            picture = self._renderer.take(self._data, name)
+        return self._noisy(picture)
+
+    def _noisy(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the picture with a sensor's grain: two of the same scene are never the same."""
+        grain = self._dice.integers(-NOISE, NOISE, picture.shape, dtype=np.int16, endpoint=True)
+        return np.asarray(np.clip(picture + grain, 0, 255), np.uint8)
+
+
+def main() -> None:
+    """Run until told to stop, or until the control process is gone."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--dir", type=Path, required=True)
+    logging.basicConfig(level=logging.INFO, stream=sys.stderr)
+    cameras = Cameras(parser.parse_args().dir)
+    logging.getLogger(__name__).info("cameras at %s", cameras.addresses)
+    over = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: over.set())
+    signal.signal(signal.SIGINT, lambda *_: over.set())
+    parent = os.getppid()
+    while not over.wait(1.0) and os.getppid() == parent:
+        pass
+
+
+if __name__ == "__main__":
+    main()

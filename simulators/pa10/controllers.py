@@ -1,0 +1,62 @@
+"""Control layers: from a reference and what was measured to joint torques. Replace at will.
+
+A controller is an object with one method, `torques`. Two ship: computed torque (the arm's
+own dynamics are computed away, what is left is a double integrator) and PD with gravity left
+to its integral-free gains (Craig 1986, chapters 9 and 10).
+"""
+
+from typing import Protocol
+
+import mujoco
+import numpy as np
+
+from robots.description import chain
+from robots.motion.chain import Joints
+from simulators.pa10 import scene
+from simulators.pa10.plant import Measured
+
+
+class Controller(Protocol):
+    """The contract: called at 500 Hz, returns N m for each axis."""
+
+    def torques(self, q: Joints, v: Joints, a: Joints, now: Measured) -> Joints:
+        """Return torques that lead the arm along the reference (rad, rad/s, rad/s2)."""
+
+
+class ComputedTorque:
+    """tau = M(q) (a + Kv e' + Kp e) + C(q, q') + G(q), from the description's masses."""
+
+    def __init__(self, frequency: float = 12.0) -> None:
+        self._model = scene.arm().compile()
+        # what the arm meets is not in its own dynamics
+        self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+        self._data = mujoco.MjData(self._model)
+        names = chain("pa10").names
+        self._at = np.array([self._model.joint(name).qposadr[0] for name in names])
+        self._dof = np.array([self._model.joint(name).dofadr[0] for name in names])
+        w = 2 * np.pi * frequency / 2
+        self._kp, self._kv = w * w, 2 * w
+
+    def torques(self, q: Joints, v: Joints, a: Joints, now: Measured) -> Joints:
+        """See Controller."""
+        data = self._data
+        data.qpos[self._at], data.qvel[self._dof] = now.q, now.v
+        data.qacc[:] = 0.0
+        data.qacc[self._dof] = a + self._kv * (v - now.v) + self._kp * (q - now.q)
+        mujoco.mj_inverse(self._model, data)
+        return np.asarray(data.qfrc_inverse[self._dof]).copy()
+
+
+class ProportionalDerivative:
+    """tau = Kp e + Kd e': knows nothing of the arm; sags under gravity and lags behind."""
+
+    def __init__(self, share: float = 1.0) -> None:
+        self._kp = share * np.array([9000.0, 9000.0, 5000.0, 900.0, 900.0, 400.0])
+        self._kd = share * np.array([500.0, 500.0, 260.0, 40.0, 40.0, 20.0])
+
+    def torques(self, q: Joints, v: Joints, a: Joints, now: Measured) -> Joints:
+        """See Controller."""
+        return self._kp * (q - now.q) + self._kd * (v - now.v)
+
+
+CONTROLLERS: dict[str, type[Controller]] = {"computed_torque": ComputedTorque, "pd": ProportionalDerivative}

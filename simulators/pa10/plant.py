@@ -1,0 +1,75 @@
+"""The arm itself: takes joint torques, returns positions, velocities and applied torques.
+
+That is the open controller architecture of the PA10 (Dziemian et al. 2004, "Introduction"):
+whoever wants another control layer replaces `simulators.pa10.controllers`, not this file.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robots.description import chain, load
+from robots.motion.chain import Joints
+from simulators.pa10 import scene
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What the arm replies: rad, rad/s, N m as applied, each finger's opening in m."""
+
+    q: Joints
+    v: Joints
+    torque: Joints
+    opening: float
+
+
+class Plant:
+    """MuJoCo with torque-driven axes; one call of `step` is 2 ms."""
+
+    def __init__(self, q: Joints | None = None, qpos: Joints | None = None) -> None:
+        self.model = scene.spec().compile()
+        self.data = mujoco.MjData(self.model)
+        arm = chain("pa10")
+        self._at = np.array([self.model.joint(name).qposadr[0] for name in arm.names])
+        self._dof = np.array([self.model.joint(name).dofadr[0] for name in arm.names])
+        self._fingers = [self.model.joint(name).qposadr[0] for name in ("left_finger", "right_finger")]
+        self._effort = arm.effort
+        gripper = load("pa10")["gripper"]
+        self._open, self._closed = float(gripper["open"]), -0.02  # beyond the pads: it presses
+        if qpos is not None and qpos.shape == self.data.qpos.shape:
+            self.data.qpos[:] = qpos
+        else:
+            self.data.qpos[self._fingers] = self._open
+            self.data.qpos[self._at] = 0.0 if q is None else q
+        self._torque = np.zeros(len(arm.names))
+        self.disturbance = np.zeros(len(arm.names))  # N m that nobody commanded
+        mujoco.mj_forward(self.model, self.data)
+
+    def measured(self) -> Measured:
+        """Return positions, velocities, applied torques."""
+        opening = float(np.mean(self.data.qpos[self._fingers]))
+        return Measured(self.data.qpos[self._at].copy(), self.data.qvel[self._dof].copy(), self._torque.copy(), opening)
+
+    def step(self, torque: Joints, gripper: int) -> None:
+        """Apply torques (N m, cut to what the motors have) for 2 ms; `gripper` 0 opens, 1 closes."""
+        self._torque = np.clip(torque, -self._effort, self._effort)
+        self.data.qfrc_applied[self._dof] = self._torque + self.disturbance
+        self.data.ctrl[:] = self._closed if gripper else self._open
+        mujoco.mj_step(self.model, self.data)
+
+    @property
+    def qpos(self) -> Joints:
+        """Return the whole scene's position, for cameras and for the next start."""
+        return np.array(self.data.qpos)
+
+    def put_back(self, body: str) -> None:
+        """Lay a body down at rest where it was in the beginning."""
+        joint = self.model.joint(f"{body}_free")
+        at, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
+        self.data.qpos[at : at + 7] = self.model.qpos0[at : at + 7]
+        self.data.qvel[dof : dof + 6] = 0.0
+
+    def place(self, body: str) -> Joints:
+        """Return where a body is (m)."""
+        return np.array(self.data.body(body).xpos)

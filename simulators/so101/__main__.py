@@ -1,0 +1,212 @@
+"""The SO-101's six servos on their line, as a program: ``python -m simulators.so101 --dir DIR``.
+
+Feetech's protocol as STS3215 servos speak it: ``FF FF id length instruction parameters
+checksum``, answered by ``FF FF id length error parameters checksum``; a register table each,
+little-endian. In DIR it keeps `tty` (the line), `calibration/farhand.json` (as LeRobot keeps
+that of a real arm), `faults` (a Unix socket) and `journal.jsonl`.
+"""
+
+import argparse
+import json
+import os
+import pty
+import select
+import signal
+import threading
+import time
+import tty
+from pathlib import Path
+from typing import Any
+
+from simulators.common.faults import FaultBoard, serve
+from simulators.common.journal import Journal
+
+NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
+LOW, HIGH, MIDDLE = 700, 3395, 2047  # ticks of 4096 a turn: the calibrated range
+MODEL, FIRMWARE = 777, (3, 10)
+EVERYBODY = 0xFE
+PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 1, 2, 3, 0x82, 0x83
+MIN_LIMIT, MAX_LIMIT, TORQUE, GOAL, POSITION, SPEED, MOVING = 9, 11, 40, 42, 56, 58, 66
+STEP_S = 0.004
+STIFFNESS, FASTEST, QUICKEST = 18.0, 3000.0, 30_000.0  # 1/s, ticks/s, ticks/s2
+ARRIVED = 2.0  # ticks
+
+
+class Servo:
+    """One servo: its registers, and a motor that runs at its goal."""
+
+    def __init__(self, number: int, at: float) -> None:
+        self.registers = bytearray(128)
+        self.registers[0:2] = bytes(FIRMWARE)
+        self.registers[5] = number
+        for address, value in ((3, MODEL), (MIN_LIMIT, LOW), (MAX_LIMIT, HIGH), (GOAL, round(at))):
+            self.put(address, value)
+        self.at, self.speed = at, 0.0
+        self.step()
+
+    def put(self, address: int, value: int) -> None:
+        """Write a register of two bytes."""
+        self.registers[address : address + 2] = value.to_bytes(2, "little")
+
+    def get(self, address: int) -> int:
+        """Read a register of two bytes."""
+        return int.from_bytes(self.registers[address : address + 2], "little")
+
+    def write(self, address: int, data: bytes) -> None:
+        """Take what the line writes; torque that comes on finds the motor where it is."""
+        was = self.registers[TORQUE]
+        self.registers[address : address + len(data)] = data
+        if self.registers[TORQUE] and not was:
+            self.put(GOAL, round(self.at))
+
+    def step(self) -> None:
+        """Let a step pass."""
+        wanted = 0.0
+        if self.registers[TORQUE]:
+            goal = min(max(self.get(GOAL), self.get(MIN_LIMIT)), self.get(MAX_LIMIT))
+            wanted = min(max((goal - self.at) * STIFFNESS, -FASTEST), FASTEST)
+        change = QUICKEST * STEP_S
+        self.speed += min(max(wanted - self.speed, -change), change)
+        self.at += self.speed * STEP_S
+        self.put(POSITION, round(self.at))
+        self.put(SPEED, min(round(abs(self.speed)), 0x7FFF) | (0x8000 if self.speed < 0 else 0))
+        self.registers[MOVING] = int(abs(self.speed) > ARRIVED)
+
+
+class Simulator:
+    """Six servos and their line."""
+
+    def __init__(self, folder: Path) -> None:
+        (folder / "calibration").mkdir(parents=True, exist_ok=True)
+        self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
+        self._folder = folder
+        self._servos = {n: Servo(n, at) for n, at in zip(range(1, 7), self._kept(), strict=True)}
+        self._rest = b""
+        self._lock = threading.Lock()
+        self._running, self._moves = True, False
+        self._master, self._slave = pty.openpty()
+        for end in (self._master, self._slave):
+            tty.setraw(end)
+        os.set_blocking(self._master, False)
+        serve(folder / "faults", self.faults, self.status)
+        self._calibrated()
+        link = folder / "tty"
+        link.unlink(missing_ok=True)
+        link.symlink_to(os.ttyname(self._slave))
+
+    def _kept(self) -> list[float]:
+        try:
+            return [float(v) for v in json.loads((self._folder / "places.json").read_text())][:6]
+        except (OSError, ValueError):
+            return [float(MIDDLE)] * 6
+
+    def _calibrated(self) -> None:
+        kept = {
+            name: {"id": n, "drive_mode": 0, "homing_offset": 0, "range_min": LOW, "range_max": HIGH}
+            for n, name in enumerate(NAMES, 1)
+        }
+        (self._folder / "calibration" / "farhand.json").write_text(json.dumps(kept))
+
+    def status(self) -> dict[str, Any]:
+        """Return places (ticks), goals and counters, for tests."""
+        return {
+            "counts": dict(self.journal.counts),
+            "ticks": [round(s.at, 1) for s in self._servos.values()],
+            "goals": [s.get(GOAL) for s in self._servos.values()],
+            "moving": self._moves,
+        }
+
+    def run(self) -> None:
+        """Serve the line and move the servos until told to stop."""
+        threading.Thread(target=self._drive, name="motors", daemon=True).start()
+        while self._running:
+            ready, _, _ = select.select([self._master], [], [], 0.2)
+            if ready:
+                try:
+                    self._take(os.read(self._master, 4096))
+                except OSError:
+                    time.sleep(0.05)
+        (self._folder / "places.json").write_text(json.dumps([s.at for s in self._servos.values()]))
+
+    def stop(self, *_: object) -> None:
+        """Leave the loop."""
+        self._running = False
+
+    def _drive(self) -> None:
+        due = time.monotonic()
+        while self._running:
+            due = max(due + STEP_S, time.monotonic() - 0.1)
+            time.sleep(max(0.0, due - time.monotonic()))
+            with self._lock:
+                for servo in self._servos.values():
+                    servo.step()
+                moves = any(s.registers[MOVING] for s in self._servos.values())
+            if moves != self._moves:
+                self._moves = moves
+                self.journal.note("motion" if moves else "rest", goals=[s.get(GOAL) for s in self._servos.values()])
+
+    def _take(self, data: bytes) -> None:
+        self._rest += data
+        while True:
+            begin = self._rest.find(b"\xff\xff")
+            self._rest = self._rest[begin:] if begin >= 0 else self._rest[-1:]
+            if len(self._rest) < 6 or len(self._rest) < 4 + self._rest[3]:
+                return
+            packet, self._rest = self._rest[2 : 4 + self._rest[3]], self._rest[4 + self._rest[3] :]
+            if sum(packet) & 0xFF == 0xFF:
+                with self._lock:
+                    self._obey(packet[0], packet[2], packet[3:-1])
+            else:
+                self.journal.note("bad_checksum")
+
+    def _obey(self, number: int, instruction: int, data: bytes) -> None:
+        who = list(self._servos) if number == EVERYBODY else [n for n in (number,) if n in self._servos]
+        if instruction == PING:
+            for n in who:
+                self._answer(n, b"")
+        elif instruction == READ:
+            for n in who:
+                self._answer(n, bytes(self._servos[n].registers[data[0] : data[0] + data[1]]))
+        elif instruction == WRITE:
+            for n in who:
+                self._servos[n].write(data[0], data[1:])
+                if number != EVERYBODY:
+                    self._answer(n, b"")
+        elif instruction == SYNC_READ:
+            for n in data[2:]:
+                if n in self._servos:
+                    self._answer(n, bytes(self._servos[n].registers[data[0] : data[0] + data[1]]))
+        elif instruction == SYNC_WRITE:
+            self._write_all(data)
+
+    def _write_all(self, data: bytes) -> None:
+        address, length, rows = data[0], data[1], data[2:]
+        for k in range(0, len(rows) - length, length + 1):
+            if rows[k] in self._servos:
+                self._servos[rows[k]].write(address, rows[k + 1 : k + 1 + length])
+        if address == GOAL:
+            self.journal.note("goal", goals=[s.get(GOAL) for s in self._servos.values()])
+
+    def _answer(self, number: int, data: bytes) -> None:
+        if self.faults.value("mute") or self.faults.chance("drop"):
+            return
+        body = bytes([number, len(data) + 2, 0]) + data
+        packet = bytearray(b"\xff\xff" + body + bytes([~sum(body) & 0xFF]))
+        if self.faults.chance("corrupt"):
+            packet[-1] ^= 0x10
+        time.sleep(self.faults.value("slow"))
+        os.write(self._master, packet)
+
+
+def main() -> None:
+    """Run the simulator."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--dir", type=Path, required=True)
+    simulator = Simulator(parser.parse_args().dir)
+    signal.signal(signal.SIGTERM, simulator.stop)
+    signal.signal(signal.SIGINT, simulator.stop)
+    simulator.run()
+
+
+if __name__ == "__main__":
+    main()

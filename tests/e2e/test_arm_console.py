@@ -1,0 +1,275 @@
+"""The museum arm's console in a real browser: blocks put on others by position mode and by a program."""
+
+import io
+import re
+import time
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import expect
+
+from robots.clock import SYSTEM
+from robots.description import programs_of
+from robots.drivers.contract import make_driver
+from robots.drivers.errors import OutOfWorkspace
+from robots.models import Command, Program, Robot
+from tests.conftest import wait_for
+from tests.e2e.conftest import session
+
+CORNERS = ("from x", "from y", "from z", "to x", "to y", "to z")
+
+# drawing in three dimensions without a graphics card takes a core of its own
+pytestmark = [pytest.mark.alone, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
+
+
+@pytest.fixture
+def operator(visitor):
+    def make(name="ada", **options):
+        person = visitor(**options).sign_up(name).get_cleared()
+        person.page.click("[data-do=join]")
+        person.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
+        person.page.wait_for_selector(".operating", timeout=20_000)
+        return person
+
+    return make
+
+
+def place(person, x, y, z, straight=False):
+    """Fill in a place (mm), see the ghost, go there."""
+    page = person.page
+    page.set_checked("#straight", straight)
+    for name, value in {"x": x, "y": y, "z": z, "roll": 180, "pitch": 0, "yaw": 180}.items():
+        page.fill(f"#pose-{name}", str(value))
+    expect(page.locator("#model-said")).to_contain_text("s on the way")
+    person.press("go-pose")
+
+
+def run(page):
+    """Run the program and see the register say so."""
+    expect(page.locator("[data-command=run]")).to_have_attribute("aria-disabled", "false")
+    page.click("[data-command=run]")
+    try:
+        expect(page.locator("#mode")).to_contain_text("PROG EXEC", timeout=20_000)
+    except AssertionError as error:
+        raise AssertionError([page.inner_text(f"#{part}") for part in ("ladder", "notice", "why", "mode")]) from error
+
+
+def objects(portal):
+    return portal.sim.status()["objects"]
+
+
+@pytest.mark.length
+def test_a_stranger_puts_a_block_on_another_by_position_mode(transactional_db, portal, operator):
+    ada = operator()
+    page = ada.page
+    expect(page.locator("#model canvas")).to_be_visible(timeout=20_000)
+    page.click("#tab-position")
+    x, y, _ = (round(v * 1000, 1) for v in objects(portal)["blue"])
+    gx, gy, _ = (round(v * 1000, 1) for v in objects(portal)["green"])
+    # a place in the table is refused where it is typed in, and nothing moves
+    page.click("[data-fill=pose]")
+    page.fill("#pose-z", "-50")
+    expect(page.locator("#model-said")).to_contain_text("the table")
+    expect(page.locator("[data-command=go-pose]")).to_have_attribute("aria-disabled", "true")
+    assert not Command.objects.exists()
+    place(ada, x, y, 150)
+    place(ada, x, y, 22, straight=True)
+    ada.press("close")
+    place(ada, x, y, 150, straight=True)
+    assert objects(portal)["blue"][2] > 0.1, "it is lifted"
+    place(ada, gx, gy, 150)
+    place(ada, gx, gy, 63, straight=True)
+    ada.press("open")
+    place(ada, gx, gy, 150, straight=True)
+    blue, green = objects(portal)["blue"], objects(portal)["green"]
+    assert blue[2] == pytest.approx(0.06, abs=0.004)
+    assert blue[:2] == pytest.approx(green[:2], abs=0.015)
+    # the three cameras show pictures, each its own
+    for view in range(3):
+        canvas = page.locator(f"[data-view='{view}'] canvas")
+        assert int(canvas.get_attribute("data-at")) > time.time() * 1000 - 60_000
+    ada.axe("the arm's console")
+
+
+@pytest.mark.length
+def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transactional_db, portal, operator):
+    for name, text in programs_of("pa10"):
+        Program.objects.create(robot=portal.robot, name=name, text=text, approved=True, changed_at=SYSTEM.now())
+    ada = operator()
+    page = ada.page
+    page.click("#tab-program")
+    expect(page.locator(".blocklySvg")).to_be_visible(timeout=20_000)
+    page.select_option("#program-list", label="Red onto yellow")
+    expect(page.locator("#program-said")).to_contain_text("no box is touched")
+    expect(page.locator("#model-said")).to_contain_text("The ghost is at step")
+    assert not Command.objects.exists(), "the ghost moves, not the arm"
+    assert page.locator(".blocklyDraggable").count() >= 9
+    run(page)
+    ada.ladder("completed", 90)
+    red, yellow = objects(portal)["red"], objects(portal)["yellow"]
+    assert red[2] == pytest.approx(0.06, abs=0.004)
+    assert red[:2] == pytest.approx(yellow[:2], abs=0.015)
+    # a program of one's own: typed, refused with the line, mended, saved, found again
+    page.click("[data-program=new]")
+    page.fill("#program-text", "g 0\nk 500 160")
+    expect(page.locator("#program-said")).to_contain_text("Line 2: k wants 6 or 7 numbers")
+    expect(page.locator("[data-command=run]")).to_have_attribute("aria-disabled", "true")
+    page.fill("#program-text", "g 0\nk 500 160 -50 180 0 180")
+    expect(page.locator("#program-said")).to_contain_text("step 2")
+    expect(page.locator("[data-command=run]")).to_have_attribute("aria-disabled", "true")
+    page.fill("#program-text", "R 2\nj 10 25 75 0 80 0\nj -10 25 75 0 80 0\nE")
+    expect(page.locator("#program-said")).to_contain_text("no box is touched")
+    page.fill("#program-name", "Wave")
+    page.check("#program-shared")
+    page.click("[data-program=save]")
+    expect(page.locator("#program-said")).to_contain_text("once a keeper has looked through it")
+    kept = Program.objects.get(name="Wave")
+    assert (kept.author.username, kept.shared, kept.approved) == ("ada", True, False)
+    # and broken off by a stop: it does not go on after the release
+    run(page)
+    page.click("[data-command=stop]")
+    text = ada.ladder("cancelled")
+    assert "stopped" in text
+    page.check("#checked")
+    page.click("[data-command=release]")
+    expect(page.locator("#release")).to_be_hidden()
+    before = portal.sim.count("motion")
+    page.wait_for_timeout(1500)
+    assert portal.sim.count("motion") == before
+    ada.axe("program mode")
+
+
+def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, operator):
+    ada = operator()
+    page = ada.page
+    # a slider's target is shown by the ghost, then driven to
+    page.fill(".joint:nth-child(1) input[type=number]", "20")
+    expect(page.locator("#model-said")).to_contain_text("s on the way")
+    ada.press("go-joints")
+    expect(page.locator("#readings tbody tr").first).to_contain_text("20.0°")
+    # hold to turn an axis: it goes on while held and ends when let go
+    page.wait_for_selector('[data-jog="S1,-1"][aria-disabled=false]')
+    button = page.locator('[data-jog="S1,-1"]')
+    button.scroll_into_view_if_needed()
+    box = button.bounding_box()
+    page.mouse.move(box["x"] + 10, box["y"] + 10)
+    page.mouse.down()
+    wait_for(lambda: page.wait_for_timeout(20) or portal.sim.status()["q"][0] < 0.25, 10, "the axis turns")
+    page.mouse.up()
+    ada.ladder("completed")
+    # a newer target takes the place of the one before, in motion
+    page.fill("#speed", "10")
+    page.fill(".joint:nth-child(1) input[type=number]", "80")
+    expect(page.locator("[data-command=go-joints]")).to_have_attribute("aria-disabled", "false")
+    page.click("[data-command=go-joints]")
+    wait_for(lambda: page.wait_for_timeout(20) or portal.sim.status()["moving"], 10, "the motion")
+    page.wait_for_timeout(500)
+    page.fill(".joint:nth-child(1) input[type=number]", "0")
+    page.click("[data-command=go-joints]")
+    ada.ladder("completed", 40)
+    older, newer = (
+        Command.objects.filter(kind="joints").order_by("-pk")[1],
+        Command.objects.filter(kind="joints").last(),
+    )
+    assert (older.state, older.reason[:8], newer.state) == ("cancelled", "Replaced", "completed")
+    assert portal.sim.status()["q"][0] == pytest.approx(0.0, abs=0.01)
+    # the terminal goes through the same checks
+    page.click("#tab-terminal")
+    for line, answer in (
+        ("j 1 2", "wants 6 or 7"),
+        ("j 0 25 75 0 80 400", "e "),
+        ("g 1", "ok"),
+        ("w", "a"),
+        ("x", "There is no line"),
+    ):
+        page.fill("#terminal-line", line)
+        page.keyboard.press("Enter")
+        expect(page.locator("#terminal-said .answer").last).to_contain_text(answer, timeout=20_000)
+    ada.axe("terminal")
+
+
+@pytest.mark.length
+@pytest.mark.parametrize("look", [{"viewport": {"width": 390, "height": 844}, "color_scheme": "dark"}])
+def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
+    ada = operator(**look)
+    page = ada.page
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page.focus("#tab-joint")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("#tab-position")).to_be_focused()
+    expect(page.locator("#panel-position")).to_be_visible()
+    page.keyboard.press("Tab")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("#speed-said")).to_have_text("55 %")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    ada.axe("phone")
+    page.focus("#screen")
+    page.keyboard.press("Escape")
+    expect(page.locator("#release")).to_be_visible()
+    assert re.search("stopped", page.inner_text("#release"))
+
+
+@pytest.mark.length
+def test_a_keeper_draws_a_box_and_the_controller_refuses_it(portal, visitor, django_user_model):
+    django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
+    kim = visitor()
+    session(kim, django_user_model.objects.get(username="root"))
+    page = kim.page
+    address = f"/admin/robots/robot/{portal.robot.pk}/change/"
+    page.goto(address)
+    expect(page.locator(".boxes-editor .model canvas")).to_be_visible(timeout=20_000)
+    page.click("text=Add a box")
+    editor = page.locator(".boxes-editor")
+    editor.get_by_label("name").fill("the vase")
+    for label, value in zip(CORNERS, (0.4, 0.1, 0.0, 0.6, 0.3, 0.3), strict=True):
+        editor.get_by_label(f"{label} (m)").fill(str(value))
+    assert '"the vase"' in page.input_value("[name=boxes]")
+    kim.axe("box editor")
+    page.click("[name=_continue]")
+    expect(page.locator(".messagelist")).to_contain_text("was changed successfully")
+    vase = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}
+    assert Robot.objects.get(pk=portal.robot.pk).boxes == [vase]
+    expect(editor.get_by_label("name")).to_have_value("the vase")
+    wait_for(lambda: any(r["extra"] == ["the vase"] for r in portal.sim.journal() if r["event"] == "boxes"), 30, "the controller is told")  # fmt: skip
+    with pytest.raises(OutOfWorkspace, match="the vase"):
+        make_driver("pa10", "", {"boxes": [vase]}).check("pose", {"x": 0.5, "y": 0.2, "z": 0.15, "roll": 3.14, "pitch": 0, "yaw": 3.14})  # fmt: skip
+    # nonsense is named, and nothing of what was written is lost
+    page.fill("[name=boxes]", '[{"name": "", "low": [0, 0, 0], "high": [1, 1, 1]}]')
+    page.click("[name=_continue]")
+    expect(page.locator(".errorlist")).to_contain_text("name")
+    assert '"high": [1, 1, 1]' in page.input_value("[name=boxes]")
+    page.goto(address)
+    page.click("text=Remove the vase")
+    page.click("[name=_continue]")
+    wait_for(lambda: [r["extra"] for r in portal.sim.journal() if r["event"] == "boxes"][-1] == [], 30, "it is told again")  # fmt: skip
+
+
+@pytest.mark.length
+def test_the_view_comes_nearer_by_buttons_and_by_the_wheel_with_control(portal, visitor):
+    one = visitor()
+    page = one.page
+    page.goto("/robots/pa10/")
+    canvas = page.locator("#model canvas")
+    expect(canvas).to_be_visible(timeout=20_000)
+    page.wait_for_timeout(1500)
+
+    def look():
+        page.wait_for_timeout(900)  # few frames are drawn without a graphics card
+        return np.asarray(Image.open(io.BytesIO(canvas.screenshot(caret="initial"))).convert("L"), dtype=float)
+
+    def change(one, other):
+        return np.mean(np.abs(one - other) > 20)
+
+    whole = look()
+    page.click("[aria-label=Nearer]")
+    assert change(look(), whole) > 0.02
+    page.click("[aria-label='All of the arm']")
+    assert change(look(), whole) < 0.005
+    top = page.evaluate("scrollY")
+    canvas.hover()
+    page.keyboard.down("Control")
+    page.mouse.wheel(0, -200)
+    page.keyboard.up("Control")
+    assert change(look(), whole) > 0.02
+    assert page.evaluate("scrollY") == top

@@ -1,0 +1,236 @@
+"""Held motion in a real browser, and ten ways to lose the hand that holds it."""
+
+import contextlib
+import os
+import signal
+import time
+from datetime import timedelta
+
+import pytest
+
+from queueing.models import Turn
+from robots.clock import SYSTEM
+from robots.models import Command, Robot
+from tests.conftest import wait_for
+from tests.faults.proof import Proof
+from tests.faults.proxy import Proxy
+from tests.faults.witness import Witness
+from tests.rig import Web, free_port
+
+pytestmark = pytest.mark.alone  # it judges by fractions of a second
+
+GAMEPAD = """
+window.pad = { axes: [0, 0], connected: true, buttons: Array.from({length: 17}, () => ({pressed: false})) };
+navigator.getGamepads = () => [window.pad];
+Object.defineProperty(document, "hasFocus", { value: () => true });
+"""
+HIDDEN = """
+() => { Object.defineProperty(document, "hidden", { value: true, configurable: true });
+  document.dispatchEvent(new Event("visibilitychange")); }
+"""
+CANCEL = """
+() => { for (const b of document.querySelectorAll("[data-jog]")) b.dispatchEvent(new PointerEvent("pointercancel")); }
+"""
+
+
+@pytest.fixture
+def operator(visitor):
+    """Sign up, pass, accept: somebody who drives."""
+    made = []
+
+    def make(name):
+        ada = visitor()
+        ada.page.context.add_init_script(GAMEPAD)
+        ada.sign_up(name).get_cleared()
+        ada.page.click("[data-do=join]")
+        ada.page.locator("[data-do=accept]").press("Enter", timeout=20_000)
+        ada.page.wait_for_selector(".operating", timeout=20_000)
+        made.append(ada)
+        return ada
+
+    return make
+
+
+def hold(portal, page, direction, by="pointer"):
+    """Begin to hold, and wait until the arm is moving."""
+    before = portal.sim.count("motion")
+    button = page.locator(f'[data-jog="{direction}"]')
+    try:
+        wait_for(lambda: tick(page) or button.get_attribute("aria-disabled") == "false", 30, "the arm is free")
+    except AssertionError as error:
+        said = [page.inner_text(f"#{name}") for name in ("state", "why", "ladder")]
+        raise AssertionError(f"the arm is not free: {said}") from error
+    asked = Command.objects.count()
+    for _ in range(3):  # a page that still loads may move the button away from under the pointer
+        if by == "pad":
+            page.evaluate("([x, y]) => { pad.axes = [x, y]; }", [float(v) for v in direction.split(",")])
+        else:
+            page.mouse.up()
+            button.scroll_into_view_if_needed()
+            box = button.bounding_box()
+            page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+            page.mouse.down()
+        with contextlib.suppress(AssertionError):
+            wait_for(lambda: tick(page) or Command.objects.count() > asked, 3, "a command")
+            break
+    try:
+        wait_for(lambda: tick(page) or portal.sim.count("motion") > before + 1, 10, "steps")
+    except AssertionError as error:
+        said = [page.inner_text(f"#{name}") for name in ("state", "why", "ladder")]
+        raise AssertionError(f"no steps: {said}, {Command.objects.count() - asked} commands") from error
+
+
+def tick(page):
+    """Let Playwright work; its events are handled only while it is asked something."""
+    page.wait_for_timeout(10)
+
+
+def rest(portal, at):
+    """Return how long after `at` the set-point rested for good (s)."""
+    time.sleep(1.0)
+    assert not portal.sim.status()["moving"]
+    made = portal.sim.count("motion")
+    time.sleep(0.4)
+    assert portal.sim.count("motion") == made, "it goes on"
+    return max(r["t"] - at for r in portal.sim.journal() if r["event"] == "rest")
+
+
+def test_small_steps_by_pointer_key_and_gamepad(portal, operator):
+    ada = operator("ada")
+    page = ada.page
+    hold(portal, page, "1,0")
+    page.mouse.up()
+    assert "done" in page.inner_text("#say") or ada.ladder("completed")
+    page.focus('[data-jog="-1,0"]')
+    x = portal.sim.status()["pose"][0]
+    page.keyboard.down("ArrowLeft")
+    wait_for(lambda: tick(page) or portal.sim.status()["pose"][0] < x - 0.015, 10, "steps to the left")
+    page.keyboard.up("ArrowLeft")
+    ada.ladder("completed")
+    hold(portal, page, "0,1", by="pad")
+    page.evaluate("() => { pad.axes = [0, 0]; }")
+    ada.ladder("completed")
+    ada.axe("held motion")
+
+
+WAYS = (
+    "blur", "hidden page", "pointer cancel", "gamepad unplugged", "closed tab", "killed tab",
+    "line cut", "worker's Redis frozen", "renderer stopped", "web process killed",
+)  # fmt: skip
+
+
+class Bench:
+    """The page behind a line that can be cut, and the processes that can be stopped."""
+
+    def __init__(self, portal, ada, chromium, redis_server):
+        self.portal, self.ada, self.redis = portal, ada, redis_server
+        self.line = Proxy(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))
+        self.cdp = chromium.new_browser_cdp_session()
+        self.page = ada.page
+        self.frozen = []
+
+    def open(self):
+        """Have a page that drives, a fresh one where the last is gone."""
+        if self.page.is_closed() or self.gone:
+            self.page = self.ada.new_page()
+        self.gone = False
+        self.page.goto(f"http://localhost:{self.line.at[1]}/robots/mercury/")
+        self.page.wait_for_selector(".operating", timeout=20_000)
+        return self.page
+
+    gone = False
+
+    def renderers(self):
+        infos = self.cdp.send("SystemInfo.getProcessInfo")["processInfo"]
+        return [p["id"] for p in infos if p["type"] == "renderer"]
+
+    def lose(self, way):
+        """Lose the hand; return when."""
+        page, at = self.page, time.monotonic()
+        match way:
+            case "blur":
+                page.evaluate("window.dispatchEvent(new Event('blur'))")
+            case "hidden page":  # headless Chromium hides none: an injected event
+                page.evaluate(HIDDEN)
+            case "pointer cancel":
+                page.evaluate(CANCEL)
+            case "gamepad unplugged":  # an injected pad
+                page.evaluate("() => { navigator.getGamepads = () => [null]; }")
+            case "closed tab":
+                page.close()
+            case "killed tab" | "renderer stopped":
+                self.gone = True
+                self.frozen = self.renderers()
+                for pid in self.frozen:
+                    os.kill(pid, signal.SIGKILL if way == "killed tab" else signal.SIGSTOP)
+            case "line cut":
+                self.line.set("stall")
+            case "worker's Redis frozen":
+                self.redis.process.send_signal(signal.SIGSTOP)
+            case "web process killed":
+                self.portal.web.kill()
+        return at
+
+    def mend(self, way):
+        """Bring the world back in order."""
+        match way:
+            case "renderer stopped":
+                for pid in self.frozen:
+                    os.kill(pid, signal.SIGCONT)
+                self.page.close()
+            case "line cut":
+                self.line.set("cut")
+                self.line.set("pass")
+            case "worker's Redis frozen":
+                self.redis.process.send_signal(signal.SIGCONT)
+            case "web process killed":
+                self.portal.web = Web()
+                self.line.to = ("127.0.0.1", self.portal.web.port)
+            case _ if not self.page.is_closed() and not self.gone:
+                self.page.mouse.up()
+
+
+def test_promise_06_the_hand_is_lost(portal, operator, chromium, redis_server, request):
+    """Ten ways; each time the set-point rests within half a second, by the simulator's log."""
+    proof = Proof.at(request.node)
+    rounds = proof.count("rounds of ten ways", 1, 4, 50)
+    ada = operator("ada")
+    ada.allowed = ("WebSocket", "ERR_", "Failed to load", "crash")
+    bench, witness = Bench(portal, ada, chromium, redis_server), Witness()
+    took = {}
+    try:
+        for _ in range(rounds):
+            for way in WAYS:
+                page = bench.open()
+                hold(
+                    portal,
+                    page,
+                    "1,0" if portal.sim.status()["pose"][0] < 0 else "-1,0",
+                    "pad" if "gamepad" in way else "pointer",
+                )
+                at = bench.lose(way)
+                seconds = rest(portal, at)
+                bench.mend(way)
+                if witness.clean(at - 0.1, at + seconds):
+                    took.setdefault(way, []).append(seconds)
+                wait_for(lambda: Command.objects.order_by("-id")[0].final, 20, "the end of the jog")
+                wait_for(lambda: not Robot.objects.get().reason, 30, "the robot is well")
+                Turn.objects.filter(ended_at=None).update(
+                    until=SYSTEM.now() + timedelta(minutes=5), last_seen=SYSTEM.now()
+                )
+    finally:
+        witness.stop()
+        bench.line.close()
+    worst = {way: max(seconds) for way, seconds in took.items()}
+    print(
+        "greatest time to rest, ms:",
+        {way: round(s * 1000) for way, s in worst.items()},
+        "discarded:",
+        witness.discarded,
+    )
+    assert max(worst.values()) <= 0.5, worst
+    assert len(worst) >= 8
+    slowest = max(worst, key=worst.get)
+    proof.holds(
+        f"{sum(map(len, took.values()))} losses in {len(worst)} ways: at rest within {worst[slowest] * 1000:.0f} ms ({slowest}); {witness.discarded} discarded"
+    )

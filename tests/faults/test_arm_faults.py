@@ -1,0 +1,160 @@
+"""What can go wrong with the museum arm in a turn: the line, the controller, the gripper, a push. Through the real worker."""
+
+import json
+import socket
+import time
+
+import pytest
+
+from robots.models import Command, Incident, Robot
+from tests.conftest import at_length, wait_for
+from tests.faults.proxy import Proxy
+from tests.rig import free_port
+
+pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
+
+
+@pytest.fixture
+def line(rig):
+    """A proxy on the arm's TCP line; the worker reaches arm and cameras by address, as a real one's would."""
+    host, _, port = (rig.sim.folder / "tty").read_text().strip().partition(":")
+    proxy = Proxy(("127.0.0.1", free_port()), (host, int(port)))
+    rig.proxies.append(proxy)
+    cameras = json.loads((rig.sim.folder / "cameras.json").read_text()).values()
+    Robot.objects.update(address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in cameras))
+    return proxy
+
+
+def well(rig):
+    """Wait until the arm is in order again by itself, and moves."""
+    wait_for(lambda: not Robot.objects.get().reason, 60, "the robot is well")
+    # a soft reset goes home and back first; what waits for it for too long expires, in words
+    wait_for(lambda: rig.final(rig.issue("move", x=0.0, y=0.4), 60).state == "completed", 90, "work goes on")
+
+
+@pytest.mark.parametrize("stage", [at_length("idle"), "in motion"])
+@pytest.mark.parametrize("how", ["cut", at_length("stall")])
+def test_the_connection_breaks(rig, line, stage, how):
+    rig.owner()
+    rig.grant(seconds=600)
+    rig.share = 0.05
+    command = None
+    if stage == "in motion":
+        command = rig.issue("move", x=0.2, y=0.4)
+        rig.moving()
+    before = rig.sim.count("motion")
+    line.set(how)
+    if command:
+        command = rig.final(command, 60)
+        assert command.state in ("failed", "unknown"), command.state
+        assert command.reason.endswith("."), command.reason
+    wait_for(rig.reason, 30, "the page says what is wrong")
+    assert "arm" in rig.reason()
+    made = rig.sim.count("motion")
+    assert made == before
+    line.set("pass")
+    rig.share = None
+    well(rig)
+    assert Incident.objects.exists()
+
+
+@pytest.mark.length
+def test_a_second_client_is_turned_away_and_disturbs_nothing(rig, line):
+    rig.owner()
+    rig.grant(seconds=600)
+    command = rig.issue("move", x=0.1, y=0.4)
+    rig.moving()
+    host, _, port = (rig.sim.folder / "tty").read_text().strip().partition(":")
+    with socket.create_connection((host, int(port)), timeout=5) as other:
+        other.sendall(b"j 0 0 0 0 0 0\n")
+        assert b"another client" in other.recv(200)
+    assert rig.final(command).state == "completed"
+
+
+@pytest.mark.length
+def test_a_range_error_in_mid_turn(rig):
+    """Pushed into the cables: the command fails in words, the default position leads out, and work goes on."""
+    rig.owner()
+    rig.grant(seconds=600)
+    posture = {"S1": 2.6, "S2": -0.7, "E1": -0.7, "E2": 0.0, "W1": -0.5, "W2": 0.0}
+    first = rig.final(rig.issue("joints", **posture), 60)
+    assert first.state == "completed", first.reason
+    rig.sim.fault("disturb", 3000.0)
+    command = rig.final(rig.issue("joints", **posture | {"S1": 1.8}), 60)
+    rig.sim.clear()
+    assert (command.state, "Range error" in command.reason) == ("failed", True), command.reason
+    well(rig)
+    assert Incident.objects.filter(command=command).exists()
+    events = [r["event"] for r in rig.sim.journal()]
+    assert "range_error" in events
+
+
+@pytest.mark.length
+def test_the_watchdog_restarts_the_application_during_a_program(rig):
+    rig.owner()
+    rig.grant(seconds=600)
+    text = "R 20\nj 20 25 75 0 80 0 0.1\nj -20 25 75 0 80 0 0.1\nE"
+    command = rig.issue("program", text=text)
+    wait_for(lambda: rig.sim.status()["mode"] == "PROG_EXEC", 20, "the program runs")
+    rig.sim.fault("restart", count=1)
+    command = rig.final(command, 60)
+    assert command.state in ("failed", "unknown"), command.state
+    assert command.reason
+    well(rig)
+    steps = rig.sim.count("motion")
+    time.sleep(2.0)
+    assert rig.sim.count("motion") == steps, "a program that was broken off does not go on"
+
+
+def test_a_program_is_held_by_a_stop_and_by_the_end_of_the_turn(rig):
+    from robots import services
+    from robots.clock import SYSTEM
+
+    rig.owner()
+    grant = rig.grant(seconds=600)
+    text = "R 20\nj 20 25 75 0 80 0 0.2\nj -20 25 75 0 80 0 0.2\nE"
+    command = rig.issue("program", text=text)
+    wait_for(lambda: rig.sim.status()["mode"] == "PROG_EXEC", 20, "the program runs")
+    time.sleep(0.5)
+    services.end_grant(grant, "the test ends it", SYSTEM.now())
+    command = rig.final(command, 20)
+    assert command.state == "cancelled", (command.state, command.reason)
+    wait_for(lambda: not rig.sim.status()["moving"], 5, "rest")
+    made = rig.sim.count("motion")
+    time.sleep(1.5)
+    assert rig.sim.count("motion") == made
+
+
+@pytest.mark.length
+def test_a_dropped_block_is_no_fault_and_the_turn_goes_on(rig):
+    rig.owner()
+    rig.grant(seconds=600)
+    x, y, _ = rig.sim.status()["objects"]["blue"]
+    down = {"roll": 3.14159265, "pitch": 0.0, "yaw": 3.14159265}
+    for kind, z in (("pose", 0.15), ("line", 0.022)):
+        assert rig.final(rig.issue(kind, x=x, y=y, z=z, **down), 60).state == "completed"
+    rig.final(rig.issue("gripper", closed=1), 60)
+    rig.final(rig.issue("line", x=x, y=y, z=0.15, **down), 60)
+    assert rig.sim.status()["objects"]["blue"][2] > 0.1
+    rig.sim.fault("slip", count=1)
+    wait_for(lambda: rig.sim.status()["objects"]["blue"][2] < 0.03, 10, "the fall")
+    assert rig.final(rig.issue("noop"), 20).state == "completed"
+    assert Robot.objects.get().reason == ""
+
+
+@pytest.mark.length
+def test_a_newer_target_takes_the_place_of_the_one_before(rig):
+    rig.owner()
+    rig.grant(seconds=600)
+    rig.share = 0.1
+    first = rig.issue("move", x=0.2, y=0.4)
+    rig.moving()
+    time.sleep(0.4)
+    second = rig.issue("move", x=-0.1, y=0.4)
+    first, second = rig.final(first, 30), rig.final(second, 60)
+    assert (first.state, first.reason) == ("cancelled", "Replaced: a newer target took its place.")
+    assert second.state == "completed"
+    ends = [r for r in rig.sim.journal() if r["event"] == "end"]
+    assert ends[-2]["end"] == "replaced"
+    assert not any(r["event"] == "hold" for r in rig.sim.journal()[-6:]), "it blends, it does not stop between"
+    assert Command.objects.filter(state="cancelled").count() == 1

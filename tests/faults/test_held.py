@@ -1,0 +1,119 @@
+"""Held motion against the real worker: steps while the hand is felt, rest soon after it is gone."""
+
+import threading
+import time
+
+import pytest
+
+from robots import bus
+from robots.models import Command
+from tests.conftest import BOTH_AT_LENGTH, wait_for
+
+pytestmark = pytest.mark.alone  # it judges by fractions of a second
+
+
+class Holding(threading.Thread):
+    """Keep-alives as the console sends them, until told to stop."""
+
+    def __init__(self, user, seq, slug="mercury"):
+        super().__init__(daemon=True)
+        self.slug = slug
+        self.user, self.seq, self.on = user, seq, True
+        self.last = 0.0
+        self.start()
+
+    def run(self):
+        while self.on:
+            self.last = time.monotonic()
+            bus.keep(self.slug, self.user, self.seq, True)
+            time.sleep(0.08)
+
+    def drop(self):
+        self.on = False
+        self.join()
+
+
+def rest_after(rig, at):
+    """Return how long after `at` the set-point came to rest for good (s)."""
+    time.sleep(1.0)
+    assert not rig.sim.status()["moving"]
+    return max(r["t"] for r in rig.sim.journal() if r["event"] == "rest") - at
+
+
+@pytest.mark.tenth
+def test_a_jog_goes_on_while_held_and_ends_when_let_go(rig):
+    rig.owner()
+    rig.grant()
+    x = rig.sim.status()["pose"][0]
+    command = rig.issue("jog", dx=1, dy=0)
+    hand = Holding(rig.people["ada"].pk, command.client_seq)
+    wait_for(lambda: rig.sim.status()["pose"][0] > x + 0.03, 10, "several steps")
+    assert Command.objects.get(pk=command.pk).state == "acknowledged"
+    hand.drop()
+    at = time.monotonic()
+    bus.keep("mercury", rig.people["ada"].pk, command.client_seq, False)
+    assert rest_after(rig, at) < 0.5
+    command = rig.final(command)
+    assert (command.state, command.result["ended"]) == ("completed", "released")
+    assert command.result["still"]
+
+
+@BOTH_AT_LENGTH
+def test_a_lost_hand_holds_within_half_a_second_and_says_so(rig):
+    rig.owner()
+    rig.grant()
+    worst = 0.0
+    for i in range(5):
+        kind, args = rig.arm.jog((-1) ** i)
+        command = rig.issue(kind, **args)
+        hand = Holding(rig.people["ada"].pk, command.client_seq, rig.robot.slug)
+        rig.moving()
+        time.sleep(0.2 + 0.07 * i)
+        hand.drop()
+        worst = max(worst, rest_after(rig, hand.last))
+        command = rig.final(command)
+        assert command.state == "cancelled"
+        assert "Nothing was heard" in command.reason
+    assert worst < 0.5, worst
+
+
+@pytest.mark.length
+def test_nobody_elses_hand_counts(rig):
+    rig.owner()
+    rig.grant()
+    command = rig.issue("jog", dx=1, dy=0)
+    hand = Holding(rig.people["bob"].pk, command.client_seq)
+    try:
+        assert rig.final(command, 5).state == "cancelled"
+    finally:
+        hand.drop()
+
+
+@pytest.mark.length
+def test_a_jog_stays_on_the_sand(rig):
+    rig.owner()
+    rig.grant()
+    rig.final(rig.issue("move", x=0.23, y=0.5))
+    command = rig.issue("jog", dx=1, dy=0)
+    hand = Holding(rig.people["ada"].pk, command.client_seq)
+    try:
+        command = rig.final(command, 10)
+    finally:
+        hand.drop()
+    assert (command.state, command.result["ended"]) == ("completed", "edge")
+    assert max(r["target"][0] for r in rig.sim.journal() if r["event"] == "motion") <= 0.2401
+
+
+@pytest.mark.length
+def test_a_stop_ends_a_jog_and_is_its_reason(rig):
+    rig.owner()
+    rig.grant()
+    command = rig.issue("jog", dx=-1, dy=0)
+    hand = Holding(rig.people["ada"].pk, command.client_seq)
+    rig.moving()
+    bus.ring_stop("mercury")
+    try:
+        command = rig.final(command, 5)
+    finally:
+        hand.drop()
+    assert (command.state, command.reason) == ("cancelled", "The robot is stopped.")

@@ -1,0 +1,292 @@
+"""Promises 21 to 24: Redis, PostgreSQL and the disk may go away; nothing told is lost."""
+
+import json
+import os
+import random
+import subprocess
+import time
+import urllib.error
+import urllib.request
+
+import pytest
+from django.conf import settings
+from django.db import connection, connections
+
+from operatorlog import services as log
+from operatorlog.models import Entry
+from queueing import services as queue
+from queueing.models import Ticket, Turn
+from robots import bus, services
+from robots.models import Command, Grant, Robot
+from robots.states import COMMAND_FINAL
+from tests.conftest import at_length, wait_for
+from tests.faults.test_promises_stop import drain, held_after, socket_of
+from tests.rig import Web, housekeeping
+
+PAGES = ("/", "/robots/mercury/", "/status/", "/log/", "/story/", "/classic/mercury/")
+
+
+def fetch(web, path):
+    """Return (status, text) of a page."""
+    try:
+        with urllib.request.urlopen(web.url + path, timeout=15) as answer:
+            return answer.status, answer.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode()
+
+
+@pytest.fixture
+def web():
+    made = []
+
+    def start(**env):
+        made.append(Web(**env))
+        return made[-1]
+
+    yield start
+    for one in made:
+        one.kill()
+
+
+def works(rig, seconds=15.0):
+    """Wait until a command is carried out again by itself; return how long that took (s)."""
+    begun = time.monotonic()
+
+    def done():
+        try:
+            return rig.final(rig.issue("noop"), 2).state == "completed"
+        except (services.NotPermitted, AssertionError):
+            return False
+
+    wait_for(done, seconds, "work goes on by itself")
+    return time.monotonic() - begun
+
+
+def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
+    """FLUSHALL and kills of everything at random moments, under commands and log entries."""
+    dice = random.Random(21)
+    times = proof.count("kills and flushes", 2, 15, 100)
+    told, entries, places = set(), set(), set()
+    site = web()
+    rig.owner()
+    rig.grant(seconds=3000)
+    broom = housekeeping()
+    try:
+        for i in range(times):
+            for _ in range(dice.randint(1, 4)):
+                try:
+                    told.add(rig.issue("noop").pk)
+                except services.NotPermitted:
+                    time.sleep(0.5)
+            entries.add(write_down(rig, f"entry {i}"))
+            places.add(queue.join(rig.robot, rig.people["bob"], rig.now()).pk)
+            if i % 2:
+                queue.leave(rig.robot, rig.people["bob"], rig.now())
+            bus.connection().flushall()
+            victims = [site, broom, *[w for w in rig.workers if w.alive()]]
+            for victim in dice.sample(victims, dice.randint(1, len(victims))):
+                victim.kill()
+            if not site.alive():
+                site = web()
+            if not broom.alive():
+                broom = housekeeping()
+            if not any(w.alive() for w in rig.workers):
+                rig.start_worker()
+            works(rig, 40)
+        wait_for(lambda: not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), 40, "every end")
+    finally:
+        broom.kill()
+    assert set(Command.objects.values_list("pk", flat=True)) >= told
+    assert set(Entry.objects.values_list("pk", flat=True)) == entries
+    assert set(Ticket.objects.values_list("pk", flat=True)) >= places
+    proof.holds(
+        f"{times} times: {len(told)} commands, {len(entries)} log entries, {len(places)} queue places told, 0 lost"
+    )
+
+
+def write_down(rig, text):
+    """Write a log entry about a turn of eve's that is over; return what she was told."""
+    now, eve = rig.now(), rig.people["eve"]
+    grant = Grant.objects.create(robot=rig.robot, kind="turn", holder=eve, opened_at=now, ended_at=now, end_reason="x")
+    ticket = Ticket.objects.create(
+        queue=queue.queue_of(rig.robot), user=eve, state="done", start_tag=0, joined_at=now, last_seen=now
+    )
+    turn = Turn.objects.create(
+        robot=rig.robot, user=eve, ticket=ticket, grant=grant, started_at=now, base_until=now, until=now,
+        last_seen=now, ended_at=now, end_reason="x",
+    )  # fmt: skip
+    return log.write(turn, eve, text, None, now).pk
+
+
+@pytest.mark.alone  # judged by seconds
+def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
+    """Killed and started again: pages answer, the banner is shown, work goes on within 15 s."""
+    times = proof.count("restarts of Redis", 2, 50)
+    rig.owner()
+    rig.grant(seconds=3000)
+    site = web()
+    slowest = 0.0
+    with socket_of(site, rig.people["ada"]) as operator:
+        heard = drain(operator)
+        wait_for(lambda: any(m["t"] == "snapshot" and m["link"] for m in heard), 10, "the link")
+        for i in range(times):
+            heard.clear()
+            rig.redis.stop()
+            wait_for(lambda: any(m["t"] == "snapshot" and not m["link"] for m in heard), 10, "the banner")
+            for path in PAGES if i < 3 else PAGES[:2]:
+                assert fetch(site, path)[0] == 200, path
+            operator.send(json.dumps({"t": "command", "kind": "noop", "args": {}, "seq": 10_000 + i}))
+            if i % 3 == 2:
+                time.sleep(2.0)
+            rig.redis.start()
+            slowest = max(slowest, works(rig))
+            wait_for(lambda: any(m["t"] == "snapshot" and m["link"] for m in heard), 10, "the banner goes")
+    assert rig.workers[0].alive(), "the worker needed no restart"
+    assert not Command.objects.exclude(state__in=COMMAND_FINAL).exists()
+    proof.holds(f"{times} restarts: pages 200, banner shown and gone; working again {slowest:.1f} s after, at most")
+
+
+@pytest.mark.alone  # judged by seconds
+@pytest.mark.tenth
+@pytest.mark.parametrize("how", ["cut", at_length("reset"), at_length("stall")])
+def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
+    """The robot is held, commands are refused with a reason, everything goes on by itself."""
+    if connection.vendor != "postgresql":
+        pytest.skip("SQLite has no line that could break")
+    times = proof.count(f"outages, {how}", 1, 6, 20)
+    proxy, env = rig.database_proxy()
+    site = web(**env)
+    worst_rest = worst_back = 0.0
+    keeper = Supervised(rig, env)
+    rig.wait_ready()
+    rig.grant(seconds=3000)
+    Robot.objects.update(speed=0.02)
+    time.sleep(1.0)
+    try:
+        with socket_of(site, rig.people["ada"]) as operator:
+            heard = drain(operator)
+            for i in range(times):
+                command = rig.issue("move", x=0.2 if i % 2 else -0.2, y=0.3)
+                rig.moving()
+                heard.clear()
+                at = time.monotonic()
+                proxy.set(how)
+                operator.send(json.dumps({"t": "command", "kind": "up", "args": {}, "seq": 10_000 + i}))
+                worst_rest = max(worst_rest, held_after(rig, at))
+                wait_for(lambda: any(m["t"] == "answer" and m["code"] == "store_down" for m in heard), 20, "the reason")
+                if i == 0:
+                    status, text = fetch(site, "/")
+                    assert status == 503
+                    assert "database does not answer" in text
+                proxy.set("pass")
+                assert rig.final(command, 30).state in ("unknown", "cancelled", "completed")
+                worst_back = max(worst_back, works(rig, 20))
+                assert fetch(site, "/")[0] == 200
+    finally:
+        keeper.stop()
+    # a lease of 3 s that nobody can renew ends, and with it the motion
+    assert worst_rest <= 4.0, worst_rest
+    assert worst_back <= 15.0, worst_back
+    proof.holds(
+        f"{how}: {times} outages: at rest after {worst_rest:.1f} s, working again {worst_back:.1f} s after its end"
+    )
+
+
+class Supervised:
+    """A worker that is started again when it ends, as the supervisor does."""
+
+    def __init__(self, rig, env):
+        import threading
+
+        self._rig, self._env, self._on = rig, env, True
+        rig.start_worker(**env)
+        self._thread = threading.Thread(target=self._keep, daemon=True)
+        self._thread.start()
+
+    def _keep(self):
+        while self._on:
+            if not self._rig.workers[-1].alive():
+                self._rig.start_worker(**self._env)
+            time.sleep(0.3)
+        connections.close_all()
+
+    def stop(self):
+        self._on = False
+        self._thread.join()
+
+
+def test_promise_23_sqlite_under_two_writers(rig, proof):
+    """A second writer holds the file for a second at a time: work waits and goes on."""
+    if connection.vendor != "sqlite":
+        pytest.skip("this is about SQLite's one writer")
+    import sqlite3
+
+    times = proof.count("times the file was held for a second", 3, 30)
+    rig.owner()
+    rig.grant(seconds=3000)
+    other = sqlite3.connect(connection.settings_dict["NAME"], timeout=20, isolation_level=None)
+    try:
+        for i in range(times):
+            command = rig.issue("move", x=0.1 if i % 2 else -0.1, y=0.4)
+            other.execute("BEGIN IMMEDIATE")
+            time.sleep(1.0)
+            other.execute("COMMIT")
+            command = rig.final(command, 20)
+            assert command.state == "completed", command.reason
+    finally:
+        other.close()
+    assert rig.workers[0].alive()
+    proof.holds(f"{times} motions under a second writer: all completed, the owner kept its lease")
+
+
+@pytest.mark.alone  # judged by seconds
+def test_promise_24_a_full_disk(rig, web, proof):
+    """Pictures on a small tmpfs that is full: it is said, nothing told is lost, stop works."""
+    proof.count("full disks", 1, 1)
+    folder = settings.VAR / "small"
+    folder.mkdir(exist_ok=True)
+    if subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=4m", "none", str(folder)], capture_output=True, check=False
+    ).returncode:
+        pytest.skip("mounting a tmpfs needs root")
+    env = {"FARHAND_MEDIA": str(folder / "media")}
+    try:
+        (folder / "media").mkdir()
+        rig.start_worker(**env)
+        rig.wait_ready()
+        rig.grant(seconds=3000)
+        site = web(**env)
+        with (folder / "ballast").open("wb") as out, pytest.raises(OSError, match="No space"):
+            while True:
+                out.write(os.urandom(65536))
+                out.flush()
+        command = rig.final(rig.issue("move", x=0.1, y=0.4))
+        assert command.state == "completed"
+        assert "disk may be full" in command.result["note"]
+        status, text = fetch(site, "/log/")
+        assert status == 200
+        assert "disk is full" in text
+        with socket_of(site, rig.people["ada"]) as operator:
+            heard = drain(operator)
+            wait_for(
+                lambda: any(m["t"] == "snapshot" and "disk is full" in m["store"] for m in heard), 10, "the banner"
+            )
+            rig.issue("move", x=-0.2, y=0.3)
+            rig.moving()
+            at = time.monotonic()
+            operator.send(json.dumps({"t": "stop"}))
+            seconds = held_after(rig, at)
+            wait_for(lambda: Robot.objects.get().stop_latched, 5, "the latch")
+            (folder / "ballast").unlink()
+            services.release_stop(rig.robot, rig.people["ada"], checked=True)
+            time.sleep(0.5)
+            command = rig.final(rig.issue("move", x=0.0, y=0.4))
+            assert command.result.get("still"), "pictures are kept again by themselves"
+    finally:
+        for child in rig.workers:
+            child.kill()
+        subprocess.run(["umount", "-l", str(folder)], check=False)
+    assert seconds < 0.5
+    proof.holds(
+        f"said in the command, the banner and the pages; stop held after {seconds * 1000:.0f} ms; well again by itself"
+    )

@@ -1,0 +1,196 @@
+"""Promises 9, 10 and 12: the envelope, the noisy line, and a check of stability that always answers."""
+
+import math
+import random
+import time
+
+import pytest
+
+from robots.description import load, scara
+from robots.drivers.errors import RobotError
+from robots.drivers.mercury.driver import Driver
+from robots.models import Command, Frame, Incident, Robot
+from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
+
+WILD = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0, True, None, "0.1", [0.1], {"x": 1}, 2**63, -0.0)
+
+
+def test_promise_09_nothing_outside_the_envelope_gets_through(proof):
+    """The server's check and the driver's are the same code at two places; both are asked."""
+    dice = random.Random(9)
+    number = proof.count("generated commands", 3000, 100_000)
+    description = load("mercury")
+    arm, sand = scara(description), description["sand"]
+    driver = Driver("/nowhere", {})
+    through = outside = 0
+
+    def value():
+        return dice.choice(WILD) if dice.random() < 0.3 else dice.uniform(-0.8, 0.8)
+
+    for _ in range(number):
+        kind = dice.choice(("move", "move", "move", "jog", "air", "speed", "up", "fly"))
+        names = {"move": ("x", "y"), "jog": ("dx", "dy"), "air": ("seconds",), "speed": ("speed",)}.get(kind, ("x",))
+        args = {name: value() for name in names if dice.random() < 0.97}
+        pose = (0.0, 0.4, dice.choice((0.0, 0.075)), 0.0)
+        try:
+            driver.check(kind, args, pose)
+        except RobotError as error:
+            assert str(error)
+            continue
+        through += 1
+        if kind == "move":
+            x, y = args["x"], args["y"]
+            inside = sand["x"][0] - 1e-5 <= x <= sand["x"][1] + 1e-5 and sand["y"][0] - 1e-5 <= y <= sand["y"][1] + 1e-5
+            outside += not (inside and arm.inner_radius <= math.hypot(x, y) <= arm.outer_radius)
+        elif kind == "jog":
+            outside += not all(-1 <= args[n] <= 1 for n in names)
+        elif kind in ("air", "speed"):
+            low, high = (0.05, 0.5) if kind == "air" else description["motion"]["speed_range"]
+            outside += not all(low <= v <= high for v in args.values())
+    assert through > number / 50
+    assert outside == 0
+    proof.holds(f"{number} commands, {through} let through, 0 outside")
+
+
+@pytest.mark.parametrize("verb", ["corrupt", "double_ack", *map(at_length, ("drop", "double", "slow"))])
+def test_promise_10_line_noise_cannot_cause_a_wrong_move(rig, proof, verb):
+    """10 % of the bytes spoilt: each motion goes where a command said, or none is made."""
+    number = proof.count(f"moves, {verb}", 2, 12, 100)
+    rig.owner()
+    rig.grant(seconds=3000)
+    dice = random.Random(10)
+    home = load("mercury")["home"]
+    wanted = {(home["x"], home["y"])}
+    ends = {}
+    worst = 0
+    for i in range(number):
+        x, y = round(dice.uniform(-0.2, 0.2), 3), round(dice.uniform(0.3, 0.5), 3)
+        wanted.add((x, y))
+        wait_for(lambda: not Robot.objects.get().reason, 90, "the robot is well")
+        rig.sim.fault(verb, {"double_ack": 1.0, "slow": 0.4}.get(verb, 0.03 if i % 2 else 0.1), seed=i + 1)
+        command = rig.final(rig.issue("move", x=x, y=y), 90)
+        rig.sim.clear()
+        ends[command.state] = ends.get(command.state, 0) + 1
+        if command.state == "completed":
+            pose = rig.sim.status()["pose"]
+            assert math.hypot(pose[0] - x, pose[1] - y) < 0.001
+        elif command.state == "failed":
+            kept = Incident.objects.filter(command=command)
+            wait_for(kept.exists, 10, "the incident of the fault")
+            worst += 1
+    made = [tuple(round(v, 3) for v in r["target"][:2]) for r in rig.sim.journal() if r["event"] == "motion"]
+    wrong = [m for m in made if not any(math.dist(m, w) < 0.0015 for w in wanted)]
+    assert wrong == []
+    wait_for(lambda: not Robot.objects.get().reason, 90, "recovered without a shell")
+    assert rig.final(rig.issue("move", x=0.0, y=0.4), 60).state == "completed"
+    proof.holds(f"{verb} at 10 and 3 %: {len(made)} motions, 0 wrong; commands ended {ends}")
+
+
+def test_promise_10_another_program_on_the_port_is_named(rig, proof):
+    import serial
+
+    proof.count("intruders", 1, 1)
+    rig.sim.stop()
+    rig.sim.start()
+    with serial.Serial(str(rig.sim.folder / "tty"), 4800, exclusive=True):
+        rig.start_worker()
+        wait_for(lambda: "Another program holds" in rig.reason(), 30, "the page says so")
+        assert rig.cycle() == "fault"
+        assert rig.sim.count("motion") == 0
+    rig.wait_ready(60)
+    assert rig.reason() == ""
+    proof.holds("named on the page, 0 motions meanwhile, ready again by itself when it had left")
+
+
+def lose_the_line(rig, how):
+    """Break the line in mid-motion; return what mends it."""
+    rig.moving()
+    time.sleep(0.2)
+    if how == "cable pulled":
+        rig.sim.process.kill()
+        rig.sim.process.wait()
+        wait_for(lambda: "cable" in rig.reason() or "serial" in rig.reason(), 15, "the page names the cable")
+        return rig.sim.start
+    if how == "power lost":
+        rig.sim.fault("power_cycle", count=1)
+    return rig.sim.clear
+
+
+@pytest.mark.parametrize("how", ["cable pulled", *map(at_length, ("power lost", "never acknowledged"))])
+def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
+    """In mid-motion: the command fails in words, no motion is repeated, work goes on without a shell."""
+    times = proof.count(f"times, {how}", 1, 5, 20)
+    rig.owner()
+    rig.grant(seconds=3000)
+    Robot.objects.update(speed=0.1)
+    time.sleep(0.5)
+    made = []
+    for i in range(times):
+        newest = Incident.objects.order_by("pk").values_list("pk", flat=True).last() or 0
+        x = -0.21 + 0.01 * i
+        if how == "never acknowledged":
+            rig.sim.fault("mute")
+        command = rig.issue("move", x=x, y=0.5)
+        mend = lose_the_line(rig, how)
+        made += motions(rig)
+        command = rig.final(command, 60)
+        assert command.state in ("failed", "unknown"), command.state
+        assert command.reason.endswith(".")
+        wait_for(Incident.objects.filter(pk__gt=newest).exists, 15, "the incident")
+        mend()
+        wait_for(lambda: not rig.reason() and rig.final(rig.issue("noop"), 60).state == "completed", 60, "it is mended")
+        assert rig.final(rig.issue("move", x=0.2, y=0.31), 60).state == "completed"
+        made += motions(rig)
+        told = [m for m in dict.fromkeys(made) if math.dist(m[1:], (x, 0.5)) < 0.0015]
+        assert len(told) == 1, f"the motion that broke off was made {len(told)} times"
+    proof.holds(f"{how}: {times} times in mid-motion, 0 motions repeated, each named and mended without a shell")
+
+
+def motions(rig):
+    """Return each motion that the simulator has noted: when, x, y."""
+    return [(r["t"], *(round(v, 4) for v in r["target"][:2])) for r in rig.sim.journal() if r["event"] == "motion"]
+
+
+CAMERA = {
+    "cam_freeze": "frozen",
+    "cam_black": "black",
+    "cam_flicker": "unstable",
+    "cam_gone": None,
+    "cam_slow": None,
+    "cam_size": None,
+}
+
+
+@BOTH_AT_LENGTH
+def test_promise_12_the_stability_check_always_answers(rig, proof):
+    rig.owner()
+    rig.grant(seconds=3000)
+    rig.final(rig.issue("up"))
+    times = proof.count("answers a fault", 1, 8, 50)
+    slowest, said = 0.0, {}
+    for verb in CAMERA:
+        for _ in range(times):
+            newest = Frame.objects.order_by("-id").first()
+            rig.sim.fault(verb, {"cam_slow": 5.0, "cam_size": 0.5}.get(verb, 1.0))
+            begun = time.monotonic()
+            command = rig.final(rig.issue("move", x=0.05, y=0.4 + 0.01 * len(said)), 60)
+            slowest = max(slowest, time.monotonic() - begun)
+            rig.sim.clear()
+            assert command.state == "completed", "a camera that fails does not undo the motion"
+            verdict = command.result["verdict"]
+            said[verb] = verdict
+            if CAMERA[verb] is not None and verb != "cam_flicker":
+                assert (verdict, command.result["stable"]) == (CAMERA[verb], False)
+            if verb in ("cam_gone", "cam_slow"):
+                assert verdict in ("no picture", "camera stopped")
+            if verb == "cam_freeze":
+                frame = Frame.objects.order_by("-id").first()
+                assert frame.pk == newest.pk or not frame.stable, "a frozen picture counted as a new one"
+            wait_for(
+                lambda: rig.final(rig.issue("up"), 30).result.get("stable"),
+                30,
+                "the camera is well again",
+            )
+    assert slowest < 30
+    assert not Command.objects.exclude(state="completed").exists()
+    proof.holds(f"{times * len(CAMERA)} answers, slowest {slowest:.1f} s with the motion; said {said}")

@@ -1,0 +1,84 @@
+"""A robot from a package of its own, found by its entry point: added, driven, stopped; the portal knows nothing of it."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from django.test import Client
+
+from accounts.models import Clearance, Question
+from portal.programs import robot_programs
+from portal.seeding import add_robot
+from robots import bus, services
+from robots.clock import SYSTEM
+from robots.models import Command, Lease, Robot
+from robots.states import Cycle, GrantKind
+from tests.conftest import wait_for
+from tests.rig import Child
+
+PACKAGE = Path(__file__).resolve().parents[1] / "packages" / "turntable"
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Install the package for this process and its children."""
+    from robots import description
+    from robots.drivers import contract
+
+    monkeypatch.syspath_prepend(str(PACKAGE))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(PACKAGE), os.environ.get("PYTHONPATH", "")]))
+    caches = (description.folder, description.load, contract._factory)
+    for cache in caches:
+        cache.cache_clear()
+    yield
+    for cache in caches:
+        cache.cache_clear()
+
+
+@pytest.mark.tenth
+def test_a_third_robot_is_a_package(transactional_db, redis_server, people, installed):
+    bus.connection().flushall()
+    robot = add_robot("turntable")
+    assert Question.objects.filter(robot=robot).count() == 5
+    children = []
+    try:
+        for program in robot_programs(robot):
+            children.append(Child(program.name.replace(" ", "-"), list(program.argv), **program.env))
+        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+        Clearance.objects.create(user=people["ada"], robot=robot, granted_at=SYSTEM.now())
+        services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
+        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
+
+        def ended(command):
+            command.refresh_from_db()
+            return command.final
+
+        with pytest.raises(services.BadRequest, match="angle must lie between -3 and 3"):
+            services.issue(robot.slug, people["ada"], "turn", {"angle": 9}, 1)
+        command = services.issue(robot.slug, people["ada"], "turn", {"angle": 1.0}, 1).command
+        wait_for(lambda: ended(command), 20, "the turn")
+        assert (command.state, command.result["verdict"]) == ("completed", "no camera")
+        assert Lease.objects.get(robot=robot).state["joints"] == pytest.approx([1.0], abs=1e-6)
+        far = services.issue(robot.slug, people["ada"], "turn", {"angle": -3.0}, 2).command
+        wait_for(lambda: Command.objects.get(pk=far.pk).state == "acknowledged", 10, "it turns")
+        time.sleep(0.3)
+        services.stop(robot, people["ada"])
+        wait_for(lambda: ended(far), 10, "the stop")
+        assert far.state == "cancelled"
+        page = Client().get(f"/robots/{robot.slug}/").content.decode()
+        assert "plain" in page
+        assert '"kind": "turn"' in page
+    finally:
+        for child in children[::-1]:
+            child.kill()
+
+
+def test_a_driver_that_is_not_installed_is_named_in_words():
+    done = subprocess.run(
+        [sys.executable, "-c", "from robots.drivers.contract import make_driver; make_driver('nowhere', '', {})"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "no driver named 'nowhere' is installed" in done.stderr

@@ -1,0 +1,116 @@
+"""`make mutants`: break a promise on purpose; its test has to turn red.
+
+Each mutant is one small change of one file, made in a copy of the tree.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+MACHINE = "tests/services/test_motion_machine.py"
+COMMANDS = "tests/faults/test_promises_commands.py"
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """What is broken: in `path`, `old` becomes `new`; `test` must fail."""
+
+    promise: int
+    what: str
+    path: str
+    old: str
+    new: str
+    test: str
+    database: str = "sqlite"
+
+
+MUTANTS = (
+    Mutant(1, "a claim does not look at the state", "workers/ledger.py",
+           "filter(pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now)",
+           "filter(pk=command.pk, deadline__gt=now)", MACHINE),
+    Mutant(1, "the same sequence number makes a new row", "robots/services.py",
+           "        if row.client_seq == client_seq:\n            return Issued(row, created=False)\n",
+           "        if row.client_seq == client_seq:\n            client_seq = next_seq(grant)\n",
+           f"{COMMANDS}::test_promise_01_one_command_at_most_one_motion[mercury]"),
+    Mutant(2, "an interrupted command is queued again", "workers/ledger.py",
+           "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n    return left",
+           "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n"
+           "        from robots.services import Lease\n"
+           "        Command.objects.filter(pk=command.pk).update(state='queued', ended_at=None, "
+           "epoch=Lease.objects.get(robot=robot).epoch)\n    return left",
+           f"{COMMANDS}::test_promise_02_a_crash_means_unknown_never_replay[in_motion-mercury]"),
+    Mutant(3, "a claim does not look at the deadline", "workers/ledger.py",
+           "state=CommandState.QUEUED, epoch=epoch, deadline__gt=now)", "state=CommandState.QUEUED, epoch=epoch)", MACHINE),
+    Mutant(4, "the gate does not ask for the lease", "workers/permit.py",
+           "        if not self.lease.valid:\n", "        if False:\n", MACHINE),
+    Mutant(4, "a frozen owner is not killed", "workers/lease.py",
+           "        kill_recorded_owner(lease)\n", "",
+           "tests/faults/test_promises_owner.py::test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more[mercury]"),
+    Mutant(5, "the lease is taken from whoever has it", "workers/lease.py",
+           "        if lease.expires_at and lease.expires_at > now:\n            return False\n", "",
+           "tests/faults/test_promises_owner.py::test_promise_05_one_owner_however_many_start[mercury]"),
+    Mutant(6, "silence of the hand is not noticed", "workers/hand.py",
+           "            if now - self._felt > SILENT_S:\n", "            if False:\n",
+           "tests/faults/test_held.py::test_a_lost_hand_holds_within_half_a_second_and_says_so[mercury]"),
+    Mutant(7, "a stop travels behind the commands", "workers/guard.py",
+           '                elif message:\n                    self.halt("bus")\n', "                elif message:\n                    pass\n",
+           "tests/faults/test_promises_stop.py::test_promise_07_stop_overtakes_everything[database stalled-mercury]", "postgres"),
+    Mutant(7, "a dead Redis holds nothing", "workers/permit.py",
+           "        return self.clock.monotonic() - self.link_seen > self.link_gone_s\n", "        return False\n",
+           "tests/faults/test_promises_stop.py::test_promise_07_with_redis_dead_the_owner_stops_by_itself[mercury]"),
+    Mutant(8, "the gate does not ask for the latch", "workers/permit.py",
+           "        if self.latch.latched:\n", "        if False:\n", MACHINE),
+    Mutant(8, "the latch is not written to disk", "workers/latch.py",
+           '                    os.write(descriptor, b"1")\n', '                    self._path.unlink()\n',
+           "tests/faults/test_promises_stop.py::test_promise_07_and_the_latch_survives_a_restart_of_everything[mercury]"),
+    Mutant(9, "the sand's edge is not checked", "robots/drivers/mercury/limits.py",
+           'near, far = description["sand"][axis]', "near, far = -9.0, 9.0",
+           "tests/faults/test_promises_wire.py::test_promise_09_nothing_outside_the_envelope_gets_through"),
+)  # fmt: skip
+
+
+def main() -> None:
+    """Print one line a mutant; fail if one stays green."""
+    green = 0
+    wanted = {int(a) for a in sys.argv[1:]}
+    with tempfile.TemporaryDirectory(prefix="fh-mutants-") as folder:
+        copy = Path(folder) / "tree"
+        skip = shutil.ignore_patterns(".git", ".venv", "var", "node_modules", "__pycache__", ".hypothesis", ".*_cache")
+        shutil.copytree(ROOT, copy, ignore=skip)
+        (copy / ".venv").symlink_to(ROOT / ".venv")
+        for mutant in MUTANTS:
+            if wanted and mutant.promise not in wanted:
+                continue
+            red = dies(copy, mutant)
+            green += not red
+            print(f"{'red  ' if red else 'GREEN'} promise {mutant.promise}: {mutant.what} ({mutant.test})", flush=True)
+    if green:
+        sys.exit(f"{green} mutants stayed green: their tests prove nothing")
+
+
+def dies(copy: Path, mutant: Mutant) -> bool:
+    """Apply the mutant, run its test, take it back; True if the test failed."""
+    path = copy / mutant.path
+    text = path.read_text()
+    if text.count(mutant.old) < 1:
+        sys.exit(f"the mutant {mutant.what!r} no longer fits {mutant.path}")
+    path.write_text(text.replace(mutant.old, mutant.new, 1))
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", mutant.test], cwd=copy, check=False,
+            env={**os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": mutant.database, "FARHAND_MUTANT": "1"}, capture_output=True,
+        )  # fmt: skip
+    finally:
+        path.write_text(text)
+    if done.returncode not in (0, 1):
+        sys.exit(f"the test of {mutant.what!r} could not run:\n{done.stdout.decode()[-2000:]}")
+    return done.returncode == 1
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""The table: one radian a second."""
+
+import argparse
+import json
+import socketserver
+import threading
+import time
+from pathlib import Path
+
+SPEED = 1.0
+
+
+class Table:
+    def __init__(self):
+        self.start = self.goal = 0.0
+        self.began, self.held = time.monotonic(), False
+        self.lock = threading.Lock()
+
+    def angle(self):
+        way = self.goal - self.start
+        done = min(abs(way), SPEED * (time.monotonic() - self.began))
+        return self.start + (done if way > 0 else -done)
+
+    def take(self, said):
+        with self.lock:
+            here = self.angle()
+            if said["do"] == "turn":
+                self.start, self.goal, self.began, self.held = here, said["angle"], time.monotonic(), False
+            elif said["do"] == "hold":
+                self.held = self.held or abs(here - self.goal) > 1e-6
+                self.start = self.goal = here
+            here = self.angle()
+            return {"angle": here, "moving": abs(here - self.goal) > 1e-6, "held": self.held}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--dir", type=Path, required=True)
+    folder = parser.parse_args().dir
+    folder.mkdir(parents=True, exist_ok=True)
+    table, at = Table(), folder / "line"
+    at.unlink(missing_ok=True)
+
+    class Line(socketserver.StreamRequestHandler):
+        def handle(self):
+            self.wfile.write(json.dumps(table.take(json.loads(self.rfile.readline()))).encode() + b"\n")
+
+    server = socketserver.ThreadingUnixStreamServer(str(at), Line)
+    server.daemon_threads = True
+    (folder / "tty").write_text(f"{at}\n")
+    server.serve_forever()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,158 @@
+"""`make proofs`: run the proofs at full numbers and write `docs/reference/proofs.md`.
+
+Results add up in `docs/reference/proofs.json`; a promise whose numbers were run already is
+left out unless it is named (`make proofs P=7`).
+"""
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+KEPT = ROOT / "docs" / "reference" / "proofs.json"
+PAGE = ROOT / "docs" / "reference" / "proofs.md"
+ROBOTS = ("mercury", "pa10")
+PROMISES = {
+    1: "One command, at most one motion.",
+    2: "A crash means `unknown`, never a replay.",
+    3: "Late commands never move.",
+    4: "Only the current holder of the robot moves it.",
+    5: "One owner a robot.",
+    6: "A held motion stops within 500 ms of the lost hand.",
+    7: "Stop overtakes everything.",
+    8: "Stopped stays stopped.",
+    9: "The envelope is enforced at the server and at the driver.",
+    10: "Line noise cannot cause a wrong move.",
+    11: "Every command reaches a final state.",
+    12: "The image-stability check always answers.",
+    13: "Never two operators.",
+    14: "A turn ends within a second of its deadline.",
+    15: "No starvation.",
+    16: "No skipped or doubled steps.",
+    17: "Blips are forgiven, absence is not.",
+    18: "A robot's fault refunds time exactly once.",
+    19: "The estimate of the wait is honest.",
+    20: "The key of the clearance test never leaves the server.",
+    21: "Nothing acknowledged is lost.",
+    22: "An outage of Redis is survived.",
+    23: "An outage of the database is survived.",
+    24: "A full disk is survived.",
+    25: "Upgrade and restore.",
+    26: "A stop of everything is safe in mid-motion.",
+    27: "72 hours of soak.",
+    28: "The load is held.",
+    29: "Slow viewers get fewer, fresh frames.",
+    30: "Lost events heal.",
+    31: "Day-long sockets keep working.",
+    32: "Mass reconnect.",
+    33: "Foreign, null and missing origins are refused.",
+    34: "Logout, ban and lost clearance close sockets.",
+    35: "The matrix of permissions.",
+    36: "Garbage in, 4xx out.",
+    37: "Uploads are rejected or re-encoded.",
+    38: "No enumeration of accounts.",
+    39: "The session key rotates at login.",
+    40: "Rate limits survive tricks.",
+    41: "A robot's text is untrusted.",
+    42: "No default credentials.",
+}
+
+
+def machine() -> str:
+    """Return the machine in a few words."""
+    return f"{os.cpu_count()} cores, {platform.system()} {platform.machine()}, Python {platform.python_version()}"
+
+
+def kept() -> list[dict]:
+    return json.loads(KEPT.read_text()) if KEPT.exists() else []
+
+
+def run(promise: int, database: str, only: str = "") -> bool:
+    """Run one promise's tests, of all robots or of one; keep what they say. Return whether they were green."""
+    others = "".join(f" and not {robot}" for robot in ROBOTS if only and robot != only)
+    with tempfile.TemporaryDirectory() as folder:
+        env = {
+            **os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": database,
+            "FARHAND_PROOFS": "full", "FARHAND_PROOFS_TO": folder,
+        }  # fmt: skip
+        where = ["tests/faults", "tests/drivers", "tests/e2e", "tests/services", "tests/unit"]
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", *where, "-k", f"promise_{promise:02d}{others}"],
+            cwd=ROOT,
+            env=env,
+            check=False,
+        )
+        take(Path(folder))
+    return done.returncode in (0, 5)
+
+
+def take(folder: Path) -> None:
+    """Add what the tests wrote into `folder` to what is kept."""
+    lines = folder / "proofs.jsonl"
+    found = [json.loads(line) for line in lines.read_text().splitlines()] if lines.exists() else []
+    results = kept()
+    for line in found:
+        line["machine"] = machine()
+        same = [
+            r
+            for r in results
+            if (r["promise"], r["test"], r["database"]) == (line["promise"], line["test"], line["database"])
+        ]
+        for old in same:  # numbers run add up; the figure is the newest
+            for a, b in zip(line["counts"], old["counts"], strict=False):
+                a["ran"] += b["ran"]
+            line["full"] = line["full"] or old.get("full", False)
+            results.remove(old)
+        results.append(line)
+    results.sort(key=lambda r: (r["promise"], r["test"], r["database"]))
+    KEPT.write_text(json.dumps(results, indent=1) + "\n")
+
+
+def write() -> None:
+    """Write the page."""
+    lines = [
+        "# Proofs", "",
+        "Written by `make proofs`; what the rig is, and what counts as one, is in "
+        "[how the promises are proven](../explanation/proofs.md). Numbers run stand beside numbers asked for: where "
+        "they are smaller, this machine was too small or the time too short, and running it again adds to them.", "",
+    ]  # fmt: skip
+    results = kept()
+    for number, text in PROMISES.items():
+        mine = [r for r in results if r["promise"] == number]
+        lines += [f"## {number}. {text}", ""]
+        if not mine:
+            lines += ["No proof yet.", ""]
+            continue
+        lines += ["| figure | run / asked | test | database | date |", "|---|---|---|---|---|"]
+        for r in mine:
+            numbers = "; ".join(f"{c['ran']} / {c['asked']} {c['what']}" for c in r["counts"])
+            lines.append(f"| {r['figure']} | {numbers} | `{r['test']}` | {r['database']} | {r['at']} |")
+        lines += ["", f"On {mine[-1]['machine']}.", ""]
+    PAGE.write_text("\n".join(lines))
+
+
+def main() -> None:
+    """Run what is asked for, or what has not been run in full."""
+    if sys.argv[1:2] == ["--take"]:  # what another run of the tests wrote down
+        take(Path(sys.argv[2]))
+        write()
+        return
+    asked = [int(a) for a in sys.argv[1:] if a.isdigit()]
+    only = next((a for a in sys.argv[1:] if a in ROBOTS), "")
+    proven = {r["promise"] for r in kept() if r.get("full")}
+    failed = []
+    for number in asked or [n for n in range(1, 27) if n not in proven]:
+        databases = ("sqlite", "postgres") if number in (4, 7, 21, 22, 23) else ("sqlite",)
+        failed += [f"{number} on {d}" for d in databases if not run(number, d, only)]
+        write()
+    write()
+    if failed:
+        sys.exit(f"not green: {', '.join(failed)}")
+
+
+if __name__ == "__main__":
+    main()

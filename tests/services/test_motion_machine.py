@@ -1,0 +1,357 @@
+"""Commands, owners, grants and stops in any order, with deaths at every point between (Hypothesis).
+
+Real services, real rows, the owner's real lease, gate, latch, ledger and executor; only the
+arm is a stand-in that counts, and judges each motion at the moment when it begins.
+"""
+
+import os
+import shutil
+from datetime import timedelta
+
+import pytest
+from django.conf import settings
+from hypothesis import Phase
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+from hypothesis.extra.django import TestCase
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
+
+from accounts.models import User
+from robots import services
+from robots.drivers.contract import Outcome, RobotState
+from robots.drivers.errors import RobotError
+from robots.drivers.mercury.driver import features
+from robots.models import Command, Grant, Lease, Robot
+from robots.states import COMMAND_FINAL, Cycle, GrantKind
+from tests.conftest import CALIBRATION, FakeClock
+from workers import ledger
+from workers.runtime import Runtime
+
+DEATHS = (None, None, None, "before_claim", "after_claim", "before_send", "after_send", "after_ack", "before_finish")
+
+
+class Killed(BaseException):
+    """The process is gone; nothing catches this."""
+
+
+class Arm:
+    """The one arm on the bench; it knows every motion that was ever made."""
+
+    def __init__(self, machine):
+        self.machine = machine
+        self.motions: list[float] = []
+
+    def move(self, owner, x):
+        now = self.machine.clock.now()
+        open_grants = Grant.objects.filter(ended_at=None, until__gt=now)
+        assert open_grants.count() == 1, "a motion without an open grant"
+        assert not self.machine.stopped, "a motion after a stop that nobody released"
+        lease = Lease.objects.get()
+        assert owner.lease.epoch == lease.epoch, "a motion of a stale epoch"
+        assert lease.expires_at > now, "a motion of an owner whose lease is over"
+        command = Command.objects.get(args__x=x)
+        assert command.deadline > now, "a late motion"
+        assert command.grant_id == open_grants.get().pk, "a motion under somebody else's grant"
+        assert x not in self.motions, "a command moved twice"
+        self.motions.append(x)
+
+
+class Wire:
+    """The driver of one owner: asks the permit last, then moves the arm."""
+
+    def __init__(self, arm):
+        self.arm, self.owner, self.dies = arm, None, None
+        self.features = features(services.Robot(driver="mercury").description())
+
+    def latest(self):
+        return RobotState(0.0, (0, 0, 0, 0), (0, 0.4, 0.075, 0), False, True)
+
+    state = connect = hold = latest
+
+    def close(self):
+        return None
+
+    def check(self, kind, args, pose=None):
+        return None
+
+    def _point(self, label):
+        if self.dies == label:
+            raise Killed
+
+    def execute(self, kind, args, permit, on_stage):
+        self._point("before_send")
+        permit()
+        self.arm.move(self.owner, args["x"])
+        self._point("after_send")
+        on_stage("sent")
+        on_stage("acknowledged")
+        self._point("after_ack")
+        return Outcome({}, self.latest())
+
+
+class MotionMachine(RuleBasedStateMachine):
+    def __init__(self):
+        super().__init__()
+        for model in (Command, Grant, Lease, Robot, User):
+            model.objects.all().delete()
+        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+        self.clock = FakeClock()
+        self.robot = Robot.objects.create(
+            slug="mercury",
+            name="M",
+            address="sim:mercury",
+            enabled=True,
+            cycle=Cycle.OPERATING,
+            calibration=CALIBRATION,
+        )
+        self.ada = User.objects.create_user("ada", "ada@example.org")
+        self.kim = User.objects.create_superuser("kim", "kim@example.org")
+        self.arm = Arm(self)
+        self.owners: list[Runtime] = []
+        self.seq = self.asked = 0
+        self.stopped = False
+        self.told: list[int] = []
+
+    @rule()
+    def start_worker(self):
+        owner = Runtime("mercury", self.clock, on_lost=lambda: None)
+        owner.lease.measure_offset = lambda: None
+        owner.driver = Wire(self.arm)
+        owner.driver.owner = owner
+        Lease.objects.get_or_create(robot=self.robot)
+        if owner.lease._try():
+            owner.running = True
+            owner.gate.link_seen = self.clock.monotonic()
+            ledger.abandon(owner.robot, owner.now())
+            self.owners.append(owner)
+        else:
+            self._bury(owner)
+
+    def _bury(self, owner):
+        if owner.lease._descriptor is not None:
+            os.close(owner.lease._descriptor)
+            owner.lease._descriptor = None
+        if owner in self.owners:
+            self.owners.remove(owner)
+
+    def _one(self, index):
+        return self.owners[index % len(self.owners)]
+
+    @rule(seconds=st.sampled_from([0.1, 0.5, 1, 2.9, 3.1, 11, 100, -2]), renewed=st.booleans())
+    def time(self, seconds, renewed):
+        for _ in range(int(seconds) if renewed else 0):
+            self.clock.go(1.0)
+            for owner in self.owners:
+                owner.lease.renew()
+        if not renewed or seconds < 1:
+            self.clock.go(seconds)
+        for owner in self.owners:
+            owner.gate.link_seen = self.clock.monotonic()
+
+    @precondition(lambda self: self.owners)
+    @rule(index=st.integers(0, 3))
+    def renew(self, index):
+        self._one(index).lease.renew()
+
+    @precondition(lambda self: self.owners)
+    @rule(index=st.integers(0, 3))
+    def the_device_lock_is_taken_away(self, index):
+        (settings.VAR / "run" / "mercury.lock").unlink(missing_ok=True)
+
+    @rule(seconds=st.sampled_from([5, 60]))
+    def open_grant(self, seconds):
+        try:
+            services.start_grant(
+                self.robot, GrantKind.TURN, self.clock.now(), self.ada, self.clock.now() + timedelta(seconds=seconds)
+            )
+        except RobotError as error:
+            assert str(error).endswith(".")
+
+    @rule()
+    def end_grant(self):
+        grant = services.open_grant(self.robot)
+        if grant:
+            services.end_grant(grant, "test", self.clock.now())
+
+    def _make_ready(self):
+        """Have an owner, a grant and no stop, as an operator has who presses a button."""
+        if self.stopped:
+            self.lift()
+            self.release(True)
+        if not any(o.lease.valid for o in self.owners):
+            for owner in list(self.owners):
+                self._bury(owner)
+            self.clock.go(3.1)
+            self.start_worker()
+        grant = services.open_grant(self.robot)
+        if grant and grant.until <= self.clock.now():
+            self.end_grant()
+        self.open_grant(60)
+
+    @rule(
+        again=st.booleans(), ready=st.booleans(), rung=st.integers(0, 3), dies=st.sampled_from(DEATHS),
+        between=st.sampled_from(["", "", "late", "lapse", "stop", "end"]),
+    )  # fmt: skip
+    def issue(self, again, ready, rung, dies, between):
+        if ready:
+            self._make_ready()
+        self.seq += 0 if again and self.seq else 1
+        self.asked += 1
+        try:
+            issued = services.issue(
+                "mercury", self.ada, "move", {"x": self.asked * 1e-5, "y": 0.4}, self.seq, self.clock.now()
+            )
+        except RobotError as error:
+            assert str(error).endswith(".")
+            return
+        self.told.append(issued.command.pk)
+        match between:
+            case "late":
+                self.time(11, renewed=True)
+            case "lapse":
+                self.time(3.1, renewed=False)
+            case "stop" if self.owners:
+                self.stop_that_only_the_owner_hears(len(self.owners) - 1)
+            case "end":
+                self.end_grant()
+        if rung and self.owners:
+            self.ring(len(self.owners) - 1, dies, rung)
+        if rung > 1 and self.owners:
+            self.deliver_again_and_late(len(self.owners) - 1, len(self.told) - 1)
+
+    @precondition(lambda self: self.owners)
+    @rule(index=st.integers(0, 3), dies=st.sampled_from(DEATHS), times=st.integers(1, 3))
+    def ring(self, index, dies, times):
+        owner = self._one(index)
+        owner.driver.dies = dies
+        try:
+            for _ in range(times):
+                self._work(owner, dies)
+        except Killed:
+            self._bury(owner)
+
+    def _work(self, owner, dies):
+        for command in ledger.due(owner.robot, owner.lease.epoch).select_related("grant"):
+            if dies == "before_claim":
+                raise Killed
+            command.robot = owner.robot
+            if not ledger.claim(command, owner.lease.epoch, owner.now()):
+                continue
+            if dies == "after_claim":
+                raise Killed
+            if dies == "before_finish":
+                owner.executor._end = lambda *a: (_ for _ in ()).throw(Killed())
+            owner.executor.run(command)
+
+    @precondition(lambda self: self.owners and self.told)
+    @rule(index=st.integers(0, 3), which=st.integers(0, 999))
+    def deliver_again_and_late(self, index, which):
+        """A bell names no command, but a worker that was frozen may hold one in its hands."""
+        owner = self._one(index)
+        owner.driver.dies = None
+        command = Command.objects.select_related("grant").get(pk=self.told[which % len(self.told)])
+        command.robot = owner.robot
+        if ledger.claim(command, owner.lease.epoch, owner.now()):
+            owner.executor.run(command)
+
+    @precondition(lambda self: self.owners)
+    @rule(index=st.integers(0, 3))
+    def sweep(self, index):
+        owner = self._one(index)
+        if owner.lease.valid:
+            ledger.tidy(owner.robot, owner.lease.epoch, owner.now())
+
+    @precondition(lambda self: self.owners)
+    @rule(index=st.integers(0, 3))
+    def follow(self, index):
+        self._one(index).guard._follow_stop()
+        self._one(index).guard._follow_grant()
+
+    @rule()
+    def stop(self):
+        services.stop(self.robot, self.kim, self.clock.now())
+        self.stopped = True
+
+    @precondition(lambda self: self.owners)
+    @rule(index=st.integers(0, 3))
+    def stop_that_only_the_owner_hears(self, index):
+        owner = self._one(index)
+        owner.guard.halt("bus")
+        if owner.lease.valid and not self.stopped:
+            self.stopped = True
+            owner.guard._follow_stop()  # the row follows within a tenth of a second
+
+    @rule(checked=st.booleans())
+    def release(self, checked):
+        try:
+            services.release_stop(self.robot, self.kim, checked)
+        except RobotError:
+            assert not checked
+            return
+        self.stopped = False
+        for owner in self.owners:
+            owner.guard._follow_stop()
+
+    @rule()
+    def lock_out(self):
+        services.lock_out(self.robot, self.kim, "test")
+        self.stopped = True
+
+    @rule()
+    def lift(self):
+        Robot.objects.filter(pk=self.robot.pk, cycle=Cycle.LOCKED_OUT).exists() and services.lift_lock_out(
+            self.robot, self.kim
+        )
+        self.stopped = Robot.objects.get().stop_latched
+        for owner in self.owners:
+            owner.guard._follow_stop()
+
+    @invariant()
+    def at_most_one_open_grant(self):
+        assert Grant.objects.filter(ended_at=None).count() <= 1
+
+    @invariant()
+    def at_most_one_owner(self):
+        assert sum(o.lease.valid and o.lease.epoch == Lease.objects.get().epoch for o in self.owners) <= 1
+
+    @invariant()
+    def nothing_told_is_lost(self):
+        assert Command.objects.filter(pk__in=self.told).count() == len(set(self.told))
+
+    @invariant()
+    def every_end_has_a_reason(self):
+        for command in Command.objects.filter(state__in=COMMAND_FINAL).exclude(state="completed"):
+            assert command.reason
+
+    def teardown(self):
+        """Whatever happened: a new owner ends everything."""
+        for owner in list(self.owners):
+            self._bury(owner)
+        self.clock.go(30)
+        self.start_worker()
+        if self.owners:
+            ledger.tidy(self.owners[0].robot, self.owners[0].lease.epoch, self.owners[0].now())
+            assert not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), "a command never ends"
+            self._bury(self.owners[0])
+
+
+@pytest.mark.service
+class TestMotion(TestCase):
+    def test_promise_08_anything_in_any_order(self):
+        from tests.faults.proof import FULL, Proof
+
+        examples = 400 if FULL else 30 if "FARHAND_MUTANT" in os.environ else 15
+        run_state_machine_as_test(
+            MotionMachine,
+            settings=hypothesis_settings(
+                max_examples=examples,
+                stateful_step_count=80,
+                deadline=None,
+                derandomize=not FULL,
+                phases=(Phase.generate,) if "FARHAND_MUTANT" in os.environ else tuple(Phase),
+            ),
+        )
+        for promise in (1, 2, 3, 4, 8):
+            proof = Proof("test_motion_machine.py::test_promise_08_anything_in_any_order", promise)
+            proof.count("orders of up to 80 steps", 15, 400)
+            proof.holds("commands, owners, grants, stops and deaths in any order: 0 violations")

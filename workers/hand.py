@@ -1,0 +1,67 @@
+"""The hand on a held motion: a stream of keep-alives, and what follows when it ends.
+
+A held motion lives while its operator's controls say so. It ends when they let go, when
+nothing was heard for `SILENT_S`, or when it has lasted long enough.
+"""
+
+import threading
+from dataclasses import dataclass
+
+from robots.clock import Clock
+from robots.drivers.errors import HandGone
+from robots.models import Command
+
+SILENT_S = 0.25  # with one short step's braking after it, half a second to rest
+
+
+@dataclass
+class Hand:
+    """Which held motion runs, and when its hand was felt last. Thread safe."""
+
+    clock: Clock
+    _who: tuple[int | None, int] | None = None
+    _until: float = 0.0
+    _felt: float = 0.0
+    _let_go: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        """Make the lock."""
+        self._lock = threading.Lock()
+
+    def take(self, command: Command) -> None:
+        """Begin to feel for the hand of `command`."""
+        now = self.clock.monotonic()
+        with self._lock:
+            self._who = (command.issued_by_id, command.client_seq)
+            self._felt, self._until = now, now + command.limit_s
+
+    def end(self) -> None:
+        """No held motion runs any more."""
+        with self._lock:
+            self._who = None
+
+    def feel(self, user: int, seq: int, held: bool) -> None:
+        """Hear a keep-alive, or that the controls were let go."""
+        with self._lock:
+            if not held:
+                self._let_go = (user, seq)
+            elif self._who == (user, seq):
+                self._felt = self.clock.monotonic()
+
+    @property
+    def gone(self) -> str:
+        """Tell why the held motion has to end: released, lost, long; empty while it may go on."""
+        with self._lock:
+            if self._who is None:
+                return ""
+            now = self.clock.monotonic()
+            if self._let_go == self._who:
+                return "released"
+            if now - self._felt > SILENT_S:
+                return "lost"
+            return "long" if now >= self._until else ""
+
+    def check(self) -> None:
+        """Return while the hand is felt. Raises HandGone."""
+        if self.gone:
+            raise HandGone("The controls were let go.")

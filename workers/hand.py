@@ -1,7 +1,8 @@
 """The hand on a held motion: a stream of keep-alives, and what follows when it ends.
 
 A held motion lives while its operator's controls say so. It ends when they let go, when
-nothing was heard for `SILENT_S`, or when it has lasted long enough.
+nothing was heard for `SILENT_S`, or when it has lasted long enough. A hand that was lost
+stays lost: the robot is held by then, and a keep-alive that was late must not move it again.
 """
 
 import threading
@@ -42,11 +43,12 @@ class Hand:
 
     def feel(self, user: int, seq: int, held: bool) -> None:
         """Hear a keep-alive, or that the controls were let go."""
+        now = self.clock.monotonic()
         with self._lock:
             if not held:
                 self._let_go = (user, seq)
-            elif self._who == (user, seq):
-                self._felt = self.clock.monotonic()
+            elif self._who == (user, seq) and now - self._felt <= SILENT_S:
+                self._felt = now
 
     @property
     def gone(self) -> str:

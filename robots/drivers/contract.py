@@ -136,7 +136,8 @@ class Driver(Protocol):
         """Do it and wait for its end; `permit` is called right before every actuation.
 
         Where a command is replaceable, `permit` is called on its way too, and raises Replaced
-        when the robot is to be left in motion for the target that comes next.
+        when the robot is to be left in motion for the target that comes next. A hold that
+        another thread asks for meanwhile ends it for good with Held, whatever `permit` says.
 
         Raises whatever `permit` raises, Held, BadRequest, OutOfWorkspace, HardwareFault.
         """

@@ -146,6 +146,23 @@ def test_late_acknowledgements_are_resent_for_and_move_once(ready, sim):
     assert sim.count("motion") == before + 1
 
 
+def test_a_hold_between_two_steps_of_a_jog_ends_it(ready, sim):
+    steps = []
+
+    def on_stage(stage):
+        steps.append(stage)
+
+    def permit():
+        """Hold as another thread would, where a step has just ended."""
+        if len(steps) == 4:
+            steps.append("held")
+            ready.hold()
+
+    with pytest.raises(Held, match="stopped on its way"):
+        ready.execute("jog", {"dx": 0.0, "dy": 1.0}, permit, on_stage)
+    assert steps[4:] == ["held"], "no step began after the hold"
+
+
 def test_a_silent_controller_is_a_fault_and_recovers_by_soft_reset(ready, sim):
     sim.fault("awol")
     with pytest.raises(LineSilent):

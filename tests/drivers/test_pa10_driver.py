@@ -190,6 +190,19 @@ def test_a_jog_lives_from_its_hand_and_stops_before_the_table(arm, shared):
     assert arm.execute("line", {**dict(zip(("x", "y"), arm.latest().pose[:2], strict=True)), "z": 0.2, **DOWN}, allow, lambda _: None)  # fmt: skip
 
 
+def test_a_hold_ends_a_jog_for_good_and_a_reset_does_not_lead_back(arm, shared):
+    began = arm.state().joints[0]
+    timer = threading.Timer(0.6, arm.hold)
+    timer.start()
+    with pytest.raises(Held, match="stopped on its way"):
+        arm.execute("jog_joints", {"S1": 1.0}, allow, lambda _: None)
+    timer.join()
+    wait_for(lambda: not arm.state().moving, 2, "rest")
+    there = arm.state().joints[0]
+    assert there > began + 0.05
+    assert arm.recover(allow).joints[0] == pytest.approx(there, abs=0.01)
+
+
 def test_a_velocity_that_is_not_said_again_ends(hand, shared):
     began = shared.status()["q"][5]
     assert hand.ask("J 0 0 0 0 0 30") == "ok velocity"

@@ -153,14 +153,21 @@ class Driver:
         """Move by short steps for as long as `permit` lets each one begin, or to the edge of the sand."""
         sand, length = self._description["sand"], hypot(dx, dy)
         sent: dict[str, Any] = {"steps": 0}
-        while True:
+        holds = self.line.holds
+
+        def go_on() -> None:
             permit()
+            if self.line.holds != holds:
+                raise Held("The motion was stopped on its way.")
+
+        while True:
+            go_on()
             x, y, z = (self._latest or self.state()).pose[:3]
             to_x = min(max(x + JOG_STEP_M * dx / length, sand["x"][0]), sand["x"][1])
             to_y = min(max(y + JOG_STEP_M * dy / length, sand["y"][0]), sand["y"][1])
             if hypot(to_x - x, to_y - y) < ARRIVED_M:
                 return Outcome({**sent, "edge": True}, self._latest)
-            self._go((to_x, to_y, z), permit, on_stage)
+            self._go((to_x, to_y, z), go_on, on_stage)
             sent["steps"] += 1
 
     def _target(self, kind: str, args: dict[str, Any]) -> tuple[float, float, float]:

@@ -115,6 +115,7 @@ class Driver:
         self._latest: RobotState | None = None
         self._boot: int | None = None
         self._rest: Joints | None = None
+        self._holds = 0  # so that a jog knows of a hold by another thread
         self.features = features()
 
     def connect(self) -> RobotState:
@@ -283,16 +284,23 @@ class Driver:
     def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Say the velocity again and again for as long as `permit` lets it."""
         request = self._velocity(kind, args)
-        told = False
+        holds, told = self._holds, False
+        self._rest = None  # a reset after a jog must not lead back to where it began
+
+        def go_on() -> None:
+            permit()
+            if self._holds != holds:
+                raise Held("The motion was stopped on its way.")
+
         try:
             while True:
-                permit()
+                go_on()
                 if not told:
                     on_stage("sent")
                 try:
                     self.line.ask(request)
                 except ControllerRefused:
-                    permit()  # another thread has held the arm meanwhile: that is the reason then
+                    go_on()  # another thread has held the arm meanwhile: that is the reason then
                     raise
                 if not told:
                     on_stage("acknowledged")
@@ -314,6 +322,7 @@ class Driver:
 
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""
+        self._holds += 1
         self.line.ask(Request("h"))
         until = time.monotonic() + REST_S
         while True:

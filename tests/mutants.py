@@ -46,6 +46,8 @@ MUTANTS = (
            f"{COMMANDS}::test_promise_02_a_crash_means_unknown_never_replay[in_motion-mercury]"),
     Mutant(3, "a claim does not look at the deadline", "workers/ledger.py",
            "state=CommandState.QUEUED, epoch=epoch, deadline__gt=now)", "state=CommandState.QUEUED, epoch=epoch)", MACHINE),
+    Mutant(3, "nothing asks for the deadline at the line", "workers/permit.py",
+           "        if self.begin_by is not None and self.clock.monotonic() >= self.begin_by:\n", "        if False:\n", MACHINE),
     Mutant(4, "the gate does not ask for the lease", "workers/permit.py",
            "        if not self.lease.valid:\n", "        if False:\n", MACHINE),
     Mutant(4, "a frozen owner is not killed", "workers/lease.py",

@@ -17,6 +17,7 @@ from robots.drivers.errors import (
     OutOfWorkspace,
     Replaced,
     RobotError,
+    TooLate,
 )
 from robots.messages import Notice
 from robots.models import Command
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from workers.runtime import Runtime
 
 log = logging.getLogger(__name__)
+UNHEARD = "The robot did not say in time whether it had understood, so it was held."
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
 
@@ -43,12 +45,15 @@ class Executor:
         """Execute a claimed command to a final state."""
         runtime = self._runtime
         runtime.gate.open_for(command.grant, runtime.now())
+        runtime.gate.expect(command, runtime.now())
         if command.grant.ended_at is not None:
             runtime.gate.revoke(command.grant_id)
         try:
-            result = self._perform(command)
+            result = self._guarded(command)
         except (BadRequest, OutOfWorkspace) as error:
             self._end(command, CommandState.REJECTED, str(error))
+        except TooLate as error:
+            self._end(command, CommandState.EXPIRED, str(error))
         except NotPermitted as error:
             begun = command.sent_at is not None
             self._end(command, CommandState.CANCELLED if begun else CommandState.REJECTED, str(error))
@@ -78,11 +83,25 @@ class Executor:
 
     def _stage(self, command: Command, stage: str) -> None:
         """Write a stage down; a motion that has begun is not broken off by a database that is away."""
+        if stage == "acknowledged":
+            self._runtime.gate.begun()
         try:
             ledger.advance(command, STAGES[stage], self._runtime.now())
         except Error as error:
             log.warning("stage %s of %s is lost: %s", stage, command, error)
             close_old_connections()
+
+    def _guarded(self, command: Command) -> dict[str, Any]:
+        """Perform; what was said and not heard to be understood by its deadline is held. Raises as drivers do."""
+        try:
+            return self._perform(command)
+        except TooLate as error:
+            if command.sent_at is None:
+                raise
+            self._runtime.driver.hold()
+            raise Held(UNHEARD) from error
+        finally:
+            self._runtime.gate.begun()
 
     def _perform(self, command: Command) -> dict[str, Any]:
         runtime = self._runtime
@@ -115,8 +134,8 @@ class Executor:
         def permit() -> None:
             nonlocal looked
             runtime.gate.check()
-            if runtime.rung == looked:
-                return
+            if runtime.rung == looked or not runtime.gate.has_begun:
+                return  # before it has begun the line may be ours, and a hold must not wait for the stores
             looked = runtime.rung
             first = ledger.due(runtime.robot, runtime.lease.epoch).first()
             if first is not None and first.kind in kinds:
@@ -178,6 +197,7 @@ class Executor:
     def _runtime_kind(self, command: Command) -> dict[str, Any]:
         runtime = self._runtime
         runtime.gate.check()
+        runtime.gate.begun()
         match command.kind:
             case "soft_reset":
                 runtime.pictures.still_id = 0

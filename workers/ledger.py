@@ -9,6 +9,7 @@ from robots import bus
 from robots.models import Command, Incident, Robot
 from robots.services import stage_event
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, COMMAND_RUNNING, CommandState
+from workers.permit import TOO_LATE
 
 STAMPS = {
     CommandState.ACCEPTED: "accepted_at",
@@ -65,7 +66,6 @@ INTERRUPTED = (
     "The robot's worker was interrupted; what became of this command is not known. "
     "Look at the new picture before you go on."
 )
-TOO_LATE = "It came too late and was not carried out."
 RESTARTED = "The robot's worker was restarted before it began; it was not carried out."
 BROKEN_OFF = "The database broke off before it began; it was not carried out."
 

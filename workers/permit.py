@@ -4,10 +4,13 @@ from dataclasses import dataclass, field
 from datetime import datetime
 
 from robots.clock import Clock
-from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped
-from robots.models import Grant
+from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
+from robots.models import Command, Grant
 from workers.latch import StopLatch
 from workers.lease import OwnerLease
+
+BEFORE_S = 0.5  # so long before its deadline a command is said at the latest: it has to be planned, too
+TOO_LATE = "It came too late and was not carried out."
 
 
 class LinkDown(NotPermitted):
@@ -18,7 +21,7 @@ class LinkDown(NotPermitted):
 
 @dataclass
 class Gate:
-    """Lease, latch, link and grant in one question, answered from memory."""
+    """Lease, latch, link, grant and deadline in one question, answered from memory."""
 
     lease: OwnerLease
     latch: StopLatch
@@ -28,6 +31,7 @@ class Gate:
     grant_id: int = 0
     grant_until: float | None = None
     revoked: set[int] = field(default_factory=set)
+    begin_by: float | None = None
 
     def open_for(self, grant: Grant, now: datetime) -> None:
         """Let commands of `grant` through until it ends."""
@@ -35,6 +39,19 @@ class Gate:
         self.grant_until = None
         if grant.until is not None:
             self.grant_until = self.clock.monotonic() + (grant.until - now).total_seconds()
+
+    def expect(self, command: Command, now: datetime) -> None:
+        """Let a claimed command begin until shortly before its deadline, whatever holds it up on its way."""
+        self.begin_by = self.clock.monotonic() + (command.deadline - now).total_seconds() - BEFORE_S
+
+    def begun(self) -> None:
+        """The robot has understood it, or nothing is to begin any more."""
+        self.begin_by = None
+
+    @property
+    def has_begun(self) -> bool:
+        """Tell whether nothing is still to begin."""
+        return self.begin_by is None
 
     def revoke(self, grant_id: int) -> None:
         """Let nothing of that grant through any more."""
@@ -52,7 +69,7 @@ class Gate:
         return self.clock.monotonic() - self.link_seen > self.link_gone_s
 
     def check(self) -> None:
-        """Return if the robot may move. Raises StaleEpoch, Stopped, LinkDown, GrantOver."""
+        """Return if the robot may move. Raises StaleEpoch, Stopped, LinkDown, GrantOver, TooLate."""
         if not self.lease.valid:
             raise StaleEpoch("This worker no longer owns the robot.")
         if self.latch.latched:
@@ -61,3 +78,5 @@ class Gate:
             raise LinkDown("The live link is down, so nothing moves until it is back.")
         if self.grant_over:
             raise GrantOver("The turn is over.")
+        if self.begin_by is not None and self.clock.monotonic() >= self.begin_by:
+            raise TooLate(TOO_LATE)

@@ -135,6 +135,10 @@ class Driver(Protocol):
     def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
         """Do it and wait for its end; `permit` is called right before every actuation.
 
+        `on_stage` is told "sent", then "acknowledged" once the robot has understood: from then
+        on the deadline to begin is kept. Telling may take as long as a store takes, so no lock
+        that `hold` needs may be held meanwhile; `permit` asks memory only until then.
+
         Where a command is replaceable, `permit` is called on its way too, and raises Replaced
         when the robot is to be left in motion for the target that comes next. A hold that
         another thread asks for meanwhile ends it for good with Held, whatever `permit` says.

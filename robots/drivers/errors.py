@@ -47,6 +47,12 @@ class GrantOver(NotPermitted):
     code = "grant_over"
 
 
+class TooLate(NotPermitted):
+    """The command was to have begun by now."""
+
+    code = "too_late"
+
+
 class HandGone(NotPermitted):
     """Nobody holds the controls of a held motion any more."""
 

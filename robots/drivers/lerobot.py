@@ -195,7 +195,6 @@ class LeRobotDriver:
                 number(args, f.name) / f.scale if f.name in args else here
                 for f, here in zip(self._listed, start, strict=True)
             )
-        on_stage("sent")
         sent = self._go(start, goal, holds, permit, on_stage)
 
         def go_on() -> None:
@@ -226,6 +225,7 @@ class LeRobotDriver:
                 self._still_free(holds)
                 sent = self._ask(lambda robot, action=action: robot.send_action(action), TRIES)  # type: ignore[misc]
             if k == 1:
+                on_stage("sent")
                 on_stage("acknowledged")
             if k % 3 == 0:
                 self.state()

@@ -190,6 +190,17 @@ def test_a_jog_lives_from_its_hand_and_stops_before_the_table(arm, shared):
     assert arm.execute("line", {**dict(zip(("x", "y"), arm.latest().pose[:2], strict=True)), "z": 0.2, **DOWN}, allow, lambda _: None)  # fmt: skip
 
 
+@pytest.mark.parametrize(("kind", "args"), [("home", {}), ("jog_joints", {"S1": 1.0})])
+def test_a_hold_while_a_stage_is_written_down_is_the_last_word(arm, shared, kind, args):
+    """A slow database must not let a motion out behind the stop."""
+    with pytest.raises(Held):
+        arm.execute(kind, args, allow, lambda stage: stage == "sent" and arm.hold())
+    motions = len(journal(shared, "motion"))
+    time.sleep(0.5)
+    assert not arm.state().moving
+    assert len(journal(shared, "motion")) == motions
+
+
 def test_a_hold_ends_a_jog_for_good_and_a_reset_does_not_lead_back(arm, shared):
     began = arm.state().joints[0]
     timer = threading.Timer(0.6, arm.hold)

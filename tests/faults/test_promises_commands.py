@@ -1,5 +1,6 @@
 """Promises 1, 2, 3 and 11: a command moves at most once, never late, and always ends."""
 
+import os
 import random
 import time
 from datetime import timedelta
@@ -8,12 +9,13 @@ import pytest
 from celery import current_app
 from django.db.models import F
 
-from robots import bus
+from robots import bus, services
 from robots.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING
 from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
 from tests.faults.doomed import LABELS
+from workers import ledger
 
 
 def ended():
@@ -132,6 +134,26 @@ def test_promise_03_late_commands_never_move(rig, proof):
     assert late == 0
     assert not Command.objects.filter(sent_at__gt=F("deadline")).exists()
     proof.holds(f"{len(stalls) * 2} stalls and freezes of up to {max(stalls)} s: 0 motions past their deadline")
+
+
+@BOTH_AT_LENGTH
+@pytest.mark.parametrize("label", [at_length("after_claim"), "before_send"])
+def test_promise_03_claimed_in_time_but_said_too_late(rig, proof, monkeypatch, label):
+    """The owner freezes between its claim and the line, keeps its lease, and goes on after the deadline."""
+    monkeypatch.setattr(services, "START_S", 1.0)
+    worker = rig.start_worker(doom=(label, "SIGSTOP"))
+    rig.wait_ready()
+    rig.grant(seconds=900)
+    times = proof.count("freezes past the deadline", 1, 3, 30)
+    for i in range(times):
+        command = rig.issue("move", x=-0.2 + 0.01 * i, y=0.42)
+        wait_for(lambda: os.waitid(os.P_PID, worker.pid, os.WSTOPPED | os.WNOHANG), 5, "the freeze")
+        time.sleep(max(0.0, (command.deadline - SYSTEM.now()).total_seconds() + 0.1))
+        worker.signal(18)
+        command = rig.final(command, 20)
+        assert (command.state, command.reason) == ("expired", ledger.TOO_LATE)
+        assert not rig.motions(command)
+    proof.holds(f"{label}: {times} freezes past the deadline: 0 motions")
 
 
 def in_motion(rig):

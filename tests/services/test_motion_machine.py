@@ -28,6 +28,7 @@ from workers import ledger
 from workers.runtime import Runtime
 
 DEATHS = (None, None, None, "before_claim", "after_claim", "before_send", "after_send", "after_ack", "before_finish")
+SLOW = "slow"  # alive and still the owner, but long on the way from claim to line
 
 
 class Killed(BaseException):
@@ -80,6 +81,8 @@ class Wire:
 
     def execute(self, kind, args, permit, on_stage):
         self._point("before_send")
+        if self.dies == SLOW:
+            self.arm.machine.time(11, renewed=True)
         permit()
         self.arm.move(self.owner, args["x"])
         self._point("after_send")
@@ -189,7 +192,7 @@ class MotionMachine(RuleBasedStateMachine):
         self.open_grant(60)
 
     @rule(
-        again=st.booleans(), ready=st.booleans(), rung=st.integers(0, 3), dies=st.sampled_from(DEATHS),
+        again=st.booleans(), ready=st.booleans(), rung=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)),
         between=st.sampled_from(["", "", "late", "lapse", "stop", "end"]),
     )  # fmt: skip
     def issue(self, again, ready, rung, dies, between):
@@ -220,7 +223,7 @@ class MotionMachine(RuleBasedStateMachine):
             self.deliver_again_and_late(len(self.owners) - 1, len(self.told) - 1)
 
     @precondition(lambda self: self.owners)
-    @rule(index=st.integers(0, 3), dies=st.sampled_from(DEATHS), times=st.integers(1, 3))
+    @rule(index=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)), times=st.integers(1, 3))
     def ring(self, index, dies, times):
         owner = self._one(index)
         owner.driver.dies = dies

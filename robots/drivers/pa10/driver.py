@@ -22,7 +22,7 @@ from robots.drivers.contract import (
 )
 from robots.drivers.errors import BadRequest, ControllerRefused, HardwareFault, Held, OutOfWorkspace
 from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.line import PLANNED_S, ArmLine
+from robots.drivers.pa10.line import ANSWER_S, PLANNED_S, ArmLine
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Malformed, Mode, Request
 from robots.drivers.pa10.protocol import program as parse_program
 from robots.drivers.pa10.units import joint_request, pose_request
@@ -247,11 +247,10 @@ class Driver:
         return joint_request("j", tuple(posture(self._description, kind)), scale)
 
     def _do(self, request: Request, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
+        free = self._free(permit)
         before = self.line.state()
         self._take(before)
-        permit()
-        on_stage("sent")
-        self.line.ask(request, PLANNED_S)
+        self._say(request, PLANNED_S, free, on_stage)
         on_stage("acknowledged")
         arm = self._until_rest(request, before, permit)
         state = self._take(arm)
@@ -261,6 +260,32 @@ class Driver:
             raise Held(f"The motion was stopped on its way.{f' {arm.note}.' if arm.note else ''}")
         self._rest = np.array(arm.q)
         return Outcome(dict(args), state)
+
+    def _free(self, permit: Permit) -> Permit:
+        """Return `permit`, which from now on ends with a hold by another thread, too."""
+        holds = self._holds
+
+        def free() -> None:
+            permit()
+            if self._holds != holds:
+                raise Held("The motion was stopped on its way.")
+
+        return free
+
+    def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage) -> None:
+        """Ask for a motion; "sent" is told when the line is free again, for a hold must not wait for the telling."""
+        said = False
+
+        def last() -> None:
+            nonlocal said
+            permit()
+            said = True
+
+        try:
+            self.line.ask(request, seconds, last)
+        finally:
+            if said:
+                on_stage("sent")
 
     def _until_rest(self, request: Request, before: ArmState, permit: Permit) -> ArmState:
         limit = PROGRAM_S if request.letter == "p" else float(self._description["motion"]["limit_s"])
@@ -284,23 +309,17 @@ class Driver:
     def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Say the velocity again and again for as long as `permit` lets it."""
         request = self._velocity(kind, args)
-        holds, told = self._holds, False
+        free, told = self._free(permit), False
         self._rest = None  # a reset after a jog must not lead back to where it began
-
-        def go_on() -> None:
-            permit()
-            if self._holds != holds:
-                raise Held("The motion was stopped on its way.")
-
         try:
             while True:
-                go_on()
-                if not told:
-                    on_stage("sent")
                 try:
-                    self.line.ask(request)
+                    if told:
+                        self.line.ask(request, permit=free)
+                    else:
+                        self._say(request, ANSWER_S, free, on_stage)
                 except ControllerRefused:
-                    go_on()  # another thread has held the arm meanwhile: that is the reason then
+                    free()  # another thread has held the arm meanwhile: that is the reason then
                     raise
                 if not told:
                     on_stage("acknowledged")

@@ -5,7 +5,7 @@ import socket
 import threading
 from pathlib import Path
 
-from robots.drivers.contract import Trace
+from robots.drivers.contract import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace
 from robots.drivers.pa10.protocol import ArmState, Malformed, Request
 
@@ -62,14 +62,15 @@ class ArmLine:
                 self._socket.close()
         self._socket, self._rest = None, b""
 
-    def ask(self, request: Request, seconds: float = ANSWER_S) -> str:
+    def ask(self, request: Request, seconds: float = ANSWER_S, permit: Permit | None = None) -> str:
         """Send one line and return its answer; a line that stays away ends the connection.
 
         Raises:
             LineGone, LineSilent: the wire. OutOfWorkspace, ControllerRefused: the controller.
+            And whatever `permit` raises.
 
         """
-        return self._exchange(request.encode(), seconds)
+        return self._exchange(request.encode(), seconds, permit)
 
     def teach(self, number: int, program: str, seconds: float = ANSWER_S) -> str:
         """Hand over a program under a number. Raises as `ask`."""
@@ -77,13 +78,13 @@ class ArmLine:
         data = "\n".join([f"u {number}", *lines, ".", ""]).encode("ascii", "replace")
         return self._exchange(data, seconds)
 
-    def _exchange(self, data: bytes, seconds: float) -> str:
+    def _exchange(self, data: bytes, seconds: float, permit: Permit | None = None) -> str:
         with self._lock:
             if self._socket is None:
                 raise LineGone("The arm's controller is not connected.")
             try:
                 self._socket.settimeout(seconds)
-                self._send(data)
+                self._send(data, permit)
                 answer = self._read()
             except TimeoutError as error:
                 self._close()  # an answer that comes later must not be taken for the next one
@@ -96,8 +97,10 @@ class ArmLine:
             self._trace("<", answer.encode(), answer)
         return self._judged(answer)
 
-    def _send(self, data: bytes) -> None:
+    def _send(self, data: bytes, permit: Permit | None) -> None:
         assert self._socket is not None
+        if permit is not None:
+            permit()  # the last thing before actuation
         self._socket.sendall(data)
 
     def _read(self) -> str:

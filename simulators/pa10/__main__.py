@@ -13,6 +13,8 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +67,9 @@ class Simulator:
         self._begin_application("power on")
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
         self._shared.write(self.plant.qpos)
-        self.network = Network(port, self.act, self.wait, self.faults, self.journal.note, self._take_over, token)
+        self.network = Network(
+            port, self.act, self.plan, self.wait, self.faults, self.journal.note, self._take_over, token
+        )
         self._running = True
         serve(folder / "faults", self.faults, self.status)
         self._cameras = subprocess.Popen(  # noqa: S603 - our own program
@@ -106,6 +110,10 @@ class Simulator:
         if request.letter == "s":
             return self.state().encode()
         return self.app.take(request)
+
+    def plan(self, request: Request) -> Callable[[], str]:
+        """Return what answers a request that takes its time: of this application, and as of now."""
+        return partial(self.app.take, request, self.app.asked)
 
     def _take_over(self, number: int, text: str) -> None:
         """Keep a program that was sent."""

@@ -65,13 +65,23 @@ class Application:
         self._gripper, self._gripped = gripper, 0  # until which step the fingers may be on their way
         self._ticks, self._now = 0, 0.0  # steps of the control loop, and its time in s
         self._extra: tuple[Box, ...] = ()
-        self._running = 0  # how many programs were begun or broken off, so that an old one knows
+        self._running = 0  # how many holds and programs there were, so that what is older than one knows
         self.motion, self.program, self.step_of, self.note = 0, 0, 0, ""
 
     # what the network asks
 
-    def take(self, request: Request) -> str:
-        """Begin what is asked; return the line to answer. Raises Refused, Malformed."""
+    @property
+    def asked(self) -> int:
+        """Return a number that changes with each hold and each program."""
+        return self._running
+
+    def take(self, request: Request, asked: int | None = None) -> str:
+        """Begin what is asked; return the line to answer. Raises Refused, Malformed.
+
+        `asked` is what the property of that name said when the request came: what was held
+        before it could begin does not begin.
+        """
+        asked = self._running if asked is None else asked
         letter = request.letter
         if letter == "h":
             self.hold()
@@ -88,25 +98,31 @@ class Application:
                     raise Refused("busy", "something still moves the arm; wait until it rests")
                 self._stand_where_it_is()
         if letter in MOTIONS:
-            return f"ok {self._move(request)}"
+            return f"ok {self._move(request, asked)}"
         if letter in "JC":
             self._wish_for(request)
             return "ok velocity"
         if letter == "g":
             self._grip(request.numbers[0])
             return "ok gripper"
-        return self._execute(int(request.numbers[0]))
+        return self._execute(int(request.numbers[0]), asked)
 
-    def _move(self, request: Request) -> int:
+    def _none_came_first(self, asked: int) -> None:
+        if self._running != asked:
+            raise Refused("busy", "a hold came before it could begin")
+
+    def _move(self, request: Request, asked: int) -> int:
         """Plan and take up a motion; return its number."""
         for _ in range(3):
             with self._lock:
+                self._none_came_first(asked)
                 moving = self._path is not None or bool(np.any(np.abs(self._v) > 1e-9))
                 at = self._now + AHEAD_S
                 q, v = self._ahead(at)
                 motion, path, wish = self.motion, self._path, self._wish
             course = self._courses.plan(request, q, v)
             with self._lock:
+                self._none_came_first(asked)
                 same = self.motion == motion and self._path is path and self._wish is wish
                 if not same or (moving and self._now > at):
                     continue  # the arm went another way meanwhile, or planning took too long
@@ -196,7 +212,7 @@ class Application:
 
     # programs
 
-    def _execute(self, number: int) -> str:
+    def _execute(self, number: int, asked: int) -> str:
         if number not in self.programs:
             known = ", ".join(map(str, sorted(self.programs))) or "none"
             raise Refused("range", f"there is no program {number}; known: {known}")
@@ -208,8 +224,9 @@ class Application:
             if self.busy:
                 raise Refused("busy", "a program begins at rest: hold the arm first")
             q = self._q.copy()
-        seconds = self._courses.check(steps, q)
+        seconds = self._courses.check(steps, q, lambda: self._none_came_first(asked))
         with self._lock:
+            self._none_came_first(asked)
             self._running += 1
             mine = self._running
             self._mode, self.program, self.step_of, self.note = Mode.PROG_EXEC, number, 0, ""
@@ -238,7 +255,7 @@ class Application:
 
     def _one(self, step: Request, mine: int) -> None:
         if step.letter in MOTIONS:
-            self._move(step)
+            self._move(step, mine)
             self._wait(mine, np.inf)
         elif step.letter == "g":
             self._grip(step.numbers[0])

@@ -3,8 +3,8 @@
 After Dziemian et al. 2004, figure 4: a thread for the network apart from the control loop, a
 second one that starts the control application again on silence, or when nobody connects. Ours:
 the client may be asked for a token, an owner with a newer epoch takes the place of an older
-one, `W` is answered when its time has come while other lines go on, and each drop is noted
-with its cause.
+one, `W` is answered when its time has come while other lines go on, `h` overtakes a target that
+is still being planned, and each drop is noted with its cause.
 """
 
 import contextlib
@@ -14,13 +14,15 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from robots.drivers.pa10.protocol import LONGEST, LONGEST_PROGRAM, Malformed, Request, parse, program
+from robots.drivers.pa10.protocol import LONGEST, LONGEST_PROGRAM, MOTIONS, Malformed, Request, parse, program
 from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard
 
 Act = Callable[[Request], str]
+Plan = Callable[[Request], Callable[[], str]]
 Note = Callable[..., None]
 WAIT_S = 120.0
+PLANNED = (*MOTIONS, "p")
 
 
 @dataclass
@@ -32,20 +34,26 @@ class Client:
     epoch: int = 0
     known: bool = False
     writing: threading.Lock = field(default_factory=threading.Lock)
+    planning: threading.Thread | None = None
 
     def __post_init__(self) -> None:
         """Open the reader."""
         self.lines = self.line.makefile("rb")
 
+    def in_order(self) -> None:
+        """Wait until what was asked before is planned and answered."""
+        if self.planning is not None:
+            self.planning.join()
+
 
 class Network:
-    """Listens on `port` (0: any); `act` answers a request, `wait` one that waits for rest."""
+    """Listens on `port` (0: any); `act` answers a request, `plan` returns what does, `wait` one that waits for rest."""
 
     def __init__(
-        self, port: int, act: Act, wait: Callable[[float], str], faults: FaultBoard, note: Note,
+        self, port: int, act: Act, plan: Plan, wait: Callable[[float], str], faults: FaultBoard, note: Note,
         keep: Callable[[int, str], None], token: str = "", allowed: tuple[str, ...] = ("127.0.0.1", "::1"),
     ) -> None:  # fmt: skip
-        self._act, self._wait, self._faults, self._note = act, wait, faults, note
+        self._act, self._plan, self._wait, self._faults, self._note = act, plan, wait, faults, note
         self._token, self._allowed = token, allowed
         self._keep = keep
         self._server = socket.create_server(("127.0.0.1", port))
@@ -64,6 +72,14 @@ class Network:
     def connected(self) -> bool:
         """Tell whether somebody is connected."""
         return self._client is not None
+
+    @property
+    def silent_s(self) -> float:
+        """Return how long nothing was heard (s); whoever waits for a plan is not silent."""
+        client = self._client
+        if client is not None and client.planning is not None and client.planning.is_alive():
+            self.heard = time.monotonic()
+        return time.monotonic() - self.heard
 
     def drop(self, cause: str) -> None:
         """Close the connection."""
@@ -126,16 +142,33 @@ class Network:
             self.heard = time.monotonic()
             if self._faults.value("awol"):
                 return True
+            if request.letter != "h":
+                client.in_order()  # one after the other; only a hold overtakes
+            if request.letter in PLANNED:
+                # in a thread, so that this one hears a hold meanwhile
+                client.planning = threading.Thread(
+                    target=self._told, args=(client, self._plan(request)), name="plan", daemon=True
+                )
+                client.planning.start()
+                return True
             if request.letter == "W":
                 threading.Thread(target=self._later, args=(client,), name="wait", daemon=True).start()
                 return True
-            answer = self._answer(client, request)
         except Malformed as error:
-            answer = f"e form {error}"
-        except Refused as error:
-            answer = f"e {error.code} {error}"
-        self._say(client, answer)
+            self._say(client, f"e form {error}")
+            return True
+        self._told(client, lambda: self._answer(client, request))
         return True
+
+    def _told(self, client: Client, answer: Callable[[], str]) -> None:
+        """Say the answer, or why it is refused."""
+        try:
+            said = answer()
+        except Malformed as error:
+            said = f"e form {error}"
+        except Refused as error:
+            said = f"e {error.code} {error}"
+        self._say(client, said)
 
     def _answer(self, client: Client, request: Request) -> str:
         if request.letter == "i":
@@ -212,7 +245,7 @@ class Watchdog:
     def _watch(self) -> None:
         while True:
             time.sleep(0.1)
-            quiet = time.monotonic() - self._network.heard
+            quiet = self._network.silent_s
             if self._network.connected and quiet > self._silence:
                 self._restart(f"no line for {self._silence:g} s")
             elif not self._network.connected and quiet > self._nobody:

@@ -190,6 +190,29 @@ def test_a_jog_lives_from_its_hand_and_stops_before_the_table(arm, shared):
     assert arm.execute("line", {**dict(zip(("x", "y"), arm.latest().pose[:2], strict=True)), "z": 0.2, **DOWN}, allow, lambda _: None)  # fmt: skip
 
 
+def test_a_hold_overtakes_what_is_still_being_planned(arm, shared):
+    text = "\n".join(f"k 500 {160 - k} 150 180 0 180" for k in range(150))
+    began, said = time.monotonic(), []
+
+    def drive():
+        try:
+            do(arm, "program", text=text)
+        except Held as error:
+            said.append((str(error), time.monotonic()))
+
+    thread = threading.Thread(target=drive)
+    thread.start()
+    time.sleep(0.4)
+    arm.hold()
+    thread.join(30)
+    assert said[0][0] == "The motion was stopped on its way."
+    assert not journal(shared, "program", began), "it was still being planned"
+    time.sleep(0.3)
+    assert not arm.state().moving
+    assert not journal(shared, "program", began)
+    assert do(arm, "home").state.ready
+
+
 @pytest.mark.parametrize(("kind", "args"), [("home", {}), ("jog_joints", {"S1": 1.0})])
 def test_a_hold_while_a_stage_is_written_down_is_the_last_word(arm, shared, kind, args):
     """A slow database must not let a motion out behind the stop."""

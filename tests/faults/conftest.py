@@ -112,7 +112,11 @@ class Rig:
         return [r for r in self.sim.journal() if r["event"] == "motion" and self.arm.made(r) in goals]
 
     def moving(self, seconds=20):
-        wait_for(lambda: self.sim.status()["moving"], seconds, "a motion")
+        try:
+            wait_for(lambda: self.sim.status()["moving"], seconds, "a motion")
+        except AssertionError as error:
+            told = [f"{c}: {c.state} {c.reason}" for c in Command.objects.all()]
+            raise AssertionError(f"{error}; {told}; {self.cycle()} {self.reason()}") from error
 
     def close(self):
         for child in self.workers:

@@ -6,28 +6,55 @@ import pytest
 from robots.description import load, posture
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import parse
+from robots.motion.planner import Refused
 from simulators.pa10.application import Application
 
 STILL = np.zeros(6)
 
 
-def test_a_hold_while_the_next_target_is_planned_is_no_error(monkeypatch):
-    courses = Courses()
+@pytest.fixture
+def courses():
+    return Courses()
+
+
+def applied(courses):
+    return Application(courses, posture(load("pa10"), "ready"), lambda *_, **__: None, {1: "j 0 25 75 0 80 0"})
+
+
+@pytest.mark.parametrize(("line", "moving"), [("j 0 25 75 0 80 0", True), ("j 0 25 75 0 80 0", False), ("p 1", False)])
+def test_a_hold_while_something_is_planned_is_the_last_word(monkeypatch, courses, line, moving):
+    app = applied(courses)
     q = posture(load("pa10"), "ready")
-    app = Application(courses, q, lambda *_, **__: None, {})
-    for line in ("j 30 25 75 0 80 0", "j -20 20 75 0 80 0"):
-        assert app.take(parse(line)).startswith("ok")
-        for _ in range(150):
-            q = app.step(q, STILL).q
-    plan, held = courses.plan, []
+    if moving:
+        for first in ("j 30 25 75 0 80 0", "j -20 20 75 0 80 0"):
+            assert app.take(parse(first)).startswith("ok")
+            for _ in range(150):
+                q = app.step(q, STILL).q
+    slow = {"j": "plan", "p": "check"}[line[0]]
+    planned = getattr(courses, slow)
 
     def held_meanwhile(*args):
-        if not held:
-            held.append(app.hold())
-        return plan(*args)
+        found = planned(*args)
+        app.hold()
+        return found
 
-    monkeypatch.setattr(courses, "plan", held_meanwhile)
-    assert app.take(parse("j 0 25 75 0 80 0")).startswith("ok"), "planned again, from the way on which it brakes"
-    for _ in range(3000):
+    monkeypatch.setattr(courses, slow, held_meanwhile)
+    with pytest.raises(Refused, match="a hold came before it could begin"):
+        app.take(parse(line))
+    for _ in range(500):
         q = app.step(q, STILL).q
-    assert np.degrees(q) == pytest.approx([0, 25, 75, 0, 80, 0], abs=0.01)
+    rest = q.copy()
+    for _ in range(1500):
+        q = app.step(q, STILL).q
+    assert not app.moving
+    assert q == pytest.approx(rest)
+
+
+def test_what_was_asked_before_a_hold_does_not_begin_after_it(courses):
+    app = applied(courses)
+    asked = app.asked
+    app.hold()
+    with pytest.raises(Refused, match="a hold came before it could begin"):
+        app.take(parse("j 30 25 75 0 80 0"), asked)
+    assert not app.moving
+    assert app.take(parse("j 30 25 75 0 80 0"), app.asked).startswith("ok")

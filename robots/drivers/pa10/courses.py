@@ -1,6 +1,6 @@
 """The wire's requests as motions, and programs checked as a whole."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,24 +79,41 @@ class Courses:
 
         """
         here = q
+        known: dict[tuple[Request, bytes], Plan] = {}  # what is repeated is planned once
         for number, step in enumerate(steps, 1):
             if step.letter not in MOTIONS:
                 continue
+            key = step, here.tobytes()
             try:
-                made = self.plan(step, here, np.zeros_like(here)).plan
+                if key not in known:
+                    known[key] = self.plan(step, here, np.zeros_like(here)).plan
             except Refused as error:
                 raise Refused(error.code, f"step {number}: {error}") from error
-            here = made.target
-            yield number, made.path
+            here = known[key].target
+            yield number, known[key].path
 
-    def check(self, steps: list[Request], q: Joints) -> float:
-        """Go through a whole program from rest at `q`; return its time on the way (s).
+    def check(self, steps: list[Request], q: Joints, go_on: Callable[[], None] = lambda: None) -> float:
+        """Go through a whole program from rest at `q`; return its time on the way (s). Asks `go_on` on its way.
+
+        Raises:
+            Refused: names the step. And whatever `go_on` raises.
+
+        """
+        seconds = self.pauses(steps)
+        for _, path in self.along(steps, q):
+            go_on()
+            seconds += path.seconds
+        return seconds
+
+    @staticmethod
+    def pauses(steps: list[Request]) -> float:
+        """Return the time that a program waits and grips (s).
 
         Raises:
             Refused: names the step.
 
         """
-        seconds = sum(path.seconds for _, path in self.along(steps, q))
+        seconds = 0.0
         for number, step in enumerate(steps, 1):
             if step.letter == "d":
                 if not 0 <= step.numbers[0] <= LONGEST_WAIT_S:

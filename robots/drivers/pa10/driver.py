@@ -22,7 +22,7 @@ from robots.drivers.contract import (
 )
 from robots.drivers.errors import BadRequest, ControllerRefused, HardwareFault, Held, OutOfWorkspace
 from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.line import ANSWER_S, PLANNED_S, ArmLine
+from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, PLANNED_S, ArmLine
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Malformed, Mode, Request
 from robots.drivers.pa10.protocol import program as parse_program
 from robots.drivers.pa10.units import joint_request, pose_request
@@ -188,8 +188,7 @@ class Driver:
                 ways += [path.at(path.seconds * k / count)[0] for k in range(1, count + 1)]
                 numbered += [number_of] * count
                 seconds += path.seconds
-            if kind == "program":
-                seconds = self._courses.check(steps, here)
+            seconds += self._courses.pauses(steps)
         except Refused as error:
             raise OutOfWorkspace(f"The arm cannot go there: {error}.") from error
         hand = tuple(tuple(float(v) for v in self._chain.forward(q)[:3, 3]) for q in ways)
@@ -250,8 +249,7 @@ class Driver:
         free = self._free(permit)
         before = self.line.state()
         self._take(before)
-        self._say(request, PLANNED_S, free, on_stage)
-        on_stage("acknowledged")
+        self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
         arm = self._until_rest(request, before, permit)
         state = self._take(arm)
         if state.fault:
@@ -272,8 +270,8 @@ class Driver:
 
         return free
 
-    def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage) -> None:
-        """Ask for a motion; "sent" is told when the line is free again, for a hold must not wait for the telling."""
+    def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage | None) -> None:
+        """Ask for a motion. It is told of when the line is free again, for a hold must not wait for the telling."""
         said = False
 
         def last() -> None:
@@ -283,9 +281,14 @@ class Driver:
 
         try:
             self.line.ask(request, seconds, last)
+        except ControllerRefused:
+            permit()  # another thread has held the arm meanwhile: that is the reason then
+            raise
         finally:
-            if said:
+            if said and on_stage is not None:
                 on_stage("sent")
+        if on_stage is not None:
+            on_stage("acknowledged")
 
     def _until_rest(self, request: Request, before: ArmState, permit: Permit) -> ArmState:
         limit = PROGRAM_S if request.letter == "p" else float(self._description["motion"]["limit_s"])
@@ -309,28 +312,20 @@ class Driver:
     def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Say the velocity again and again for as long as `permit` lets it."""
         request = self._velocity(kind, args)
-        free, told = self._free(permit), False
+        free = self._free(permit)
+        tell: OnStage | None = on_stage
         self._rest = None  # a reset after a jog must not lead back to where it began
         try:
             while True:
-                try:
-                    if told:
-                        self.line.ask(request, permit=free)
-                    else:
-                        self._say(request, ANSWER_S, free, on_stage)
-                except ControllerRefused:
-                    free()  # another thread has held the arm meanwhile: that is the reason then
-                    raise
-                if not told:
-                    on_stage("acknowledged")
-                told = True
+                self._say(request, ANSWER_S, free, tell)
+                tell = None
                 state = self.state()
                 if state.fault:
                     raise HardwareFault(state.fault)
                 time.sleep(JOG_S)
         finally:
             if self.line.is_open:
-                self.line.ask(Request("h"))
+                self.line.hold()
 
     def _velocity(self, kind: str, args: dict[str, Any]) -> Request:
         if kind == "jog_joints":
@@ -342,7 +337,7 @@ class Driver:
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""
         self._holds += 1
-        self.line.ask(Request("h"))
+        self.line.hold()
         until = time.monotonic() + REST_S
         while True:
             state = self.state()

@@ -3,6 +3,7 @@
 import contextlib
 import socket
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 from robots.drivers.contract import Permit, Trace
@@ -10,6 +11,8 @@ from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSil
 from robots.drivers.pa10.protocol import ArmState, Malformed, Request
 
 ANSWER_S = 1.0
+CHECKED_S = 60.0  # a whole program
+HOLD, HELD = b"h\n", "ok hold"
 PLANNED_S = 10.0  # a motion is planned and swept before it is answered; a crowded machine takes its time
 
 
@@ -19,7 +22,9 @@ class ArmLine:
     def __init__(self, address: str, epoch: int, token: str, trace: Trace | None) -> None:
         self._address, self._epoch, self._token, self._trace = address, epoch, token, trace
         self._socket: socket.socket | None = None
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # one question, one answer
+        self._writing = threading.Lock()  # a hold is written past a question whose answer is waited for
+        self._holds = 0  # written, not yet answered
         self._rest = b""
         self.resent = self.broken = 0
 
@@ -60,7 +65,29 @@ class ArmLine:
         if self._socket is not None:
             with contextlib.suppress(OSError):
                 self._socket.close()
-        self._socket, self._rest = None, b""
+        self._socket, self._rest, self._holds = None, b"", 0
+
+    def hold(self) -> None:
+        """Send `h` at once, also where an answer is waited for; return when it was answered. Raises as `ask`."""
+        with self._writing:
+            line = self._open_line()
+            self._holds += 1
+            with self._watched():
+                line.sendall(HOLD)
+        with self._lock:
+            if self._socket is not line:
+                raise LineGone("The connection to the arm broke while it was to be held.")
+            answer = HELD  # whoever waited for another answer may have heard it
+            if self._holds:
+                with self._watched():
+                    line.settimeout(ANSWER_S)
+                    answer = self._next_line()
+                self._hold_answered()
+            if answer != HELD:
+                self._close()  # an answer that comes later must not be taken for the next one
+        self._noted(HOLD, answer)
+        if self._judged(answer) != HELD:
+            raise ControllerRefused(f"The controller said something else to a hold: {answer[:60]}")
 
     def ask(self, request: Request, seconds: float = ANSWER_S, permit: Permit | None = None) -> str:
         """Send one line and return its answer; a line that stays away ends the connection.
@@ -80,38 +107,63 @@ class ArmLine:
 
     def _exchange(self, data: bytes, seconds: float, permit: Permit | None = None) -> str:
         with self._lock:
-            if self._socket is None:
-                raise LineGone("The arm's controller is not connected.")
-            try:
-                self._socket.settimeout(seconds)
+            line = self._open_line()
+            with self._watched():
+                line.settimeout(seconds)
                 self._send(data, permit)
-                answer = self._read()
-            except TimeoutError as error:
-                self._close()  # an answer that comes later must not be taken for the next one
-                raise LineSilent("The arm's controller does not answer.") from error
-            except OSError as error:
-                self._close()
-                raise LineGone(f"The connection to the arm broke: {error.strerror or error}.") from error
+                answer = self._answer()
+        self._noted(data, answer)
+        return self._judged(answer)
+
+    def _open_line(self) -> socket.socket:
+        if self._socket is None:
+            raise LineGone("The arm's controller is not connected.")
+        return self._socket
+
+    @contextlib.contextmanager
+    def _watched(self) -> Iterator[None]:
+        """Turn what breaks on the wire into errors of ours; the connection ends with it."""
+        try:
+            yield
+        except TimeoutError as error:
+            self._close()  # an answer that comes later must not be taken for the next one
+            raise LineSilent("The arm's controller does not answer.") from error
+        except OSError as error:
+            self._close()
+            raise LineGone(f"The connection to the arm broke: {error.strerror or error}.") from error
+
+    def _noted(self, data: bytes, answer: str) -> None:
         if self._trace is not None:
             self._trace(">", data, data.decode().strip())
             self._trace("<", answer.encode(), answer)
-        return self._judged(answer)
 
     def _send(self, data: bytes, permit: Permit | None) -> None:
-        assert self._socket is not None
-        if permit is not None:
-            permit()  # the last thing before actuation
-        self._socket.sendall(data)
+        with self._writing:
+            if permit is not None:
+                permit()  # the last thing before actuation
+            self._open_line().sendall(data)
 
-    def _read(self) -> str:
-        assert self._socket is not None
+    def _answer(self) -> str:
+        """Return the next line that is not the answer to a hold that was written meanwhile."""
+        while True:
+            text = self._next_line()
+            if text != HELD or not self._holds:
+                return text
+            self._hold_answered()
+
+    def _hold_answered(self) -> None:
+        with self._writing:
+            self._holds = max(0, self._holds - 1)
+
+    def _next_line(self) -> str:
+        line = self._open_line()
         while b"\n" not in self._rest:
-            data = self._socket.recv(4096)
+            data = line.recv(4096)
             if not data:
                 raise ConnectionResetError("the controller closed the line")
             self._rest += data
-        line, _, self._rest = self._rest.partition(b"\n")
-        return line.decode("ascii", "replace").strip()
+        text, _, self._rest = self._rest.partition(b"\n")
+        return text.decode("ascii", "replace").strip()
 
     @staticmethod
     def _judged(answer: str) -> str:

@@ -183,7 +183,7 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     page.click("#tab-terminal")
     for line, answer in (
         ("j 1 2", "wants 6 or 7"),
-        ("j 0 25 75 0 80 400", "e "),
+        ("j 0 25 75 0 80 400", "e The arm cannot go there: joint W2"),
         ("g 1", "ok"),
         ("w", "a"),
         ("x", "There is no line"),

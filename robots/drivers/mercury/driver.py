@@ -20,6 +20,7 @@ from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
+from robots.drivers.permits import until_held
 from robots.drivers.values import known, number, within
 
 POLL_S = 0.2
@@ -153,13 +154,7 @@ class Driver:
         """Move by short steps for as long as `permit` lets each one begin, or to the edge of the sand."""
         sand, length = self._description["sand"], hypot(dx, dy)
         sent: dict[str, Any] = {"steps": 0}
-        holds = self.line.holds
-
-        def go_on() -> None:
-            permit()
-            if self.line.holds != holds:
-                raise Held("The motion was stopped on its way.")
-
+        go_on = until_held(permit, lambda: self.line.holds)
         while True:
             go_on()
             x, y, z = (self._latest or self.state()).pose[:3]

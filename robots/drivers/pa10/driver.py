@@ -26,6 +26,7 @@ from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, PLANNED_S, ArmLine
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Malformed, Mode, Request
 from robots.drivers.pa10.protocol import program as parse_program
 from robots.drivers.pa10.units import joint_request, pose_request
+from robots.drivers.permits import until_held
 from robots.drivers.values import known, number, within
 from robots.motion.chain import Joints
 from robots.motion.planner import Refused
@@ -115,7 +116,7 @@ class Driver:
         self._latest: RobotState | None = None
         self._boot: int | None = None
         self._rest: Joints | None = None
-        self._holds = 0  # so that a jog knows of a hold by another thread
+        self._holds = 0  # so that a command knows of a hold by another thread
         self.features = features()
 
     def connect(self) -> RobotState:
@@ -246,7 +247,7 @@ class Driver:
         return joint_request("j", tuple(posture(self._description, kind)), scale)
 
     def _do(self, request: Request, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        free = self._free(permit)
+        free = until_held(permit, lambda: self._holds)
         before = self.line.state()
         self._take(before)
         self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
@@ -258,17 +259,6 @@ class Driver:
             raise Held(f"The motion was stopped on its way.{f' {arm.note}.' if arm.note else ''}")
         self._rest = np.array(arm.q)
         return Outcome(dict(args), state)
-
-    def _free(self, permit: Permit) -> Permit:
-        """Return `permit`, which from now on ends with a hold by another thread, too."""
-        holds = self._holds
-
-        def free() -> None:
-            permit()
-            if self._holds != holds:
-                raise Held("The motion was stopped on its way.")
-
-        return free
 
     def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage | None) -> None:
         """Ask for a motion. It is told of when the line is free again, for a hold must not wait for the telling."""
@@ -312,7 +302,7 @@ class Driver:
     def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Say the velocity again and again for as long as `permit` lets it."""
         request = self._velocity(kind, args)
-        free = self._free(permit)
+        free = until_held(permit, lambda: self._holds)
         tell: OnStage | None = on_stage
         self._rest = None  # a reset after a jog must not lead back to where it began
         try:

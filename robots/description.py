@@ -122,7 +122,8 @@ def planner(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Planner
     from robots.motion.planner import Planner  # noqa: PLC0415 - see chain
 
     arm, motion = chain(driver), load(driver)["motion"]
-    return Planner(arm, zones(driver, forbidden), PathLimits.of(arm, motion["acceleration_s"]))
+    limits = PathLimits.of(arm, motion["acceleration_s"])
+    return Planner(arm, zones(driver, forbidden), limits, motion["clearance_m"])
 
 
 def model_facts(driver: str, address: str) -> dict[str, Any]:

@@ -31,10 +31,15 @@ class Plan:
 
 
 class Planner:
-    """What one arm may do among its boxes."""
+    """What one arm may do among its boxes.
 
-    def __init__(self, chain: Chain, zones: Zones, limits: Limits) -> None:
+    `zones` are what the arm itself must not enter. What is planned keeps `clearance` (m) away
+    from them, because an arm follows its reference with an error.
+    """
+
+    def __init__(self, chain: Chain, zones: Zones, limits: Limits, clearance: float = 0.0) -> None:
         self.chain, self.zones, self.limits = chain, zones, limits
+        self.kept = zones.widened(clearance)
         self.inverse = Inverse(chain)
 
     def reach(self, pose: Matrix, near: Joints) -> Joints:
@@ -49,9 +54,9 @@ class Planner:
         broken = self.chain.broken_limit(target)
         if broken:
             raise Refused("range", broken)
-        distances = self.zones.distances(target)
-        floor = np.zeros_like(distances) if q is None else self.zones.floor(self.zones.distances(q))
-        touch = self.zones.entered(distances, floor)
+        distances = self.kept.distances(target)
+        floor = np.zeros_like(distances) if q is None else self.kept.floor(self.kept.distances(q))
+        touch = self.kept.entered(distances, floor)
         if touch is not None:
             raise Refused("box", f"there {touch}")
 
@@ -82,7 +87,7 @@ class Planner:
         return self._swept(Plan(target, path))
 
     def _swept(self, plan: Plan) -> Plan:
-        found = self.zones.swept(plan.path)
+        found = self.kept.swept(plan.path)
         if found is not None:
             raise Refused("box", f"on the way there, after {found[0]:.1f} s, {found[1]}")
         return plan

@@ -7,7 +7,7 @@ radius), so that nothing between the points can enter, and a path is swept befor
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,6 +71,11 @@ class Zones:
         self._radius = np.array([self._limbs[i].radius for i in limb_of])
         self._low = np.array([self.boxes[k].low for k in box_of]).reshape(-1, 3)
         self._high = np.array([self.boxes[k].high for k in box_of]).reshape(-1, 3)
+
+    def widened(self, clearance: float) -> "Zones":
+        """Return the same boxes around limbs that are thicker by `clearance` (m)."""
+        limbs = [replace(limb, radius=limb.radius + clearance) for limb in self._limbs]
+        return Zones(self._chain, limbs, self.boxes)
 
     def distances(self, q: Joints) -> Matrix:
         """Return the distance (m) of each pair of limb and box, in the order of `pair`."""

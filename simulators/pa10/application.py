@@ -332,12 +332,10 @@ class Application:
         stop = self._q + faster * 2 * LOOK_S + faster * np.abs(faster) / (2 * limits.acceleration)
         if np.any((stop < limits.low) & (faster < 0)) or np.any((stop > limits.high) & (faster > 0)):
             return False
-        here = self._planner.zones.distances(self._q)
-        floor = self._planner.zones.floor(here)
-        for share in (0.5, 1.0):
-            if self._planner.zones.entered(self._planner.zones.distances(self._q + share * (stop - self._q)), floor):
-                return False
-        return True
+        kept = self._planner.kept
+        floor = kept.floor(kept.distances(self._q))
+        ways = (self._q + share * (stop - self._q) for share in (0.5, 1.0))
+        return not any(kept.entered(kept.distances(q), floor) for q in ways)
 
     def _stand_where_it_is(self) -> None:
         """Take the measured place for the reference; from there the arm may only move away."""

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from robots.motion.chain import Chain
 from robots.motion.inverse import Inverse, OutOfReach, singularity
 from robots.motion.path import Cubic, Limits, TooFast, brake_path, joint_path, line_path
+from robots.motion.planner import Planner, Refused
 from robots.motion.pose import EULER, RPY, matrix, numbers
 from robots.motion.zones import Box, Limb, Zones
 
@@ -217,6 +218,43 @@ def test_what_is_inside_may_only_move_away():
     assert zones.swept(out) is None
     deeper = joint_path(low, np.zeros(6), np.array([0, 1.2, 1.3, 0, 0.7, 0]), Limits.of(arm()), 0.5)
     assert zones.swept(deeper) is not None
+
+
+CLEARANCE_M = 0.01
+
+
+@settings(max_examples=100, deadline=None)
+@given(joints, joints)
+def test_what_is_planned_keeps_its_clearance(a, b):
+    zones, limits = Zones(arm(), LIMBS, (TABLE, PILLAR)), Limits.of(arm())
+    planner, rest = Planner(arm(), zones, limits, CLEARANCE_M), np.zeros(6)
+    start, target = at(a), at(b)
+    if np.any(zones.distances(start) < CLEARANCE_M):
+        return
+    try:
+        path = planner.joints(target, start, rest, 1.0).path
+    except Refused:
+        path = joint_path(start, rest, target, limits, 1.0)
+        kept = min(zones.distances(path.at(t)[0]).min() for t in np.linspace(0, path.seconds, 2000))
+        assert kept < CLEARANCE_M + 1e-3  # nothing is refused that would have stayed away
+        return
+    assert min(zones.distances(path.at(t)[0]).min() for t in np.linspace(0, path.seconds, 400)) > CLEARANCE_M - 1e-4
+
+
+def test_the_clearance_alone_refuses_what_the_boxes_would_allow_and_lets_out_who_is_in_it():
+    zones, limits, rest = Zones(arm(), LIMBS, (TABLE,)), Limits.of(arm()), np.zeros(6)
+    low, high = np.array([0, 0.5, 1.0, 0, 0.7, 0]), np.array([0, 1.0, 1.3, 0, 0.7, 0])
+    for _ in range(50):  # as near to the table as 5 mm
+        middle = (low + high) / 2
+        low, high = (low, middle) if zones.distances(middle).min() < CLEARANCE_M / 2 else (middle, high)
+    away = np.array([0, 0.5, 1.0, 0, 0.7, 0])
+    Planner(arm(), zones, limits).joints(low, away, rest, 0.5)
+    careful = Planner(arm(), zones, limits, CLEARANCE_M)
+    with pytest.raises(Refused, match="the table"):
+        careful.joints(low, away, rest, 0.5)
+    careful.joints(away, low, rest, 0.5)
+    with pytest.raises(Refused, match="the table"):
+        careful.joints(low + 0.01, low, rest, 0.5)
 
 
 def test_a_description_that_is_wrong_is_named():

@@ -17,6 +17,7 @@ def main() -> None:
 
 
 def _measure(controller: str) -> dict[str, float]:
+    import contextlib
     import json
     import tempfile
     import threading
@@ -35,10 +36,12 @@ def _measure(controller: str) -> dict[str, float]:
         running, pictures = True, [0, 0, 0]
 
         def look(index: int, address: str) -> None:
+            due = time.monotonic()
             while running:
-                due = time.monotonic() + 0.2
-                urllib.request.urlopen(f"{address}/snapshot.jpg", timeout=10).read()
-                pictures[index] += 1
+                due += 0.2
+                with contextlib.suppress(OSError):  # the camera goes when the run ends
+                    urllib.request.urlopen(f"{address}/snapshot.jpg", timeout=10).read()
+                    pictures[index] += 1
                 time.sleep(max(0.0, due - time.monotonic()))
 
         try:

@@ -24,6 +24,7 @@ from simulators.pa10 import scene
 from simulators.pa10.render import make
 
 RANGE = (0.001, 0.1)
+NICER = 10  # a picture may come later; a step of the control loop may not
 NOISE = 2  # grey levels to either side
 
 
@@ -93,6 +94,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dir", type=Path, required=True)
     logging.basicConfig(level=logging.INFO, stream=sys.stderr)
+    os.nice(NICER)
     cameras = Cameras(parser.parse_args().dir)
     logging.getLogger(__name__).info("cameras at %s", cameras.addresses)
     over = threading.Event()

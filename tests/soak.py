@@ -1,23 +1,32 @@
-"""`make soak HOURS=n`: simulated people drive while faults are sprinkled in; prints slopes.
+"""`make soak HOURS=n`: simulated people drive and watch all robots while faults are sprinkled in; prints slopes.
 
-Memory, descriptors and threads of each process, unfinished tasks and stuck records, each
-fitted with a straight line over the second half of the run, an hour's slope a line.
+Memory, descriptors and threads of each process, unfinished commands and stuck records, each
+fitted with a straight line over the second half of the run, an hour's slope a line. The same
+is written into `docs/reference/soak.md`.
 """
 
 import json
 import random
 import sys
+import threading
 import time
+import urllib.request
 from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.stage import database, set_up
+from benchmarks.stage import cast, database, set_up
 
 SAMPLE_S = 10.0
 FAULT_S = 45.0
-VERBS = (("corrupt", 0.03), ("drop", 0.03), ("double_ack", 1.0), ("slow", 0.2), ("cam_freeze", 1.0), ("cam_flicker", 1.0), ("cam_gone", 1.0), ("awol", 1.0), ("power_cycle", 1.0), ("limit_hit", 1.0))  # fmt: skip
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "reference" / "soak.md"
+REST_S = 75  # whatever is under way ends within this time
+VIEWERS = 2  # of each robot
+WATCHED_S = (20.0, 120.0)
+STRENGTHS = {"corrupt": 0.03, "drop": 0.03, "slow": 0.2, "disturb": 60.0}
+ONCE = ("double_ack", "slip")  # beside those that the proofs know of
+FOR_A_WHILE = ("corrupt", "drop", "slow")  # until the next fault; the others three times
 KILLS = ("redis", "worker", "web", "simulator")
 
 
@@ -29,192 +38,347 @@ def main() -> None:
         Soak().run(hours * 3600)
 
 
-class Soak:
-    """The whole portal under its own people."""
+class Stand:
+    """One robot with its simulator, its owner and its people."""
 
-    def __init__(self) -> None:
-        from benchmarks.stage import cast
-        from robots.models import Robot
-        from tests.conftest import RedisServer
-        from tests.rig import Simulator, Web, housekeeping, worker
+    def __init__(self, robot, first, dice) -> None:
+        from tests.faults.arms import ARMS
+        from tests.rig import worker
 
-        self.dice = random.Random(42)
-        self.redis = RedisServer()
-        self.redis.start()
-        self.robot, ada = cast()
-        Robot.objects.update(turn_s=60)
-        self.people = [ada, *self._more_people(3)]
-        self.sim = Simulator(self.robot.rig_dir)
-        self._worker, self._web = worker, Web
-        self.worker, self.web, self.broom = worker(), Web(), housekeeping()
-        self.samples: list[dict[str, float]] = []
-        self.done = {"commands": 0, "refused": 0, "turns": 0, "faults": 0, "kills": 0}
-        self.seen = time.monotonic()
+        self.robot, self.dice, self.arm = robot, dice, ARMS[robot.driver]
+        self.people = [first, *(self._person(i) for i in range(3))]
+        self.sim = self.arm.simulator(robot.rig_dir)
+        self._begin = lambda: worker(robot.slug)
+        self.worker = self._begin()
+        self.done = {"commands": 0, "refused": 0, "turns": 0, "faults": 0}
 
-    def _more_people(self, number: int) -> list:
+    def _person(self, number: int):
         from accounts.models import Clearance, User
         from robots.clock import SYSTEM
 
-        made = [User.objects.create_user(f"p{i}", f"p{i}@example.org", "correct horse 42") for i in range(number)]
-        for person in made:
-            Clearance.objects.create(user=person, robot=self.robot, granted_at=SYSTEM.now())
-        return made
+        name = f"{self.robot.slug}-{number}"
+        person = User.objects.create_user(name, f"{name}@example.org", "correct horse 42")
+        Clearance.objects.create(user=person, robot=self.robot, granted_at=SYSTEM.now())
+        return person
 
-    def run(self, seconds: float) -> None:
-        begun = time.monotonic()
-        next_sample = next_fault = begun + 20
-        try:
-            while time.monotonic() - begun < seconds:
-                now = time.monotonic()
-                self._look_after()
-                self._people()
-                if now >= next_sample:
-                    self.samples.append(self._sample(now - begun))
-                    next_sample = now + SAMPLE_S
-                if now >= next_fault:
-                    self._fault()
-                    next_fault = now + FAULT_S * self.dice.uniform(0.5, 1.5)
-                time.sleep(0.2)
-            self.sim.clear()
-            time.sleep(75)  # whatever is under way ends
-            self._report()
-        finally:
-            for child in (self.worker, self.web, self.broom):
-                child.kill()
-            self.sim.stop()
-            self.redis.stop()
-
-    def _look_after(self) -> None:
-        """Start again what ended, as the supervisor does."""
-        from tests.rig import housekeeping
-
+    def look_after(self) -> None:
         if not self.worker.alive():
-            self.worker = self._worker()
-        if not self.web.alive():
-            self.web = self._web()
-        if not self.broom.alive():
-            self.broom = housekeeping()
+            self.worker = self._begin()
 
-    def _people(self) -> None:
-        from queueing import services as queue
+    def live(self) -> None:
+        """Let each person do something, or nothing."""
         from queueing.errors import QueueError
-        from robots import services
-        from robots.clock import SYSTEM
         from robots.drivers.errors import RobotError
-        from robots.models import Robot
 
-        now = SYSTEM.now()
         for person in self.people:
             try:
-                queue.seen(self.robot, person, now, classic=False)
-                ticket = queue.open_ticket(self.robot, person)
-                if ticket is None and self.dice.random() < 0.05:
-                    queue.join(self.robot, person, now)
-                elif ticket is not None and ticket.state == "offered":
-                    queue.accept(self.robot, person, now)
-                    self.done["turns"] += 1
-                elif ticket is not None and ticket.state == "operating":
-                    if Robot.objects.get(pk=self.robot.pk).stop_latched:
-                        services.release_stop(self.robot, person, checked=True)
-                    elif self.dice.random() < 0.01:
-                        services.stop(self.robot, person)
-                    elif self.dice.random() < 0.01:
-                        queue.leave(self.robot, person, now)
-                    else:
-                        self._command(services, person)
+                self._act(person)
             except (RobotError, QueueError):
                 self.done["refused"] += 1
 
-    def _command(self, services, person) -> None:
+    def _act(self, person) -> None:
+        from queueing import services as queue
+        from robots import services
+        from robots.clock import SYSTEM
+        from robots.models import Robot
+
+        now = SYSTEM.now()
+        queue.seen(self.robot, person, now, classic=False)
+        ticket = queue.open_ticket(self.robot, person)
+        if ticket is None:
+            if self.dice.random() < 0.05:
+                queue.join(self.robot, person, now)
+        elif ticket.state == "offered":
+            queue.accept(self.robot, person, now)
+            self.done["turns"] += 1
+        elif ticket.state == "operating":
+            if Robot.objects.get(pk=self.robot.pk).stop_latched:
+                services.release_stop(self.robot, person, checked=True)
+            elif self.dice.random() < 0.01:
+                services.stop(self.robot, person)
+            elif self.dice.random() < 0.01:
+                queue.leave(self.robot, person, now)
+            else:
+                self._command(person)
+
+    def _command(self, person) -> None:
+        from robots import services
         from robots.models import Command
         from robots.states import COMMAND_FINAL
 
         if Command.objects.filter(robot=self.robot).exclude(state__in=COMMAND_FINAL).count() > 2:
             return
-        kind = self.dice.choice(("move", "move", "up", "down", "air"))
-        args = {"x": self.dice.uniform(-0.2, 0.2), "y": self.dice.uniform(0.3, 0.5)} if kind == "move" else {}
+        kind = self.dice.choice(("move", "move", "up", "down", "air" if self.robot.driver == "mercury" else "program"))
+        args: dict[str, float] = {}
+        if kind == "move":
+            args = {"x": self.dice.uniform(-0.2, 0.2), "y": self.dice.uniform(0.3, 0.5)}
+        elif kind == "program":
+            args = {"number": self.dice.choice((1.0, 2.0))}
+        kind, args = self.arm.spell(kind, args, None)
         grant = services.grant_of(self.robot, person, services.SYSTEM.now())
-        services.issue("mercury", person, kind, args, services.next_seq(grant))
+        services.issue(self.robot.slug, person, kind, args, services.next_seq(grant))
         self.done["commands"] += 1
 
-    def _fault(self) -> None:
+    def fault(self) -> None:
         self.done["faults"] += 1
-        if self.dice.random() < 0.2:
-            self.done["kills"] += 1
-            match self.dice.choice(KILLS):
-                case "redis":
-                    self.redis.stop()
-                    time.sleep(2)
-                    self.redis.start()
-                case "worker":
-                    self.worker.kill()
-                case "web":
-                    self.web.kill()
-                case _:
-                    self.sim.stop()
-                    self.sim.start()
-            return
         self.sim.clear()
-        verb, value = self.dice.choice(VERBS)
-        self.sim.fault(verb, value, count=None if verb in ("corrupt", "drop", "slow") else 3)
+        extra = ONCE[0] if self.robot.driver == "mercury" else ONCE[1]
+        verb = self.dice.choice((*self.arm.faults, extra))
+        self.sim.fault(verb, STRENGTHS.get(verb, 1.0), count=None if verb in FOR_A_WHILE else 3)
+
+    def restart_simulator(self) -> None:
+        self.sim.stop()
+        self.sim.start()
+
+    def close(self) -> None:
+        self.worker.kill()
+        self.sim.stop()
+
+
+class Viewer(threading.Thread):
+    """Somebody who opens a robot's page, watches for a while, goes, and comes back."""
+
+    def __init__(self, slug: str, where, dice: random.Random) -> None:
+        super().__init__(daemon=True)
+        self.slug, self.where, self.dice = slug, where, dice
+        self.packets = self.visits = 0
+        self.running = True
+
+    def run(self) -> None:
+        while self.running:
+            try:
+                self._visit(self.where())
+            except Exception:
+                time.sleep(1)
+
+    def _visit(self, url: str) -> None:
+        from websockets.sync.client import connect
+
+        urllib.request.urlopen(f"{url}/robots/{self.slug}/", timeout=10).read()
+        until = time.monotonic() + self.dice.uniform(*WATCHED_S)
+        with connect(f"{url.replace('http', 'ws')}/ws/robots/{self.slug}/", origin=url, max_size=None) as line:
+            self.visits += 1
+            while self.running and time.monotonic() < until:
+                self.packets += isinstance(line.recv(timeout=20), bytes)
+
+
+class Soak:
+    """The whole portal under its own people."""
+
+    def __init__(self) -> None:
+        from tests.conftest import RedisServer
+        from tests.rig import Web, housekeeping
+
+        self.dice = random.Random(42)
+        self.redis = RedisServer()
+        self.redis.start()
+        mercury, ada = cast()
+        self.stands = [Stand(robot, ada, self.dice) for robot in (mercury, self._museum_arm(ada))]
+        self._web, self._broom = Web, housekeeping
+        self.web, self.broom = Web(), housekeeping()
+        self.viewers = [
+            Viewer(stand.robot.slug, lambda: self.web.url, random.Random(n))
+            for stand in self.stands
+            for n in range(VIEWERS)
+        ]
+        self.samples: list[dict[str, float]] = []
+        self.kills = dict.fromkeys(KILLS, 0)
+
+    def _museum_arm(self, person):
+        from accounts.models import Clearance
+        from queueing.services import queue_of
+        from robots.clock import SYSTEM
+        from robots.models import Robot
+
+        robot = Robot.objects.create(slug="pa10", name="Museum arm", driver="pa10", address="sim:pa10", enabled=True)
+        queue_of(robot)
+        Robot.objects.update(turn_s=60)
+        Clearance.objects.create(user=person, robot=robot, granted_at=SYSTEM.now())
+        return robot
+
+    def run(self, seconds: float) -> None:
+        begun = time.monotonic()
+        next_sample = next_fault = begun + 20
+        for viewer in self.viewers:
+            viewer.start()
+        try:
+            while time.monotonic() - begun < seconds:
+                now = time.monotonic()
+                self._look_after()
+                for stand in self.stands:
+                    stand.live()
+                if now >= next_sample:
+                    self.samples.append(self._sample(now - begun))
+                    next_sample = now + SAMPLE_S
+                if now >= next_fault:
+                    self._trouble()
+                    next_fault = now + FAULT_S / len(self.stands) * self.dice.uniform(0.5, 1.5)
+                time.sleep(0.2)
+            self._settle()
+            self._report(seconds)
+        finally:
+            for viewer in self.viewers:
+                viewer.running = False
+            for stand in self.stands:
+                stand.close()
+            self.web.kill()
+            self.broom.kill()
+            self.redis.stop()
+
+    def _look_after(self) -> None:
+        """Start again what ended, as the supervisor does."""
+        for stand in self.stands:
+            stand.look_after()
+        if not self.web.alive():
+            self.web = self._web()
+        if not self.broom.alive():
+            self.broom = self._broom()
+
+    def _settle(self) -> None:
+        for stand in self.stands:
+            stand.sim.clear()
+        until = time.monotonic() + REST_S
+        while time.monotonic() < until:
+            self._look_after()
+            time.sleep(1)
+
+    def _trouble(self) -> None:
+        """Break one thing of one robot, or something that all need."""
+        stand = self.dice.choice(self.stands)
+        if self.dice.random() >= 0.2:
+            stand.fault()
+            return
+        what = self.dice.choice(KILLS)
+        self.kills[what] += 1
+        match what:
+            case "redis":
+                self.redis.stop()
+                time.sleep(2)
+                self.redis.start()
+            case "worker":
+                stand.worker.kill()
+            case "web":
+                self.web.kill()
+            case _:
+                stand.restart_simulator()
+
+    def _processes(self) -> dict[str, int]:
+        found = {"web": self.web.pid, "housekeeping": self.broom.pid}
+        for stand in self.stands:
+            found |= {
+                f"{stand.robot.slug}-worker": stand.worker.pid,
+                f"{stand.robot.slug}-robot": stand.sim.process.pid,
+            }
+        return found
 
     def _sample(self, at: float) -> dict[str, float]:
         from robots.models import Command
         from robots.states import COMMAND_FINAL
 
         found = {"at": at}
-        for name, child in (("worker", self.worker), ("web", self.web), ("broom", self.broom)):
-            proc = Path(f"/proc/{child.pid}")
+        for name, pid in self._processes().items():
+            proc = Path(f"/proc/{pid}")
             try:
                 status = dict(line.split(":", 1) for line in (proc / "status").read_text().splitlines() if ":" in line)
                 found |= {
                     f"{name} memory, MB": int(status["VmRSS"].split()[0]) / 1024,
                     f"{name} threads": float(status["Threads"]),
                     f"{name} descriptors": float(len(list((proc / "fd").iterdir()))),
+                    f"{name} pid": pid,
                 }
-                found[f"{name} pid"] = child.pid
             except (OSError, KeyError):
                 continue
         found["unfinished commands"] = Command.objects.exclude(state__in=COMMAND_FINAL).count()
         return found
 
-    def _report(self) -> None:
-        from queueing.models import Ticket, Turn
-        from robots.clock import SYSTEM
-        from robots.models import Command, Grant, Incident
-        from robots.states import COMMAND_FINAL
-
-        old = SYSTEM.now() - timedelta(seconds=70)
-        stuck = {
-            "commands": Command.objects.exclude(state__in=COMMAND_FINAL).filter(created_at__lt=old).count(),
-            "grants past their end": Grant.objects.filter(ended_at=None, until__lt=old).count(),
-            "turns past their end": Turn.objects.filter(ended_at=None, until__lt=old).count(),
-            "offers past their end": Ticket.objects.filter(state="offered", offer_until__lt=old).count(),
-        }
+    def _slopes(self) -> dict[str, dict[str, float]]:
+        """Fit the second half, of each process since it was last started."""
         half = [s for s in self.samples if s["at"] > self.samples[-1]["at"] / 2]
         slopes = {}
-        for key in sorted({k for s in half for k in s if k not in ("at",) and not k.endswith("pid")}):
+        for key in sorted({k for s in half for k in s if k != "at" and not k.endswith("pid")}):
             name = key.split()[0]
             last = half[-1].get(f"{name} pid")
             points = [(s["at"], s[key]) for s in half if key in s and (last is None or s.get(f"{name} pid") == last)]
             if len(points) >= 6:
                 slope = float(np.polyfit(*zip(*points, strict=True), 1)[0]) * 3600
-                slopes[key] = {"an hour": round(slope, 2), "last": round(points[-1][1], 1), "points": len(points)}
-                print(f"{key:>28}: {slope:+8.2f} an hour, {points[-1][1]:.1f} at the end ({len(points)} samples)")
-        states = {s: Command.objects.filter(state=s).count() for s in sorted(COMMAND_FINAL)}
-        print(
-            json.dumps(
-                {
-                    "done": self.done,
-                    "states": states,
-                    "incidents": Incident.objects.count(),
-                    "stuck": stuck,
-                    "slopes": slopes,
+                slopes[key] = {
+                    "an hour": round(slope, 2),
+                    "first": round(points[0][1], 1),
+                    "last": round(points[-1][1], 1),
+                    "most": round(max(p[1] for p in points), 1),
+                    "minutes": round((points[-1][0] - points[0][0]) / 60, 1),
                 }
+        return slopes
+
+    def _report(self, seconds: float) -> None:
+        stuck, slopes = self._stuck(), self._slopes()
+        robots = {stand.robot.slug: self._story(stand) for stand in self.stands}
+        for key, s in slopes.items():
+            print(
+                f"{key:>28}: {s['an hour']:+8.2f} an hour; {s['first']} to {s['last']}, at most {s['most']}, "
+                f"in {s['minutes']} minutes"
             )
-        )
+        print(json.dumps({"robots": robots, "kills": self.kills, "stuck": stuck}))
+        self._write(seconds, robots, stuck, slopes)
         if any(stuck.values()):
             sys.exit("records are stuck")
+
+    def _stuck(self) -> dict[str, int]:
+        """Count what should have ended before the people went."""
+        from queueing.models import Ticket, Turn
+        from robots.clock import SYSTEM
+        from robots.models import Command, Grant
+        from robots.states import COMMAND_FINAL
+
+        old = SYSTEM.now() - timedelta(seconds=REST_S - 5)
+        return {
+            "commands": Command.objects.exclude(state__in=COMMAND_FINAL).filter(created_at__lt=old).count(),
+            "grants past their end": Grant.objects.filter(ended_at=None, until__lt=old).count(),
+            "turns past their end": Turn.objects.filter(ended_at=None, until__lt=old).count(),
+            "offers past their end": Ticket.objects.filter(state="offered", offer_until__lt=old).count(),
+        }
+
+    def _story(self, stand: Stand) -> dict[str, int | str]:
+        """Tell what happened at one robot."""
+        from robots.models import Command, Incident, Robot
+        from robots.states import COMMAND_FINAL
+
+        commands, viewers = (
+            Command.objects.filter(robot=stand.robot),
+            [v for v in self.viewers if v.slug == stand.robot.slug],
+        )
+        return {
+            **stand.done,
+            **{str(state): commands.filter(state=state).count() for state in sorted(COMMAND_FINAL)},
+            "incidents": Incident.objects.filter(robot=stand.robot).count(),
+            "packets seen": sum(v.packets for v in viewers),
+            "visits": sum(v.visits for v in viewers),
+            "in the end": str(Robot.objects.get(pk=stand.robot.pk).cycle),
+        }
+
+    def _write(self, seconds: float, robots: dict, stuck: dict, slopes: dict) -> None:
+        """Write the page."""
+        from robots.clock import SYSTEM
+        from tests.proofs import machine
+
+        kills = ", ".join(f"{what} {number}" for what, number in self.kills.items())
+        lines = [
+            "# Soak", "",
+            f"Written by `make soak HOURS={seconds / 3600:g}` on {SYSTEM.now():%Y-%m-%d}; {machine()}. Simulated people "
+            "drove and watched all robots while something was broken every half minute.", "",
+            f"Killed and started again: {kills}. Stuck in the end: "
+            + ", ".join(f"{what} {number}" for what, number in stuck.items()) + ".", "",
+            "| | " + " | ".join(robots) + " |", "|---" * (len(robots) + 1) + "|",
+        ]  # fmt: skip
+        for key in next(iter(robots.values())):
+            lines.append(f"| {key} | " + " | ".join(str(story[key]) for story in robots.values()) + " |")
+        lines += [
+            "", "Slopes over the second half of the run, of each process since it was last started:", "",
+            "| | an hour | from | to | at most | over minutes |", "|---|---|---|---|---|---|",
+        ]  # fmt: skip
+        for key, s in slopes.items():
+            lines.append(f"| {key} | {s['an hour']:+g} | {s['first']} | {s['last']} | {s['most']} | {s['minutes']} |")
+        PAGE.write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -143,7 +143,8 @@ def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transa
 def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, operator):
     ada = operator()
     page = ada.page
-    # a slider's target is shown by the ghost, then driven to
+    # the sliders begin where the arm is; another target is shown by the ghost, then driven to
+    expect(page.locator("#model-said")).to_have_text("The arm is there")
     page.fill(".joint:nth-child(1) input[type=number]", "20")
     expect(page.locator("#model-said")).to_contain_text("s on the way")
     ada.press("go-joints")
@@ -181,6 +182,7 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     assert portal.sim.status()["q"][0] == pytest.approx(0.0, abs=0.01)
     # the terminal goes through the same checks
     page.click("#tab-terminal")
+    expect(page.locator("#why")).to_be_empty()
     for line, answer in (
         ("j 1 2", "wants 6 or 7"),
         ("j 0 25 75 0 80 400", "e The arm cannot go there: joint W2"),

@@ -18,6 +18,9 @@ interface Plan { key: string; ok: boolean; text: string }
 const description = JSON.parse(byId("description").textContent ?? "{}") as ArmDescription;
 const page = new RobotPage();
 const PLAN_MS = 120;
+const THERE = 0.002; // rad: a target so near is where the arm stands, and needs no ghost
+/** What each mode asks for when it is done; the terminal checks what it is told by itself. */
+const ASKED_FOR: Record<string, string> = { joint: "go", position: "go", program: "run" };
 /** A newer target may take the place of one of these in motion. */
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
 
@@ -190,9 +193,11 @@ class ArmConsole implements Console, Judge {
       return page.draw();
     }
     this.view?.refused(!answer.ok);
-    if (answer.joints) this.view?.target(answer.joints, answer.hand ?? []);
+    const there = answer.joints?.every((q, i) => Math.abs(q - (page.state?.joints[i] ?? Infinity)) < THERE) ?? false;
+    if (answer.joints && !there) this.view?.target(answer.joints, answer.hand ?? []);
     else this.view?.target(null);
-    text("model-said", answer.ok ? `${answer.seconds?.toFixed(1)} s on the way` : answer.text);
+    const way = there ? "The arm is there" : `${answer.seconds?.toFixed(1)} s on the way`;
+    text("model-said", answer.ok ? way : answer.text);
     page.draw();
   }
 
@@ -214,7 +219,7 @@ class ArmConsole implements Console, Judge {
   }
 
   advice(f: Facts): string {
-    return f.busy ? "The arm is busy." : this.whyNot("go", f);
+    return f.busy ? "The arm is busy." : this.whyNot(ASKED_FOR[this.tabs.open] ?? "jog", f);
   }
 
   draw(f: Facts): void {

@@ -1,0 +1,16 @@
+"""The museum arm in MuJoCo.
+
+MuJoCo loads the graphics library that `MUJOCO_GL` names while it is imported, and is not
+imported at all where that library is missing. So it is tried here, before anything else is.
+"""
+
+import logging
+import os
+
+os.environ.setdefault("MUJOCO_GL", "disable")  # physics needs no window system
+try:
+    import mujoco
+except Exception as error:  # noqa: BLE001 - whatever a graphics library raises
+    logging.getLogger(__name__).warning("no graphics library for MUJOCO_GL=%s: %s", os.environ["MUJOCO_GL"], error)
+    os.environ["MUJOCO_GL"] = "disable"
+    import mujoco  # noqa: F401

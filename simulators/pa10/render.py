@@ -6,16 +6,16 @@ its shadow, shaded by Lambert's law; about 30 ms for 320 x 240 on one core.
 
 import logging
 import os
+from concurrent.futures import ThreadPoolExecutor
 from typing import Protocol
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simulators.pa10.scene import HIDDEN, JUDGE, LAMP
+from simulators.pa10.scene import HIDDEN, JUDGE, LAMP, SKY
 
 Picture = NDArray[np.uint8]
-SKY = np.array([196.0, 204.0, 212.0])
 AMBIENT, DIFFUSE, SHADED = 0.42, 0.66, 0.05
 log = logging.getLogger(__name__)
 
@@ -74,7 +74,11 @@ class RayRenderer:
         normals = self._normal.reshape(-1, 3)
         facing = np.clip(-np.einsum("ij,ij->i", normals, way), 0.0, 1.0)
         light = AMBIENT + DIFFUSE * facing * np.where(lit, 1.0, SHADED)
-        colours = np.where(hit[:, None], self._colours[self._geom] * light[:, None] * self._grain(points), SKY)
+        colours = np.where(
+            hit[:, None],
+            self._colours[self._geom] * light[:, None] * self._grain(points),
+            np.array(SKY, dtype=np.float64),
+        )
         return np.clip(colours, 0, 255).astype(np.uint8).reshape(*self._shape, 3)
 
     def _grain(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -86,13 +90,17 @@ class RayRenderer:
 
 
 class LibraryRenderer:
-    """MuJoCo's own, through OSMesa or EGL."""
+    """MuJoCo's own, through OSMesa or EGL, in a thread of its own: an EGL context belongs to one."""
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
-        self._renderer = mujoco.Renderer(model, height, width)
+        self._thread = ThreadPoolExecutor(1, "render")
+        self._renderer = self._thread.submit(mujoco.Renderer, model, height, width).result()
 
     def take(self, data: mujoco.MjData, camera: str) -> Picture:
         """See Renderer."""
+        return self._thread.submit(self._take, data, camera).result()
+
+    def _take(self, data: mujoco.MjData, camera: str) -> Picture:
         self._renderer.update_scene(data, camera=camera)
         return np.asarray(self._renderer.render())
 

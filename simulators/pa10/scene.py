@@ -1,12 +1,9 @@
 """The table, the blocks and the cameras around the arm of the description, as a MuJoCo model."""
 
-import os
 from typing import Any
 
-import numpy as np
-
-os.environ.setdefault("MUJOCO_GL", "disable")  # physics needs no window system
 import mujoco
+import numpy as np
 
 from robots.description import boxes, load, text_of
 
@@ -22,6 +19,8 @@ GRIP_N = 20.0
 HIDDEN = 3  # group of the shapes that collide but are not seen
 JUDGE = 4  # group of the forbidden boxes, met by nothing, seen by nobody
 LAMP = (0.8, -0.8, 2.2)
+SKY = (196, 204, 212)  # what a camera sees beyond the wall
+NEAR = 0.002  # shares of the scene's extent: the gripper's camera sits close to the hand
 
 
 def arm() -> mujoco.MjSpec:
@@ -42,8 +41,9 @@ def spec() -> mujoco.MjSpec:
     made.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     made.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     made.option.impratio = 10
-    made.visual.headlight.ambient = [0.35, 0.35, 0.35]
+    made.visual.headlight.ambient = [0.45, 0.45, 0.45]
     made.visual.headlight.diffuse = [0.3, 0.3, 0.3]
+    made.visual.map.znear = NEAR
     _arm(made)
     _surroundings(made)
     for name, (x, y), colour in BLOCKS:
@@ -75,7 +75,9 @@ def _arm(made: mujoco.MjSpec) -> None:
 
 
 def _surroundings(made: mujoco.MjSpec) -> None:
-    world = made.worldbody
+    world, sky = made.worldbody, np.divide(SKY, 255)
+    made.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+                     rgb1=sky, rgb2=sky, width=16, height=96)  # fmt: skip
     world.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.55, 0.60, 0.02], pos=[0.35, 0, -0.02],
                    rgba=[0.66, 0.53, 0.39, 1], friction=[0.9, 0.01, 0.001])  # fmt: skip
     world.add_geom(name="leg", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.30, 0.30, 0.355], pos=[0.2, 0, -0.395],

@@ -7,6 +7,7 @@ import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 
@@ -46,6 +47,8 @@ def database() -> Iterator[None]:
         connection.close()
         with contextlib.suppress(Exception):
             teardown_databases(config, 0)
+        for leftover in Path(os.environ["FARHAND_VAR"]).glob("test.sqlite3*"):  # a log of the last would spoil the next
+            leftover.unlink()
 
 
 def cast() -> tuple[Any, Any]:

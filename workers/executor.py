@@ -49,7 +49,7 @@ class Executor:
         if command.grant.ended_at is not None:
             runtime.gate.revoke(command.grant_id)
         try:
-            result = self._guarded(command)
+            result = self._in_time(command)
         except (BadRequest, OutOfWorkspace) as error:
             self._end(command, CommandState.REJECTED, str(error))
         except TooLate as error:
@@ -91,7 +91,7 @@ class Executor:
             log.warning("stage %s of %s is lost: %s", stage, command, error)
             close_old_connections()
 
-    def _guarded(self, command: Command) -> dict[str, Any]:
+    def _in_time(self, command: Command) -> dict[str, Any]:
         """Perform; what was said and not heard to be understood by its deadline is held. Raises as drivers do."""
         try:
             return self._perform(command)

@@ -1,6 +1,7 @@
 """`make mutants`: break a promise on purpose; its test has to turn red.
 
-Each mutant is one small change of one file, made in a copy of the tree.
+Each mutant is one small change of one file, made in a copy of the tree. The test is run
+without it first: what is red anyway shows nothing.
 """
 
 import os
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -92,30 +94,52 @@ def main() -> None:
         for mutant in MUTANTS:
             if wanted and mutant.promise not in wanted:
                 continue
-            red = dies(copy, mutant)
-            green += not red
-            print(f"{'red  ' if red else 'GREEN'} promise {mutant.promise}: {mutant.what} ({mutant.test})", flush=True)
+            why = dies(copy, mutant)
+            green += not why
+            said = (
+                f"red   promise {mutant.promise}: {mutant.what}: {why}"
+                if why
+                else f"GREEN promise {mutant.promise}: {mutant.what}"
+            )
+            print(f"{said} ({mutant.test})", flush=True)
     if green:
         sys.exit(f"{green} mutants stayed green: their tests prove nothing")
 
 
-def dies(copy: Path, mutant: Mutant) -> bool:
-    """Apply the mutant, run its test, take it back; True if the test failed."""
+def dies(copy: Path, mutant: Mutant) -> str:
+    """Apply the mutant, run its test, take it back; return how the test failed, or nothing where it did not."""
     path = copy / mutant.path
     text = path.read_text()
     if text.count(mutant.old) < 1:
         sys.exit(f"the mutant {mutant.what!r} no longer fits {mutant.path}")
+    if why := fails(copy, mutant.test, mutant.database):
+        sys.exit(f"{mutant.test} fails without any mutant, so that it can show nothing: {why}")
     path.write_text(text.replace(mutant.old, mutant.new, 1))
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", mutant.test], cwd=copy, check=False,
-            env={**os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": mutant.database, "FARHAND_MUTANT": "1"}, capture_output=True,
-        )  # fmt: skip
+        return run(copy, mutant.test, mutant.database)
     finally:
         path.write_text(text)
+
+
+@cache
+def fails(copy: Path, test: str, database: str) -> str:
+    """Return how a test fails in the tree as it is; asked once for each."""
+    return run(copy, test, database)
+
+
+def run(copy: Path, test: str, database: str) -> str:
+    """Run a test; return the first line of its error, nothing where it is green."""
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", test], cwd=copy, check=False,
+        env={**os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": database, "FARHAND_MUTANT": "1"},
+        capture_output=True, text=True, errors="replace",
+    )  # fmt: skip
     if done.returncode not in (0, 1):
-        sys.exit(f"the test of {mutant.what!r} could not run:\n{done.stdout.decode()[-2000:]}")
-    return done.returncode == 1
+        sys.exit(f"{test} could not run:\n{done.stdout[-2000:]}")
+    if done.returncode == 0:
+        return ""
+    errors = [line.strip("E ")[:120] for line in done.stdout.splitlines() if line.lstrip(" |").startswith("E  ")]
+    return errors[0] if errors else "failed"
 
 
 if __name__ == "__main__":

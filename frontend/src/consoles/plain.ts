@@ -3,17 +3,19 @@ import { CameraView } from "../camera.ts";
 import { blocked, type Facts } from "../controls.ts";
 import { Jog, named } from "../jog.ts";
 import { type Console, facts, RobotPage, text } from "../page.ts";
-import type { ArgumentInfo, CommandSpec, PicturePacket, StatePacket, Still } from "../protocol.ts";
+import type { ArgumentInfo, CommandSpec, StatePacket, Still } from "../protocol.ts";
 import { byId } from "../svg.ts";
+import { OneCamera } from "./one_camera.ts";
 
 const page = new RobotPage();
 
-class PlainConsole implements Console {
-  private camera = new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), null, () => undefined);
+class PlainConsole extends OneCamera implements Console {
+  protected camera = new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), null, () => undefined);
   private buttons: HTMLElement[] = [];
   private box = byId("commands");
 
   constructor() {
+    super(() => page.draw());
     for (const spec of facts.commands) this.box.append(spec.held ? this.heldForm(spec) : this.form(spec));
   }
 
@@ -75,18 +77,6 @@ class PlainConsole implements Console {
       ...page.hand,
     });
     return group;
-  }
-
-  picture(packet: PicturePacket): void {
-    if (packet.camera === 0) void this.camera.show(packet).then(() => page.draw());
-  }
-
-  shown(): CameraView {
-    return this.camera;
-  }
-
-  pictureAt(): number {
-    return this.camera.atMs;
   }
 
   state(packet: StatePacket): void {

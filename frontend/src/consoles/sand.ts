@@ -5,9 +5,10 @@ import type { Facts } from "../controls.ts";
 import { stick } from "../gamepad.ts";
 import { Jog } from "../jog.ts";
 import { type Console, RobotPage, text } from "../page.ts";
-import type { CommandInfo, PicturePacket, StatePacket, Still } from "../protocol.ts";
+import type { CommandInfo, StatePacket, Still } from "../protocol.ts";
 import { Schematic } from "../schematic.ts";
 import { byId } from "../svg.ts";
+import { OneCamera } from "./one_camera.ts";
 import { type SandFacts, whyNot } from "./sand_rules.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
@@ -15,16 +16,17 @@ type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; 
 const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
 const page = new RobotPage();
 
-class SandConsole implements Console {
+class SandConsole extends OneCamera implements Console {
   private aim: Aim | null = null;
   private sent: Aim | null = null;
   private airStill = 0;
-  private camera = new CameraView(
+  protected camera = new CameraView(
     byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v),
   );
   private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
 
   constructor() {
+    super(() => page.draw());
     page.on("go", () => this.go());
     for (const kind of ["up", "down", "air"]) page.on(kind, () => page.command(kind));
     byId("console").addEventListener("keydown", (event) => this.key(event));
@@ -39,18 +41,6 @@ class SandConsole implements Console {
       begin: ([dx, dy]) => page.issue("jog", { dx, dy }),
       ...page.hand,
     });
-  }
-
-  picture(packet: PicturePacket): void {
-    if (packet.camera === 0) void this.camera.show(packet).then(() => page.draw());
-  }
-
-  shown(): CameraView {
-    return this.camera;
-  }
-
-  pictureAt(): number {
-    return this.camera.atMs;
   }
 
   state(packet: StatePacket): void {

@@ -1,8 +1,10 @@
 """The cast and the stores of all tests."""
 
+import os
 import subprocess
 import time
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import pytest
 from django.conf import settings
@@ -115,6 +117,25 @@ def robot(db, which):
     )  # fmt: skip
     queue_of(made)
     return made
+
+
+TURNTABLE = Path(__file__).resolve().parent / "packages" / "turntable"
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Install the package of a third robot for this process and its children."""
+    from robots import description
+    from robots.drivers import contract
+
+    monkeypatch.syspath_prepend(str(TURNTABLE))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(TURNTABLE), os.environ.get("PYTHONPATH", "")]))
+    caches = (description.folder, description.load, contract._factory)
+    for cache in caches:
+        cache.cache_clear()
+    yield
+    for cache in caches:
+        cache.cache_clear()
 
 
 @pytest.fixture

@@ -1,12 +1,12 @@
 """A robot from a package of its own, found by its entry point: added, driven, stopped; the portal knows nothing of it."""
 
-import os
+import shutil
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
+from django.conf import settings
 from django.test import Client
 
 from accounts.models import Clearance, Question
@@ -19,29 +19,12 @@ from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.rig import Child
 
-PACKAGE = Path(__file__).resolve().parents[1] / "packages" / "turntable"
-
-
-@pytest.fixture
-def installed(monkeypatch):
-    """Install the package for this process and its children."""
-    from robots import description
-    from robots.drivers import contract
-
-    monkeypatch.syspath_prepend(str(PACKAGE))
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(PACKAGE), os.environ.get("PYTHONPATH", "")]))
-    caches = (description.folder, description.load, contract._factory)
-    for cache in caches:
-        cache.cache_clear()
-    yield
-    for cache in caches:
-        cache.cache_clear()
-
 
 @pytest.mark.tenth
 def test_a_third_robot_is_a_package(transactional_db, redis_server, people, installed):
     bus.connection().flushall()
     robot = add_robot("turntable")
+    shutil.rmtree(settings.VAR / "run", ignore_errors=True)  # a stop is remembered there
     assert Question.objects.filter(robot=robot).count() == 5
     children = []
     try:

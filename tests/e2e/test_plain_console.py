@@ -1,0 +1,72 @@
+"""The console that draws itself: a robot from a package of its own, driven in the browser by a stranger."""
+
+import shutil
+
+import pytest
+from django.conf import settings
+from playwright.sync_api import expect
+
+from portal.programs import robot_programs
+from portal.seeding import add_robot
+from robots import bus
+from robots.models import Command, Lease, Robot
+from robots.states import Cycle
+from tests.conftest import wait_for
+from tests.rig import Child, Web, housekeeping
+
+
+class SmallPortal:
+    """Web process, housekeeping and the turntable with its owner."""
+
+    def __init__(self, robot):
+        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+        self.robot = robot
+        programs = robot_programs(robot)
+        self._children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in programs]
+        self.web = Web()
+        self._children += [housekeeping(), self.web]
+        self.url = self.web.url
+        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+
+    def stop(self):
+        for child in self._children[::-1]:
+            child.kill()
+
+
+@pytest.fixture
+def portal(transactional_db, redis_server, installed):
+    bus.connection().flushall()
+    made = SmallPortal(add_robot("turntable"))
+    yield made
+    made.stop()
+
+
+def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visitor):
+    ada = visitor(viewport={"width": 390, "height": 844}).sign_up("ada").get_cleared()
+    page = ada.page
+    page.click("[data-do=join]")
+    page.locator("[data-do=accept]").press("Enter", timeout=30_000)
+    page.wait_for_selector(".operating", timeout=20_000)
+    turn = page.locator("form.plain-command", has=page.locator("#turn-angle"))
+    expect(turn.locator("button")).to_have_attribute("aria-disabled", "false")
+    expect(page.locator("#turn-angle")).to_have_attribute("placeholder", "-3 to 3")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    ada.axe("plain")
+    turn.locator("button").click()  # nothing is filled in
+    expect(page.locator("#notice")).to_contain_text("Fill in angle first")
+    assert not Command.objects.exists()
+    page.fill("#turn-angle", "1.5")
+    page.press("#turn-angle", "Enter")
+    expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
+    expect(page.locator("#readings tbody tr").first).to_contain_text("1.500")
+    assert Lease.objects.get(robot=portal.robot).state["joints"] == pytest.approx([1.5], abs=1e-6)
+    page.fill("#turn-angle", "-3")
+    page.press("#turn-angle", "Enter")
+    wait_for(lambda: page.wait_for_timeout(20) or Command.objects.filter(state="acknowledged").exists(), 10, "it turns")
+    page.wait_for_timeout(300)
+    page.keyboard.press("Escape")
+    expect(page.locator("#release")).to_be_visible()
+    ada.ladder("cancelled")
+    said = page.locator("#readings tbody td").first
+    expect(said).not_to_have_text("1.500")
+    expect(said).not_to_have_text("-3.000")

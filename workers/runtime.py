@@ -186,7 +186,7 @@ class Runtime:
         self.pictures.configure(self.robot)
 
     def remember(self, state: RobotState) -> None:
-        """Keep the state where pages and the server's checks read it."""
+        """Keep the state where the keepers' page reads it."""
         kept = {"joints": list(state.joints), "pose": list(state.pose), "moving": state.moving, "ready": state.ready}
         Lease.objects.filter(robot=self.robot, epoch=self.lease.epoch).update(state=kept, state_at=self.now())
 

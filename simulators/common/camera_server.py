@@ -5,10 +5,12 @@ multipart stream that browsers and video libraries read.
 """
 
 import io
+import sys
 import threading
 import time
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
@@ -20,6 +22,17 @@ from simulators.common.faults import FaultBoard
 Take = Callable[[float], NDArray[np.uint8]]
 STREAM_S = 0.1
 BOUNDARY = "frame"
+
+
+class Server(ThreadingHTTPServer):
+    """One thread a viewer; who goes away in the middle of a request is no error worth a traceback."""
+
+    daemon_threads = True
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say what went wrong, unless it was the viewer's line."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
 
 
 class CameraServer:
@@ -42,8 +55,7 @@ class CameraServer:
             def do_GET(self) -> None:
                 camera.answer(self)
 
-        self._server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self._server.daemon_threads = True
+        self._server = Server(("127.0.0.1", 0), Handler)
         self.port = self._server.server_address[1]
         threading.Thread(target=self._server.serve_forever, daemon=True, name="camera").start()
 

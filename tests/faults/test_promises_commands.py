@@ -83,7 +83,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
         wait_for(lambda epoch=epoch: rig.lease().epoch > epoch, 40, "the next owner")
         assert command.state in {
             "before_claim": {"expired"}, "after_finish": {"completed"},
-        }.get(label, {"unknown"}), (label, command.state)  # fmt: skip
+        }.get(label, {"unknown"}), (label, command.state, command.reason)  # fmt: skip
         if command.state == "unknown":
             assert "not known" in command.reason
         time.sleep(1.5)

@@ -1,5 +1,6 @@
 """Carry out claimed commands on one robot, and mend what goes wrong on the way."""
 
+import contextlib
 import logging
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 UNHEARD = "The robot did not say in time whether it had understood, so it was held."
+BROKEN_OFF = (
+    "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
+)
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
 
@@ -40,6 +44,7 @@ class Executor:
 
     def __init__(self, runtime: "Runtime") -> None:
         self._runtime = runtime
+        self._said = 0  # the command that the robot was told of last, whatever the database knows of it
 
     def run(self, command: Command) -> None:
         """Execute a claimed command to a final state."""
@@ -63,6 +68,13 @@ class Executor:
         except HardwareFault as error:
             self._end(command, CommandState.FAILED, str(error))
             runtime.reach.faulted(error, command)
+        except Error as error:
+            if self._said != command.pk:
+                raise  # not begun: the next sweep ends it
+            log.warning("%s is held, for the database broke off: %s", command, error)
+            with contextlib.suppress(RobotError):
+                runtime.driver.hold()
+            self._end(command, CommandState.UNKNOWN, BROKEN_OFF)
         else:
             self._end(command, CommandState.COMPLETED, "", result)
 
@@ -83,6 +95,7 @@ class Executor:
 
     def _stage(self, command: Command, stage: str) -> None:
         """Write a stage down; a motion that has begun is not broken off by a database that is away."""
+        self._said = command.pk
         if stage == "acknowledged":
             self._runtime.gate.begun()
         try:
@@ -137,7 +150,12 @@ class Executor:
             if runtime.rung == looked or not runtime.gate.has_begun:
                 return  # before it has begun the line may be ours, and a hold must not wait for the stores
             looked = runtime.rung
-            first = ledger.due(runtime.robot, runtime.lease.epoch).first()
+            try:
+                first = ledger.due(runtime.robot, runtime.lease.epoch).first()
+            except Error as error:
+                log.warning("a newer target cannot be read, so this motion goes on: %s", error)
+                close_old_connections()
+                return
             if first is not None and first.kind in kinds:
                 raise Replaced("Replaced: a newer target took its place.")
 
@@ -169,11 +187,10 @@ class Executor:
     def look(self, state: RobotState, command: Command | None) -> dict[str, Any]:
         """Take the new stable picture; a camera that fails does not undo the motion."""
         runtime = self._runtime
-        if not runtime.pictures.eyes:
-            runtime.remember(state)
-            return {"verdict": "no camera"}
         try:
             runtime.remember(state)
+            if not runtime.pictures.eyes:
+                return {"verdict": "no camera"}
             grant = command.grant if command else None
             frame, verdict = runtime.pictures.still(state, grant, command)
         except CameraFault as error:

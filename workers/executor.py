@@ -33,9 +33,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 UNHEARD = "The robot did not say in time whether it had understood, so it was held."
-BROKEN_OFF = (
-    "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
-)
+BROKEN_OFF = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
 

@@ -16,7 +16,7 @@ from tests.conftest import FakeClock
 from workers import ledger
 from workers.runtime import Runtime
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 
 
 class Arm:

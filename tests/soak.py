@@ -27,7 +27,7 @@ WARM_S, LEAST_SAMPLES = 120.0, 6  # a process grows while it begins; fewer sampl
 VIEWERS = 2  # of each robot
 WATCHED_S = (20.0, 120.0)
 STRENGTHS = {"corrupt": 0.03, "drop": 0.03, "slow": 0.2, "disturb": 60.0}
-ONCE = ("double_ack", "slip")  # beside those that the proofs know of
+BESIDE = {"mercury": "double_ack", "pa10": "slip"}  # those that the proofs know of
 FOR_A_WHILE = ("corrupt", "drop", "slow")  # until the next fault; the others three times
 KILLS = ("redis", "worker", "web", "simulator")
 
@@ -124,8 +124,7 @@ class Stand:
     def fault(self) -> None:
         self.done["faults"] += 1
         self.sim.clear()
-        extra = ONCE[0] if self.robot.driver == "mercury" else ONCE[1]
-        verb = self.dice.choice((*self.arm.faults, extra))
+        verb = self.dice.choice((*self.arm.faults, BESIDE[self.robot.driver]))
         self.sim.fault(verb, STRENGTHS.get(verb, 1.0), count=None if verb in FOR_A_WHILE else 3)
 
     def restart_simulator(self) -> None:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 UNHEARD = "The robot did not say in time whether it had understood, so it was held."
-BROKEN_OFF = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
+CUT_SHORT = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
 
@@ -72,7 +72,7 @@ class Executor:
             log.warning("%s is held, for the database broke off: %s", command, error)
             with contextlib.suppress(RobotError):
                 runtime.driver.hold()
-            self._end(command, CommandState.UNKNOWN, BROKEN_OFF)
+            self._end(command, CommandState.UNKNOWN, CUT_SHORT)
         else:
             self._end(command, CommandState.COMPLETED, "", result)
 

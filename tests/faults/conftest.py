@@ -112,8 +112,12 @@ class Rig:
         return [r for r in self.sim.journal() if r["event"] == "motion" and self.arm.made(r) in goals]
 
     def moving(self, seconds=20):
+        self.robot_shows(lambda status: status["moving"], seconds, "a motion")
+
+    def robot_shows(self, condition, seconds, what):
+        """Wait until the simulator's status meets a condition; say what became of the commands if it does not."""
         try:
-            wait_for(lambda: self.sim.status()["moving"], seconds, "a motion")
+            wait_for(lambda: condition(self.sim.status()), seconds, what)
         except AssertionError as error:
             told = [f"{c}: {c.state} {c.reason}" for c in Command.objects.all()]
             raise AssertionError(f"{error}; {told}; {self.cycle()} {self.reason()}") from error

@@ -95,7 +95,7 @@ def test_the_watchdog_restarts_the_application_during_a_program(rig):
     rig.grant(seconds=600)
     text = "R 20\nj 20 25 75 0 80 0 0.1\nj -20 25 75 0 80 0 0.1\nE"
     command = rig.issue("program", text=text)
-    wait_for(lambda: rig.sim.status()["mode"] == "PROG_EXEC", 20, "the program runs")
+    rig.robot_shows(lambda status: status["mode"] == "PROG_EXEC", 20, "the program runs")
     rig.sim.fault("restart", count=1)
     command = rig.final(command, 60)
     assert command.state in ("failed", "unknown"), command.state
@@ -114,7 +114,7 @@ def test_a_program_is_held_by_a_stop_and_by_the_end_of_the_turn(rig):
     grant = rig.grant(seconds=600)
     text = "R 20\nj 20 25 75 0 80 0 0.2\nj -20 25 75 0 80 0 0.2\nE"
     command = rig.issue("program", text=text)
-    wait_for(lambda: rig.sim.status()["mode"] == "PROG_EXEC", 20, "the program runs")
+    rig.robot_shows(lambda status: status["mode"] == "PROG_EXEC", 20, "the program runs")
     time.sleep(0.5)
     services.end_grant(grant, "the test ends it", SYSTEM.now())
     command = rig.final(command, 20)

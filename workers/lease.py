@@ -114,10 +114,10 @@ class OwnerLease:
         self.offset = theirs - (before + (self._clock.now() - before) / 2)
 
     def renew(self) -> None:
-        """Renew once; marks the lease lost where somebody else has taken it."""
+        """Renew once; marks the lease lost where somebody else has taken it, or where it was given back meanwhile."""
         begun = self._clock.monotonic()
         self.measure_offset()
-        done = Lease.objects.filter(robot=self._robot, epoch=self.epoch).update(
+        done = Lease.objects.filter(robot=self._robot, epoch=self.epoch, pid=os.getpid()).update(
             expires_at=self.now() + timedelta(seconds=self._seconds)
         )
         if done:
@@ -126,9 +126,12 @@ class OwnerLease:
             self.lost = True
 
     def give_back(self) -> None:
-        """End the lease at once, so that the next owner need not wait."""
+        """End the lease at once, so that the next owner need not wait.
+
+        The process is struck out with it: a renewal that is under way in another thread finds nothing to renew.
+        """
         with contextlib.suppress(Exception):
-            Lease.objects.filter(robot=self._robot, epoch=self.epoch).update(expires_at=self.now())
+            Lease.objects.filter(robot=self._robot, epoch=self.epoch).update(expires_at=self.now(), pid=0)
         self.lost = True
         if self._descriptor is not None:
             os.close(self._descriptor)

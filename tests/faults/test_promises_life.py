@@ -159,7 +159,9 @@ def _life(folder, number):
     assert [r for r in journal if r["event"] == "rest"][-1]["braked"], "the motion was held"
     with sqlite3.connect(folder / "farhand.sqlite3") as db:
         state, reason = db.execute("select state, reason from robots_command where kind = 'move'").fetchone()
-        epoch_over = db.execute("select min(expires_at <= datetime('now')) from robots_lease").fetchone()[0]
+        epoch_over = db.execute(
+            "select min(expires_at <= strftime('%Y-%m-%d %H:%M:%f', 'now')) from robots_lease"
+        ).fetchone()[0]
     assert state in ("cancelled", "unknown"), state
     assert reason
     assert epoch_over, "the lease was given back"

@@ -1,0 +1,54 @@
+"""The owner's lease in the database."""
+
+import threading
+from datetime import timedelta
+
+import pytest
+from django.db import connection
+
+from robots.clock import SYSTEM
+from robots.models import Lease
+from workers.lease import OwnerLease
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
+
+
+@pytest.fixture
+def lease(robot, tmp_path):
+    lease = OwnerLease(robot, tmp_path / "lock")
+    assert lease.acquire(lambda: False)
+    yield lease
+    lease.give_back()
+
+
+def renew(lease):
+    try:
+        lease.renew()
+    finally:
+        connection.close()
+
+
+def test_a_renewal_under_way_does_not_bring_back_a_lease_that_was_given_back(lease, monkeypatch):
+    asked, go_on = threading.Event(), threading.Event()
+
+    def measured():
+        asked.set()
+        go_on.wait(10)
+
+    monkeypatch.setattr(lease, "measure_offset", measured)
+    renewal = threading.Thread(target=renew, args=(lease,))
+    renewal.start()
+    assert asked.wait(10)
+    lease.give_back()
+    go_on.set()
+    renewal.join(10)
+    assert Lease.objects.get().expires_at <= SYSTEM.now() + lease.offset
+
+
+def test_a_lease_that_somebody_else_has_taken_is_lost(lease):
+    lease.renew()
+    assert lease.valid
+    assert Lease.objects.get().expires_at > SYSTEM.now() + timedelta(seconds=1)
+    Lease.objects.update(epoch=lease.epoch + 1)
+    lease.renew()
+    assert not lease.valid

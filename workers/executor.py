@@ -51,6 +51,14 @@ class Executor:
         runtime.gate.expect(command, runtime.now())
         if command.grant.ended_at is not None:
             runtime.gate.revoke(command.grant_id)
+        runtime.current = command  # only now: who watches must not hold it by the grant before
+        try:
+            self._run(command)
+        finally:
+            runtime.current = None
+
+    def _run(self, command: Command) -> None:
+        runtime = self._runtime
         try:
             result = self._in_time(command)
         except (BadRequest, OutOfWorkspace) as error:

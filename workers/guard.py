@@ -151,12 +151,13 @@ class Guard:
     def _follow_grant(self) -> None:
         runtime = self._runtime
         gate = runtime.gate
-        if gate.grant_id and gate.grant_id not in gate.revoked:
-            grant = Grant.objects.filter(pk=gate.grant_id).first()
+        let_through = gate.grant_id  # the control loop may open for the next one while we ask
+        if let_through and let_through not in gate.revoked:
+            grant = Grant.objects.filter(pk=let_through).first()
             if grant is None or grant.ended_at is not None:
-                gate.revoke(gate.grant_id)
+                gate.revoke(let_through)
             else:
-                gate.open_for(grant, runtime.now())  # a turn may have been lengthened
+                gate.know(grant, runtime.now())  # a turn may have been lengthened
         overdue = Grant.objects.filter(robot=runtime.robot, ended_at=None, until__lte=runtime.now()).first()
         if overdue is not None:
             Grant.objects.filter(pk=overdue.pk, ended_at=None).update(ended_at=runtime.now(), end_reason="time is up")

@@ -1,5 +1,6 @@
 """May this process move the robot, right now? Asked last, before every actuation."""
 
+import math
 from dataclasses import dataclass, field
 from datetime import datetime
 
@@ -29,16 +30,21 @@ class Gate:
     link_gone_s: float
     link_seen: float = 0.0
     grant_id: int = 0
-    grant_until: float | None = None
+    ends: dict[int, float] = field(default_factory=dict)  # until when which grant lasts, by the monotonic clock (s)
     revoked: set[int] = field(default_factory=set)
     begin_by: float | None = None
 
     def open_for(self, grant: Grant, now: datetime) -> None:
         """Let commands of `grant` through until it ends."""
+        self.know(grant, now)
         self.grant_id = grant.pk
-        self.grant_until = None
-        if grant.until is not None:
-            self.grant_until = self.clock.monotonic() + (grant.until - now).total_seconds()
+
+    def know(self, grant: Grant, now: datetime) -> None:
+        """Note until when a grant lasts, whichever is let through: another thread may open for the next meanwhile."""
+        if grant.until is None:
+            self.ends.pop(grant.pk, None)
+        else:
+            self.ends[grant.pk] = self.clock.monotonic() + (grant.until - now).total_seconds()
 
     def expect(self, command: Command, now: datetime) -> None:
         """Let a claimed command begin until shortly before its deadline, whatever holds it up on its way."""
@@ -60,8 +66,8 @@ class Gate:
     @property
     def grant_over(self) -> bool:
         """Tell whether the grant that is let through has ended."""
-        over = self.grant_until is not None and self.clock.monotonic() >= self.grant_until
-        return over or self.grant_id in self.revoked
+        grant = self.grant_id
+        return grant in self.revoked or self.clock.monotonic() >= self.ends.get(grant, math.inf)
 
     @property
     def link_down(self) -> bool:

@@ -241,12 +241,8 @@ class Runtime:
         command.robot = self.robot
         if not ledger.claim(command, self.lease.epoch, self.now()):
             return
-        self.current = command
-        try:
-            with self.taking(command.limit_s + 10.0):
-                self.executor.run(command)
-        finally:
-            self.current = None
+        with self.taking(command.limit_s + 10.0):
+            self.executor.run(command)
 
     def _refresh(self) -> None:
         """Follow changes of the robot's row: settings, cycle, address."""

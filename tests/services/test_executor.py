@@ -2,6 +2,7 @@
 
 import shutil
 from datetime import timedelta
+from types import SimpleNamespace
 
 import pytest
 from django.conf import settings
@@ -10,7 +11,7 @@ from django.db import OperationalError
 from robots import services
 from robots.drivers.contract import Outcome, RobotState
 from robots.drivers.pa10.driver import features
-from robots.models import Lease, Robot
+from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import FakeClock
 from workers import ledger
@@ -92,3 +93,61 @@ def test_what_breaks_off_in_mid_motion_is_held_and_its_end_is_unknown(owner, peo
     assert owner.driver.holds == 1
     assert (command.state, "Look at the new picture" in command.reason) == ("unknown", True)
     assert ledger.tidy(owner.robot, owner.lease.epoch, owner.now()) == 0
+
+
+@pytest.mark.parametrize("which", ["pa10"], indirect=True)
+def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(owner, people, monkeypatch):
+    """A turn's first command begins in the very moment in which the end of the hand-over is read."""
+    turn = services.open_grant(owner.robot)
+    earlier = Grant.objects.create(
+        robot=owner.robot, kind=GrantKind.HANDOVER, opened_at=owner.now(), until=owner.now(), ended_at=owner.now()
+    )
+    owner.gate.open_for(earlier, owner.now())
+    read = Grant.objects.filter
+
+    def and_meanwhile(**which):
+        found = read(**which).first()
+        owner.gate.open_for(turn, owner.now())
+        return SimpleNamespace(first=lambda: found)
+
+    monkeypatch.setattr("workers.guard.Grant.objects.filter", and_meanwhile)
+    owner.guard._follow_grant()
+    monkeypatch.undo()
+    owner.gate.check()
+    assert run(owner, people).state == "completed"
+
+
+@pytest.mark.parametrize("which", ["pa10"], indirect=True)
+def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkeypatch):
+    turn = services.open_grant(owner.robot)
+    earlier = Grant(pk=turn.pk + 1, until=owner.now())
+    owner.gate.open_for(earlier, owner.now())
+
+    def and_meanwhile(**which):
+        if "pk" in which:
+            owner.gate.open_for(turn, owner.now())
+        return SimpleNamespace(first=lambda: earlier if "pk" in which else None)
+
+    monkeypatch.setattr("workers.guard.Grant.objects.filter", and_meanwhile)
+    owner.guard._follow_grant()
+    monkeypatch.undo()
+    owner.gate.check()
+
+
+@pytest.mark.parametrize("which", ["pa10"], indirect=True)
+def test_a_command_is_seen_to_run_only_when_its_grant_is_let_through(owner, people):
+    """Who watches must not hold it by the grant before."""
+    earlier = Grant(pk=9999, until=owner.now())
+    owner.gate.open_for(earlier, owner.now())
+    owner.gate.revoke(earlier.pk)
+    seen = []
+
+    class Watched(type(owner)):
+        def __setattr__(self, name, value):
+            super().__setattr__(name, value)
+            if name == "current" and value is not None:
+                seen.append(self.gate.grant_over)
+
+    owner.__class__ = Watched
+    assert run(owner, people).state == "completed"
+    assert seen == [False]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from robots.clock import Clock
 from robots.drivers.errors import HandGone
 from robots.models import Command
+from robots.services import START_S
 
 SILENT_S = 0.25  # with one short step's braking after it, half a second to rest
 
@@ -24,6 +25,7 @@ class Hand:
     _until: float = 0.0
     _felt: float = 0.0
     _let_go: tuple[int, int] | None = None
+    _let_go_at: float = 0.0
 
     def __post_init__(self) -> None:
         """Make the lock."""
@@ -35,6 +37,8 @@ class Hand:
         with self._lock:
             self._who = (command.issued_by_id, command.client_seq)
             self._felt, self._until = now, now + command.limit_s
+            if now - self._let_go_at > START_S:  # of an earlier turn, whose numbers were the same
+                self._let_go = None
 
     def end(self) -> None:
         """No held motion runs any more."""
@@ -46,7 +50,7 @@ class Hand:
         now = self.clock.monotonic()
         with self._lock:
             if not held:
-                self._let_go = (user, seq)
+                self._let_go, self._let_go_at = (user, seq), now
             elif self._who == (user, seq) and now - self._felt <= SILENT_S:
                 self._felt = now
 

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.drivers.errors import HandGone
+from robots.services import START_S
 from tests.conftest import FakeClock
 from workers.hand import SILENT_S, Hand
 
@@ -57,3 +58,18 @@ def test_it_ends_when_let_go_and_when_it_has_lasted_long_enough():
         assert not hand.gone
     clock.sleep(0.11)
     assert hand.gone == "long"
+
+
+def test_what_was_let_go_in_an_earlier_turn_does_not_end_a_motion_of_the_same_number():
+    """Numbers begin anew with each turn; a quick tap may be let go before its motion begins."""
+    clock, hand = taken()
+    hand.feel(ADA, SEQ, False)
+    hand.end()
+    clock.sleep(START_S + 1.0)
+    hand.take(SimpleNamespace(issued_by_id=ADA, client_seq=SEQ, limit_s=20.0))
+    assert not hand.gone
+    hand.end()
+    hand.feel(ADA, SEQ + 1, False)
+    clock.sleep(1.0)
+    hand.take(SimpleNamespace(issued_by_id=ADA, client_seq=SEQ + 1, limit_s=20.0))
+    assert hand.gone == "released"

@@ -3,10 +3,19 @@ import { Live } from "./live.ts";
 import type { Message, PicturePacket } from "./protocol.ts";
 
 for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
-  const picture = card.querySelector<HTMLImageElement>("img");
+  let picture = card.querySelector<HTMLImageElement>("img");
   const status = card.querySelector<HTMLElement>(".pill");
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let last = 0;
+  /** A robot without a kept picture gets a place for one with its first. */
+  const place = (): HTMLImageElement => {
+    if (!picture) {
+      picture = new Image();
+      picture.alt = `What ${card.querySelector(".name")?.textContent ?? "the robot"}'s camera sees now`;
+      card.querySelector(".thumb")?.replaceChildren(picture);
+    }
+    return picture;
+  };
   new Live(
     card.dataset["live"] ?? "",
     {
@@ -14,14 +23,14 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
         if (m.t !== "snapshot") return;
         if (status) status.textContent = m.robot.label;
         card.dataset["state"] = m.robot.state;
-        if (picture && m.still && (calm || !last)) picture.src = m.still.url;
+        if (m.still && (calm || !last)) place().src = m.still.url;
       },
       state() {},
       picture(packet: PicturePacket) {
-        if (!picture || calm || packet.camera !== 0 || packet.number === last) return;
+        if (calm || packet.camera !== 0 || packet.number === last) return;
         last = packet.number;
-        const old = picture.src;
-        picture.src = URL.createObjectURL(packet.jpeg);
+        const old = place().src;
+        place().src = URL.createObjectURL(packet.jpeg);
         if (old.startsWith("blob:")) URL.revokeObjectURL(old);
       },
       line() {},

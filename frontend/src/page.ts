@@ -256,7 +256,7 @@ export class RobotPage {
     const at = this.console?.pictureAt() ?? 0;
     const age = at ? f.now - at : Infinity;
     const badge = byId("age");
-    badge.textContent = at ? `Picture ${ago(age)} old` : "No picture yet";
+    badge.textContent = at ? `Picture ${ago(age)} old` : facts.cameras ? "No picture yet" : "";
     badge.dataset["age"] = age < 2000 ? "fresh" : age < 5000 ? "ageing" : "old";
     text("latency", this.live.latency === null ? "" : `${Math.round(this.live.latency)} ms`);
   }

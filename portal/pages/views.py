@@ -26,7 +26,10 @@ KEEPERS = 9  # commands of this level are not for operators
 
 def _shown(robot: Robot) -> dict[str, Any]:
     state, label, why = status_of(robot, SYSTEM.now())
-    return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot)}
+    return {
+        "robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot),
+        "views": description.views(robot.description()),
+    }  # fmt: skip
 
 
 def landing(request: HttpRequest) -> HttpResponse:
@@ -58,7 +61,6 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "still": newest_still(robot),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": console_facts(robot),
-        "views": description.views(described),
     }
     return render(request, "pages/robot.html", context)
 
@@ -70,6 +72,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
     facts: dict[str, Any] = {k: described[k] for k in ("arm", "sand") if k in described}
     facts |= {
         "names": features.joints,
+        "cameras": len(description.views(described)),
         "commands": [asdict(c) for c in features.commands if c.level < KEEPERS],
     }
     if "limb" in described:

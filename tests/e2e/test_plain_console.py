@@ -50,6 +50,9 @@ def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visito
     turn = page.locator("form.plain-command", has=page.locator("#turn-angle"))
     expect(turn.locator("button")).to_have_attribute("aria-disabled", "false")
     expect(page.locator("#turn-angle")).to_have_attribute("placeholder", "-3 to 3")
+    expect(page.locator("#screen")).to_contain_text("This robot has no camera")
+    expect(page.locator("#screen")).not_to_contain_text("No picture")
+    expect(page.locator("#picture")).to_be_hidden()
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     ada.axe("plain")
     turn.locator("button").click()  # nothing is filled in
@@ -70,3 +73,5 @@ def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visito
     said = page.locator("#readings tbody td").first
     expect(said).not_to_have_text("1.500")
     expect(said).not_to_have_text("-3.000")
+    page.goto(f"{portal.url}/")
+    expect(page.locator("[data-live=turntable]")).to_contain_text("No camera")

@@ -230,3 +230,11 @@ def test_an_entry_is_hidden_from_the_admin_with_a_reason_only(robot, people, own
     client.post(address, {"visibility": "hidden", "hidden_reason": "not kind"})
     entry.refresh_from_db()
     assert (entry.visibility, entry.moderated_by) == ("hidden", people["mod"])
+
+
+def test_the_landing_page_says_when_there_is_no_picture_of_a_robot(robot, client):
+    assert "No picture yet" in client.get("/").content.decode()
+    Frame.objects.create(robot=robot, file="frames/x.jpg", taken_at=SYSTEM.now(), stable=True, width=192, height=165)
+    html = client.get("/").content.decode()
+    assert "No picture yet" not in html
+    assert 'camera sees now"' in html

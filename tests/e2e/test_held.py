@@ -11,7 +11,7 @@ import pytest
 from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.models import Command, Robot
-from tests.conftest import wait_for
+from tests.conftest import BOTH_AT_LENGTH, wait_for
 from tests.faults.proof import Proof
 from tests.faults.proxy import Proxy
 from tests.faults.witness import Witness
@@ -32,6 +32,14 @@ CANCEL = """
 () => { for (const b of document.querySelectorAll("[data-jog]")) b.dispatchEvent(new PointerEvent("pointercancel")); }
 """
 
+# drawn without a graphics card, the view in three dimensions stalls the page for longer than a hand may be silent
+FLAT = """
+const context = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+  return kind.startsWith("webgl") ? null : context.call(this, kind, ...rest);
+};
+"""
+
 
 @pytest.fixture
 def operator(visitor):
@@ -41,6 +49,7 @@ def operator(visitor):
     def make(name):
         ada = visitor()
         ada.page.context.add_init_script(GAMEPAD)
+        ada.page.context.add_init_script(FLAT)
         ada.sign_up(name).get_cleared()
         ada.page.click("[data-do=join]")
         ada.page.locator("[data-do=accept]").press("Enter", timeout=20_000)
@@ -51,8 +60,20 @@ def operator(visitor):
     return make
 
 
-def hold(portal, page, direction, by="pointer"):
+def towards(portal, by):
+    """Return a control that leads to the middle from where the robot is, and what a gamepad's stick says for it."""
+    status = portal.sim.status()
+    if portal.robot.slug == "mercury":
+        way = 1 if status["pose"][0] < 0 else -1
+        return f"{way},0", (way, 0)
+    way = 1 if status["q"][0] < 0 else -1  # turned to the left, y grows
+    return (f"y,{way}", (-way, 0)) if by == "pad" else (f"S1,{way}", (0, 0))
+
+
+def hold(portal, page, direction, by="pointer", stick=(0, 1)):
     """Begin to hold, and wait until the arm is moving."""
+    if direction.startswith("y"):
+        page.click("#tab-position")
     before = portal.sim.count("motion")
     button = page.locator(f'[data-jog="{direction}"]')
     try:
@@ -63,7 +84,7 @@ def hold(portal, page, direction, by="pointer"):
     asked = Command.objects.count()
     for _ in range(3):  # a page that still loads may move the button away from under the pointer
         if by == "pad":
-            page.evaluate("([x, y]) => { pad.axes = [x, y]; }", [float(v) for v in direction.split(",")])
+            page.evaluate("([x, y]) => { pad.axes = [x, y]; }", list(stick))
         else:
             page.mouse.up()
             button.scroll_into_view_if_needed()
@@ -74,7 +95,8 @@ def hold(portal, page, direction, by="pointer"):
             wait_for(lambda: tick(page) or Command.objects.count() > asked, 3, "a command")
             break
     try:
-        wait_for(lambda: tick(page) or portal.sim.count("motion") > before + 1, 10, "steps")
+        steps = 2 if portal.robot.slug == "mercury" else 1  # the arm's is one motion for as long as it is held
+        wait_for(lambda: tick(page) or portal.sim.count("motion") >= before + steps, 10, "steps")
     except AssertionError as error:
         said = [page.inner_text(f"#{name}") for name in ("state", "why", "ladder")]
         raise AssertionError(f"no steps: {said}, {Command.objects.count() - asked} commands") from error
@@ -134,7 +156,7 @@ class Bench:
         if self.page.is_closed() or self.gone:
             self.page = self.ada.new_page()
         self.gone = False
-        self.page.goto(f"http://localhost:{self.line.at[1]}/robots/mercury/")
+        self.page.goto(f"http://localhost:{self.line.at[1]}/robots/{self.portal.robot.slug}/")
         self.page.wait_for_selector(".operating", timeout=20_000)
         return self.page
 
@@ -190,28 +212,28 @@ class Bench:
                 self.page.mouse.up()
 
 
+@BOTH_AT_LENGTH
 def test_promise_06_the_hand_is_lost(portal, operator, chromium, redis_server, request):
     """Ten ways; each time the set-point rests within half a second, by the simulator's log."""
     proof = Proof.at(request.node)
     rounds = proof.count("rounds of ten ways", 1, 4, 50)
     ada = operator("ada")
-    ada.allowed = ("WebSocket", "ERR_", "Failed to load", "crash")
+    ada.allowed = ("WebSocket", "ERR_", "Failed to load", "crash", "WebGL")
     bench, witness = Bench(portal, ada, chromium, redis_server), Witness()
-    took = {}
+    took, idle = {}, 0
     try:
         for _ in range(rounds):
             for way in WAYS:
                 page = bench.open()
-                hold(
-                    portal,
-                    page,
-                    "1,0" if portal.sim.status()["pose"][0] < 0 else "-1,0",
-                    "pad" if "gamepad" in way else "pointer",
-                )
+                by = "pad" if "gamepad" in way else "pointer"
+                direction, stick = towards(portal, by)
+                hold(portal, page, direction, by, stick)
                 at = bench.lose(way)
                 seconds = rest(portal, at)
                 bench.mend(way)
-                if witness.clean(at - 0.1, at + seconds):
+                if seconds <= 0:
+                    idle += 1  # it was at rest when the hand was lost
+                elif witness.clean(at - 0.1, at + seconds):
                     took.setdefault(way, []).append(seconds)
                 wait_for(lambda: Command.objects.order_by("-id")[0].final, 20, "the end of the jog")
                 wait_for(lambda: not Robot.objects.get().reason, 30, "the robot is well")
@@ -227,10 +249,12 @@ def test_promise_06_the_hand_is_lost(portal, operator, chromium, redis_server, r
         {way: round(s * 1000) for way, s in worst.items()},
         "discarded:",
         witness.discarded,
+        "at rest already:",
+        idle,
     )
     assert max(worst.values()) <= 0.5, worst
     assert len(worst) >= 8
     slowest = max(worst, key=worst.get)
     proof.holds(
-        f"{sum(map(len, took.values()))} losses in {len(worst)} ways: at rest within {worst[slowest] * 1000:.0f} ms ({slowest}); {witness.discarded} discarded"
+        f"{sum(map(len, took.values()))} losses in {len(worst)} ways: at rest within {worst[slowest] * 1000:.0f} ms ({slowest}); {witness.discarded} discarded, {idle} at rest already"
     )

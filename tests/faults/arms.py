@@ -25,6 +25,7 @@ class Mercury:
         return tuple(round(v, 4) for v in record["target"][:2])
 
     moves = ("move",)
+    restart, cut = "power_cycle", ("cable", "serial")
 
     def jog(self, way):
         return "jog", {"dx": way, "dy": 0.3}
@@ -38,6 +39,7 @@ class MuseumArm:
     faults = ("awol", "slow", "restart", "disturb", "cam_gone", "cam_black", "cam_freeze", "cam_slow")
     strengths = {"slow": 0.5, "disturb": 60.0}
     moves = ("joints",)
+    restart, cut = "restart", ("arm",)
 
     def jog(self, way):
         return "jog_joints", {"S1": way, "W1": 0.5}

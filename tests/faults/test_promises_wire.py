@@ -109,13 +109,16 @@ def lose_the_line(rig, how):
     if how == "cable pulled":
         rig.sim.process.kill()
         rig.sim.process.wait()
-        wait_for(lambda: "cable" in rig.reason() or "serial" in rig.reason(), 15, "the page names the cable")
+        wait_for(lambda: any(word in rig.reason() for word in rig.arm.cut), 15, "the page names the cable")
         return rig.sim.start
     if how == "power lost":
-        rig.sim.fault("power_cycle", count=1)
+        rig.sim.fault(rig.arm.restart, count=1)
+    if how == "never acknowledged":
+        rig.sim.fault("mute")
     return rig.sim.clear
 
 
+@BOTH_AT_LENGTH
 @pytest.mark.parametrize("how", ["cable pulled", *map(at_length, ("power lost", "never acknowledged"))])
 def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
     """In mid-motion: the command fails in words, no motion is repeated, work goes on without a shell."""
@@ -126,10 +129,11 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
     time.sleep(0.5)
     made = []
     for i in range(times):
+        rig.share = 0.1
         newest = Incident.objects.order_by("pk").values_list("pk", flat=True).last() or 0
         x = -0.21 + 0.01 * i
-        if how == "never acknowledged":
-            rig.sim.fault("mute")
+        if how == "never acknowledged" and rig.arm.name == "mercury":
+            rig.sim.fault("mute")  # the museum arm is asked for its state first, so its line falls silent on the way
         command = rig.issue("move", x=x, y=0.5)
         mend = lose_the_line(rig, how)
         made += motions(rig)
@@ -138,17 +142,20 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
         assert command.reason.endswith(".")
         wait_for(Incident.objects.filter(pk__gt=newest).exists, 15, "the incident")
         mend()
-        wait_for(lambda: not rig.reason() and rig.final(rig.issue("noop"), 60).state == "completed", 60, "it is mended")
-        assert rig.final(rig.issue("move", x=0.2, y=0.31), 60).state == "completed"
+        rig.share = None
+        wait_for(lambda: rig.final(rig.issue("noop"), 60).state == "completed" and not rig.reason(), 60, "it is mended")
+        back = rig.final(rig.issue("move", x=0.2, y=0.31), 60)
+        assert back.state == "completed", back.reason
         made += motions(rig)
-        told = [m for m in dict.fromkeys(made) if math.dist(m[1:], (x, 0.5)) < 0.0015]
+        goal = rig.arm.goal(command)
+        told = [m for m in dict.fromkeys(made) if len(m) > len(goal) and math.dist(m[1:], goal) < 0.0015]
         assert len(told) == 1, f"the motion that broke off was made {len(told)} times"
     proof.holds(f"{how}: {times} times in mid-motion, 0 motions repeated, each named and mended without a shell")
 
 
 def motions(rig):
-    """Return each motion that the simulator has noted: when, x, y."""
-    return [(r["t"], *(round(v, 4) for v in r["target"][:2])) for r in rig.sim.journal() if r["event"] == "motion"]
+    """Return each motion that the simulator has noted: when, and where to."""
+    return [(r["t"], *rig.arm.made(r)) for r in rig.sim.journal() if r["event"] == "motion"]
 
 
 CAMERA = {

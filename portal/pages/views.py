@@ -26,15 +26,20 @@ KEEPERS = 9  # commands of this level are not for operators
 
 def _shown(robot: Robot) -> dict[str, Any]:
     state, label, why = status_of(robot, SYSTEM.now())
-    return {
-        "robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot),
-        "views": description.views(robot.description()),
-    }  # fmt: skip
+    return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot)}
+
+
+def _blind(robot: Robot) -> bool:
+    """Tell whether the robot is known to have no camera; one whose package is gone is not known."""
+    try:
+        return not description.views(robot.description())
+    except (ImportError, OSError):
+        return False
 
 
 def landing(request: HttpRequest) -> HttpResponse:
     """Show the robots, live."""
-    robots = [{**_shown(r), "still": newest_still(r)} for r in Robot.objects.filter(enabled=True)]
+    robots = [{**_shown(r), "still": newest_still(r), "blind": _blind(r)} for r in Robot.objects.filter(enabled=True)]
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
     return render(request, "pages/landing.html", {"robots": robots, "entries": entries[:3]})
 
@@ -61,6 +66,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "still": newest_still(robot),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": console_facts(robot),
+        "views": description.views(described),
     }
     return render(request, "pages/robot.html", context)
 

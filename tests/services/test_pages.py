@@ -238,3 +238,11 @@ def test_the_landing_page_says_when_there_is_no_picture_of_a_robot(robot, client
     html = client.get("/").content.decode()
     assert "No picture yet" not in html
     assert 'camera sees now"' in html
+
+
+@pytest.mark.parametrize("address", ["/", "/status/"])
+def test_a_robot_whose_package_is_gone_takes_no_other_page_down(robot, client, address):
+    type(robot).objects.create(slug="gone", name="Gone", driver="gone", address="sim:gone", enabled=True)
+    html = client.get(address).content.decode()
+    assert "Gone" in html
+    assert "No camera" not in html

@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import shutil
 import tarfile
 import tempfile
 from collections.abc import Iterator
@@ -111,10 +112,21 @@ def read(path: Path, replace: bool = False) -> dict[str, Any]:
     """
     try:
         with tarfile.open(path) as tar, tempfile.TemporaryDirectory() as temporary:
-            tar.extractall(temporary, filter="data")
+            _unpack(tar, Path(temporary).resolve())
             return _load(Path(temporary), replace)
     except (OSError, tarfile.TarError, ValueError, KeyError) as error:
         raise ArchiveError(f"{path} is no backup that can be read: {error}") from error
+
+
+def _unpack(tar: tarfile.TarFile, folder: Path) -> None:
+    """Write the archive's files below `folder`; nothing else belongs in one. Python before 3.11.4 has no filters."""
+    for member in tar:
+        source, target = tar.extractfile(member) if member.isreg() else None, (folder / member.name).resolve()
+        if source is None or not target.is_relative_to(folder):
+            raise tarfile.TarError(f"{member.name} does not belong in a backup")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with source, target.open("wb") as out:
+            shutil.copyfileobj(source, out)
 
 
 def _load(folder: Path, replace: bool) -> dict[str, Any]:

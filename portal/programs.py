@@ -31,13 +31,19 @@ def redis_program() -> Program:
 
 
 def web_program(host: str, port: int) -> Program:
-    """Return the web process."""
+    """Return the web process.
+
+    Without trusted proxies it is told to read no proxy's headers: uvicorn's default believes 127.0.0.1.
+    """
+    proxies = settings.TRUSTED_PROXIES
+    believed = ("--proxy-headers", "--forwarded-allow-ips", ",".join(proxies)) if proxies else ("--no-proxy-headers",)
     return Program(
         "web",
         (
             PYTHON, "-m", "uvicorn", "portal.asgi:application", "--host", host, "--port", str(port),
             "--ws", "websockets-sansio", "--ws-max-size", "65536", "--ws-ping-interval", "15", "--no-access-log",
             "--lifespan", "off", "--log-level", "warning", "--timeout-graceful-shutdown", "3",
+            *believed,
         ),
         {"FARHAND_ROLE": "web"},
         rank=0,

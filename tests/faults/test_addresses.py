@@ -1,0 +1,57 @@
+"""The web process believes X-Forwarded-For and X-Forwarded-Proto from trusted proxies alone."""
+
+import json
+import os
+import subprocess
+import urllib.request
+
+import pytest
+
+from portal.programs import web_program
+from tests.conftest import wait_for
+from tests.rig import ROOT, free_port
+
+
+@pytest.fixture
+def seen():
+    """Start uvicorn with the web process's own arguments, and ask it who it believes to be talking with."""
+    made = []
+
+    def ask(**headers):
+        port = free_port()
+        argv = [a.replace("portal.asgi:", "tests.faults.echo:") for a in web_program("127.0.0.1", port).argv]
+        made.append(subprocess.Popen(argv, cwd=ROOT, env={**os.environ, "FORWARDED_ALLOW_IPS": "127.0.0.1"}))
+        request = urllib.request.Request(f"http://127.0.0.1:{port}/", headers=headers)
+
+        def answer():
+            try:
+                with urllib.request.urlopen(request, timeout=5) as got:
+                    return json.loads(got.read())
+            except OSError:
+                return None
+
+        return wait_for(answer, 30, "uvicorn")
+
+    yield ask
+    for one in made:
+        one.kill()
+        one.wait()
+
+
+@pytest.mark.parametrize(
+    ("proxies", "told", "client", "scheme"),
+    [
+        ([], "203.0.113.9", "127.0.0.1", "http"),
+        (["10.0.3.0/28"], "203.0.113.9", "127.0.0.1", "http"),
+        (["127.0.0.1/32"], "203.0.113.9", "203.0.113.9", "https"),
+        (
+            ["127.0.0.1/32"],
+            "198.51.100.1, 203.0.113.9",
+            "203.0.113.9",
+            "https",
+        ),  # the left one is the client's own word
+    ],
+)
+def test_only_a_trusted_proxy_tells_an_address(settings, seen, proxies, told, client, scheme):
+    settings.TRUSTED_PROXIES = proxies
+    assert seen(**{"X-Forwarded-For": told, "X-Forwarded-Proto": "https"}) == {"client": client, "scheme": scheme}

@@ -7,6 +7,7 @@ from django.views.generic import RedirectView
 
 from accounts import views as accounts
 from operatorlog import views as log
+from portal.classic import pictures
 from portal.classic import views as classic
 from portal.pages import health, programs, views
 
@@ -26,7 +27,7 @@ urlpatterns = [
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
-    path("classic/<slug:slug>/<str:token>/<str:stamp>.gif", classic.panel, name="classic-panel"),
+    path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),
     path("log/", log.log, name="log"),
     path("turns/<int:pk>/", log.turn_page, name="turn"),
     path("turns/<int:pk>/survey/", log.survey, name="survey"),

@@ -18,7 +18,6 @@ CAMERA = (0, 0, 192, 165)
 SCHEMATIC = (192, 0, 336, 165)
 BUTTONS_TOP, WIDTH, HEIGHT = 165, 336, 194
 BUTTONS = ("up", "down", "air", "stop")
-MAP_MM = (-300.0, -60.0, 300.0, 627.5)  # what the schematic shows: x, y, x, y
 DOWN_M = 0.001
 
 
@@ -30,7 +29,12 @@ class Press:
     args: dict[str, Any]
 
 
-def press(x: int, y: int, still: int, scale: int = 1) -> Press | None:
+def drawable(description: dict[str, Any]) -> bool:
+    """Tell whether the robot says that it can be drawn here: a SCARA arm over an area, with a map of both."""
+    return {"classic", "camera", "sand", "arm"} <= description.keys() and "link1" in description["arm"]
+
+
+def press(x: int, y: int, still: int, description: dict[str, Any], scale: int = 1) -> Press | None:
     """Return the command of a click at (x, y) in a panel shown `scale` times as large.
 
     None for a point outside.
@@ -43,8 +47,8 @@ def press(x: int, y: int, still: int, scale: int = 1) -> Press | None:
     if px < CAMERA[2]:
         return Press("click", {"still": still, "u": px, "v": py})
     u, v = (px - SCHEMATIC[0]) / (SCHEMATIC[2] - SCHEMATIC[0]), py / (SCHEMATIC[3] - 1)
-    x0, y0, x1, y1 = MAP_MM
-    return Press("move", {"x": (x0 + u * (x1 - x0)) / 1000, "y": (y1 - v * (y1 - y0)) / 1000})
+    x0, y0, x1, y1 = description["classic"]["map"]
+    return Press("move", {"x": x0 + u * (x1 - x0), "y": y1 - v * (y1 - y0)})
 
 
 def compose(picture: Path | None, description: dict[str, Any], joints: list[float], greys: int = 64) -> bytes:
@@ -63,26 +67,27 @@ def compose(picture: Path | None, description: dict[str, Any], joints: list[floa
     return _gif(panel, greys)
 
 
-def _at(x_mm: float, y_mm: float) -> tuple[float, float]:
-    x0, y0, x1, y1 = MAP_MM
+def at(x: float, y: float, description: dict[str, Any]) -> tuple[float, float]:
+    """Return where in the panel the map shows the point (x, y) in m."""
+    x0, y0, x1, y1 = description["classic"]["map"]
     return (
-        SCHEMATIC[0] + (x_mm - x0) / (x1 - x0) * (SCHEMATIC[2] - SCHEMATIC[0]),
-        (y1 - y_mm) / (y1 - y0) * (SCHEMATIC[3] - 1),
+        SCHEMATIC[0] + (x - x0) / (x1 - x0) * (SCHEMATIC[2] - SCHEMATIC[0]),
+        (y1 - y) / (y1 - y0) * (SCHEMATIC[3] - 1),
     )
 
 
 def _schematic(draw: ImageDraw.ImageDraw, description: dict[str, Any], joints: list[float]) -> None:
     draw.rectangle((SCHEMATIC[0], 0, SCHEMATIC[2], SCHEMATIC[3]), fill=245)
     sand = description["sand"]
-    low = _at(sand["x"][0] * 1000, sand["y"][1] * 1000)
-    high = _at(sand["x"][1] * 1000, sand["y"][0] * 1000)
+    low = at(sand["x"][0], sand["y"][1], description)
+    high = at(sand["x"][1], sand["y"][0], description)
     draw.rectangle((*low, *high), fill=195, outline=110)
     if len(joints) < 4:
         return
     arm = scara(description)
     q = (joints[0], joints[1], joints[2], joints[3])
     elbow, tool = arm.elbow(q), arm.forward(q)
-    points = [_at(0, 0), _at(elbow[0] * 1000, elbow[1] * 1000), _at(tool[0] * 1000, tool[1] * 1000)]
+    points = [at(x, y, description) for x, y in ((0.0, 0.0), elbow[:2], tool[:2])]
     draw.line(points, fill=70, width=6, joint="curve")
     for (x, y), r in zip(points, (6, 4, 3), strict=True):
         draw.ellipse((x - r, y - r, x + r, y + r), fill=20)

@@ -1,19 +1,20 @@
 """The console for browsers without scripts: the same robot, the same rules, no GET moves anything."""
 
+import re
+import secrets
 import time
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
-from django.conf import settings
 from django.contrib import messages
-from django.http import Http404, HttpRequest, HttpResponse
+from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.views.decorators.cache import never_cache
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
-from portal.classic.panel import WIDTH, Press, compose, press
+from portal.classic.panel import WIDTH, Press, press
+from portal.classic.pictures import drawn, name_of
 from portal.live.snapshot import status_of
 from queueing import services as queue
 from queueing.errors import QueueError
@@ -21,12 +22,13 @@ from queueing.models import TicketState, Turn
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
-from robots.models import Command, Frame, Robot
+from robots.models import Command, Robot
 from robots.services import newest_still
 
 WAIT_S = 20.0
 POLL_S = 0.1
 REFRESH_S = 30
+PIXEL = re.compile(r"[0-9]{1,5}\Z")
 DISCRETE = frozenset({"up", "down", "air"})
 
 
@@ -34,13 +36,18 @@ DISCRETE = frozenset({"up", "down", "air"})
 def enter(request: HttpRequest, slug: str) -> HttpResponse:
     """Begin: on to an address with a fresh token."""
     robot = get_object_or_404(Robot, slug=slug)
-    return redirect(_address(robot, request))
+    return redirect(_address(robot, request)) if drawn(robot) else _without(request, robot)
+
+
+def _without(request: HttpRequest, robot: Robot) -> HttpResponse:
+    """Say that this robot has no such console, and which one it has."""
+    return render(request, "classic/none.html", {"robot": robot}, status=404)
 
 
 def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) -> str:
     still = newest_still(robot)
     if not request.user.is_authenticated:
-        return f"/classic/{robot.slug}/{SYSTEM.now():%Y%m%d%H%M%S%f}/"
+        return f"/classic/{robot.slug}/{secrets.token_urlsafe(24)}/"
     token = queue.fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
     return f"/classic/{robot.slug}/{token}/"
 
@@ -49,6 +56,8 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
 def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
     """Show the page that fits the person now; a request counts as presence."""
     robot = get_object_or_404(Robot, slug=slug)
+    if not drawn(robot):
+        return _without(request, robot)
     if request.method == "POST":
         return _act(request, robot, token)
     now = SYSTEM.now()
@@ -72,7 +81,7 @@ def _context(request: HttpRequest, robot: Robot, now: datetime) -> dict[str, Any
     return {
         "robot": robot, "state": state, "label": label, "why": why, "ticket": ticket, "turn": turn, "mine": mine,
         "ahead": ahead, "wait_min": [round(s / 60) for s in wait] if wait else None, "still": still,
-        "address": address, "stamp": f"{still.pk}-{still.taken_at:%Y%m%d%H%M%S}" if still else "0-0",
+        "address": address, "picture": f"/classic/{robot.slug}/{name_of(robot, still, request.user)}.gif",
         "cleared": cleared(request.user, robot), "refresh_s": REFRESH_S if ticket is not None and not mine else None,
         "age_s": round((now - still.taken_at).total_seconds()) if still else None,
         "left_s": round((turn.until - now).total_seconds()) if turn else None,
@@ -115,7 +124,7 @@ def _perform(request: HttpRequest, robot: Robot, token: str, now: datetime) -> N
 
 
 def _press(request: HttpRequest, robot: Robot, token: str, now: datetime) -> None:
-    wanted = _wanted(request)
+    wanted = _wanted(request, robot)
     if wanted is None:
         messages.warning(request, "Nothing was pressed. Click in the camera image, in the map, or on a button.")
         return
@@ -133,7 +142,7 @@ def _press(request: HttpRequest, robot: Robot, token: str, now: datetime) -> Non
     _tell(request, _until_final(command))
 
 
-def _wanted(request: HttpRequest) -> Press | None:
+def _wanted(request: HttpRequest, robot: Robot) -> Press | None:
     what = request.POST.get("do", "")
     if what in DISCRETE:
         return Press(what, {})
@@ -141,8 +150,8 @@ def _wanted(request: HttpRequest) -> Press | None:
         return Press("move", {k: _mm(request.POST.get(f"{k}_mm", "")) for k in ("x", "y")})
     for name, scale in (("small", 1), ("large", 2)):
         x, y = request.POST.get(f"{name}.x", ""), request.POST.get(f"{name}.y", "")
-        if x.isdigit() and y.isdigit() and len(x + y) < 12:
-            return press(int(x), int(y), 0, scale)
+        if PIXEL.match(x) and PIXEL.match(y):
+            return press(int(x), int(y), 0, robot.description(), scale)
     return None
 
 
@@ -170,16 +179,3 @@ def _tell(request: HttpRequest, command: Command) -> None:
         messages.success(request, text)
     else:
         messages.warning(request, text)
-
-
-def panel(request: HttpRequest, slug: str, token: str, stamp: str) -> HttpResponse:
-    """Return the composite GIF of one kept picture; its name is stamped and never reused."""
-    robot = get_object_or_404(Robot, slug=slug)
-    number = stamp.split("-")[0]
-    frame = Frame.objects.filter(robot=robot, pk=int(number)).first() if number.isdigit() and len(number) < 18 else None
-    if frame is None and number != "0":
-        raise Http404("There is no such picture.")
-    path = Path(settings.MEDIA_ROOT) / frame.file if frame else None
-    response = HttpResponse(compose(path, robot.description(), frame.joints if frame else []), content_type="image/gif")
-    response["Cache-Control"] = "private, max-age=86400"
-    return response

@@ -13,6 +13,7 @@ from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
+from portal.classic.panel import drawable
 from portal.live.snapshot import status_of
 from queueing.models import Turn
 from queueing.services import open_turn, waiting
@@ -67,6 +68,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": console_facts(robot),
         "views": description.views(described),
+        "classic": drawable(described),
     }
     return render(request, "pages/robot.html", context)
 

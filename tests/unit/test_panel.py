@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from portal.classic.panel import BUTTONS_TOP, HEIGHT, WIDTH, compose, press
+from portal.classic.panel import BUTTONS_TOP, HEIGHT, WIDTH, at, compose, press
 from robots.description import load, scara
 
 D = load("mercury")
@@ -13,7 +13,7 @@ D = load("mercury")
 
 @given(st.integers(-10, 2 * WIDTH + 10), st.integers(-10, 2 * HEIGHT + 10), st.sampled_from([1, 2]))
 def test_every_pixel_means_one_thing_or_nothing(x, y, scale):
-    wanted = press(x, y, 7, scale)
+    wanted = press(x, y, 7, D, scale)
     inside = 0 <= x < WIDTH * scale and 0 <= y < HEIGHT * scale
     assert (wanted is not None) == inside
     if wanted is None:
@@ -30,14 +30,12 @@ def test_every_pixel_means_one_thing_or_nothing(x, y, scale):
 
 @pytest.mark.parametrize(("x", "kind"), [(10, "up"), (100, "down"), (200, "air"), (330, "stop")])
 def test_the_buttons_are_where_they_are_drawn(x, kind):
-    assert press(x, 180, 0).kind == kind
+    assert press(x, 180, 0, D).kind == kind
 
 
 def test_a_click_on_the_drawn_tool_means_where_the_tool_is():
-    from portal.classic.panel import _at
-
-    u, v = _at(100, 450)
-    wanted = press(round(u), round(v), 0)
+    u, v = at(0.100, 0.450, D)
+    wanted = press(round(u), round(v), 0, D)
     assert abs(wanted.args["x"] - 0.100) < 0.005
     assert abs(wanted.args["y"] - 0.450) < 0.005
 

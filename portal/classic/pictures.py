@@ -1,0 +1,55 @@
+"""The classic console's pictures: one GIF a kept still, under a name that nobody can guess.
+
+"Each image is date and time stamped, so WWW clients that cache the image will only retrieve
+the image when it changes (since its filename will be different, due to a different time
+stamp)" (Goldberg et al. 1995, section 6.2). Here a name is as different, but cannot be
+counted on from another: it is signed, for one picture and one person.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from django.conf import settings
+from django.http import Http404, HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404
+from django.utils.crypto import constant_time_compare, salted_hmac
+
+from portal.classic.panel import compose, drawable
+from robots.models import Frame, Robot
+
+NAME = re.compile(r"([0-9]{1,18})-[0-9a-f]{64}\Z")
+KEEP = "private, max-age=86400, immutable"
+
+
+def drawn(robot: Robot) -> bool:
+    """Tell whether the classic console can draw this robot; one whose package is gone it cannot."""
+    try:
+        return drawable(robot.description())
+    except (ImportError, OSError):
+        return False
+
+
+def name_of(robot: Robot, frame: Frame | None, user: Any) -> str:
+    """Return the name of a picture for `user`, or for all who are not signed in.
+
+    The file's name is part of what is signed, for a restored database may count its
+    pictures from an earlier number again.
+    """
+    number = frame.pk if frame else 0
+    signed = f"{robot.pk}:{number}:{frame.file if frame else ''}:{user.pk or ''}"
+    return f"{number}-{salted_hmac('portal.classic.picture', signed, algorithm='sha256').hexdigest()}"
+
+
+def picture(request: HttpRequest, slug: str, name: str) -> HttpResponse:
+    """Return the composite GIF of one kept picture, to the person its name was made for."""
+    robot = get_object_or_404(Robot, slug=slug)
+    found = NAME.match(name)
+    number = int(found[1]) if found else 0
+    frame = Frame.objects.filter(robot=robot, pk=number).first()
+    if not constant_time_compare(name, name_of(robot, frame, request.user)) or not drawn(robot):
+        raise Http404("There is no such picture.")
+    path = Path(settings.MEDIA_ROOT) / frame.file if frame else None
+    response = HttpResponse(compose(path, robot.description(), frame.joints if frame else []), content_type="image/gif")
+    response["Cache-Control"] = KEEP if frame else "no-store"
+    return response

@@ -8,7 +8,7 @@ from robots import bus
 
 def livez(request: HttpRequest) -> HttpResponse:
     """Answer without touching anything."""
-    return HttpResponse("ok\n", content_type="text/plain")
+    return HttpResponse("ok\n", content_type="text/plain; charset=utf-8")
 
 
 def readyz(request: HttpRequest) -> HttpResponse:

@@ -1,0 +1,29 @@
+"""Words that no password may lean on: the portal's own name and what it is about."""
+
+import re
+from typing import Any
+
+from django.core.exceptions import ValidationError
+
+WORDS = ("farhand", "mercury", "museum", "robots", "robot", "password", "passwort", "operator", "admin", "arm")
+LEFT = 8  # letters and digits that have to be left once the words are gone
+
+
+class OwnWordsValidator:
+    """Refuse a password that is little more than words about this portal."""
+
+    def validate(self, password: str, user: Any = None) -> None:
+        """Return if enough is left without those words. Raises ValidationError."""
+        left = password.casefold()
+        found = [word for word in WORDS if word in left]
+        for word in found:
+            left = left.replace(word, "")
+        if found and len(re.sub(r"[\W_]", "", left)) < LEFT:
+            raise ValidationError(
+                f"This password is mostly “{found[0]}”, which is easy to guess here; add other words.",
+                code="password_own_words",
+            )
+
+    def get_help_text(self) -> str:
+        """Return the rule for the form."""
+        return "Your password can't be made mostly of words like “farhand”, “robot” or “admin”."

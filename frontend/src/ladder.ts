@@ -1,11 +1,13 @@
 /** The command ladder: each command with the stage it has reached, newest first. */
 import type { CommandInfo } from "./protocol.ts";
+import { arrange, say as write } from "./parts.ts";
 import { FINAL, KINDS, STAGES } from "./words.ts";
 
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
 export class Ladder {
   private rows = new Map<string, CommandInfo>();
+  private items = new Map<string, HTMLElement>();
   private waiting = new Map<string, (c: CommandInfo) => void>();
 
   constructor(private list: HTMLElement, private live: HTMLElement) {}
@@ -52,38 +54,44 @@ export class Ladder {
 
   private draw(): void {
     const newest = [...this.rows.values()].sort((a, b) => (b.id || 1e12) - (a.id || 1e12)).slice(0, 8);
-    for (const key of this.rows.keys())
-      if (this.rows.size > 40 && !newest.includes(this.rows.get(key)!)) this.rows.delete(key);
-    this.list.replaceChildren(...newest.map((c) => row(c)));
+    for (const [key, c] of this.rows)
+      if (this.rows.size > 40 && !newest.includes(c)) this.rows.delete(key);
+    const keys = newest.map((c) => `${c.grant}/${c.seq}`);
+    for (const key of this.items.keys()) if (!keys.includes(key)) this.items.delete(key);
+    arrange(this.list, newest.map((c, i) => this.item(keys[i] ?? "", c)));
+  }
+
+  private item(key: string, c: CommandInfo): HTMLElement {
+    const item = this.items.get(key) ?? row();
+    this.items.set(key, item);
+    draw(item, c);
+    return item;
   }
 }
 
-function row(c: CommandInfo): HTMLElement {
+function row(): HTMLElement {
   const item = document.createElement("li");
-  item.className = `command ${FINAL.has(c.state) && c.state !== "completed" ? "bad" : c.state}`;
-  item.dataset["state"] = c.state;
-  const name = document.createElement("b");
-  name.textContent = KINDS[c.kind] ?? c.kind;
   const steps = document.createElement("span");
   steps.className = "steps";
   steps.setAttribute("aria-hidden", "true");
-  const reached = GOOD.indexOf(c.state);
-  for (let i = 0; i < GOOD.length; i++) {
-    const dot = document.createElement("i");
-    if (i <= reached) dot.className = "on";
-    steps.append(dot);
-  }
+  steps.append(...GOOD.map(() => document.createElement("i")));
   const stage = document.createElement("span");
   stage.className = "chip";
-  stage.textContent = c.reason.startsWith("Replaced") ? "Replaced" : (STAGES[c.state] ?? c.state);
-  item.append(name, steps, stage);
-  const note = c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : "");
-  if (note) {
-    const why = document.createElement("p");
-    why.textContent = note;
-    item.append(why);
-  }
+  item.append(document.createElement("b"), steps, stage, document.createElement("p"));
   return item;
+}
+
+function draw(item: HTMLElement, c: CommandInfo): void {
+  const [name, steps, stage, why] = item.children as unknown as HTMLElement[];
+  if (!name || !steps || !stage || !why) return;
+  item.className = `command ${FINAL.has(c.state) && c.state !== "completed" ? "bad" : c.state}`;
+  item.dataset["state"] = c.state;
+  write(name, KINDS[c.kind] ?? c.kind);
+  const reached = GOOD.indexOf(c.state);
+  [...steps.children].forEach((dot, i) => dot.classList.toggle("on", i <= reached));
+  write(stage, c.reason.startsWith("Replaced") ? "Replaced" : (STAGES[c.state] ?? c.state));
+  write(why, c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : ""));
+  why.hidden = !why.textContent;
 }
 
 function say(c: CommandInfo): string {

@@ -3,6 +3,7 @@ import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
 import type { Hand } from "./jog.ts";
 import { Ladder } from "./ladder.ts";
 import { Live } from "./live.ts";
+import { LogList } from "./log_list.ts";
 import { Place } from "./place.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, RobotFacts, Snapshot, StatePacket, Still } from "./protocol.ts";
 import { byId } from "./svg.ts";
@@ -57,6 +58,7 @@ export class RobotPage {
   private storeDown = "";
   private noticeTimer = 0;
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
+  private log = new LogList(byId("log"));
   private console: Console | null = null;
 
   constructor() {
@@ -209,7 +211,7 @@ export class RobotPage {
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
     if (wasOperating && !s.me.operating && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
     if (!wasOperating && s.me.operating) byId("screen").focus({ preventScroll: true });
-    this.drawLog(s);
+    this.log.draw(s.log, this.live.now());
   }
 
   private gotCommand(m: { t: "command" } & CommandInfo): void {
@@ -259,27 +261,5 @@ export class RobotPage {
     badge.textContent = at ? `Picture ${ago(age)} old` : facts.cameras ? "No picture yet" : "";
     badge.dataset["age"] = age < 2000 ? "fresh" : age < 5000 ? "ageing" : "old";
     text("latency", this.live.latency === null ? "" : `${Math.round(this.live.latency)} ms`);
-  }
-
-  private drawLog(s: Snapshot): void {
-    byId("log").replaceChildren(
-      ...s.log.map((e) => {
-        const item = document.createElement("li");
-        const head = document.createElement("b");
-        head.textContent = e.author;
-        const when = document.createElement("time");
-        when.textContent = ` ${ago(this.live.now() - e.at_ms)} ago`;
-        const words = document.createElement("p");
-        words.textContent = e.text;
-        item.append(head, when, words);
-        if (e.picture) {
-          const image = new Image(96, 82);
-          image.src = e.picture;
-          image.alt = `Picture chosen by ${e.author}`;
-          item.prepend(image);
-        }
-        return item;
-      }),
-    );
   }
 }

@@ -1,4 +1,5 @@
 /** The panel that says whose turn it is and what you can do about it. */
+import { type Part, show } from "./parts.ts";
 import type { Snapshot } from "./protocol.ts";
 import { clock, span } from "./words.ts";
 
@@ -7,7 +8,6 @@ type Send = (message: object) => boolean;
 export class Place {
   private title = document.title;
   private offered = false;
-  private shown = "";
 
   constructor(private box: HTMLElement, private live: HTMLElement, private send: Send) {
     box.addEventListener("click", (event) => {
@@ -18,13 +18,7 @@ export class Place {
 
   /** Draw the panel; called at each snapshot and each second. */
   draw(s: Snapshot, now: number, up: boolean): void {
-    const parts = this.parts(s, now);
-    const key = JSON.stringify([parts, up]);
-    if (key === this.shown) return;
-    this.shown = key;
-    const focused = (document.activeElement as HTMLElement | null)?.dataset["do"];
-    this.box.replaceChildren(...parts.map((p) => this.element(p, up)));
-    if (focused) this.box.querySelector<HTMLElement>(`[data-do="${focused}"]`)?.focus();
+    show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, disabled: !up } : part)));
   }
 
   private parts(s: Snapshot, now: number): Part[] {
@@ -87,21 +81,6 @@ export class Place {
     return parts;
   }
 
-  private element(part: Part, up: boolean): HTMLElement {
-    const element = document.createElement(part.tag);
-    element.textContent = part.text;
-    if (part.class) element.className = part.class;
-    if (part.href) (element as HTMLAnchorElement).href = part.href;
-    if (part.timer) element.setAttribute("role", "timer");
-    if (part.do) {
-      element.dataset["do"] = part.do;
-      (element as HTMLButtonElement).disabled = !up;
-      (element as HTMLButtonElement).type = "button";
-      element.classList.add("button");
-    }
-    return element;
-  }
-
   /** Title, sound and a spoken word when the offer comes. */
   announce(s: Snapshot): void {
     const offered = s.me.ticket?.state === "offered";
@@ -116,8 +95,6 @@ export class Place {
       : ticket?.state === "waiting" ? `(${ticket.ahead + 1}) ${this.title}` : this.title;
   }
 }
-
-interface Part { tag: "h2" | "p" | "a" | "button"; text: string; class?: string; href?: string; do?: string; timer?: boolean }
 
 function chime(): void {
   try {

@@ -2,6 +2,7 @@
 import { CameraView } from "../camera.ts";
 import { blocked, type Facts } from "../controls.ts";
 import { type Console, facts, RobotPage, text } from "../page.ts";
+import { fill } from "../parts.ts";
 import type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still } from "../protocol.ts";
 import { byId } from "../svg.ts";
 import { Joints } from "./arm_joints.ts";
@@ -237,7 +238,6 @@ class ArmConsole implements Console, Judge {
 }
 
 function readings(packet: StatePacket): void {
-  const body = byId("readings").querySelector("tbody")!;
   const rows = [...description.joints.map((j) => j.name), "Gripper"].map((name, i) => {
     const last = i === description.joints.length;
     const q = packet.joints[i] ?? 0, v = packet.velocities[i], t = packet.torques[i];
@@ -245,20 +245,7 @@ function readings(packet: StatePacket): void {
       ? [name, `${(q * 1000).toFixed(0)} mm`, "", ""]
       : [name, `${deg(q).toFixed(1)}°`, v === undefined ? "" : `${deg(v).toFixed(1)} °/s`, t === undefined ? "" : `${t.toFixed(1)} N m`];
   });
-  if (body.rows.length !== rows.length)
-    body.replaceChildren(...rows.map((cells) => {
-      const row = document.createElement("tr");
-      row.append(...cells.map((_, i) => {
-        const cell = document.createElement(i ? "td" : "th");
-        if (!i) cell.scope = "row";
-        return cell;
-      }));
-      return row;
-    }));
-  rows.forEach((cells, i) => cells.forEach((words, k) => {
-    const cell = body.rows[i]?.cells[k];
-    if (cell && cell.textContent !== words) cell.textContent = words;
-  }));
+  fill(byId("readings").querySelector("tbody")!, rows);
 }
 
 page.begin(new ArmConsole());

@@ -3,6 +3,7 @@ import { CameraView } from "../camera.ts";
 import { blocked, type Facts } from "../controls.ts";
 import { Jog, named } from "../jog.ts";
 import { type Console, facts, RobotPage, text } from "../page.ts";
+import { fill } from "../parts.ts";
 import type { ArgumentInfo, CommandSpec, StatePacket, Still } from "../protocol.ts";
 import { byId } from "../svg.ts";
 import { OneCamera } from "./one_camera.ts";
@@ -81,18 +82,7 @@ class PlainConsole extends OneCamera implements Console {
 
   state(packet: StatePacket): void {
     text("mode", packet.mode);
-    byId("readings").querySelector("tbody")!.replaceChildren(
-      ...facts.names.map((name, i) => {
-        const row = document.createElement("tr");
-        const head = document.createElement("th");
-        const cell = document.createElement("td");
-        head.scope = "row";
-        head.textContent = name;
-        cell.textContent = (packet.joints[i] ?? 0).toFixed(3);
-        row.append(head, cell);
-        return row;
-      }),
-    );
+    fill(byId("readings").querySelector("tbody")!, facts.names.map((name, i) => [name, (packet.joints[i] ?? 0).toFixed(3)]));
   }
 
   still(still: Still): void {

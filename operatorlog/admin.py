@@ -8,10 +8,11 @@ from django.http import HttpRequest
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from robots.clock import SYSTEM
+from robots.history import Guarded
 
 
 @admin.register(Entry)
-class EntryAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class EntryAdmin(Guarded):
     """Publish, feature, hide with a reason."""
 
     list_display = ("written_at", "author", "robot", "text", "visibility", "hidden_reason")
@@ -34,13 +35,13 @@ class EntryAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         except services.LogError as error:
             messages.error(request, str(error))
 
-    @admin.action(description="Publish")
+    @admin.action(description="Publish", permissions=["change"])
     def publish(self, request: HttpRequest, queryset: Any) -> None:
         """Show the chosen entries."""
         for entry in queryset:
             services.moderate(entry, request.user, Visibility.PUBLISHED, "", SYSTEM.now())
 
-    @admin.action(description="Feature")
+    @admin.action(description="Feature", permissions=["change"])
     def feature(self, request: HttpRequest, queryset: Any) -> None:
         """Put the chosen entries forward."""
         for entry in queryset:

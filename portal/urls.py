@@ -1,5 +1,6 @@
 """Addresses."""
 
+from allauth.account.decorators import secure_admin_login
 from django.contrib import admin
 from django.templatetags.static import static
 from django.urls import include, path
@@ -14,6 +15,7 @@ from portal.pages import health, programs, views
 admin.site.site_header = "Farhand"
 admin.site.site_title = "Farhand"
 admin.site.index_title = "Robots, people, log"
+admin.site.login = secure_admin_login(admin.site.login)  # type: ignore[method-assign] # one door
 
 urlpatterns = [
     path("", views.landing, name="landing"),

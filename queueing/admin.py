@@ -5,7 +5,7 @@ from typing import Any
 from django.contrib import admin
 from django.http import HttpRequest
 
-from queueing import services
+from queueing import staff
 from queueing.models import Account, Queue, QueueRobot, Ticket, Turn
 from robots.clock import SYSTEM
 from robots.history import Kept
@@ -40,7 +40,7 @@ class TicketAdmin(Kept):
     def remove(self, request: HttpRequest, queryset: Any) -> None:
         """Take the chosen people out; a running turn is ended."""
         for ticket in queryset:
-            services.remove(ticket, SYSTEM.now())
+            staff.remove(ticket, request.user, SYSTEM.now())
 
 
 @admin.register(Turn)
@@ -55,7 +55,7 @@ class TurnAdmin(Kept):
     def end(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen running turns."""
         for turn in queryset.filter(ended_at=None):
-            services.end_turn(turn, "ended by staff", SYSTEM.now())
+            staff.end(turn, request.user, SYSTEM.now())
 
 
 @admin.register(Account)

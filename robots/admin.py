@@ -1,10 +1,11 @@
-"""The keeper's side: add, test, enable, stop, lock out, reset, calibrate; nothing needs a shell."""
+"""The staff's side: add, test, enable, stop, lock out, reset, calibrate; nothing needs a shell."""
 
 import re
 from typing import Any
 
 from django import forms
 from django.contrib import admin, messages
+from django.core.exceptions import PermissionDenied
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.urls import URLPattern, path
@@ -15,8 +16,9 @@ from robots import bus, description, programs, services
 from robots.clock import SYSTEM
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import RobotError
-from robots.history import Kept
+from robots.history import Guarded, Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
+from robots.permissions import NotStaff
 from robots.verbs import VERBS
 
 MOST_BOXES = 20
@@ -104,17 +106,21 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         ]
 
     def status(self, request: HttpRequest, pk: int) -> HttpResponse:
-        """Return the live part of the page."""
+        """Return the live part of the page, to those who may see the page."""
         robot = get_object_or_404(Robot, pk=pk)
-        return render(request, "admin/robots/robot/status.html", self._status(robot))
+        if not self.has_view_permission(request, robot):
+            raise PermissionDenied
+        return render(request, "admin/robots/robot/status.html", self._status(robot, request.user))
 
-    def _status(self, robot: Robot) -> dict[str, Any]:
+    def _status(self, robot: Robot, user: Any) -> dict[str, Any]:
         lease = Lease.objects.filter(robot=robot).first()
+        incidents = Incident.objects.filter(robot=robot, closed_at=None)
+        commands = Command.objects.filter(robot=robot).select_related("issued_by")
         return {
             "robot": robot, "lease": lease, "alive": services.owner_alive(lease, SYSTEM.now()), "link": bus.alive(),
             "grant": services.open_grant(robot), "frame": services.newest_still(robot), "now": SYSTEM.now(),
-            "incidents": Incident.objects.filter(robot=robot, closed_at=None)[:5],
-            "commands": Command.objects.filter(robot=robot).select_related("issued_by")[:8],
+            "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
+            "commands": commands[:8] if user.has_perm("robots.view_command") else None,
             "calibration": [
                 (name, one.get("residual_mm"), one.get("points"))
                 for name, one in robot.calibration.items() if isinstance(one, dict)
@@ -129,6 +135,8 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
             return back
         try:
             messages.success(request, VERBS[verb](robot, request))
+        except NotStaff as error:
+            raise PermissionDenied(str(error)) from error
         except RobotError as error:
             messages.error(request, str(error))
         else:
@@ -140,14 +148,16 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     ) -> HttpResponse:
         """Show the status above the form."""
         robot = Robot.objects.filter(pk=object_id).first() if object_id.isdigit() else None
-        extra = {**(extra_context or {}), **(self._status(robot) if robot else {})}
+        if robot is not None and not self.has_view_permission(request, robot):
+            raise PermissionDenied
+        extra = {**(extra_context or {}), **(self._status(robot, request.user) if robot else {})}
         if robot is not None and "limb" in robot.description():
             extra["arm_facts"] = description.model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")
         return super().change_view(request, object_id, form_url, extra)
 
 
 @admin.register(Program)
-class ProgramAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class ProgramAdmin(Guarded):
     """People's programs, looked through for the gallery."""
 
     list_display = ("name", "robot", "author", "shared", "approved", "changed_at")
@@ -203,10 +213,6 @@ class IncidentAdmin(Kept):
     list_display = ("at", "robot", "code", "text", "remedy", "closed_at")
     list_filter = ("robot", "code")
     actions = ("close",)
-
-    def has_view_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Keepers see incidents."""
-        return request.user.has_perm("robots.view_incident")
 
     @admin.action(description="Mark as dealt with", permissions=["keep"])
     def close(self, request: HttpRequest, queryset: Any) -> None:

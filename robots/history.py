@@ -1,12 +1,25 @@
-"""The admin of records that are read, never written by hand."""
+"""The base of the admin's pages: actions that are refused in words, and records that nobody writes by hand."""
 
 from typing import Any
 
 from django.contrib import admin
-from django.http import HttpRequest
+from django.core.exceptions import PermissionDenied
+from django.http import HttpRequest, HttpResponse
 
 
-class Kept(admin.ModelAdmin):  # type: ignore[type-arg]
+class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
+    """A list whose actions answer 403 to who may not use them, where Django's own answers nothing at all."""
+
+    def changelist_view(self, request: HttpRequest, extra_context: dict[str, Any] | None = None) -> HttpResponse:
+        """Show the list, or carry out an action on it."""
+        wanted = request.POST.get("action", "")
+        known = {getattr(action, "__name__", action) for action in self.actions or ()} | {"delete_selected"}
+        if wanted in known and wanted not in self.get_actions(request):
+            raise PermissionDenied
+        return super().changelist_view(request, extra_context)
+
+
+class Kept(Guarded):
     """A record that is read, never written by hand."""
 
     def has_keep_permission(self, request: HttpRequest) -> bool:

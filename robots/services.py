@@ -18,6 +18,7 @@ from robots.drivers.contract import Preview, Previews, make_driver
 from robots.drivers.errors import BadRequest, GrantOver, NotPermitted, Stopped
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Frame, Grant, Incident, Lease, Robot
+from robots.permissions import need_staff
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
 from robots.vision import calibration
 
@@ -294,7 +295,7 @@ def release_stop(robot: Robot, user: Any, checked: bool) -> None:
 
 def lock_out(robot: Robot, user: Any, note: str) -> None:
     """Take the robot from the public: stop it, keep people's places. Only staff lift it."""
-    _need_staff(user)
+    need_staff(user)
     if not note.strip():
         raise BadRequest("Write a note that says why the robot is locked out.")
     stop(robot, user)
@@ -310,7 +311,7 @@ def lock_out(robot: Robot, user: Any, note: str) -> None:
 
 def lift_lock_out(robot: Robot, user: Any) -> None:
     """Give the robot back: it is put in order first, then offered."""
-    _need_staff(user)
+    need_staff(user)
     now = SYSTEM.now()
     with transaction.atomic():
         grant = open_grant(robot)
@@ -330,7 +331,7 @@ def lift_lock_out(robot: Robot, user: Any) -> None:
 
 def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
     """Open a maintenance turn: a keeper drives under lock-out. Raises NotPermitted."""
-    _need_staff(user)
+    need_staff(user)
     robot.refresh_from_db()
     if robot.cycle != Cycle.LOCKED_OUT:
         raise NotPermitted("Lock the robot out first; a maintenance turn runs under lock-out.")
@@ -346,7 +347,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
 
     Where a turn is running, its operator keeps it and the command is refused.
     """
-    _need_staff(user)
+    need_staff(user)
     now = SYSTEM.now()
     grant = open_grant(robot)
     if grant is None:
@@ -358,7 +359,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
 
 def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
     """Switch a robot on or off; the supervisor follows."""
-    _need_staff(user)
+    need_staff(user)
     robot.refresh_from_db()
     if not enabled:
         stop(robot, user)
@@ -378,13 +379,8 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
 
 def close_incident(incident: Incident, user: Any) -> None:
     """Mark an incident as dealt with."""
-    _need_staff(user)
+    need_staff(user)
     Incident.objects.filter(pk=incident.pk, closed_at=None).update(closed_at=SYSTEM.now())
-
-
-def _need_staff(user: Any) -> None:
-    if user is None or not user.has_perm("robots.change_robot"):
-        raise NotPermitted("This is for keepers of the robot.")
 
 
 def take_epoch(lease: Lease, now: datetime, seconds: float, host: str, pid: int, started: str) -> int | None:

@@ -1,69 +1,92 @@
-"""What keepers do from the admin: one verb, one function, each answering with a sentence."""
+"""What staff do from the admin: one verb, one function, each answering with a sentence."""
 
 from collections.abc import Callable
+from functools import wraps
 
 from django.http import HttpRequest
 
 from robots import bus, services
 from robots.models import Robot
+from robots.permissions import need_staff
 
 Verb = Callable[[Robot, HttpRequest], str]
 
 
+def staff_only(verb: Verb) -> Verb:
+    """Let a verb begin for those alone who may change robots; it raises NotStaff for everybody else."""
+
+    @wraps(verb)
+    def checked(robot: Robot, request: HttpRequest) -> str:
+        need_staff(request.user)
+        return verb(robot, request)
+
+    return checked
+
+
+@staff_only
 def enable(robot: Robot, request: HttpRequest) -> str:
     """Switch the robot on."""
     services.set_enabled(robot, request.user, True)
     return "Switched on; the supervisor starts its worker."
 
 
+@staff_only
 def disable(robot: Robot, request: HttpRequest) -> str:
     """Switch it off."""
     services.set_enabled(robot, request.user, False)
     return "Switched off; it was stopped first."
 
 
+@staff_only
 def stop(robot: Robot, request: HttpRequest) -> str:
     """Stop it."""
     services.stop(robot, request.user)
     return "Stop was sent."
 
 
+@staff_only
 def release(robot: Robot, request: HttpRequest) -> str:
     """Release the stop after a look."""
     services.release_stop(robot, request.user, request.POST.get("checked") == "yes")
     return "The stop is released; nothing moves until somebody gives a command."
 
 
+@staff_only
 def lock_out(robot: Robot, request: HttpRequest) -> str:
     """Lock it out with a note."""
     services.lock_out(robot, request.user, request.POST.get("note", ""))
     return "Locked out. People keep their places."
 
 
+@staff_only
 def lift(robot: Robot, request: HttpRequest) -> str:
     """Lift the lock-out."""
     services.lift_lock_out(robot, request.user)
     return "The lock-out is lifted; the robot is put in order, then offered."
 
 
+@staff_only
 def maintenance(robot: Robot, request: HttpRequest) -> str:
     """Begin a maintenance turn."""
     services.start_maintenance(robot, request.user)
     return "You drive now, for 30 minutes, from the robot's page. Release the stop there first."
 
 
+@staff_only
 def soft_reset(robot: Robot, request: HttpRequest) -> str:
     """Soft reset."""
     services.staff_command(robot, request.user, "soft_reset")
     return "Soft reset was queued; the command history tells its end."
 
 
+@staff_only
 def calibrate(robot: Robot, request: HttpRequest) -> str:
     """Calibrate the camera."""
     services.staff_command(robot, request.user, "calibrate")
     return "Calibration was queued; it takes about a quarter of a minute."
 
 
+@staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
     """Test the connection; a robot that is on takes a picture."""
     if robot.enabled:

@@ -1,0 +1,20 @@
+"""What staff do to a queue: take somebody out, end a turn. Each asks for the permission itself."""
+
+from datetime import datetime
+from typing import Any
+
+from queueing import services
+from queueing.models import Ticket, Turn
+from robots.permissions import need_staff
+
+
+def remove(ticket: Ticket, user: Any, now: datetime) -> None:
+    """Take a person out of the queue; a running turn is ended. Raises NotStaff."""
+    need_staff(user)
+    services.remove(ticket, now)
+
+
+def end(turn: Turn, user: Any, now: datetime) -> bool:
+    """End a running turn; False if it had ended. Raises NotStaff."""
+    need_staff(user)
+    return services.end_turn(turn, "ended by staff", now)

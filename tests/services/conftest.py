@@ -1,0 +1,23 @@
+"""Everybody who may knock: eight roles, from a stranger to the superuser."""
+
+import pytest
+
+ROLES = ("anonymous", "signed_in", "cleared", "operator", "log_moderator", "viewer", "robot_staff", "superuser")
+
+
+@pytest.fixture
+def roles(robot, people, owned, django_user_model):
+    """One person a role. The operator's turn is open; the viewer is staff who may look at everything."""
+    from django.contrib.auth.models import AnonymousUser, Permission
+
+    from queueing import services as queue
+    from robots.clock import SYSTEM
+
+    viewer = django_user_model.objects.create_user("vic", "vic@example.org", "correct horse 42", is_staff=True)
+    viewer.user_permissions.set(Permission.objects.filter(codename__startswith="view_"))
+    root = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
+    queue.join(robot, people["bob"], SYSTEM.now())
+    queue.tick(SYSTEM.now())
+    queue.accept(robot, people["bob"], SYSTEM.now())
+    cast = (AnonymousUser(), people["eve"], people["ada"], people["bob"], people["mod"], viewer, people["kim"], root)
+    return dict(zip(ROLES, cast, strict=True))

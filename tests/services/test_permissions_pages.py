@@ -1,0 +1,205 @@
+"""Who may see what: every address of the URLconf by every role; an address that is in no row fails.
+
+The admin's own views are judged by the permission that each has to want; the roles' permissions are written here.
+"""
+
+import pytest
+from django.contrib import admin
+from django.db import transaction
+from django.urls import URLResolver, get_resolver
+
+from queueing import services as queue
+from queueing.models import Turn
+from robots.clock import SYSTEM
+from tests.services.conftest import ROLES
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+OK, MOVED, NO, ABSENT, METHOD = 200, 302, 403, 404, 405
+STAFF = ("log_moderator", "viewer", "robot_staff", "superuser")
+
+
+def everybody(status):
+    return dict.fromkeys(ROLES, status)
+
+
+def signed_in(status, else_=MOVED):
+    return {**everybody(status), "anonymous": else_}
+
+
+def staff(status, else_=MOVED):
+    return {role: status if role in STAFF else else_ for role in ROLES}
+
+
+def only(*roles, status=OK, staff_else=NO, else_=NO):
+    return {role: status if role in roles else staff_else if role in STAFF else else_ for role in ROLES}
+
+
+# route: (method, address with its arguments, data, status by role)
+GET = {
+    "": ("/", everybody(OK)),
+    "story/": ("/story/", everybody(OK)),
+    "status/": ("/status/", everybody(OK)),
+    "me/": ("/me/", signed_in(OK)),
+    "robots/<slug:slug>/": ("/robots/mercury/", everybody(OK)),
+    "robots/<slug:slug>/model.urdf": ("/robots/mercury/model.urdf", everybody(ABSENT)),
+    "robots/<slug:slug>/programs/": ("/robots/mercury/programs/", everybody(OK)),
+    "robots/<slug:slug>/orientation/": ("/robots/mercury/orientation/", everybody(OK)),
+    "robots/<slug:slug>/clearance/": ("/robots/mercury/clearance/", everybody(MOVED)),
+    "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
+    "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),
+    "classic/<slug:slug>/<str:token>/<str:stamp>.gif": ("/classic/mercury/x/0-0.gif", everybody(OK)),
+    "log/": ("/log/", everybody(OK)),
+    "turns/<int:pk>/": ("/turns/{turn}/", everybody(OK)),
+    "turns/<int:pk>/survey/": ("/turns/{turn}/survey/", everybody(METHOD)),
+    "survey/results/": ("/survey/results/", only("log_moderator", "viewer", "superuser")),
+    "survey/results.csv": ("/survey/results.csv", only("log_moderator", "viewer", "superuser")),
+    "accounts/login/": ("/accounts/login/", {**everybody(MOVED), "anonymous": OK}),
+    "accounts/logout/": ("/accounts/logout/", signed_in(OK)),
+    "accounts/inactive/": ("/accounts/inactive/", everybody(OK)),
+    "accounts/signup/": ("/accounts/signup/", {**everybody(MOVED), "anonymous": OK}),
+    "accounts/reauthenticate/": ("/accounts/reauthenticate/", signed_in(OK)),
+    "accounts/email/": ("/accounts/email/", signed_in(OK)),
+    "accounts/confirm-email/": ("/accounts/confirm-email/", everybody(OK)),
+    "accounts/password/change/": ("/accounts/password/change/", signed_in(OK)),
+    "accounts/password/set/": ("/accounts/password/set/", everybody(MOVED)),
+    "accounts/password/reset/": ("/accounts/password/reset/", everybody(OK)),
+    "accounts/login/code/confirm/": ("/accounts/login/code/confirm/", everybody(MOVED)),
+    "accounts/^confirm-email/(?P<key>[-:\\w]+)/$": ("/accounts/confirm-email/wrong/", everybody(OK)),
+    "accounts/password/reset/key/done/": ("/accounts/password/reset/key/done/", everybody(OK)),
+    "accounts/^password/reset/key/(?P<uidb36>[0-9A-Za-z]+)-(?P<key>.+)/$": (
+        "/accounts/password/reset/key/1-wrong/", everybody(OK),
+    ),
+    "accounts/password/reset/done/": ("/accounts/password/reset/done/", everybody(OK)),
+    "admin/": ("/admin/", staff(OK)),
+    "admin/login/": ("/admin/login/", staff(MOVED, NO) | {"anonymous": MOVED}),
+    "admin/logout/": ("/admin/logout/", staff(METHOD, MOVED)),
+    "admin/password_change/": ("/admin/password_change/", staff(OK)),
+    "admin/password_change/done/": ("/admin/password_change/done/", staff(OK)),
+    "admin/autocomplete/": (
+        "/admin/autocomplete/?app_label=accounts&model_name=clearance&field_name=user",
+        only("viewer", "superuser", else_=MOVED),
+    ),
+    "admin/jsi18n/": ("/admin/jsi18n/", staff(OK)),
+    "admin/r/<path:content_type_id>/<path:object_id>/": ("/admin/r/0/0/", staff(ABSENT)),
+    "admin/robots/robot/<int:pk>/status/": (
+        "/admin/robots/robot/{robot}/status/", only("viewer", "robot_staff", "superuser", else_=MOVED),
+    ),
+    "admin/robots/robot/<int:pk>/do/<str:verb>/": ("/admin/robots/robot/{robot}/do/stop/", staff(MOVED)),
+    "admin/accounts/user/<id>/password/": ("/admin/accounts/user/1/password/", only("superuser", else_=MOVED)),
+    "admin/^(?P<app_label>auth|account|robots|accounts|queueing|operatorlog)/$": (
+        "/admin/robots/", only("viewer", "robot_staff", "superuser", staff_else=ABSENT, else_=MOVED),
+    ),
+    "admin/(?P<url>.*)$": ("/admin/nothing/here/", staff(ABSENT)),
+    "media/frames/<path:path>": ("/media/frames/none.jpg", everybody(ABSENT)),
+    "favicon.ico": ("/favicon.ico", everybody(MOVED)),
+    "livez": ("/livez", everybody(OK)),
+    "readyz": ("/readyz", everybody(OK)),
+}  # fmt: skip
+# what a POST does, where one does anything; addresses of allauth answer for themselves in test_doors
+POST = [
+    ("/robots/mercury/programs/", '{"name": "p", "text": "down"}', signed_in(OK, NO)),
+    ("/robots/mercury/orientation/", {}, {**everybody(MOVED), "anonymous": OK}),
+    ("/robots/mercury/clearance/", {"attempt": "1"}, everybody(MOVED)),
+    ("/classic/mercury/x/", {"do": "stop"}, everybody(MOVED)),
+    ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
+    ("/turns/{turn}/survey/", {}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
+    ("/admin/robots/robot/{robot}/do/lock_out/", {"note": "x"}, only("robot_staff", "superuser", status=MOVED, else_=MOVED)),
+]  # fmt: skip
+
+
+def routes(patterns, before=""):
+    for one in patterns:
+        route = before + str(one.pattern)
+        if isinstance(one, URLResolver):
+            yield from routes(one.url_patterns, route)
+        else:
+            yield route
+
+
+def generated():
+    """The admin's own addresses: route, model, action."""
+    for model, site in admin.site._registry.items():
+        stem = f"admin/{model._meta.app_label}/{model._meta.model_name}/"
+        for action, tail in (("changelist", ""), ("add", "add/"), ("history", "<path:object_id>/history/"),
+                             ("delete", "<path:object_id>/delete/"), ("change", "<path:object_id>/change/"),
+                             ("", "<path:object_id>/")):  # fmt: skip
+            yield stem + tail, site, action
+
+
+def test_promise_35_every_address_is_in_the_table():
+    found = [*routes(get_resolver().url_patterns)]
+    listed = [*GET, *(route for route, _, _ in generated())]
+    assert sorted(set(found)) == sorted(set(listed))
+
+
+@pytest.fixture
+def clients(roles, client):
+    made = {}
+    for role, user in roles.items():
+        made[role] = type(client)()
+        if user.is_authenticated:
+            made[role].force_login(user)
+    return made
+
+
+def statuses(clients, robot, method, address, *data):
+    found = {}
+    turn = Turn.objects.get()
+    for role, one in clients.items():
+        with transaction.atomic():
+            kind = {"content_type": "application/json"} if data and isinstance(data[0], str) else {}
+            found[role] = getattr(one, method)(address.format(turn=turn.pk, robot=robot.pk), *data, **kind).status_code
+            transaction.set_rollback(True)
+    return found
+
+
+@pytest.mark.parametrize("route", GET)
+def test_promise_35_pages_by_roles(robot, clients, route):
+    address, expected = GET[route]
+    assert statuses(clients, robot, "get", address) == expected
+
+
+@pytest.mark.parametrize(("address", "data", "expected"), POST, ids=[row[0] for row in POST])
+def test_promise_35_posts_by_roles(robot, clients, address, data, expected):
+    assert statuses(clients, robot, "post", address, data) == expected
+
+
+WANTS = {"changelist": "view", "history": "view", "change": "view", "add": "add", "delete": "delete"}
+
+
+@pytest.mark.parametrize("model", admin.site._registry, ids=lambda m: m._meta.label_lower)
+def test_promise_35_admin_by_roles(robot, roles, clients, model):
+    """A person without the permission gets no page of the admin; who has it gets it, and history is never added to."""
+    for route, site, action in generated():
+        if site.model is not model or not action:
+            continue
+        obj = model._default_manager.first()
+        if obj is None and "<path" in route:
+            continue
+        address = "/" + route.replace("<path:object_id>", str(obj.pk if obj else 0))
+        for role, one in clients.items():
+            user, status = roles[role], one.get(address).status_code
+            perm = f"{model._meta.app_label}.{WANTS[action]}_{model._meta.model_name}"
+            changes = perm.replace(".view_", ".change_")
+            if not (user.is_authenticated and user.is_staff):
+                assert status == MOVED, (address, role)
+            elif not (user.has_perm(perm) or user.has_perm(changes)):
+                assert status == NO, (address, role)
+            elif WANTS[action] == "view":
+                assert status == OK, (address, role)
+            else:
+                assert status in (OK, NO), (address, role)
+
+
+ACTIONS = [
+    ("operatorlog/entry", "publish", "log_moderator"), ("operatorlog/entry", "feature", "log_moderator"),
+    ("queueing/turn", "end", "robot_staff"), ("queueing/ticket", "remove", "robot_staff"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("where", "action", "who"), ACTIONS)
+def test_promise_35_actions_without_the_permission_are_refused(robot, roles, clients, where, action, who):
+    queue.end_turn(Turn.objects.get(), "over", SYSTEM.now()) if where.endswith("entry") else None
+    answer = clients["viewer"].post(f"/admin/{where}/", {"action": action, "_selected_action": ["1"]})
+    assert answer.status_code == NO

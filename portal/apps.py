@@ -2,9 +2,15 @@
 
 from django.apps import AppConfig
 
+from portal.logs import security
+
 
 class PortalConfig(AppConfig):
     """Pages, sockets and commands."""
 
     name = "portal"
     verbose_name = "Portal"
+
+    def ready(self) -> None:
+        """Begin to write the security log."""
+        security.listen()

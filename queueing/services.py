@@ -4,25 +4,23 @@ Every change of a queue happens under a lock of its row (PostgreSQL) or of the d
 (SQLite, immediate transactions), so two ticks or two people cannot interleave.
 """
 
-import secrets
 from datetime import datetime, timedelta
 from typing import Any
 
 from django.conf import settings
-from django.db import IntegrityError, transaction
+from django.db import transaction
 from django.db.models import F, Q
 
 from accounts.models import Clearance
 from accounts.services import cleared
 from queueing import fairshare
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
-from queueing.models import OPEN_TICKET, Account, ClassicToken, Queue, QueueRobot, Ticket, TicketState, Turn
-from robots import bus
-from robots.drivers.errors import NotPermitted
-from robots.messages import Changed
-from robots.models import Grant, Lease, Robot
-from robots.services import end_grant, owner_alive, start_grant
-from robots.states import Cycle, GrantKind
+from queueing.models import OPEN_TICKET, Account, Queue, QueueRobot, Ticket, TicketState, Turn
+from queueing.offers import RobotsFault, begin, offer, recall, recall_offers, why_not_ready
+from queueing.rows import announce, locked, robots_of
+from robots.grants import end_grant, end_overdue_upkeep
+from robots.models import Grant, Robot
+from robots.states import Cycle
 
 RULES = settings.FARHAND
 ABSENT_S = 900  # a waiting person who is away so long has left
@@ -38,19 +36,6 @@ def queue_of(robot: Robot) -> Queue:
     with transaction.atomic():
         queue = Queue.objects.create(name=f"Queue of {robot.name}")
         return QueueRobot.objects.create(robot=robot, queue=queue).queue
-
-
-def _locked(queue: Queue) -> Queue:
-    return Queue.objects.select_for_update().get(pk=queue.pk)
-
-
-def _robots(queue: Queue) -> list[Robot]:
-    return list(Robot.objects.filter(queue_link__queue=queue).order_by("pk"))
-
-
-def _announce(queue: Queue) -> None:
-    for robot in _robots(queue):
-        bus.publish_on_commit(robot.slug, Changed("queue"))
 
 
 def open_ticket(robot: Robot, user: Any) -> Ticket | None:
@@ -85,7 +70,7 @@ def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticke
         raise RobotUnavailable("This robot is switched off now; come back later.")
     queue = queue_of(robot)
     with transaction.atomic():
-        queue = _locked(queue)
+        queue = locked(queue)
         ticket = Ticket.objects.filter(queue=queue, user=user, state__in=OPEN_TICKET).first()
         if ticket is not None:
             Ticket.objects.filter(pk=ticket.pk).update(last_seen=now, classic=classic)
@@ -97,7 +82,7 @@ def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticke
             joined_at=now, last_seen=now, classic=classic,
         )  # fmt: skip
         _start_countdown(queue, now)
-        _announce(queue)
+        announce(queue)
         return ticket
 
 
@@ -121,7 +106,7 @@ def leave(robot: Robot, user: Any, now: datetime) -> None:
     if ticket is None:
         return
     with transaction.atomic():
-        queue = _locked(ticket.queue)
+        queue = locked(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
             end_turn(Turn.objects.get(ticket=ticket), "ended by the operator", now)
@@ -135,7 +120,7 @@ def _withdraw(queue: Queue, ticket: Ticket, state: TicketState, reason: str, now
     if was == TicketState.OFFERED and ticket.robot_id:
         Robot.objects.filter(pk=ticket.robot_id, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
     _settle_clock(queue)
-    _announce(queue)
+    announce(queue)
 
 
 def _settle_clock(queue: Queue) -> None:
@@ -151,16 +136,26 @@ def accept(robot: Robot, user: Any, now: datetime) -> Turn:
     Raises:
         NotYourTurn: no open offer of this person's.
         NotCleared: suspended, or the clearance was withdrawn, since the offer.
-        RobotUnavailable: the robot fell out of order since the offer.
+        RobotUnavailable: the robot fell out of order since the offer; the place is kept.
 
     """
     ticket = open_ticket(robot, user)
     if ticket is not None and ticket.state == TicketState.OPERATING:
         return Turn.objects.get(ticket=ticket)  # a double click, a reload
+    try:
+        return _accept(ticket, now)
+    except RobotsFault as fault:
+        assert ticket is not None
+        with transaction.atomic():
+            recall(locked(ticket.queue), ticket, fault.robot)
+        raise RobotUnavailable(f"{fault.why.rstrip('.')}. You keep your place and are offered it again.") from fault
+
+
+def _accept(ticket: Ticket | None, now: datetime) -> Turn:
     with transaction.atomic():
         if ticket is None:
             raise NotYourTurn("The robot is not offered to you now.")
-        queue = _locked(ticket.queue)
+        queue = locked(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state != TicketState.OFFERED or ticket.offer_until is None or ticket.offer_until <= now:
             raise NotYourTurn("The offer is over; join the queue again.")
@@ -169,45 +164,16 @@ def accept(robot: Robot, user: Any, now: datetime) -> Turn:
             raise NotCleared("You are no longer cleared for this robot.")
         problem = why_not_ready(robot, now, Cycle.OFFERED)
         if problem:
-            raise RobotUnavailable(problem)
-        turn = _begin(queue, robot, ticket, now)
-        _announce(queue)
+            raise RobotsFault(robot, problem)
+        turn = begin(queue, robot, ticket, now)
+        announce(queue)
         return turn
-
-
-def _begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
-    until = now + timedelta(seconds=robot.turn_s or RULES["TURN_S"])
-    try:
-        with transaction.atomic():
-            grant = start_grant(robot, GrantKind.TURN, now, ticket.user, until)
-            turn = Turn.objects.create(
-                robot=robot, user=ticket.user, ticket=ticket, grant=grant, classic=ticket.classic,
-                started_at=now, base_until=until, until=until, last_seen=now,
-            )  # fmt: skip
-    except (IntegrityError, NotPermitted) as error:
-        raise RobotUnavailable("You operate another robot now; end that turn first.") from error
-    Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.OPERATING, last_seen=now)
-    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
-    clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).serve(ticket.start_tag)
-    Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
-    return turn
-
-
-def why_not_ready(robot: Robot, now: datetime, cycle: Cycle = Cycle.READY) -> str:
-    """Return why the robot cannot be offered or started now; empty if it can."""
-    if not robot.enabled:
-        return "The robot is switched off."
-    if robot.cycle != cycle:
-        return robot.reason or f"The robot is not ready: {robot.get_cycle_display().lower()}."
-    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
-        return "The robot's worker does not answer; it is being restarted."
-    return ""
 
 
 def end_turn(turn: Turn, reason: str, now: datetime) -> bool:
     """End a turn, charge it, and send the robot to be put in order; False if it had ended."""
     with transaction.atomic():
-        queue = _locked(turn.ticket.queue)
+        queue = locked(turn.ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
         seconds = fairshare.charged(used, turn.alone_s)
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
@@ -223,7 +189,7 @@ def end_turn(turn: Turn, reason: str, now: datetime) -> bool:
         queue.greatest_finish = clock.greatest_finish
         Robot.objects.filter(pk=turn.robot_id, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
         _settle_clock(queue)
-        _announce(queue)
+        announce(queue)
         return True
 
 
@@ -249,30 +215,32 @@ def tick(now: datetime) -> None:
     """Let time pass in every queue: end, expire, lengthen, offer. Safe to run twice at once."""
     for queue in Queue.objects.all():
         with transaction.atomic():
-            _tick(_locked(queue), now)
+            _tick(locked(queue), now)
 
 
 def _tick(queue: Queue, now: datetime) -> None:
+    for robot in robots_of(queue):
+        end_overdue_upkeep(robot, now)
     _dismiss(queue, now)
     for turn in Turn.objects.select_related("grant", "ticket", "user").filter(
         robot__queue_link__queue=queue, ended_at=None
     ):
         _tick_turn(queue, turn, now)
+    recall_offers(queue, now)  # first: an offer that nobody could take up must not lapse
     for ticket in Ticket.objects.filter(queue=queue, state=TicketState.OFFERED, offer_until__lte=now):
         _withdraw(queue, ticket, TicketState.EXPIRED, "did not answer the offer", now)
     for ticket in Ticket.objects.filter(
         queue=queue, state=TicketState.WAITING, last_seen__lte=now - timedelta(seconds=ABSENT_S)
     ):
         _withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
-    _recall_offers(queue, now)
     if not queue.paused:
-        _offer(queue, now)
+        offer(queue, now)
 
 
 def _dismiss(queue: Queue, now: datetime) -> None:
     """Take out who was suspended or lost the clearance, also in mid-turn."""
     suspended, lost = Q(user__is_active=False), Q()
-    if not any(not robot.clearance_required for robot in _robots(queue)):
+    if not any(not robot.clearance_required for robot in robots_of(queue)):
         kept = Clearance.objects.filter(robot__queue_link__queue=queue, revoked_at=None)
         lost = ~Q(user__in=kept.values("user"))
     tickets = Ticket.objects.select_related("user").filter(queue=queue, state__in=OPEN_TICKET)
@@ -293,7 +261,7 @@ def _tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
         extra = min(SLICE_S, RULES["TURN_S"])
         Turn.objects.filter(pk=turn.pk).update(alone_s=F("alone_s") + extra)
         _set_until(turn, turn.until + timedelta(seconds=extra))
-        _announce(queue)
+        announce(queue)
     elif turn.until <= now:
         end_turn(turn, "time is up", now)
     elif (not turn.classic and not turn.connected and silent > RULES["RECONNECT_S"]) or (
@@ -309,51 +277,10 @@ def _last_act(turn: Turn) -> datetime:
     return max(turn.started_at, last) if last else turn.started_at
 
 
-def _recall_offers(queue: Queue, now: datetime) -> None:
-    """Put people whose robot fell out of order back at their place."""
-    for ticket in Ticket.objects.select_related("robot").filter(queue=queue, state=TicketState.OFFERED):
-        robot = ticket.robot
-        if robot is None or why_not_ready(robot, now, Cycle.OFFERED):
-            Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.WAITING, robot=None, offer_until=None)
-            if robot is not None:
-                Robot.objects.filter(pk=robot.pk, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
-            _announce(queue)
-    offered = Ticket.objects.filter(queue=queue, state=TicketState.OFFERED).values("robot")
-    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OFFERED).exclude(pk__in=offered).update(cycle=Cycle.READY)
-    turns = Turn.objects.filter(robot__queue_link__queue=queue, ended_at=None).values("robot")
-    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OPERATING).exclude(pk__in=turns).update(
-        cycle=Cycle.HANDOVER
-    )
-
-
-def _offer(queue: Queue, now: datetime) -> None:
-    busy = set(Turn.objects.filter(ended_at=None).values_list("user_id", flat=True))
-    for robot in _robots(queue):
-        if why_not_ready(robot, now):
-            continue
-        present = now - timedelta(seconds=RULES["PRESENCE_S"])
-        head = (
-            Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)
-            .exclude(user__in=busy)
-            .exclude(user__is_active=False)
-            .order_by("start_tag", "id")
-            .first()
-        )
-        if head is None:
-            return
-        if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
-            continue
-        seconds = RULES["CLASSIC_OFFER_S" if head.classic else "OFFER_S"]
-        Ticket.objects.filter(pk=head.pk).update(
-            state=TicketState.OFFERED, robot=robot, offer_until=now + timedelta(seconds=seconds)
-        )
-        _announce(queue)
-
-
 def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff") -> None:
     """Take a person out of the queue (staff)."""
     with transaction.atomic():
-        queue = _locked(ticket.queue)
+        queue = locked(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
             end_turn(Turn.objects.get(ticket=ticket), reason, now)
@@ -384,27 +311,3 @@ def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | Non
     if turn:
         left = max(left, 0.0) if turn.until <= turn.base_until else float(RULES["COUNTDOWN_S"])
     return fairshare.estimate(ahead, left, float(robot.turn_s or RULES["TURN_S"]), 12.0)
-
-
-def fresh_token(robot: Robot, user: Any, now: datetime, still: int = 0) -> str:
-    """Make the next token of the console without scripts.
-
-    A page that is fetched ahead gets one too, so earlier ones stay good until one is spent.
-    """
-    token = secrets.token_urlsafe(24)
-    ClassicToken.objects.create(token=token, user=user, robot=robot, made_at=now, still=still)
-    ClassicToken.objects.filter(user=user, made_at__lt=now - timedelta(days=1)).delete()
-    return token
-
-
-def spend_token(robot: Robot, user: Any, token: str, now: datetime) -> ClassicToken | None:
-    """Spend a token: returns it to the one request that was first, None to all others.
-
-    All other pages that this person has open for the robot are spent with it: after a
-    motion a step back in the browser moves nothing.
-    """
-    mine = ClassicToken.objects.filter(user=user, robot=robot)
-    if not mine.filter(token=token, spent_at=None).update(spent_at=now):
-        return None
-    mine.filter(spent_at=None).update(spent_at=now)
-    return mine.get(token=token)

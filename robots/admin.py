@@ -12,7 +12,7 @@ from django.urls import URLPattern, path
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
-from robots import bus, description, programs, services
+from robots import bus, description, grants, programs, services
 from robots.clock import SYSTEM
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import RobotError
@@ -92,7 +92,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     @admin.display(description="State")
     def state(self, robot: Robot) -> str:
         """Return the robot's state in words, its worker's silence included."""
-        alive = services.owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
+        alive = grants.owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
         worker = "" if alive or not robot.enabled else " (worker silent)"
         return f"{robot.get_cycle_display()}{worker}"
 
@@ -117,8 +117,8 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         incidents = Incident.objects.filter(robot=robot, closed_at=None)
         commands = Command.objects.filter(robot=robot).select_related("issued_by")
         return {
-            "robot": robot, "lease": lease, "alive": services.owner_alive(lease, SYSTEM.now()), "link": bus.alive(),
-            "grant": services.open_grant(robot), "frame": services.newest_still(robot), "now": SYSTEM.now(),
+            "robot": robot, "lease": lease, "alive": grants.owner_alive(lease, SYSTEM.now()), "link": bus.alive(),
+            "grant": grants.open_grant(robot), "frame": services.newest_still(robot), "now": SYSTEM.now(),
             "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
             "commands": commands[:8] if user.has_perm("robots.view_command") else None,
             "calibration": [

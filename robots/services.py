@@ -15,11 +15,12 @@ from django.db.models import F, Max, Q
 from robots import bus, programs
 from robots.clock import SYSTEM
 from robots.drivers.contract import Preview, Previews, make_driver
-from robots.drivers.errors import BadRequest, GrantOver, NotPermitted, Stopped
-from robots.messages import Changed, CommandStage
-from robots.models import Command, Frame, Grant, Incident, Lease, Robot
+from robots.drivers.errors import BadRequest, NotPermitted, Stopped
+from robots.grants import cancel_queued, end_grant, held, open_grant, owner_alive, start_grant
+from robots.messages import Changed
+from robots.models import Command, Frame, Grant, Incident, Robot
 from robots.permissions import need_staff
-from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
+from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from robots.vision import calibration
 
 START_S = 10.0  # a command that has not begun by then never will
@@ -31,6 +32,8 @@ NEEDED = (
     "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
 )  # fmt: skip
 RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
+AFTER_S = 20.0  # after its limit a command is final, and its grant with it
+ONE_COMMAND = "A command of staff runs on the robot; wait for its end."
 
 
 class RobotOffline(NotPermitted):
@@ -45,79 +48,6 @@ class Issued:
 
     command: Command
     created: bool
-
-
-def owner_alive(lease: Lease | None, now: datetime) -> bool:
-    """Tell whether the robot's worker renewed its lease lately."""
-    return bool(lease and lease.expires_at and lease.expires_at > now)
-
-
-def open_grant(robot: Robot) -> Grant | None:
-    """Return the robot's open grant."""
-    return Grant.objects.filter(robot=robot, ended_at=None).order_by().first()
-
-
-def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
-    """Return the user's open grant on the robot. Raises GrantOver."""
-    return _held(open_grant(robot), user, now)
-
-
-def _held(grant: Grant | None, user: Any, now: datetime) -> Grant:
-    if grant is None or user is None or grant.holder_id != user.pk:
-        raise GrantOver("It is not your turn on this robot.")
-    if grant.until and grant.until <= now:
-        raise GrantOver("Your turn on this robot is over.")
-    return grant
-
-
-def start_grant(
-    robot: Robot, kind: GrantKind, now: datetime, holder: Any = None, until: datetime | None = None
-) -> Grant:
-    """Open a grant. Raises NotPermitted where one is open."""
-    lease = Lease.objects.filter(robot=robot).first()
-    try:
-        with transaction.atomic():
-            return Grant.objects.create(
-                robot=robot, kind=kind, holder=holder, opened_at=now, until=until, epoch=lease.epoch if lease else 0
-            )
-    except IntegrityError as error:
-        raise NotPermitted("Somebody else may move the robot now.") from error
-
-
-def end_grant(grant: Grant, reason: str, now: datetime) -> bool:
-    """Close a grant and cancel what waits under it; False if it was closed before."""
-    done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_reason=reason)
-    if done:
-        cancel_queued(grant.robot, f"the turn ended: {reason}", now, grant=grant)
-        bus.publish_on_commit(grant.robot.slug, Changed("robot"))
-    return bool(done)
-
-
-def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None = None) -> int:
-    """Cancel every command that has not begun."""
-    waiting = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
-    if grant is not None:
-        waiting = waiting.filter(grant=grant)
-    found = list(waiting)
-    # one statement for all: after a stop a hundred may wait, and none may slip out between two of them
-    if not waiting.update(state=CommandState.CANCELLED, reason=reason, ended_at=now):
-        return 0
-    ended = Command.objects.filter(pk__in=[c.pk for c in found], state=CommandState.CANCELLED, ended_at=now)
-    cancelled = set(ended.values_list("pk", flat=True))
-    for command in found:
-        if command.pk in cancelled:
-            command.state, command.reason, command.ended_at = CommandState.CANCELLED, reason, now
-            bus.publish_on_commit(robot.slug, stage_event(command))
-    return len(cancelled)
-
-
-def stage_event(command: Command) -> CommandStage:
-    """Return the event that tells a command's stage."""
-    return CommandStage(
-        id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
-        state=command.state, reason=command.reason, at_ms=int(command.reached_at.timestamp() * 1000),
-        result=command.result,
-    )  # fmt: skip
 
 
 def newest_still(robot: Robot) -> Frame | None:
@@ -181,7 +111,13 @@ def issue(
     """
     now = now or SYSTEM.now()
     found = Grant.objects.select_related("robot__lease").filter(robot__slug=slug, ended_at=None)
-    grant = _held(found.order_by().only(*NEEDED).first(), user, now)
+    grant = held(found.order_by().only(*NEEDED).first(), user, now)
+    if grant.kind == GrantKind.UPKEEP:
+        raise NotPermitted(ONE_COMMAND)
+    return _issue(grant, user, kind, args, client_seq, now)
+
+
+def _issue(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
     robot = grant.robot
     unfinished = ~Q(state__in=COMMAND_FINAL)
     rows = list(Command.objects.filter(unfinished | Q(client_seq=client_seq), grant=grant)[: PENDING + 1])
@@ -196,13 +132,17 @@ def issue(
     spec = driver.features.command(kind)
     _admit(robot, user, kind, staff_only=kind in RUNTIME_KINDS or (spec is not None and spec.level >= 9), now=now)
     if kind in RUNTIME_KINDS:
-        limit_s = 180.0 if kind == "calibrate" else 60.0
+        limit_s = _limit_s(kind)
     else:
         kind, args = resolve(robot, user, kind, args)
         driver.check(kind, args)
         spec = driver.features.command(kind)
         limit_s = spec.limit_s if spec else 60.0
     return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now)
+
+
+def _limit_s(kind: str) -> float:
+    return 180.0 if kind == "calibrate" else 60.0
 
 
 def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) -> None:
@@ -343,18 +283,31 @@ def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
 
 
 def staff_command(robot: Robot, user: Any, kind: str) -> Command:
-    """Run one keeper's command (soft reset, calibrate, home) under a staff grant.
+    """Run one command of staff (soft reset, calibrate, still): in a maintenance turn of theirs, or by itself.
 
-    Where a turn is running, its operator keeps it and the command is refused.
+    By itself it has a grant of its own, which ends when the command ends, however it ends; until
+    then nobody is offered the robot. What is refused opens none.
+
+    Raises:
+        NotPermitted: not staff; somebody operates the robot, or it is being put in order.
+        Stopped, RobotOffline: as for every command.
+
     """
     need_staff(user)
     now = SYSTEM.now()
-    grant = open_grant(robot)
-    if grant is None:
-        grant = start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=5))
-    elif grant.holder_id != user.pk:
-        raise NotPermitted("Somebody operates the robot now; lock it out first.")
-    return issue(robot.slug, user, kind, {}, next_seq(grant), now).command
+    with transaction.atomic():
+        robot.refresh_from_db()
+        grant = open_grant(robot)
+        if grant is None:
+            seconds = START_S + _limit_s(kind) + AFTER_S
+            grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
+        elif grant.kind == GrantKind.UPKEEP:
+            raise NotPermitted(ONE_COMMAND)
+        elif grant.kind == GrantKind.HANDOVER:
+            raise NotPermitted("The robot is being put in order; try again when that is done.")
+        elif grant.holder_id != user.pk:
+            raise NotPermitted("Somebody operates the robot now; lock it out first.")
+        return _issue(grant, user, kind, {}, next_seq(grant), now).command
 
 
 def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
@@ -381,11 +334,3 @@ def close_incident(incident: Incident, user: Any) -> None:
     """Mark an incident as dealt with."""
     need_staff(user)
     Incident.objects.filter(pk=incident.pk, closed_at=None).update(closed_at=SYSTEM.now())
-
-
-def take_epoch(lease: Lease, now: datetime, seconds: float, host: str, pid: int, started: str) -> int | None:
-    """Raise the fencing epoch and hold the lease; None if somebody was faster."""
-    done = Lease.objects.filter(pk=lease.pk, epoch=lease.epoch).update(
-        epoch=F("epoch") + 1, expires_at=now + timedelta(seconds=seconds), host=host, pid=pid, started=started
-    )
-    return lease.epoch + 1 if done else None

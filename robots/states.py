@@ -49,4 +49,5 @@ class GrantKind(models.TextChoices):
     GOAL = "goal", "Shared goal"
     STAFF = "staff", "Staff"
     HANDOVER = "handover", "Handover"
+    UPKEEP = "upkeep", "One command of staff"
     ATTRACT = "attract", "Attract loop"

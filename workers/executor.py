@@ -23,7 +23,7 @@ from robots.drivers.errors import (
 from robots.messages import Notice
 from robots.models import Command
 from robots.services import RUNTIME_KINDS
-from robots.states import CommandState
+from robots.states import CommandState, GrantKind
 from robots.vision.calibration import NotCalibrated
 from workers import ledger
 from workers.calibrate import calibrate
@@ -97,7 +97,9 @@ class Executor:
                 close_old_connections()
                 self._runtime.clock.sleep(0.2)
             else:
-                return
+                break
+        if command.grant.kind == GrantKind.UPKEEP:
+            self._runtime.gate.revoke(command.grant_id)  # it ended with the command, so nothing moves under it
 
     def _stage(self, command: Command, stage: str) -> None:
         """Write a stage down; a motion that has begun is not broken off by a database that is away."""

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from robots.drivers.contract import RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, NotPermitted, RobotError
+from robots.grants import end_grant, open_grant, start_grant
 from robots.models import Grant
-from robots.services import end_grant, open_grant, start_grant
 from robots.states import Cycle, GrantKind
 from robots.vision.calibration import NotCalibrated
 from workers import ledger

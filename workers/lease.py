@@ -14,8 +14,8 @@ from django.conf import settings
 from django.db import connection
 
 from robots.clock import SYSTEM, Clock
+from robots.grants import take_epoch
 from robots.models import Lease, Robot
-from robots.services import take_epoch
 
 log = logging.getLogger(__name__)
 

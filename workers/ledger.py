@@ -1,14 +1,16 @@
 """The owner's side of command rows: claim, advance, end. Each step is one conditional UPDATE."""
 
+from contextlib import nullcontext
 from datetime import datetime
 from typing import Any
 
+from django.db import transaction
 from django.db.models import QuerySet
 
 from robots import bus
+from robots.grants import end_upkeep, stage_event
 from robots.models import Command, Incident, Robot
-from robots.services import stage_event
-from robots.states import COMMAND_FINAL, COMMAND_NEXT, COMMAND_RUNNING, CommandState
+from robots.states import COMMAND_FINAL, COMMAND_NEXT, COMMAND_RUNNING, CommandState, GrantKind
 from workers.permit import TOO_LATE
 
 STAMPS = {
@@ -49,15 +51,20 @@ def advance(command: Command, state: CommandState, now: datetime) -> None:
 def finish(
     command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None
 ) -> bool:
-    """End a command; a final state is never changed."""
-    done = (
-        Command.objects.filter(pk=command.pk)
-        .exclude(state__in=COMMAND_FINAL)
-        .update(state=state, reason=reason[:300], ended_at=now, result=result or {})
-    )
+    """End a command, and a grant that was for it alone; a final state is never changed."""
+    alone = command.grant.kind == GrantKind.UPKEEP
+    with transaction.atomic() if alone else nullcontext():
+        done = (
+            Command.objects.filter(pk=command.pk)
+            .exclude(state__in=COMMAND_FINAL)
+            .update(state=state, reason=reason[:300], ended_at=now, result=result or {})
+        )
+        if done:
+            command.state, command.reason, command.ended_at = state, reason[:300], now
+            command.result = result or {}
+            if alone:
+                end_upkeep(command, now)
     if done:
-        command.state, command.reason, command.ended_at = state, reason[:300], now
-        command.result = result or {}
         bus.publish(command.robot.slug, stage_event(command))
     return bool(done)
 

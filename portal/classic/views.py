@@ -17,11 +17,13 @@ from portal.classic.panel import WIDTH, Press, press
 from portal.classic.pictures import drawn, name_of
 from portal.live.snapshot import status_of
 from queueing import services as queue
+from queueing import tokens
 from queueing.errors import QueueError
 from queueing.models import TicketState, Turn
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
+from robots.grants import grant_of
 from robots.models import Command, Robot
 from robots.services import newest_still
 
@@ -48,7 +50,7 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
     still = newest_still(robot)
     if not request.user.is_authenticated:
         return f"/classic/{robot.slug}/{secrets.token_urlsafe(24)}/"
-    token = queue.fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
+    token = tokens.fresh_token(robot, request.user, now or SYSTEM.now(), still.pk if still else 0)
     return f"/classic/{robot.slug}/{token}/"
 
 
@@ -132,12 +134,12 @@ def _press(request: HttpRequest, robot: Robot, token: str, now: datetime) -> Non
         services.stop(robot, request.user, now)
         messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
         return
-    spent = queue.spend_token(robot, request.user, token, now)
+    spent = tokens.spend_token(robot, request.user, token, now)
     if spent is None:
         messages.warning(request, "That page was used already, so nothing moved. This is the current one.")
         return
     args = {**wanted.args, "still": spent.still} if wanted.kind == "click" else wanted.args
-    grant = services.grant_of(robot, request.user, now)
+    grant = grant_of(robot, request.user, now)
     command = services.issue(robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now).command
     _tell(request, _until_final(command))
 

@@ -8,11 +8,13 @@ from operatorlog.models import Entry, Visibility
 from portal.stores import trouble
 from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn, place, wait_range, waiting
+from robots.grants import open_grant, owner_alive, under_upkeep
 from robots.models import Command, Frame, Grant, Lease, Robot
-from robots.services import may_stop, newest_still, open_grant, owner_alive
+from robots.services import may_stop, newest_still
 from robots.states import Cycle, GrantKind
 
 RECENT = 8
+BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
 
 
 def _ms(at: datetime | None) -> int | None:
@@ -29,6 +31,8 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
         return "offline", "Offline", "Its worker does not answer; it is restarted by itself. Places are kept."
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."
+    if robot.cycle in (Cycle.READY, Cycle.OFFERED) and under_upkeep(robot):
+        return "handover", "In the hands of staff", "A command of staff runs; then the next person is offered it."
     return robot.cycle, Cycle(robot.cycle).label, ""
 
 
@@ -69,7 +73,8 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     turn = open_turn(robot)
     frame = newest_still(robot)
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
-    mine = grant is not None and user.is_authenticated and grant.holder_id == user.pk
+    driven = grant is not None and grant.kind != GrantKind.UPKEEP
+    mine = grant is not None and driven and user.is_authenticated and grant.holder_id == user.pk
     return {
         "t": "snapshot",
         "now_ms": _ms(now),
@@ -77,7 +82,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "store": trouble(),
         "robot": {"slug": robot.slug, "name": robot.name, "state": state, "label": label, "why": why},
         "stopped": robot.stop_latched,
-        "operator": turn.user.username if turn else ("staff" if grant and grant.kind == GrantKind.STAFF else None),
+        "operator": turn.user.username if turn else ("staff" if grant and grant.kind in BY_STAFF else None),
         "queue": waiting(robot),
         "turn": _turn(turn, grant, mine),
         "me": _me(robot, user, now, mine),

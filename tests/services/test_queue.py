@@ -6,6 +6,7 @@ import pytest
 from django.db import IntegrityError, transaction
 
 from queueing import services as queue
+from queueing import tokens
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Account, Queue, Ticket, TicketState, Turn
 from robots.models import Grant, Lease, Robot
@@ -250,8 +251,8 @@ def test_the_wait_is_a_range_or_unknown(stage):
 
 def test_a_classic_token_is_good_once_and_spends_its_sisters(stage):
     robot, people, clock = stage
-    old, new = (queue.fresh_token(robot, people["ada"], clock.now()) for _ in range(2))
-    assert queue.spend_token(robot, people["bob"], new, clock.now()) is None, "a shared address identifies nobody"
-    assert queue.spend_token(robot, people["ada"], new, clock.now()) is not None
-    assert queue.spend_token(robot, people["ada"], new, clock.now()) is None
-    assert queue.spend_token(robot, people["ada"], old, clock.now()) is None
+    old, new = (tokens.fresh_token(robot, people["ada"], clock.now()) for _ in range(2))
+    assert tokens.spend_token(robot, people["bob"], new, clock.now()) is None, "a shared address identifies nobody"
+    assert tokens.spend_token(robot, people["ada"], new, clock.now()) is not None
+    assert tokens.spend_token(robot, people["ada"], new, clock.now()) is None
+    assert tokens.spend_token(robot, people["ada"], old, clock.now()) is None

@@ -1,0 +1,121 @@
+"""Offers: made, taken back, and taken up. Whatever the robot's part in it, nobody loses a place."""
+
+from datetime import datetime, timedelta
+
+from django.conf import settings
+from django.db import IntegrityError, transaction
+
+from queueing import fairshare
+from queueing.errors import RobotUnavailable
+from queueing.models import Queue, Ticket, TicketState, Turn
+from queueing.rows import announce, robots_of
+from robots.drivers.errors import NotPermitted
+from robots.grants import open_grant, owner_alive, start_grant
+from robots.models import Lease, Robot
+from robots.states import Cycle, GrantKind
+
+RULES = settings.FARHAND
+ELSEWHERE = "You operate another robot now; end that turn first."
+IN_USE = {
+    GrantKind.UPKEEP: "Staff run a command on the robot now.", GrantKind.STAFF: "Staff operate the robot now.",
+    GrantKind.HANDOVER: "The robot is being put in order.",
+}  # fmt: skip
+
+
+class RobotsFault(Exception):
+    """The robot cannot be taken up now, and the person has no part in it."""
+
+    def __init__(self, robot: Robot, why: str) -> None:
+        super().__init__(why)
+        self.robot, self.why = robot, why
+
+
+def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
+    """Begin the turn of an offer that was taken up.
+
+    Raises:
+        RobotsFault: somebody else may move the robot.
+        RobotUnavailable: the person operates another one.
+
+    """
+    until = now + timedelta(seconds=robot.turn_s or RULES["TURN_S"])
+    if Turn.objects.filter(user=ticket.user, ended_at=None).exists():
+        raise RobotUnavailable(ELSEWHERE)
+    try:
+        with transaction.atomic():
+            grant = start_grant(robot, GrantKind.TURN, now, ticket.user, until)
+            turn = Turn.objects.create(
+                robot=robot, user=ticket.user, ticket=ticket, grant=grant, classic=ticket.classic,
+                started_at=now, base_until=until, until=until, last_seen=now,
+            )  # fmt: skip
+    except NotPermitted as error:
+        raise RobotsFault(robot, str(error)) from error
+    except IntegrityError as error:  # another turn of theirs began in the same moment, on another robot
+        raise RobotUnavailable(ELSEWHERE) from error
+    Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.OPERATING, last_seen=now)
+    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
+    clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).serve(ticket.start_tag)
+    Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
+    return turn
+
+
+def why_not_ready(robot: Robot, now: datetime, cycle: Cycle = Cycle.READY) -> str:
+    """Return why the robot cannot be offered or started now; empty if it can."""
+    if not robot.enabled:
+        return "The robot is switched off."
+    if robot.cycle != cycle:
+        return robot.reason or f"The robot is not ready: {robot.get_cycle_display().lower()}."
+    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+        return "The robot's worker does not answer; it is being restarted."
+    grant = open_grant(robot)
+    if grant is not None:
+        return IN_USE.get(GrantKind(grant.kind), "Somebody else may move the robot now.")
+    return ""
+
+
+def recall_offers(queue: Queue, now: datetime) -> None:
+    """Put people whose robot fell out of order back at their place."""
+    for ticket in Ticket.objects.select_related("robot").filter(queue=queue, state=TicketState.OFFERED):
+        robot = ticket.robot
+        if robot is None or why_not_ready(robot, now, Cycle.OFFERED):
+            recall(queue, ticket, robot)
+    offered = Ticket.objects.filter(queue=queue, state=TicketState.OFFERED).values("robot")
+    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OFFERED).exclude(pk__in=offered).update(cycle=Cycle.READY)
+    turns = Turn.objects.filter(robot__queue_link__queue=queue, ended_at=None).values("robot")
+    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OPERATING).exclude(pk__in=turns).update(
+        cycle=Cycle.HANDOVER
+    )
+
+
+def recall(queue: Queue, ticket: Ticket, robot: Robot | None) -> None:
+    """Take an offer back; the place is kept."""
+    back = Ticket.objects.filter(pk=ticket.pk, state=TicketState.OFFERED)
+    if back.update(state=TicketState.WAITING, robot=None, offer_until=None):
+        if robot is not None:
+            Robot.objects.filter(pk=robot.pk, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
+        announce(queue)
+
+
+def offer(queue: Queue, now: datetime) -> None:
+    """Offer each robot that is ready to the first who is there."""
+    busy = set(Turn.objects.filter(ended_at=None).values_list("user_id", flat=True))
+    for robot in robots_of(queue):
+        if why_not_ready(robot, now):
+            continue
+        present = now - timedelta(seconds=RULES["PRESENCE_S"])
+        head = (
+            Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)
+            .exclude(user__in=busy)
+            .exclude(user__is_active=False)
+            .order_by("start_tag", "id")
+            .first()
+        )
+        if head is None:
+            return
+        if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
+            continue
+        seconds = RULES["CLASSIC_OFFER_S" if head.classic else "OFFER_S"]
+        Ticket.objects.filter(pk=head.pk).update(
+            state=TicketState.OFFERED, robot=robot, offer_until=now + timedelta(seconds=seconds)
+        )
+        announce(queue)

@@ -1,0 +1,130 @@
+"""Who may move a robot now: grants, from their opening to their end, and the epoch of its owner."""
+
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.db import IntegrityError, transaction
+from django.db.models import F
+
+from robots import bus
+from robots.drivers.errors import GrantOver, NotPermitted
+from robots.messages import Changed, CommandStage
+from robots.models import Command, Grant, Lease, Robot
+from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
+
+SEEING = "still"  # the one command of staff that moves nothing
+
+
+def owner_alive(lease: Lease | None, now: datetime) -> bool:
+    """Tell whether the robot's worker renewed its lease lately."""
+    return bool(lease and lease.expires_at and lease.expires_at > now)
+
+
+def open_grant(robot: Robot) -> Grant | None:
+    """Return the robot's open grant."""
+    return Grant.objects.filter(robot=robot, ended_at=None).order_by().first()
+
+
+def under_upkeep(robot: Robot) -> bool:
+    """Tell whether a command of staff has the robot to itself now."""
+    return Grant.objects.filter(robot=robot, ended_at=None, kind=GrantKind.UPKEEP).exists()
+
+
+def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
+    """Return the user's open grant on the robot. Raises GrantOver."""
+    return held(open_grant(robot), user, now)
+
+
+def held(grant: Grant | None, user: Any, now: datetime) -> Grant:
+    """Return the grant if it is the user's and goes on. Raises GrantOver."""
+    if grant is None or user is None or grant.holder_id != user.pk:
+        raise GrantOver("It is not your turn on this robot.")
+    if grant.until and grant.until <= now:
+        raise GrantOver("Your turn on this robot is over.")
+    return grant
+
+
+def start_grant(
+    robot: Robot, kind: GrantKind, now: datetime, holder: Any = None, until: datetime | None = None
+) -> Grant:
+    """Open a grant. Raises NotPermitted where one is open."""
+    lease = Lease.objects.filter(robot=robot).first()
+    try:
+        with transaction.atomic():
+            return Grant.objects.create(
+                robot=robot, kind=kind, holder=holder, opened_at=now, until=until, epoch=lease.epoch if lease else 0
+            )
+    except IntegrityError as error:
+        raise NotPermitted("Somebody else may move the robot now.") from error
+
+
+def end_grant(grant: Grant, reason: str, now: datetime) -> bool:
+    """Close a grant and cancel what waits under it; False if it was closed before."""
+    done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_reason=reason)
+    if done:
+        cancel_queued(grant.robot, f"the turn ended: {reason}", now, grant=grant)
+        bus.publish_on_commit(grant.robot.slug, Changed("robot"))
+    return bool(done)
+
+
+def end_upkeep(command: Command, now: datetime) -> bool:
+    """End the grant that was opened for this one command, which has ended; False if there is none such."""
+    grant = Grant.objects.filter(pk=command.grant_id, kind=GrantKind.UPKEEP, ended_at=None).first()
+    return grant is not None and _end_upkeep(grant, f"{command.kind}: {command.state}", now, command.kind)
+
+
+def end_overdue_upkeep(robot: Robot, now: datetime) -> None:
+    """End what a command of staff has left open: its owner is gone, and nobody has come in its place."""
+    grant = Grant.objects.filter(robot=robot, kind=GrantKind.UPKEEP, ended_at=None).first()
+    if grant is None:
+        return
+    ended = not grant.commands.exclude(state__in=COMMAND_FINAL).exists()
+    if ended or (grant.until is not None and grant.until <= now):
+        _end_upkeep(grant, "time is up", now)
+
+
+def _end_upkeep(grant: Grant, reason: str, now: datetime, kind: str = "") -> bool:
+    """End it; a robot that may have been moved is put in order before anybody is offered it."""
+    if not end_grant(grant, reason, now):
+        return False
+    if kind != SEEING:
+        found = Robot.objects.filter(pk=grant.robot_id, cycle__in=(Cycle.READY, Cycle.OFFERED))
+        found.update(cycle=Cycle.HANDOVER)
+    return True
+
+
+def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None = None) -> int:
+    """Cancel every command that has not begun."""
+    waiting = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
+    if grant is not None:
+        waiting = waiting.filter(grant=grant)
+    found = list(waiting)
+    # one statement for all: after a stop a hundred may wait, and none may slip out between two of them
+    if not waiting.update(state=CommandState.CANCELLED, reason=reason, ended_at=now):
+        return 0
+    ended = Command.objects.filter(pk__in=[c.pk for c in found], state=CommandState.CANCELLED, ended_at=now)
+    cancelled = set(ended.values_list("pk", flat=True))
+    for command in found:
+        if command.pk in cancelled:
+            command.state, command.reason, command.ended_at = CommandState.CANCELLED, reason, now
+            bus.publish_on_commit(robot.slug, stage_event(command))
+            if grant is None:
+                end_upkeep(command, now)
+    return len(cancelled)
+
+
+def stage_event(command: Command) -> CommandStage:
+    """Return the event that tells a command's stage."""
+    return CommandStage(
+        id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
+        state=command.state, reason=command.reason, at_ms=int(command.reached_at.timestamp() * 1000),
+        result=command.result,
+    )  # fmt: skip
+
+
+def take_epoch(lease: Lease, now: datetime, seconds: float, host: str, pid: int, started: str) -> int | None:
+    """Raise the fencing epoch and hold the lease; None if somebody was faster."""
+    done = Lease.objects.filter(pk=lease.pk, epoch=lease.epoch).update(
+        epoch=F("epoch") + 1, expires_at=now + timedelta(seconds=seconds), host=host, pid=pid, started=started
+    )
+    return lease.epoch + 1 if done else None

@@ -109,38 +109,52 @@ class Chain:
         """Return the greatest torques (N m)."""
         return np.array([j.effort for j in self.joints])
 
+    @cached_property
+    def _steps(self) -> tuple[Matrix, Matrix, Matrix]:
+        """Return (n, 4, 4) thrice: a joint's transform is the first, plus cos q times the second, plus sin q the third."""
+        still = np.array([_turn(j.axis, 0.0) - _level(j.axis) for j in self.joints])
+        level = np.array([_level(j.axis) for j in self.joints])
+        quarter = np.array([_turn(j.axis, np.pi / 2) for j in self.joints]) - still
+        origins = np.array([j.origin for j in self.joints])
+        return origins @ still, origins @ level, origins @ quarter
+
     def frames(self, q: Joints) -> Matrix:
-        """Return the (n + 1, 4, 4) poses of each joint's frame, turned, and of the tool."""
-        found = np.empty((len(self.joints) + 1, 4, 4))
-        here = np.eye(4)
-        for i, joint in enumerate(self.joints):
-            here = here @ joint.origin @ _turn(joint.axis, float(q[i]))
-            found[i] = here
-        found[-1] = here @ self.tool
+        """Return the (..., n + 1, 4, 4) poses of each joint's frame, turned, and of the tool; `q` is (..., n)."""
+        angle = np.asarray(q, dtype=np.float64)[..., None, None]
+        still, level, quarter = self._steps
+        steps = still + np.cos(angle) * level + np.sin(angle) * quarter
+        found = np.empty((*angle.shape[:-3], len(self.joints) + 1, 4, 4))
+        here = found[..., 0, :, :] = steps[..., 0, :, :]
+        for i in range(1, len(self.joints)):
+            here = found[..., i, :, :] = here @ steps[..., i, :, :]
+        found[..., -1, :, :] = here @ self.tool
         return found
 
     def forward(self, q: Joints) -> Matrix:
-        """Return the pose of the tool."""
-        pose: Matrix = self.frames(q)[-1]
+        """Return the pose of the tool, (..., 4, 4) for `q` of shape (..., n)."""
+        pose: Matrix = self.frames(q)[..., -1, :, :]
         return pose
 
     def jacobian(self, q: Joints) -> Matrix:
         """Return the (6, n) Jacobian of the tool: linear rows first, in the base's frame."""
         frames = self.frames(q)
-        tip = frames[-1][:3, 3]
-        columns = np.empty((6, len(self.joints)))
-        for i, joint in enumerate(self.joints):
-            axis = frames[i][:3, :3] @ joint.axis
-            columns[:3, i] = np.cross(axis, tip - frames[i][:3, 3])
-            columns[3:, i] = axis
-        return columns
+        axes = np.einsum("nij,nj->ni", frames[:-1, :3, :3], self._axes)
+        arms = frames[-1, :3, 3] - frames[:-1, :3, 3]
+        ahead, behind = [1, 2, 0], [2, 0, 1]
+        across = axes[:, ahead] * arms[:, behind] - axes[:, behind] * arms[:, ahead]
+        return np.concatenate([across, axes], axis=1).T
+
+    @cached_property
+    def _axes(self) -> Matrix:
+        return np.array([j.axis for j in self.joints])
 
     def broken_limit(self, q: Joints, slack: float = 1e-9) -> str:
         """Return a sentence that names the first joint outside its limits; empty if all are inside."""
         for joint, value in zip(self.joints, np.asarray(q, float), strict=True):
             if not joint.low - slack <= value <= joint.high + slack:
                 low, high, at = (float(np.degrees(v)) for v in (joint.low, joint.high, value))
-                return f"joint {joint.name} would be at {at:.1f}°, outside {low:.1f}° to {high:.1f}°"
+                there = f"{at:.1f}" if abs(at) < 1e6 else f"{at:.3g}"
+                return f"joint {joint.name} would be at {there}°, outside {low:.1f}° to {high:.1f}°"
         return ""
 
 
@@ -177,3 +191,10 @@ def _turn(axis: Matrix, angle: float) -> Matrix:
             [0, 0, 0, 1],
         ]
     )
+
+
+def _level(axis: Matrix) -> Matrix:
+    """Return what of a rotation about `axis` goes with the cosine of its angle."""
+    made = np.zeros((4, 4))
+    made[:3, :3] = np.eye(3) - np.outer(axis, axis)
+    return made

@@ -3,22 +3,25 @@
 The closed form is derived from the chain by EAIK (Ostermeier, Külz, Althoff 2025: subproblem
 decomposition). It answers targets out of reach by least squares and flags some exact answers
 at full stretch the same way, so an answer counts where forward kinematics agree, not by flag.
+A joint with more than one turn of room gives several answers from one branch.
 """
 
 from functools import cached_property
+from itertools import product
+from math import ceil, hypot, inf, isfinite, remainder, tau
+from operator import sub
+from typing import NoReturn
 
 import numpy as np
 from eaik.IK_HP import HPRobot
-from scipy.spatial.transform import Rotation
 
+from robots.motion import singular
 from robots.motion.chain import Chain, Joints, Matrix
 
-EXACT_M = 1e-9  # an answer is an answer where the hand is so near (m)
-EXACT_RAD = 1e-9
+EXACT = 1e-9  # an answer is an answer where no number of its pose is off by more (m, or of a rotation)
+SAME_RAD = 1e-9
 SLACK_RAD = 1e-9
-POLISH = 8
-SAME = 1e-7  # a pose that joints have turned about is the same to so much (m and rad)
-SINGULAR = 1e-4  # least singular value of the Jacobian, in m and rad
+CLOSE_M = 1e-3  # an answer whose hand is farther away is not one that only lost its digits at a singular pose
 
 
 class OutOfReach(ValueError):
@@ -30,6 +33,9 @@ class Inverse:
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
+        self._spans = [(j.low - SLACK_RAD, j.high + SLACK_RAD, 1.0 / j.velocity) for j in chain.joints]
+        offsets = [j.origin[:3, 3] for j in chain.joints]
+        self._longest = float(sum(np.linalg.norm(way) for way in (*offsets, chain.tool[:3, 3])))
 
     @cached_property
     def _solver(self) -> HPRobot:
@@ -42,116 +48,139 @@ class Inverse:
         return solver
 
     @cached_property
-    def _upright(self) -> Matrix:
-        """Return the tool's rotation with all joints at zero, which EAIK takes for none."""
+    def _upright(self) -> Matrix | None:
+        """Return the tool's rotation with all joints at zero, which EAIK takes for none; None where it is none."""
         rotation: Matrix = self.chain.forward(np.zeros(len(self.chain.joints)))[:3, :3]
-        return rotation
+        return None if np.array_equal(rotation, np.eye(3)) else rotation
 
-    def branches(self, pose: Matrix) -> list[Joints]:
-        """Return every joint vector that puts the tool at `pose` (4 x 4), limits not looked at; each in (-pi, pi]."""
-        found, _ = self._solve(pose)
-        return found
-
-    def _answers(self, pose: Matrix) -> tuple[Matrix, Matrix]:
-        """Return the pose as EAIK wants it, and what it answers, exact or not, of shape (k, n)."""
-        asked = pose.copy()
-        asked[:3, :3] = pose[:3, :3] @ self._upright.T
-        return asked, np.asarray(self._solver.IK(asked).Q, dtype=float).reshape(-1, len(self.chain.joints))
-
-    def _solve(self, pose: Matrix) -> tuple[list[Joints], float]:
-        asked, answers = self._answers(pose)
-        turned = -((-answers + np.pi) % (2 * np.pi) - np.pi)
-        off = np.array([self._solver.fwdKin(q) for q in turned]).reshape(-1, 4, 4) - asked
-        miss = np.sqrt(np.sum(off[:, :3, 3] ** 2, axis=1))
-        turn = np.sqrt(np.sum(off[:, :3, :3] ** 2, axis=(1, 2)))
-        exact = turned[(miss < EXACT_M) & (turn < EXACT_RAD)]
-        apart = np.max(np.abs(exact[:, None] - exact[None]), axis=2, initial=0.0)
-        first = ~np.any(np.tril(apart < EXACT_RAD, -1), axis=1)  # each answer once
-        return list(exact[first]), float(np.min(miss, initial=np.inf))
-
-    def inside(self, pose: Matrix) -> list[Joints]:
-        """Return the branches inside all limits, turned by whole turns into them where that is possible.
-
-        Raises:
-            OutOfReach: none is; says how far away, or which limit every branch breaks first.
-
-        """
-        found, nearest = self._solve(pose)
-        if not found:
-            raise OutOfReach(f"the hand would stay {nearest:.3f} m away: the arm is too short, or too long, for that")
-        turned = self._into(np.array(found))
-        outside = np.maximum(self.chain.low - turned, turned - self.chain.high)
-        inside = turned[np.all(outside <= SLACK_RAD, axis=1)]
-        if not len(inside):
-            inside = np.array(self._singular(pose))
-        if not len(inside):
-            least = turned[np.argmin(np.sum(np.maximum(outside, 0.0), axis=1))]
-            raise OutOfReach(self.chain.broken_limit(least))
-        return list(inside)
+    def _asked(self, pose: Matrix) -> tuple[Matrix, list[float]]:
+        """Return the pose as EAIK wants it, and its 16 numbers. Raises OutOfReach for one that is no place near."""
+        asked = pose
+        if self._upright is not None:
+            asked = pose.copy()
+            asked[:3, :3] = pose[:3, :3] @ self._upright.T
+        values: list[float] = asked.ravel().tolist()
+        far = hypot(values[3], values[7], values[11])
+        if not far <= 2 * self._longest or not isfinite(sum(values)):
+            where = f"{far:.3g} m from the base" if isfinite(far) else "no place at all"
+            raise OutOfReach(f"that is {where}: the arm reaches {self._longest:.2f} m at most")
+        return asked, values
 
     def nearest(self, pose: Matrix, near: Joints) -> Joints:
-        """Return the branch whose slowest joint has the shortest way from `near`.
+        """Return the answer whose slowest joint has the shortest way from `near`, over all branches and whole turns.
 
         Raises:
             OutOfReach: as `inside`.
 
         """
-        inside = np.array(self.inside(pose))
-        nearest: Joints = inside[np.argmin(np.max(np.abs(inside - near) / self.chain.velocity, axis=1))]
-        return nearest
+        asked, values = self._asked(pose)
+        start: list[float] = near.tolist()
+        answers: list[list[float]] = self._solver.IK(asked).Q.tolist()
+        best, least = None, inf
+        for answer in answers:
+            turned = self._turned(answer, start, least)
+            if turned is not None:
+                least, best = turned
+        if best is not None and self._exact(best, values):
+            return np.array(best)
+        every = (self._turned(answer, start, inf) for answer in answers)
+        for _, q in sorted(turned for turned in every if turned is not None):
+            if self._exact(q, values):
+                return np.array(q)
+        inside = self._shared(pose)
+        chosen: Joints = inside[np.argmin(np.max(np.abs(inside - near) / self.chain.velocity, axis=1))]
+        return chosen
 
-    def _singular(self, pose: Matrix) -> list[Joints]:
-        """Return answers at singular poses, where the closed form gives one share of many, or only comes near."""
-        _, near = self._answers(pose)
-        polished = (self._polished(self._into(q), pose) for q in near)
-        slid = (self._slid(q) for q in polished if q is not None)
-        return [q for q in slid if q is not None]
+    def _turned(self, answer: list[float], start: list[float], bound: float) -> tuple[float, list[float]] | None:
+        """Return cost (s at full speed) and joints of a branch in those turns inside the limits that are nearest.
 
-    def _polished(self, q: Joints, pose: Matrix) -> Joints | None:
-        """Return `q` brought onto the pose by a few steps of Gauss and Newton; None where it does not come there."""
-        for _ in range(POLISH):
-            here = self.chain.forward(q)
-            turn = Rotation.from_matrix(pose[:3, :3] @ here[:3, :3].T).as_rotvec()
-            off = np.concatenate([pose[:3, 3] - here[:3, 3], turn])
-            if np.max(np.abs(off)) < EXACT_M:
-                return q
-            q = q + np.linalg.pinv(self.chain.jacobian(q), rcond=1e-6) @ off
-        return None
-
-    def _slid(self, q: Joints) -> Joints | None:
-        """Return `q` moved into the limits where it is singular: joints that turn against each other stand anyhow.
-
-        The closed form gives one share between them of many. None where no share is inside.
+        None where there are none inside, or the cost is not below `bound`.
         """
-        _, values, rows = np.linalg.svd(self.chain.jacobian(q))
-        if values[-1] > SINGULAR:
-            return None
-        way, low, high = rows[-1], self.chain.low - q, self.chain.high - q
-        turns = np.abs(way) > 1e-6
-        if np.any(low[~turns] > SLACK_RAD) or np.any(high[~turns] < -SLACK_RAD):
-            return None
-        ends = np.sort(np.array([low[turns], high[turns]]) / way[turns], axis=0)
-        first, last = float(np.max(ends[0])), float(np.min(ends[1]))
-        if first > last + SLACK_RAD:
-            return None
-        slid = np.clip(q + way * min(max(0.0, first), last), self.chain.low, self.chain.high)
-        off = self.chain.forward(slid) - self.chain.forward(q)
-        same: bool = bool(np.max(np.abs(off)) < SAME)
-        return slid if same else None
+        cost, found = 0.0, []
+        for value, here, (low, high, pace) in zip(answer, start, self._spans, strict=True):
+            turned = here + remainder(value - here, tau)
+            if turned < low:
+                turned += tau * ceil((low - turned) / tau)
+            elif turned > high:
+                turned -= tau * ceil((turned - high) / tau)
+            way = abs(turned - here) * pace
+            if way > cost:
+                cost = way
+            if cost >= bound or not low <= turned <= high:
+                return None
+            found.append(turned)
+        return cost, found
+
+    def _exact(self, q: list[float], values: list[float]) -> bool:
+        """Tell whether joints put the tool at the pose of which `values` are the 16 numbers."""
+        return max(map(abs, map(sub, self._solver.fwdKin(q).ravel().tolist(), values))) < EXACT
+
+    def branches(self, pose: Matrix) -> list[Joints]:
+        """Return every joint vector that puts the tool at `pose` (4 x 4), limits not looked at; each in (-pi, pi].
+
+        Raises:
+            OutOfReach: the pose is no place near the arm.
+
+        """
+        found, _ = self._solve(pose)
+        return found
+
+    def _solve(self, pose: Matrix) -> tuple[list[Joints], Matrix]:
+        """Return the branches, each once, and of all that EAIK answers how far off in m it is."""
+        asked, _ = self._asked(pose)
+        answers = np.asarray(self._solver.IK(asked).Q, dtype=float).reshape(-1, len(self.chain.joints))
+        turned = -((-answers + np.pi) % (2 * np.pi) - np.pi)
+        off = np.array([self._solver.fwdKin(q) for q in turned]).reshape(-1, 4, 4) - asked
+        exact = turned[np.abs(off).max(axis=(1, 2), initial=0.0) < EXACT]
+        apart = np.max(np.abs(exact[:, None] - exact[None]), axis=2, initial=0.0)
+        first = ~np.any(np.tril(apart < SAME_RAD, -1), axis=1)
+        return list(exact[first]), np.linalg.norm(off[:, :3, 3], axis=1)
+
+    def inside(self, pose: Matrix) -> list[Joints]:
+        """Return every answer inside all limits: each branch in each of its whole turns that is there.
+
+        Raises:
+            OutOfReach: none is; says how far away, or which limit every branch breaks first.
+
+        """
+        found = [q for branch in self._solve(pose)[0] for q in self._turns(branch)]
+        return found or list(self._shared(pose))
+
+    def _turns(self, branch: Joints) -> list[Joints]:
+        """Return a branch in all whole turns that lie inside the limits."""
+        rooms = []
+        for value, (low, high, _) in zip(branch.tolist(), self._spans, strict=True):
+            first = value + tau * ceil((low - value) / tau)
+            rooms.append([first + tau * k for k in range(int((high - first) // tau) + 1)])
+        return [np.array(q) for q in product(*rooms)]
+
+    def _shared(self, pose: Matrix) -> Matrix:
+        """Return answers where no branch is inside: at singular poses, where a branch is one share of many.
+
+        Raises:
+            OutOfReach: there is none either.
+
+        """
+        asked, _ = self._asked(pose)
+        answers = np.asarray(self._solver.IK(asked).Q, dtype=float).reshape(-1, len(self.chain.joints))
+        there = (q for q in answers if np.abs(self._solver.fwdKin(q)[:3, 3] - asked[:3, 3]).max() < CLOSE_M)
+        shares = (singular.share(self.chain, self._into(q), pose) for q in there)
+        found = [q for q in shares if q is not None]
+        if not found:
+            self._refuse(pose)
+        return np.array(found)
+
+    def _refuse(self, pose: Matrix) -> NoReturn:
+        found, miss = self._solve(pose)
+        if not found:
+            nearest = float(np.min(miss, initial=np.inf))
+            raise OutOfReach(f"the hand would stay {nearest:.3f} m away: the arm is too short, or too long, for that")
+        turned = self._into(np.array(found))
+        outside = np.maximum(0.0, np.maximum(self.chain.low - turned, turned - self.chain.high))
+        raise OutOfReach(self.chain.broken_limit(turned[np.argmin(np.sum(outside, axis=1))]))
 
     def _into(self, q: Joints) -> Joints:
+        """Return `q`, each joint turned by a whole turn into its limits where that is possible."""
         low, high = self.chain.low, self.chain.high
-        q = np.where((q < low) & (q + 2 * np.pi <= high + 1e-9), q + 2 * np.pi, q)
-        return np.where((q > high) & (q - 2 * np.pi >= low - 1e-9), q - 2 * np.pi, q)
-
-
-def singularity(chain: Chain, q: Joints, least: float = SINGULAR) -> str:
-    """Return a sentence that names the joints between which motion is lost at `q`; empty where none is."""
-    _, values, rows = np.linalg.svd(chain.jacobian(q))
-    if values[-1] > least:
-        return ""
-    share = np.abs(rows[-1])
-    names = [j.name for j, s in zip(chain.joints, share, strict=True) if s > 0.2 * share.max()]
-    if len(names) == 1:
-        return f"a singular pose: turning {names[0]} does not move the hand"
-    return f"a singular pose: turning {', '.join(names[:-1])} and {names[-1]} against each other does not move the hand"
+        q = np.where((q < low) & (q + 2 * np.pi <= high + SLACK_RAD), q + 2 * np.pi, q)
+        return np.where((q > high) & (q - 2 * np.pi >= low - SLACK_RAD), q - 2 * np.pi, q)

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robots.motion.chain import Chain, Joints, Matrix
-from robots.motion.inverse import Inverse, OutOfReach, singularity
+from robots.motion.inverse import Inverse, OutOfReach
+from robots.motion.singular import singularity
 from robots.motion.path import Limits, Path, TooFast, brake_path, joint_path, line_path
 from robots.motion.zones import Zones
 

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.motion.chain import Chain
-from robots.motion.inverse import Inverse, OutOfReach, singularity
+from robots.motion.inverse import Inverse, OutOfReach
+from robots.motion.singular import singularity
 from robots.motion.path import Cubic, Limits, TooFast, brake_path, joint_path, line_path
 from robots.motion.planner import Planner, Refused
 from robots.motion.pose import EULER, RPY, matrix, numbers

@@ -1,0 +1,63 @@
+"""Poses of a serial arm at which joints turn against each other and the hand stands still."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robots.motion.chain import Chain, Joints, Matrix
+
+EXACT = 1e-9  # m and rad
+SLACK_RAD = 1e-9
+POLISH = 8  # steps of Gauss and Newton
+SAME = 1e-7  # a pose that joints have turned about is the same to so much (m and rad)
+SINGULAR = 1e-4  # least singular value of the Jacobian, in m and rad
+
+
+def singularity(chain: Chain, q: Joints, least: float = SINGULAR) -> str:
+    """Return a sentence that names the joints between which motion is lost at `q`; empty where none is."""
+    _, values, rows = np.linalg.svd(chain.jacobian(q))
+    if values[-1] > least:
+        return ""
+    share = np.abs(rows[-1])
+    names = [j.name for j, s in zip(chain.joints, share, strict=True) if s > 0.2 * share.max()]
+    if len(names) == 1:
+        return f"a singular pose: turning {names[0]} does not move the hand"
+    return f"a singular pose: turning {', '.join(names[:-1])} and {names[-1]} against each other does not move the hand"
+
+
+def share(chain: Chain, q: Joints, pose: Matrix) -> Joints | None:
+    """Return joints inside the limits that put the tool at `pose`, reached from the singular answer `q`.
+
+    A closed form gives one share of many there, or only comes near. None where no share is inside.
+    """
+    polished = _polished(chain, q, pose)
+    return None if polished is None else _slid(chain, polished)
+
+
+def _polished(chain: Chain, q: Joints, pose: Matrix) -> Joints | None:
+    """Return `q` brought onto the pose by a few steps of Gauss and Newton; None where it does not come there."""
+    for _ in range(POLISH):
+        here = chain.forward(q)
+        turn = Rotation.from_matrix(pose[:3, :3] @ here[:3, :3].T).as_rotvec()
+        off = np.concatenate([pose[:3, 3] - here[:3, 3], turn])
+        if np.max(np.abs(off)) < EXACT:
+            return q
+        q = q + np.linalg.pinv(chain.jacobian(q), rcond=1e-6) @ off
+    return None
+
+
+def _slid(chain: Chain, q: Joints) -> Joints | None:
+    """Return `q` moved into the limits where it is singular: joints that turn against each other stand anyhow."""
+    _, values, rows = np.linalg.svd(chain.jacobian(q))
+    if values[-1] > SINGULAR:
+        return None
+    way, low, high = rows[-1], chain.low - q, chain.high - q
+    turns = np.abs(way) > 1e-6
+    if np.any(low[~turns] > SLACK_RAD) or np.any(high[~turns] < -SLACK_RAD):
+        return None
+    ends = np.sort(np.array([low[turns], high[turns]]) / way[turns], axis=0)
+    first, last = float(np.max(ends[0])), float(np.min(ends[1]))
+    if first > last + SLACK_RAD:
+        return None
+    slid = np.clip(q + way * min(max(0.0, first), last), chain.low, chain.high)
+    off = chain.forward(slid) - chain.forward(q)
+    return slid if bool(np.max(np.abs(off)) < SAME) else None

@@ -33,7 +33,9 @@ class Inverse:
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
-        self._spans = [(j.low - SLACK_RAD, j.high + SLACK_RAD, 1.0 / j.velocity) for j in chain.joints]
+        self._low = [j.low - SLACK_RAD for j in chain.joints]
+        self._high = [j.high + SLACK_RAD for j in chain.joints]
+        self._pace = [1.0 / j.velocity for j in chain.joints]
         offsets = [j.origin[:3, 3] for j in chain.joints]
         self._longest = float(sum(np.linalg.norm(way) for way in (*offsets, chain.tool[:3, 3])))
 
@@ -97,7 +99,7 @@ class Inverse:
         None where there are none inside, or the cost is not below `bound`.
         """
         cost, found = 0.0, []
-        for value, here, (low, high, pace) in zip(answer, start, self._spans, strict=True):
+        for value, here, low, high, pace in zip(answer, start, self._low, self._high, self._pace, strict=True):
             turned = here + remainder(value - here, tau)
             if turned < low:
                 turned += tau * ceil((low - turned) / tau)
@@ -149,7 +151,7 @@ class Inverse:
     def _turns(self, branch: Joints) -> list[Joints]:
         """Return a branch in all whole turns that lie inside the limits."""
         rooms = []
-        for value, (low, high, _) in zip(branch.tolist(), self._spans, strict=True):
+        for value, low, high in zip(branch.tolist(), self._low, self._high, strict=True):
             first = value + tau * ceil((low - value) / tau)
             rooms.append([first + tau * k for k in range(int((high - first) // tau) + 1)])
         return [np.array(q) for q in product(*rooms)]

@@ -111,7 +111,7 @@ class Chain:
 
     @cached_property
     def _steps(self) -> tuple[Matrix, Matrix, Matrix]:
-        """Return (n, 4, 4) thrice: a joint's transform is the first, plus cos q times the second, plus sin q the third."""
+        """Return three (n, 4, 4): a joint's transform is the first + cos q times the second + sin q times the third."""
         still = np.array([_turn(j.axis, 0.0) - _level(j.axis) for j in self.joints])
         level = np.array([_level(j.axis) for j in self.joints])
         quarter = np.array([_turn(j.axis, np.pi / 2) for j in self.joints]) - still

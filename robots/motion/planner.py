@@ -10,8 +10,8 @@ import numpy as np
 
 from robots.motion.chain import Chain, Joints, Matrix
 from robots.motion.inverse import Inverse, OutOfReach
-from robots.motion.singular import singularity
 from robots.motion.path import Limits, Path, TooFast, brake_path, joint_path, line_path
+from robots.motion.singular import singularity
 from robots.motion.zones import Zones
 
 

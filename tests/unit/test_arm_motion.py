@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from robots.motion.chain import Chain
 from robots.motion.inverse import Inverse, OutOfReach
-from robots.motion.singular import singularity
 from robots.motion.path import Cubic, Limits, TooFast, brake_path, joint_path, line_path
 from robots.motion.planner import Planner, Refused
 from robots.motion.pose import EULER, RPY, matrix, numbers
+from robots.motion.singular import singularity
 from robots.motion.zones import Box, Limb, Zones
 
 many = settings(max_examples=200, deadline=None)

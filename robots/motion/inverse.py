@@ -115,7 +115,8 @@ class Inverse:
 
     def _exact(self, q: list[float], values: list[float]) -> bool:
         """Tell whether joints put the tool at the pose of which `values` are the 16 numbers."""
-        return max(map(abs, map(sub, self._solver.fwdKin(q).ravel().tolist(), values))) < EXACT
+        there: list[float] = self._solver.fwdKin(q).ravel().tolist()
+        return bool(max(map(abs, map(sub, there, values))) < EXACT)
 
     def branches(self, pose: Matrix) -> list[Joints]:
         """Return every joint vector that puts the tool at `pose` (4 x 4), limits not looked at; each in (-pi, pi].

@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from portal.live.messages import Accept, Command, Join, Leave, Plan, Release, RobotMessage, Stop, Trace
 from portal.live.people import current_user
 from queueing import services as queue
 from queueing.errors import QueueError
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest, NotPermitted, RobotError
-from robots.drivers.values import number
 from robots.models import Robot
 
 
@@ -29,63 +29,57 @@ class Answer:
         return {"ok": self.ok, "text": self.text, "code": self.code, **self.extra}
 
 
-def act(scope: dict[str, Any], slug: str, message: dict[str, Any]) -> Answer:
-    """Carry out one message. The person, their session and their turn are checked anew."""
+def act(scope: dict[str, Any], slug: str, message: RobotMessage, rung: bool = False) -> Answer:
+    """Carry out one message; of a stop, `rung` says that the bus knows. Person, session and turn are checked anew."""
     user = current_user(scope)
     if not user.is_authenticated:
         return Answer(False, "Sign in first.", "signed_out")
     try:
-        if message.get("t") == "command":
+        if isinstance(message, Command):
             return _command(slug, user, message)
-        return _act(Robot.objects.only("slug").get(slug=slug), user, message)
+        return _act(Robot.objects.only("slug").get(slug=slug), user, message, rung)
     except (RobotError, QueueError) as error:
         return Answer(False, str(error), error.code, changed=True)
 
 
-def _command(slug: str, user: Any, message: dict[str, Any]) -> Answer:
+def _command(slug: str, user: Any, message: Command) -> Answer:
     """Issue a command; the robot comes with its grant, in one query."""
-    args = message.get("args") or {}
-    row = services.issue(slug, user, _text(message, "kind"), args, _sequence(message), SYSTEM.now()).command
+    row = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now()).command
     return Answer(extra={"id": row.pk, "state": row.state, "grant": row.grant_id})
 
 
-def _act(robot: Robot, user: Any, message: dict[str, Any]) -> Answer:
+def _act(robot: Robot, user: Any, message: RobotMessage, rung: bool) -> Answer:
     now = SYSTEM.now()
-    match message.get("t"):
-        case "stop":
-            services.stop(robot, user, now, rung=message.get("rung") is True)
+    match message:
+        case Stop():
+            services.stop(robot, user, now, rung=rung)
             return Answer(text="Stop was sent.")
-        case "release":
-            services.release_stop(robot, user, message.get("checked") is True)
+        case Release():
+            services.release_stop(robot, user, message.checked)
             return Answer(text="The stop is released. Nothing moves until you give a command.")
-        case "join":
+        case Join():
             queue.join(robot, user, now)
             return Answer(changed=True)
-        case "leave":
+        case Leave():
             queue.leave(robot, user, now)
             return Answer(changed=True)
-        case "accept":
+        case Accept():
             queue.accept(robot, user, now)
             return Answer(changed=True)
-        case "trace":
+        case Trace():
             if not user.has_perm("robots.change_robot"):
-                raise NotPermitted("The live trace is for keepers.")
-            return Answer(trace=message.get("on") is True)
+                raise NotPermitted("The live trace is for staff.")
+            return Answer(trace=message.on)
         case _:
             raise BadRequest("That request is unknown; reload the page.")
 
 
-def plan(scope: dict[str, Any], slug: str, message: dict[str, Any]) -> dict[str, Any]:
+def plan(scope: dict[str, Any], slug: str, message: Plan) -> dict[str, Any]:
     """Answer where a target would lead: joints at its end, way of the hand, time on the way."""
-    args, joints = message.get("args") or {}, message.get("from")
     try:
-        if not isinstance(args, dict):
-            raise BadRequest("The values of a command must be an object.")
-        if not isinstance(joints, list) or len(joints) > 16:
-            raise BadRequest("The present joints must be a list of numbers.")
-        here = tuple(number({"from": joint}, "from") for joint in joints)
         robot = Robot.objects.only("slug", "driver", "address", "speed", "boxes").get(slug=slug)
-        found = services.preview(robot, current_user(scope), _text(message, "kind"), args, here)
+        user = current_user(scope)
+        found = services.preview(robot, user, message.kind, dict(message.args), tuple(message.joints))
     except RobotError as error:
         return {"ok": False, "text": str(error)}
     return {
@@ -93,17 +87,3 @@ def plan(scope: dict[str, Any], slug: str, message: dict[str, Any]) -> dict[str,
         "hand": [[round(v, 4) for v in place] for place in found.hand],
         "ways": [[round(v, 4) for v in q] for q in found.ways], "steps": found.steps,
     }  # fmt: skip
-
-
-def _text(message: dict[str, Any], name: str) -> str:
-    value = message.get(name)
-    if not isinstance(value, str) or len(value) > 30:
-        raise BadRequest("The command has no proper name.")
-    return value
-
-
-def _sequence(message: dict[str, Any]) -> int:
-    value = message.get("seq")
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 < value < 2**53:
-        raise BadRequest("The command has no proper sequence number.")
-    return value

@@ -7,18 +7,20 @@ to the bus at once, from what this socket was told last. Everything else is aske
 import asyncio
 import contextlib
 import json
-import time
+import logging
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
-from channels.generic.websocket import AsyncWebsocketConsumer
 from django.db import Error
 
 from portal.live.actions import Answer, act, plan
-from portal.live.hub import CAMERAS, Viewer, hub
+from portal.live.hub import Viewer, hub
+from portal.live.line import Line
+from portal.live.messages import ROBOT, Command, Keep, LetGo, NotUnderstood, Ping, Plan, RobotMessage, Stop, Watch
 from portal.live.people import current_user
 from portal.live.snapshot import snapshot
-from portal.live.threads import orm
+from portal.live.threads import ANYBODY, KNOWN, URGENT
 from portal.stores import down_text
 from queueing import services as queue
 from robots import bus
@@ -26,63 +28,70 @@ from robots.clock import SYSTEM
 from robots.messages import Changed
 from robots.models import Robot
 
-RATE, BURST = 30.0, 60.0
+log = logging.getLogger(__name__)
 RESYNC_S = 1.0
 AGAIN_S = 2.0  # between two looks at a database that is away
 PLAN_S = 0.05  # between two previews of one page
-NOT_FOUND, TOO_FAST, BAD_MESSAGE = 4404, 4429, 4400
-LONGEST = 8192
+NOT_FOUND = 4404
 WAITING = 64
+OUR_FAULT = "The portal failed at this request and has written down why; staff can find it in the log."
 
 
-class RobotConsumer(AsyncWebsocketConsumer):  # type: ignore[misc]
+class RobotConsumer(Line):
     """One viewer of one robot; whoever holds the grant may also command it."""
 
-    async def connect(self) -> None:
-        """Accept, send the snapshot, begin to forward."""
-        self.slug = self.scope["url_route"]["kwargs"]["slug"]
-        self.viewer = Viewer(self.slug)
-        self._tokens, self._filled = BURST, time.monotonic()
-        self._asked: asyncio.Queue[dict[str, Any]] = asyncio.Queue(WAITING)
+    wire = ROBOT
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._asked: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
         self._stale = asyncio.Event()
-        self._plan: dict[str, Any] | None = None
+        self._plan: Plan | None = None
         self._planning = asyncio.Event()
-        self._tasks: list[asyncio.Task[None]] = []
-        self._me, self._may_stop, self._jog = 0, False, 0
+        self.viewer: Viewer | None = None
+        self._me, self._known, self._operating, self._may_stop, self._jog = 0, False, False, False, 0
         self._held: frozenset[str] | None = None
-        await self.accept()
+        self._looking = False
+
+    async def opened(self) -> None:
+        """Send the snapshot, begin to forward."""
+        self.slug = self.scope["url_route"]["kwargs"]["slug"]
         try:
-            self._held = await orm(self._held_kinds)()
+            self._held = await self._orm(self._held_kinds)
         except Robot.DoesNotExist:
             await self.close(NOT_FOUND)
             return
         except Error as error:
             await self._store_down(error)
-        hub().attach(self.viewer)
-        self._asked.put_nowait({"t": "ping"})
+        viewer = self.viewer = Viewer(self.slug)
+        hub().attach(viewer)
+        self._asked.put_nowait((Ping(), False))
         await self._send_snapshot()
-        self._tasks = [
-            asyncio.create_task(loop()) for loop in (self._forward, self._serve, self._resync, self._preview)
-        ]
+        for loop in (self._forward, self._serve, self._resync, self._preview):
+            self.begin(loop(viewer))
 
-    def _held_kinds(self) -> frozenset[str]:
-        return frozenset(c.kind for c in Robot.objects.get(slug=self.slug).features().commands if c.held)
-
-    def _is_held(self, kind: Any) -> bool:
-        """Tell whether a command lives from keep-alives; while the database has not said, any may."""
-        return self._held is None or kind in self._held
-
-    async def disconnect(self, code: int) -> None:
+    async def left(self) -> None:
         """Forget the viewer; the operator's turn is kept for a while."""
+        if self.viewer is None:
+            return
         hub().detach(self.viewer)
-        for task in self._tasks:
-            task.cancel()
         if self._jog:
             await self._keep(self._jog, held=False)
-        with contextlib.suppress(Exception):
-            await orm(self._left)()
+        if self._me:
+            await self._orm(self._mark_left)
 
-    def _left(self) -> None:
+    async def _orm(self, function: Callable[..., Any], *args: Any) -> Any:
+        """Ask the database, in threads that this person has a right to."""
+        return await (KNOWN if self._known else ANYBODY).orm(function, self._me)(*args)
+
+    def _held_kinds(self) -> frozenset[str]:
+        robot = Robot.objects.get(slug=self.slug)
+        try:
+            return frozenset(c.kind for c in robot.features().commands if c.held)
+        except LookupError:  # its package is gone
+            return frozenset()
+
+    def _mark_left(self) -> None:
         user = current_user(self.scope)
         if user.is_authenticated:
             queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now())
@@ -92,76 +101,66 @@ class RobotConsumer(AsyncWebsocketConsumer):  # type: ignore[misc]
         if user.is_authenticated:
             queue.seen(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), classic=False)
 
-    async def receive(self, text_data: str | None = None, bytes_data: bytes | None = None) -> None:
-        """Take one message; too many or malformed ones close the socket with a code."""
-        now = time.monotonic()
-        self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
-        self._filled = now
-        if self._tokens < 0:
-            await self.close(TOO_FAST)
-            return
-        try:
-            message = json.loads(text_data or "")
-            if not isinstance(message, dict) or len(text_data or "") > LONGEST:
-                raise ValueError
-        except (ValueError, RecursionError):
-            await self.close(BAD_MESSAGE)
-            return
-        await self._take(message)
-
-    async def _take(self, message: dict[str, Any]) -> None:
+    async def take(self, message: RobotMessage) -> None:
         """Do at once what may not wait; queue the rest."""
-        kind, seq = message.get("t"), message.get("seq")
-        message.pop("rung", None)
-        if kind == "ping":
-            at_ms = int(SYSTEM.now().timestamp() * 1000)
-            await self.send(json.dumps({"t": "pong", "n": message.get("n"), "now_ms": at_ms, "link": hub().link}))
-        elif kind == "stop" and self._may_stop:
-            message["rung"] = await asyncio.to_thread(bus.ring_stop, self.slug)
-        elif kind == "plan":
-            self._plan = message  # the newest only: a slider asks faster than arms are planned
-            self._planning.set()
-            return
-        elif kind == "watch":
-            self._watch(message.get("cameras"))
-            return
-        elif kind in ("keep", "let_go"):
-            if isinstance(seq, int) and seq == self._jog:
-                await self._keep(seq, held=kind == "keep")
-            return
-        elif kind == "command" and self._is_held(message.get("kind")) and isinstance(seq, int) and 0 < seq < 2**53:
-            self._jog = seq
+        rung = False
+        match message:
+            case Ping():
+                at_ms = int(SYSTEM.now().timestamp() * 1000)
+                await self.send(json.dumps({"t": "pong", "n": message.n, "now_ms": at_ms, "link": hub().link}))
+                if not self._me:
+                    return
+            case Stop() if self._may_stop:
+                rung = await URGENT.run(bus.ring_stop, self.slug)
+            case Plan():
+                self._plan = message  # the newest only: a slider asks faster than arms are planned
+                self._planning.set()
+                return
+            case Watch():
+                if self.viewer is not None:
+                    hub().choose(self.viewer, frozenset(message.cameras))
+                return
+            case Keep() | LetGo():
+                if message.seq == self._jog:
+                    await self._keep(message.seq, held=isinstance(message, Keep))
+                return
+            case Command() if self._operating and (self._held is None or message.kind in self._held):
+                self._jog = message.seq
         try:
-            self._asked.put_nowait(message)
+            self._asked.put_nowait((message, rung))
         except asyncio.QueueFull:
-            if kind != "ping":
+            if not isinstance(message, Ping):
                 await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
 
-    def _watch(self, cameras: Any) -> None:
-        """Follow the cameras the page shows; what is no list of cameras changes nothing."""
-        if isinstance(cameras, list) and all(isinstance(c, int) and 0 <= c < CAMERAS for c in cameras):
-            hub().choose(self.viewer, frozenset(cameras))
+    async def refuse(self, error: NotUnderstood) -> None:
+        """Say what was wrong with a request."""
+        await self._tell(error.to, error.seq, Answer(False, str(error), "bad_request"))
 
     async def _keep(self, seq: int, held: bool) -> None:
-        await asyncio.to_thread(bus.keep, self.slug, self._me, seq, held)
+        await URGENT.run(bus.keep, self.slug, self._me, seq, held)
         if not held:
             self._jog = 0
 
-    async def _serve(self) -> None:
+    async def _serve(self, viewer: Viewer) -> None:
         """Carry out what was asked, in order."""
         while True:
-            message = await self._asked.get()
-            if message.get("t") == "ping":
+            message, rung = await self._asked.get()
+            if isinstance(message, Ping):
                 with contextlib.suppress(Exception):  # presence is told again with the next ping
-                    await orm(self._mark_seen)()
+                    await self._orm(self._mark_seen)
                 continue
             try:
-                answer = await orm(act)(self.scope, self.slug, message)
+                answer = await self._orm(act, self.scope, self.slug, message, rung)
             except Error as error:
                 answer = Answer(False, down_text(error), "store_down")
+            except Exception:
+                log.exception("a request failed")
+                answer = Answer(False, OUR_FAULT, "error")
+            if answer.trace is not None:
+                viewer.trace = answer.trace
             await self._answer(message, answer)
 
-    async def _preview(self) -> None:
+    async def _preview(self, viewer: Viewer) -> None:
         """Say where the newest target that was asked about would lead."""
         while True:
             await self._planning.wait()
@@ -170,23 +169,27 @@ class RobotConsumer(AsyncWebsocketConsumer):  # type: ignore[misc]
             if message is None:
                 continue
             try:
-                found = await orm(plan)(self.scope, self.slug, message)
+                found = await self._orm(plan, self.scope, self.slug, message)
             except Error as error:
                 found = {"ok": False, "text": down_text(error)}
-            await self.send(json.dumps({"t": "plan", "n": message.get("n"), **found}))
+            except Exception:
+                log.exception("a preview failed")
+                found = {"ok": False, "text": OUR_FAULT}
+            await self.send(json.dumps({"t": "plan", "n": message.n, **found}))
             await asyncio.sleep(PLAN_S)
 
-    async def _answer(self, message: dict[str, Any], answer: Answer) -> None:
-        if answer.trace is not None:
-            self.viewer.trace = answer.trace
-        shown = {"t": "answer", "to": message.get("t"), "seq": message.get("seq"), **answer.fields()}
-        await self.send(json.dumps(shown))
+    async def _answer(self, message: RobotMessage, answer: Answer) -> None:
+        seq = message.seq if isinstance(message, Command) else 0
+        await self._tell(str(message.__struct_config__.tag), seq, answer)
         if answer.changed:
             await self._send_snapshot()
 
+    async def _tell(self, to: str, seq: int, answer: Answer) -> None:
+        await self.send(json.dumps({"t": "answer", "to": to, "seq": seq or None, **answer.fields()}))
+
     async def _send_snapshot(self) -> None:
         try:
-            shown = await orm(self._snapshot)()
+            shown = await self._orm(self._snapshot)
         except Error as error:
             await self._store_down(error)
             return
@@ -195,32 +198,32 @@ class RobotConsumer(AsyncWebsocketConsumer):  # type: ignore[misc]
             return
         await self.send(json.dumps(shown))
 
-    async def send(self, text_data: str | None = None, bytes_data: bytes | None = None, close: bool = False) -> None:
-        """Send; a line that ends in the middle of a packet is no error, `disconnect` follows."""
-        with contextlib.suppress(OSError):
-            await super().send(text_data, bytes_data, close)
-
     async def _store_down(self, error: Exception) -> None:
         """Say that the database is away, and look again soon."""
         await self.send(json.dumps({"t": "store", "text": down_text(error)}))
-        asyncio.get_running_loop().call_later(AGAIN_S, self._look_again)
+        if not self._looking:
+            self._looking = True
+            self.begin(self._look_again())
 
-    def _look_again(self) -> None:
-        self.viewer.resync = True
-        self.viewer.wake.set()
+    async def _look_again(self) -> None:
+        await asyncio.sleep(AGAIN_S)
+        self._looking = False
+        self._stale.set()
 
     def _snapshot(self) -> dict[str, Any]:
         user = current_user(self.scope)
-        shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link)
-        self._me, self._may_stop = user.pk or 0, bool(shown["me"]["may_stop"])
+        shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
+        me = shown["me"]
+        self._me, self._may_stop, self._operating = user.pk or 0, bool(me["may_stop"]), bool(me["operating"])
+        self._known = self._may_stop or self._operating or me["ticket"] is not None
         return shown
 
-    async def _forward(self) -> None:
+    async def _forward(self, viewer: Viewer) -> None:
         """Send what the hub brings; without the link, read the database every second."""
-        viewer = self.viewer
         while True:
-            with contextlib.suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(viewer.wake.wait(), RESYNC_S if not hub().link else 15.0)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(RESYNC_S if not hub().link else 15.0):  # wait_for may swallow a cancellation
+                    await viewer.wake.wait()
             viewer.wake.clear()
             viewer.link = hub().link
             if viewer.state is not None:
@@ -240,7 +243,7 @@ class RobotConsumer(AsyncWebsocketConsumer):  # type: ignore[misc]
             if resync:
                 self._stale.set()
 
-    async def _resync(self) -> None:
+    async def _resync(self, viewer: Viewer) -> None:
         """Read everything again when it is stale; pictures and states do not wait for it."""
         while True:
             await self._stale.wait()

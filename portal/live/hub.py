@@ -15,13 +15,13 @@ import redis.asyncio as aioredis
 from django.conf import settings
 from redis.exceptions import RedisError
 
+from portal.live.messages import CAMERAS
 from robots import bus
 from robots.messages import Event, decode
 
 log = logging.getLogger(__name__)
 PING_S = 2.0
 EVENTS = 100
-CAMERAS = 8  # a robot may have
 
 
 class Viewer:
@@ -56,6 +56,7 @@ class Hub:
         self._tasks: set[asyncio.Task[None]] = set()
         self._redis: aioredis.Redis | None = None
         self._pubsub: Any = None
+        self._subscribing = asyncio.Lock()
         self.link = False
 
     def attach(self, viewer: Viewer) -> None:
@@ -65,8 +66,8 @@ class Hub:
         if not self._tasks:
             self._hold(self._read())
             self._hold(self._keep_watch())
-        elif self.link:
-            self._hold(self._subscribe(viewer.slug))
+        else:
+            self._hold(self._follow(viewer.slug))
 
     def choose(self, viewer: Viewer, cameras: frozenset[int]) -> None:
         """Give the viewer the pictures of these cameras from now on; the newest of each at once."""
@@ -93,6 +94,7 @@ class Hub:
         if not room:
             self._rooms.pop(viewer.slug, None)
             self._newest.pop(viewer.slug, None)
+            self._hold(self._follow(viewer.slug))
 
     def viewers(self, slug: str) -> int:
         """Return how many look at the robot through this process."""
@@ -102,9 +104,16 @@ class Hub:
         frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
         return [*frames, *(f(slug) for f in (bus.events_channel, bus.state_channel, bus.trace_channel))]
 
-    async def _subscribe(self, slug: str) -> None:
+    async def _follow(self, slug: str) -> None:
+        """Listen to a robot that has viewers, and no longer to one that has none."""
+        if self._pubsub is None:
+            return
         with contextlib.suppress(RedisError, OSError):
-            await self._pubsub.subscribe(*self._channels(slug))
+            async with self._subscribing:  # whoever comes last sees how it is now
+                if slug not in self._rooms:
+                    await self._pubsub.unsubscribe(*self._channels(slug))
+                    return
+                await self._pubsub.subscribe(*self._channels(slug))
             await self._mark_watched(slug)
 
     async def _read(self) -> None:
@@ -124,8 +133,7 @@ class Hub:
             self._pubsub = self._redis.pubsub(ignore_subscribe_messages=True)
             await self._pubsub.subscribe("farhand:hub")
             for slug in list(self._rooms):
-                await self._pubsub.subscribe(*self._channels(slug))
-                await self._mark_watched(slug)
+                await self._follow(slug)
             self._set_link(True)
             while True:
                 message = await self._pubsub.get_message(timeout=30.0)

@@ -9,10 +9,15 @@ from django.contrib import auth
 from django.contrib.auth.models import AnonymousUser
 
 
+def session_key(scope: dict[str, Any]) -> str:
+    """Return the key of the session that the socket was opened with; empty without one."""
+    return str(scope.get("cookies", {}).get(settings.SESSION_COOKIE_NAME, ""))
+
+
 def current_user(scope: dict[str, Any]) -> Any:
     """Return the person that the socket's session belongs to now; anonymous after a logout."""
-    key = scope["session"].session_key if scope.get("session") else None
-    if not key:
+    key = session_key(scope)
+    if not key or "\x00" in key:
         return AnonymousUser()
     store = import_module(settings.SESSION_ENGINE).SessionStore(key)
     user = auth.get_user(SimpleNamespace(session=store))  # type: ignore[arg-type]

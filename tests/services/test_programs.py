@@ -8,6 +8,7 @@ from django.core.exceptions import ValidationError
 from django.test import Client
 
 from portal.live.actions import plan
+from portal.live.messages import ROBOT, NotUnderstood
 from robots import programs, services
 from robots.admin import checked
 from robots.clock import SYSTEM
@@ -158,7 +159,12 @@ def test_a_preview_of_nonsense_is_refused_in_words(robot, people, message):
         }
     )
     session.save()
-    found = plan({"session": session, "user": people["ada"]}, robot.slug, message)
+    try:
+        asked = ROBOT.decode(json.dumps({"t": "plan", **message}))
+    except NotUnderstood as error:
+        assert str(error).endswith(".")
+        return
+    found = plan({"cookies": {settings.SESSION_COOKIE_NAME: session.session_key}}, robot.slug, asked)
     assert not found["ok"]
     assert found["text"].endswith(".")
 

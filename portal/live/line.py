@@ -1,0 +1,135 @@
+"""What every socket has: bounded messages in, a clean end whatever is said to it or raises in it."""
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Coroutine
+from typing import Any, ClassVar
+
+from channels.exceptions import StopConsumer
+from channels.generic.websocket import AsyncWebsocketConsumer
+
+from portal.live.messages import NotUnderstood, Wire
+
+log = logging.getLogger(__name__)
+RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
+BAD_MESSAGE, TOO_FAST, FAILED = 4400, 4429, 1011
+AGAIN_S = 1.0  # between two attempts to end a task
+LEAVE_S = 5.0  # for what is to be said when a socket has ended
+
+
+class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
+    """A socket of ours. What inherits it says what it reads (`wire`), `opened`, `take`, `refuse` and `left`."""
+
+    wire: ClassVar[Wire[Any]]
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.over = False
+        self._tokens, self._filled = BURST, time.monotonic()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def opened(self) -> None:
+        """Begin; the socket is accepted."""
+
+    async def take(self, message: Any) -> None:
+        """Do what a message asks for."""
+
+    async def refuse(self, error: NotUnderstood) -> None:
+        """Answer what was not understood, with the socket left open."""
+
+    async def left(self) -> None:
+        """Let go of everything; called once, however the socket ended, its tasks being gone."""
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        """Serve the socket to its end; what is left of it is cleared away whatever was raised."""
+        lines.add(self)
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self.over = True
+            lines.discard(self)
+            await self._clear()
+
+    async def _clear(self) -> None:
+        while self._tasks:  # again: what a task awaits may swallow a cancellation
+            for task in self._tasks:
+                task.cancel()
+            await asyncio.wait(list(self._tasks), timeout=AGAIN_S)
+        try:
+            async with asyncio.timeout(LEAVE_S):
+                await self.left()
+        except Exception as error:  # noqa: BLE001 - a store that is away; nothing of ours hangs on it
+            log.debug("a socket's last words were lost: %s", error)
+
+    async def dispatch(self, message: dict[str, Any]) -> None:
+        """Handle one event; an error of ours ends the socket, and it alone.
+
+        Channels closes old database connections here, in the one thread that all sockets share;
+        our threads look after their own.
+        """
+        if message["type"] == "websocket.disconnect":
+            raise StopConsumer
+        if self.over:
+            return
+        try:
+            if message["type"] == "websocket.connect":
+                await self.accept()
+                await self.opened()
+            else:
+                await self._receive(message.get("text"))
+        except OSError as error:  # the line went away under our hands; its end follows
+            log.debug("a socket's line is gone: %s", error)
+        except Exception:
+            log.exception("a socket failed")
+            await self.close(FAILED)
+
+    async def _receive(self, text: str | None) -> None:
+        now = time.monotonic()
+        self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
+        self._filled = now
+        if self._tokens < 0:
+            await self.close(TOO_FAST)
+            return
+        try:
+            message = self.wire.decode(text)
+        except NotUnderstood as error:
+            if error.hopeless:
+                await self.close(BAD_MESSAGE)
+            else:
+                await self.refuse(error)
+            return
+        await self.take(message)
+
+    def begin(self, coroutine: Coroutine[Any, Any, None]) -> None:
+        """Run a task of this socket's; it ends with the socket, and the socket with it if it fails."""
+        task = asyncio.create_task(coroutine)
+        self._tasks.add(task)
+        task.add_done_callback(self._ended)
+
+    def _ended(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if task.cancelled() or task.exception() is None:
+            return
+        log.error("a socket's task failed", exc_info=task.exception())
+        if not self.over:
+            self.begin(self.close(FAILED))
+
+    async def send(self, text_data: str | None = None, bytes_data: bytes | None = None, close: bool = False) -> None:
+        """Send; a line that has ended, or ends in the middle of a packet, is no error."""
+        if self.over:
+            return
+        with contextlib.suppress(OSError):
+            await super().send(text_data, bytes_data, close)
+
+    async def close(self, code: int | None = None, reason: str | None = None) -> None:
+        """Close; a second time changes nothing."""
+        if self.over:
+            return
+        self.over = True
+        with contextlib.suppress(OSError):
+            await super().close(code, reason)
+
+
+lines: set[Line] = set()  # the sockets that this process serves

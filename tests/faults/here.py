@@ -1,0 +1,79 @@
+"""The web process inside the test's own, with its arguments: what it holds can be counted."""
+
+import asyncio
+import contextlib
+import inspect
+import threading
+
+import uvicorn
+from django.db import connections
+
+from portal.programs import web_program
+from tests.conftest import wait_for
+from tests.rig import free_port
+
+
+class WebHere:
+    """A web process in a thread of this one."""
+
+    def __init__(self):
+        self.port = free_port()
+        argv = list(web_program("127.0.0.1", self.port).argv[3:])
+        given = uvicorn.main.make_context("uvicorn", argv).params
+        known = set(inspect.signature(uvicorn.Config).parameters)
+        self.server = uvicorn.Server(uvicorn.Config(**{k: v for k, v in given.items() if k in known}))
+        self.url = f"http://localhost:{self.port}"
+        self.loop = None
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+        wait_for(lambda: self.server.started, 30, "the web process")
+
+    def _run(self):
+        async def serve():
+            self.loop = asyncio.get_running_loop()
+            await self.server._serve()  # `serve` takes over the signals, which belong to the main thread
+
+        asyncio.run(serve())
+        connections.close_all()
+
+    def ask(self, function):
+        """Return what `function` answers in the loop of the web process."""
+
+        async def call():
+            return function()
+
+        return asyncio.run_coroutine_threadsafe(call(), self.loop).result(10)
+
+    def left(self):
+        """Return what the web process holds for sockets: viewers, robots listened to, sockets, tasks, connections."""
+
+        def count():
+            from portal.live.hub import hub
+            from portal.live.line import lines
+
+            here = hub()
+            names = [t.get_coro().__qualname__ for t in asyncio.all_tasks()]
+            pubsub = here._pubsub.channels if here._pubsub is not None else {}
+            return {
+                "viewers": sum(len(room) for room in here._rooms.values()),
+                "pictures": len(here._newest),
+                "robots listened to": sum(b":state" in name for name in pubsub),
+                "sockets": len(lines),
+                "tasks": sum(n.startswith(("RobotConsumer", "Line", "WebSocketsSansIOProtocol", "Hub._follow")) for n in names),
+                "connections": len(self.server.server_state.connections),
+            }  # fmt: skip
+
+        return self.ask(count)
+
+    def nothing_left(self, seconds=15):
+        """Wait until nothing is left of any socket."""
+        try:
+            wait_for(lambda: not any(self.left().values()), seconds, "an empty web process")
+        except AssertionError as error:
+            raise AssertionError(f"left behind: {self.left()}") from error
+
+    def stop(self):
+        self.server.should_exit = True
+        self._thread.join(10)
+        with contextlib.suppress(RuntimeError):
+            self.loop.close()

@@ -1,0 +1,153 @@
+"""A hostile socket leaves nothing behind: no viewer, no task, no watch key."""
+
+import json
+import socket
+import time
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from benchmarks.command_round_trip import cookie
+from robots import bus
+from tests.conftest import wait_for
+from tests.faults.here import WebHere
+
+
+@pytest.fixture
+def web(transactional_db, redis_server, robot, people):
+    bus.connection().flushall()
+    made = WebHere()
+    yield made
+    made.stop()
+
+
+def line(web, person=None, path="/ws/robots/mercury/", **more):
+    headers = {"Cookie": cookie(person)} if person else {}
+    return connect(f"ws://127.0.0.1:{web.port}{path}", origin=f"http://127.0.0.1:{web.port}", additional_headers=headers, max_size=None, **more)  # fmt: skip
+
+
+def heard(one, what, seconds=10):
+    """Read until a message `what` comes; return it."""
+    until = time.monotonic() + seconds
+    while True:
+        data = one.recv(timeout=max(0.01, until - time.monotonic()))
+        if isinstance(data, str) and (said := json.loads(data))["t"] == what:
+            return said
+
+
+def closed(one, seconds=10):
+    """Read until the socket is closed; return its code."""
+    until = time.monotonic() + seconds
+    try:
+        while True:
+            one.recv(timeout=max(0.01, until - time.monotonic()))
+    except ConnectionClosed as end:
+        return end.rcvd.code if end.rcvd else None
+
+
+MALFORMED = [
+    {"t": "command", "kind": [], "seq": 1}, {"t": "command", "kind": {}, "seq": 1}, {"t": "watch", "cameras": [[]]},
+    {"t": [], "seq": {}}, {"t": "plan", "kind": 0, "from": 1}, {"t": "keep", "seq": []}, {"t": "nope"}, {},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("said", MALFORMED)
+def test_a_malformed_message_is_answered_and_leaves_no_viewer(web, said):
+    with line(web) as one:
+        heard(one, "snapshot")
+        one.send(json.dumps(said))
+        answer = heard(one, "answer")
+        assert not answer["ok"]
+        assert "not understood" in answer["text"]
+        one.send('{"t": "ping", "n": 3}')
+        assert heard(one, "pong")["n"] == 3
+        assert web.left()["viewers"] == 1
+    web.nothing_left()
+
+
+@pytest.mark.parametrize("said", ["", "{", "[]", "[" * 3000, b"\x00\x01", "x" * 9000, '{"t":"ping","n":NaN}'])
+def test_what_no_page_sends_closes_the_socket(web, said):
+    with line(web) as one:
+        heard(one, "snapshot")
+        one.send(said)
+        assert closed(one) == 4400
+    web.nothing_left()
+
+
+def test_a_burst_closes_the_socket_once(web):
+    with line(web) as one:
+        heard(one, "snapshot")
+        for n in range(150):
+            one.send(json.dumps({"t": "ping", "n": n}))
+        assert closed(one) == 4429
+    web.nothing_left()
+
+
+def test_the_watch_keys_end_with_the_last_viewer(web):
+    with line(web) as one:
+        heard(one, "snapshot")
+        wait_for(lambda: bus.watched("mercury"), 5, "the watch key")
+    web.nothing_left()
+    wait_for(lambda: not bus.connection().keys("farhand:*:watch:*"), bus.WATCH_S + 1, "the end of the watch keys")
+
+
+def test_a_line_cut_anywhere_leaves_nothing(web, people):
+    head = (
+        f"GET /ws/robots/mercury/ HTTP/1.1\r\nHost: localhost:{web.port}\r\nOrigin: http://localhost:{web.port}\r\n"
+        f"Cookie: {cookie(people['ada'])}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    ).encode()
+    frame = b"\x81\x8e\x00\x00\x00\x00" + b'{"t": "ping"}\n'  # a whole text frame, mask of zeros
+    said = head + frame * 2
+    for end in [*range(0, len(head), 37), *range(len(head), len(said) + 1)]:
+        with socket.create_connection(("127.0.0.1", web.port)) as raw:
+            raw.sendall(said[:end])
+            if end % 2:
+                time.sleep(0.02)
+    web.nothing_left()
+
+
+def test_a_robot_that_is_not_there_closes_with_its_code(web):
+    with line(web, path="/ws/robots/nobody/") as one:
+        assert closed(one) == 4404
+    web.nothing_left()
+
+
+def refusal(web, path="/ws/robots/mercury/", **more):
+    from websockets.exceptions import InvalidStatus
+
+    with pytest.raises(InvalidStatus) as refused:
+        connect(f"ws://127.0.0.1:{web.port}{path}", **more)
+    return refused.value.response.status_code
+
+
+def test_an_unknown_address_of_a_socket_is_answered(web):
+    own = f"http://127.0.0.1:{web.port}"
+    for path in (
+        "/",
+        "/ws/",
+        "/ws/robots/",
+        "/ws/robots/a/b/",
+        "/ws/robots/%00/",
+        "/ws/robots/mercury",
+        "/%ff",
+        "/ws/robots/²/",
+    ):
+        assert refusal(web, path.encode("ascii", "ignore").decode(), origin=own) == 404
+    web.nothing_left()
+
+
+def test_promise_33_foreign_null_and_missing_origins_are_refused(web, proof):
+    own = f"127.0.0.1:{web.port}"
+    strange = [
+        None, "null", "http://evil.example", f"https://{own}", f"http://localhost:{web.port}", "http://127.0.0.1",
+        f"http://127.0.0.1:{web.port + 1}", f"http://{own}.evil.example", f"http://{own}@evil.example", f"http://{own}/",
+        "file://", f"ws://{own}",
+    ]  # fmt: skip
+    for origin in strange[: proof.count("origins", 12, 12)]:
+        assert refusal(web, origin=origin) == 403
+    with connect(f"ws://{own}/ws/robots/mercury/", origin=f"http://{own}") as one:
+        heard(one, "snapshot")
+    web.nothing_left()
+    proof.holds("12 of 12 refused with 403, the site's own taken")

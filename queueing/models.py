@@ -17,6 +17,7 @@ class TicketState(models.TextChoices):
 
 
 OPEN_TICKET = (TicketState.WAITING, TicketState.OFFERED, TicketState.OPERATING)
+NOT_YET = (TicketState.WAITING, TicketState.OFFERED)
 
 
 class Queue(models.Model):
@@ -70,6 +71,9 @@ class Ticket(models.Model):
     offer_until = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
+    dismissed_at = models.DateTimeField(
+        null=True, blank=True, help_text="The person was told that the place was given on."
+    )
 
     class Meta:
         constraints = [

@@ -1,8 +1,10 @@
 """What every verb of the queue does first and last: lock its row, and say that it changed."""
 
+from typing import Any
+
 from queueing.models import Queue
 from robots import bus
-from robots.messages import Changed
+from robots.messages import Changed, StandingChanged
 from robots.models import Robot
 
 
@@ -16,7 +18,8 @@ def robots_of(queue: Queue) -> list[Robot]:
     return list(Robot.objects.filter(queue_link__queue=queue).order_by("pk"))
 
 
-def announce(queue: Queue) -> None:
-    """Tell everybody who watches one of its robots, once the transaction is through."""
+def announce(queue: Queue, user: Any = None) -> None:
+    """Tell, once the transaction is through, who watches its robots, who stands in it, and `user`, who has come to it."""
     for robot in robots_of(queue):
         bus.publish_on_commit(robot.slug, Changed("queue"))
+    bus.tell_people_on_commit(StandingChanged(queue=queue.pk, user=user.pk if user else 0))

@@ -15,17 +15,18 @@ from accounts.models import Clearance
 from accounts.services import cleared
 from queueing import fairshare
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
-from queueing.models import OPEN_TICKET, Account, Queue, QueueRobot, Ticket, TicketState, Turn
+from queueing.models import NOT_YET, OPEN_TICKET, Account, Queue, QueueRobot, Ticket, TicketState, Turn
 from queueing.offers import RobotsFault, begin, offer, recall, recall_offers, why_not_ready
 from queueing.rows import announce, locked, robots_of
+from robots import bus
 from robots.grants import end_grant, end_overdue_upkeep
+from robots.messages import StandingChanged
 from robots.models import Grant, Robot
 from robots.states import Cycle
 
 RULES = settings.FARHAND
 ABSENT_S = 900  # a waiting person who is away so long has left
 SLICE_S = 60
-NOT_YET = (TicketState.WAITING, TicketState.OFFERED)
 
 
 def queue_of(robot: Robot) -> Queue:
@@ -82,7 +83,7 @@ def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticke
             joined_at=now, last_seen=now, classic=classic,
         )  # fmt: skip
         _start_countdown(queue, now)
-        announce(queue)
+        announce(queue, user)
         return ticket
 
 
@@ -203,12 +204,18 @@ def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None) ->
         changes["classic"] = classic
     Ticket.objects.filter(pk=ticket.pk).update(**changes)
     if ticket.state == TicketState.OPERATING:
-        Turn.objects.filter(ticket=ticket, ended_at=None).update(**changes, connected=True)
+        mine = Turn.objects.filter(ticket=ticket, ended_at=None)
+        back = mine.filter(connected=False).update(connected=True)
+        mine.update(**changes)
+        if back:
+            bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
 def disconnected(robot: Robot, user: Any, now: datetime) -> None:
     """Remember that the operator's line is gone; the turn is kept for a while."""
-    Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False).update(connected=False, last_seen=now)
+    mine = Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False)
+    if mine.update(connected=False, last_seen=now):
+        bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
 def tick(now: datetime) -> None:
@@ -286,28 +293,3 @@ def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff") -> N
             end_turn(Turn.objects.get(ticket=ticket), reason, now)
         elif ticket.state in OPEN_TICKET:
             _withdraw(queue, ticket, TicketState.LEFT, reason, now)
-
-
-def waiting(robot: Robot) -> int:
-    """Return how many people wait for the robot."""
-    return Ticket.objects.filter(queue__robot_links__robot=robot, state__in=NOT_YET).count()
-
-
-def place(ticket: Ticket) -> int:
-    """Return how many waiting people are served before this ticket."""
-    ahead = Ticket.objects.filter(queue=ticket.queue, state__in=NOT_YET)
-    return (
-        ahead.filter(start_tag__lt=ticket.start_tag).count()
-        + ahead.filter(start_tag=ticket.start_tag, pk__lt=ticket.pk).count()
-    )
-
-
-def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | None:
-    """Return the least and greatest wait in s; None where the robot's return is not known."""
-    if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
-        return None
-    turn = open_turn(robot)
-    left = max(0.0, (turn.until - now).total_seconds()) if turn else 0.0
-    if turn:
-        left = max(left, 0.0) if turn.until <= turn.base_until else float(RULES["COUNTDOWN_S"])
-    return fairshare.estimate(ahead, left, float(robot.turn_s or RULES["TURN_S"]), 12.0)

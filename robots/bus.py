@@ -14,7 +14,7 @@ from celery import current_app
 from django.conf import settings
 from django.db import transaction
 
-from robots.messages import Event, encode
+from robots.messages import Event, StandingChanged, encode
 
 log = logging.getLogger(__name__)
 failures: Counter[str] = Counter()
@@ -67,6 +67,11 @@ def held_channel(slug: str) -> str:
     return f"farhand:{slug}:held"
 
 
+def people_channel() -> str:
+    """Return the channel that says whose standing changed."""
+    return "farhand:people"
+
+
 def watch_key(slug: str, what: str) -> str:
     """Return the key that says somebody looks."""
     return f"farhand:{slug}:watch:{what}"
@@ -105,6 +110,11 @@ def publish(slug: str, event: Event) -> bool:
 def publish_on_commit(slug: str, event: Event) -> None:
     """Tell everybody once the transaction is through."""
     transaction.on_commit(lambda: publish(slug, event), robust=True)
+
+
+def tell_people_on_commit(event: StandingChanged) -> None:
+    """Tell the sockets of people, once the transaction is through, that they stand elsewhere."""
+    transaction.on_commit(lambda: _publish(people_channel(), encode(event)), robust=True)
 
 
 def publish_state(slug: str, packet: bytes) -> bool:

@@ -52,12 +52,25 @@ class Notice(_Message, frozen=True, tag="notice"):
     level: str = "info"
 
 
+class StandingChanged(_Message, frozen=True, tag="standing"):
+    """Where people stand in this queue, or this person anywhere, changed (ids; 0: none): read it again."""
+
+    queue: int = 0
+    user: int = 0
+
+
 Event = CommandStage | Changed | Trace | Notice
 _ENCODER = msgspec.json.Encoder()
 _DECODER: msgspec.json.Decoder[Event] = msgspec.json.Decoder(Event)
+_PEOPLE = msgspec.json.Decoder(StandingChanged)
 
 
-def encode(event: Event) -> bytes:
+def decode_standing(data: bytes) -> StandingChanged:
+    """Return what was told to people. Raises msgspec.ValidationError for anything else."""
+    return _PEOPLE.decode(data)
+
+
+def encode(event: Event | StandingChanged) -> bytes:
     """Return the event as JSON."""
     return _ENCODER.encode(event)
 

@@ -20,6 +20,7 @@ from queueing import services as queue
 from queueing import tokens
 from queueing.errors import QueueError
 from queueing.models import TicketState, Turn
+from queueing.places import place, wait_range
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
@@ -74,8 +75,8 @@ def _context(request: HttpRequest, robot: Robot, now: datetime) -> dict[str, Any
     turn = queue.open_turn(robot)
     still = newest_still(robot)
     mine = turn is not None and turn.user_id == request.user.pk
-    ahead = queue.place(ticket) if ticket is not None and ticket.state == TicketState.WAITING else 0
-    wait = queue.wait_range(robot, ahead, now) if ticket else None
+    ahead = place(ticket) if ticket is not None and ticket.state == TicketState.WAITING else 0
+    wait = wait_range(robot, ahead, now) if ticket else None
     unwritten = None
     if request.user.is_authenticated:
         unwritten = Turn.objects.filter(user=request.user, robot=robot, entry=None).exclude(ended_at=None).first()

@@ -7,7 +7,8 @@ from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from portal.stores import trouble
 from queueing.models import TicketState
-from queueing.services import open_ticket, open_turn, place, wait_range, waiting
+from queueing.places import place, wait_range, waiting
+from queueing.services import open_ticket, open_turn
 from robots.grants import open_grant, owner_alive, under_upkeep
 from robots.models import Command, Frame, Grant, Lease, Robot
 from robots.services import may_stop, newest_still

@@ -16,7 +16,8 @@ from operatorlog.models import Entry, Visibility
 from portal.classic.panel import drawable
 from portal.live.snapshot import status_of
 from queueing.models import Turn
-from queueing.services import open_turn, waiting
+from queueing.places import waiting
+from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM
 from robots.models import Robot

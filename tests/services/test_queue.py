@@ -9,6 +9,7 @@ from queueing import services as queue
 from queueing import tokens
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Account, Queue, Ticket, TicketState, Turn
+from queueing.places import place, wait_range
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle
 
@@ -242,11 +243,11 @@ def test_the_wait_is_a_range_or_unknown(stage):
     robot, people, clock = stage
     drive(robot, people["ada"], clock)
     ticket = queue.join(robot, people["bob"], clock.now())
-    low, high = queue.wait_range(robot, queue.place(ticket), clock.now())
+    low, high = wait_range(robot, place(ticket), clock.now())
     assert 0 <= low <= high
     assert high >= 300
     robot.cycle = Cycle.FAULT
-    assert queue.wait_range(robot, 0, clock.now()) is None
+    assert wait_range(robot, 0, clock.now()) is None
 
 
 def test_a_classic_token_is_good_once_and_spends_its_sisters(stage):

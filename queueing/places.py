@@ -1,0 +1,93 @@
+"""Where people stand: places before them, the wait, and what one person has everywhere. Reads only."""
+
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.conf import settings
+from django.db.models import Exists, OuterRef
+
+from queueing import fairshare
+from queueing.models import NOT_YET, OPEN_TICKET, Ticket, TicketState, Turn
+from robots.models import Robot
+from robots.states import Cycle
+
+RULES = settings.FARHAND
+URGENT_FIRST = ("offered", "operating", "missed", "waiting")
+
+
+def waiting(robot: Robot) -> int:
+    """Return how many people wait for the robot."""
+    return Ticket.objects.filter(queue__robot_links__robot=robot, state__in=NOT_YET).count()
+
+
+def place(ticket: Ticket) -> int:
+    """Return how many waiting people are served before this ticket."""
+    ahead = Ticket.objects.filter(queue=ticket.queue, state__in=NOT_YET)
+    return (
+        ahead.filter(start_tag__lt=ticket.start_tag).count()
+        + ahead.filter(start_tag=ticket.start_tag, pk__lt=ticket.pk).count()
+    )
+
+
+def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | None:
+    """Return the least and greatest wait in s; None where the robot's return is not known."""
+    if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
+        return None
+    turn = Turn.objects.filter(robot=robot, ended_at=None).first()
+    left = max(0.0, (turn.until - now).total_seconds()) if turn else 0.0
+    if turn:
+        left = max(left, 0.0) if turn.until <= turn.base_until else float(RULES["COUNTDOWN_S"])
+    return fairshare.estimate(ahead, left, float(robot.turn_s or RULES["TURN_S"]), 12.0)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What a person has at one robot: `offered`, `operating`, `waiting`, or `missed` and not dismissed yet."""
+
+    state: str
+    ticket: int
+    queue: int
+    robot: Robot
+    until: datetime | None = None  # the offer or the turn ends
+    kept_until: datetime | None = None  # the turn ends earlier unless its robot's page is opened again
+    ahead: int = 0
+    wait_s: tuple[int, int] | None = None
+    ended_at: datetime | None = None
+    reason: str = ""
+
+
+def standings(user: Any, now: datetime) -> list[Standing]:
+    """Return where the person stands with every robot, the most urgent first."""
+    if user is None or not user.is_authenticated:
+        return []
+    newer = Ticket.objects.filter(queue=OuterRef("queue"), user=OuterRef("user"), pk__gt=OuterRef("pk"))
+    mine = Ticket.objects.filter(user=user).select_related("robot", "turn").order_by("pk")
+    missed = mine.filter(state=TicketState.EXPIRED, dismissed_at=None).exclude(Exists(newer))
+    found = [_standing(ticket, now) for ticket in (*mine.filter(state__in=OPEN_TICKET), *missed)]
+    return sorted((s for s in found if s is not None), key=_urgency)
+
+
+def _urgency(one: Standing) -> tuple[int, float, int]:
+    end = one.until.timestamp() if one.until else 0.0
+    return URGENT_FIRST.index(one.state), end, one.ahead
+
+
+def _standing(ticket: Ticket, now: datetime) -> Standing | None:
+    robot = ticket.robot or Robot.objects.filter(queue_link__queue=ticket.queue_id).order_by("pk").first()
+    if robot is None:
+        return None
+    state = "missed" if ticket.state == TicketState.EXPIRED else str(ticket.state)
+    found = Standing(state, ticket.pk, ticket.queue_id, robot)
+    if state == "offered":
+        return replace(found, until=ticket.offer_until)
+    if state == "operating":
+        turn = ticket.turn
+        kept = None
+        if not turn.connected and not turn.classic:
+            kept = min(turn.until, turn.last_seen + timedelta(seconds=RULES["RECONNECT_S"]))
+        return replace(found, until=turn.until, kept_until=kept)
+    if state == "missed":
+        return replace(found, ended_at=ticket.ended_at, reason=ticket.end_reason)
+    ahead = place(ticket)
+    return replace(found, ahead=ahead, wait_s=wait_range(robot, ahead, now))

@@ -11,6 +11,7 @@ from operatorlog import views as log
 from portal.classic import pictures
 from portal.classic import views as classic
 from portal.pages import health, programs, views
+from portal.pages.places import my_places
 
 admin.site.site_header = "Farhand"
 admin.site.site_title = "Farhand"
@@ -22,6 +23,7 @@ urlpatterns = [
     path("story/", views.story, name="story"),
     path("status/", views.status, name="status"),
     path("me/", views.me, name="me"),
+    path("me/places/", my_places, name="places"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
     path("robots/<slug:slug>/model.urdf", views.model, name="model"),
     path("robots/<slug:slug>/programs/", programs.programs_of, name="programs"),

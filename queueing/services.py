@@ -27,6 +27,7 @@ from robots.states import Cycle
 RULES = settings.FARHAND
 ABSENT_S = 900  # a waiting person who is away so long has left
 SLICE_S = 60
+NO_ANSWER = "did not answer the offer"
 
 
 def queue_of(robot: Robot) -> Queue:
@@ -235,7 +236,7 @@ def _tick(queue: Queue, now: datetime) -> None:
         _tick_turn(queue, turn, now)
     recall_offers(queue, now)  # first: an offer that nobody could take up must not lapse
     for ticket in Ticket.objects.filter(queue=queue, state=TicketState.OFFERED, offer_until__lte=now):
-        _withdraw(queue, ticket, TicketState.EXPIRED, "did not answer the offer", now)
+        _withdraw(queue, ticket, TicketState.EXPIRED, NO_ANSWER, now)
     for ticket in Ticket.objects.filter(
         queue=queue, state=TicketState.WAITING, last_seen__lte=now - timedelta(seconds=ABSENT_S)
     ):

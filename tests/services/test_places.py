@@ -32,7 +32,9 @@ def states(user, clock):
 
 
 def another(people, clock):
-    other = Robot.objects.create(slug="other", name="Other", driver="mercury", address="sim:x", enabled=True, cycle=Cycle.READY)
+    other = Robot.objects.create(
+        slug="other", name="Other", driver="mercury", address="sim:x", enabled=True, cycle=Cycle.READY
+    )
     queue.queue_of(other)
     alive(other, clock)
     for name in ("ada", "bob"):
@@ -40,10 +42,10 @@ def another(people, clock):
     return other
 
 
-def test_nobody_and_who_has_nothing_stand_nowhere(stage, client):
+def test_nobody_and_who_has_nothing_stand_nowhere(stage):
     from django.contrib.auth.models import AnonymousUser
 
-    robot, people, clock = stage
+    _, people, clock = stage
     assert standings(AnonymousUser(), clock.now()) == []
     assert standings(people["ada"], clock.now()) == []
 

@@ -1,0 +1,59 @@
+"""Where a person stands, as pages and the person's socket are told of it; and what may be asked there."""
+
+from datetime import datetime
+from typing import Any
+
+from queueing import services as queue
+from queueing.errors import QueueError
+from queueing.places import Standing, standings
+from queueing.presence import dismiss
+from robots.models import Robot
+
+
+def _ms(at: datetime | None) -> int | None:
+    return int(at.timestamp() * 1000) if at else None
+
+
+def place_info(one: Standing, now: datetime) -> dict[str, Any]:
+    """Return one standing for a page; `left_s` is for pages without scripts."""
+    end = one.kept_until or one.until
+    return {
+        "state": one.state, "ticket": one.ticket, "robot": one.robot.slug, "name": one.robot.name,
+        "until_ms": _ms(one.until), "kept_until_ms": _ms(one.kept_until), "ahead": one.ahead, "wait_s": one.wait_s,
+        "ended_ms": _ms(one.ended_at), "away": one.state == "missed" and one.reason != queue.NO_ANSWER,
+        "left_s": max(0, round((end - now).total_seconds())) if end else None,
+    }  # fmt: skip
+
+
+def places(user: Any, now: datetime) -> dict[str, Any]:
+    """Return everything that the bar on every page shows, the most urgent first."""
+    return {
+        "t": "places", "now_ms": _ms(now), "places": [place_info(one, now) for one in standings(user, now)],
+    }  # fmt: skip
+
+
+def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
+    """Join, leave, accept or dismiss from any page; return what went wrong in words, empty for nothing.
+
+    Who accepts away from the robot's page has its turn kept for as long as a lost connection would,
+    until that page is open.
+    """
+    if wanted == "dismiss":
+        dismiss(ticket, user, now)
+        return ""
+    found = Robot.objects.filter(slug=robot).first()
+    if found is None:
+        return "There is no such robot; reload the page."
+    try:
+        if wanted == "accept":
+            queue.accept(found, user, now)
+            queue.disconnected(found, user, now)
+        elif wanted == "join":
+            queue.join(found, user, now)
+        elif wanted == "leave":
+            queue.leave(found, user, now)
+        else:
+            return "That request is unknown; reload the page."
+    except QueueError as error:
+        return str(error)
+    return ""

@@ -1,0 +1,45 @@
+"""`/me/places/`: where one stands, for the bar on every page when it has no socket, or no scripts."""
+
+from django.contrib import messages
+from django.contrib.auth.decorators import login_required
+from django.http import HttpRequest, HttpResponse, HttpResponseBase, JsonResponse
+from django.shortcuts import redirect
+from django.utils.http import url_has_allowed_host_and_scheme
+from django.views.decorators.cache import never_cache
+from django.views.decorators.http import require_http_methods
+
+from portal.live.standing import act, places
+from queueing.presence import present
+from robots.clock import SYSTEM
+
+
+@never_cache
+@require_http_methods(["GET", "POST"])
+@login_required
+def my_places(request: HttpRequest) -> HttpResponseBase:
+    """Tell where one stands (GET, JSON), or take up, leave, join or dismiss (POST).
+
+    A form goes on to a page; a script, which asks for JSON, is told `text`, what went wrong.
+    """
+    now = SYSTEM.now()
+    present(request.user, now)
+    if request.method != "POST":
+        return JsonResponse(places(request.user, now))
+    wanted, robot = request.POST.get("do", ""), request.POST.get("robot", "")
+    ticket = request.POST.get("ticket", "")
+    number = int(ticket) if ticket.isascii() and ticket.isdigit() and len(ticket) < 18 else 0
+    wrong = act(request.user, wanted, robot.replace("\x00", ""), number, now)
+    if request.accepts("text/html"):
+        return _go_on(request, wanted, robot, wrong)
+    return JsonResponse({**places(request.user, SYSTEM.now()), "ok": not wrong, "text": wrong})
+
+
+def _go_on(request: HttpRequest, wanted: str, robot: str, wrong: str) -> HttpResponse:
+    """Lead a browser without scripts to the robot that it took up, or back to where it was."""
+    if wrong:
+        messages.warning(request, wrong)
+    elif wanted in ("accept", "join"):
+        return redirect("robot", slug=robot)
+    back = request.POST.get("next", "")
+    safe = url_has_allowed_host_and_scheme(back, {request.get_host()}, request.is_secure())
+    return redirect(back if safe else "/")

@@ -14,6 +14,7 @@ from django.db import transaction
 from accounts import services as accounts
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
+from queueing import presence
 from queueing import services as queue
 from queueing import staff as queue_staff
 from queueing.errors import QueueError
@@ -124,10 +125,11 @@ INNER = {
     },
     "robots.programs": set(),
     "queueing.services": {
-        "queue_of", "open_turn", "why_not_ready", "end_turn", "tick", "remove", "waiting", "place", "wait_range",
+        "queue_of", "open_turn", "why_not_ready", "end_turn", "tick", "remove",
         # of the person of a request that has signed in, and of nobody else's rows
         "disconnected", "fresh_token", "spend_token",
     },
+    "queueing.presence": {"present", "dismiss"},  # of one's own places, whoever one is
     "queueing.staff": set(),
     "operatorlog.services": set(),
 }  # fmt: skip
@@ -153,7 +155,7 @@ def functions(module):
     }  # fmt: skip
 
 
-MODULES = {m.__name__: m for m in (services, programs, queue, queue_staff, log)}
+MODULES = {m.__name__: m for m in (services, programs, queue, presence, queue_staff, log)}
 
 
 @pytest.mark.parametrize("module", MODULES)

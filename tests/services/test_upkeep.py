@@ -7,6 +7,7 @@ import pytest
 from queueing import services as queue
 from queueing.errors import RobotUnavailable
 from queueing.models import Ticket, TicketState
+from queueing.places import place
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
@@ -106,7 +107,7 @@ def test_from_the_click_of_staff_to_the_next_turn_no_place_is_lost(robot, people
     with pytest.raises(RobotUnavailable, match="[Ss]taff.*keep your place"):
         queue.accept(robot, ada, now)
     first.refresh_from_db()
-    assert (first.state, first.start_tag, queue.place(first), queue.place(second)) == (
+    assert (first.state, first.start_tag, place(first), place(second)) == (
         TicketState.WAITING, first.start_tag, 0, 1,
     )  # fmt: skip
     for s in range(1, 90):  # far longer than any offer

@@ -19,7 +19,7 @@ def robots_of(queue: Queue) -> list[Robot]:
 
 
 def announce(queue: Queue, user: Any = None) -> None:
-    """Tell, once the transaction is through, who watches its robots, who stands in it, and `user`, who has come to it."""
+    """Tell who watches its robots, who stands in it, and `user`, who came to it; once the transaction is through."""
     for robot in robots_of(queue):
         bus.publish_on_commit(robot.slug, Changed("queue"))
     bus.tell_people_on_commit(StandingChanged(queue=queue.pk, user=user.pk if user else 0))

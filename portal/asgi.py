@@ -15,10 +15,12 @@ from django.urls import path, re_path  # noqa: E402
 
 from portal.live.consumers import RobotConsumer  # noqa: E402
 from portal.live.origins import OwnOrigin, Refused  # noqa: E402
+from portal.live.person import PersonConsumer  # noqa: E402
 
 nowhere: Any = Refused(404, "There is no socket at this address.\n")
 sockets = URLRouter(
     [
+        path("ws/me/", PersonConsumer.as_asgi()),
         path("ws/robots/<slug:slug>/", RobotConsumer.as_asgi()),
         re_path("", nowhere),  # last
     ]

@@ -1,12 +1,20 @@
 """What every template knows."""
 
+from typing import Any
+
 from django.http import HttpRequest
 from django.utils.functional import SimpleLazyObject
 
-from portal.live.standing import places
+from portal.live.standing import place_info
 from portal.stores import trouble
+from queueing.places import standings
 from robots.clock import SYSTEM
 from robots.models import Robot
+
+
+def _my_places(user: Any) -> list[dict[str, Any]]:
+    now = SYSTEM.now()
+    return [place_info(one, now) for one in standings(user, now)]
 
 
 def site(request: HttpRequest) -> dict[str, object]:
@@ -18,5 +26,5 @@ def site(request: HttpRequest) -> dict[str, object]:
     return {
         "menu_robots": Robot.objects.filter(enabled=True).only("slug", "name"),
         "store_trouble": trouble(),
-        "my_places": SimpleLazyObject(lambda: places(user, SYSTEM.now())["places"]),
+        "my_places": SimpleLazyObject(lambda: _my_places(user)),
     }

@@ -4,7 +4,7 @@ A message is decoded into one of these types, with every length and number bound
 anything looks at it. Pure: no Django, no I/O.
 """
 
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta
@@ -18,6 +18,7 @@ Sequence = Annotated[int, Meta(ge=1, le=GREATEST)]
 Number = Annotated[int, Meta(ge=0, le=GREATEST)]
 Name = Annotated[str, Meta(min_length=1, max_length=30, pattern=r"^[^\x00]*\Z")]
 Text = Annotated[str, Meta(max_length=LONGEST, pattern=r"^[^\x00]*\Z")]
+Slug = Annotated[str, Meta(max_length=50, pattern=r"^[-a-zA-Z0-9_]*\Z")]
 Integer = Annotated[int, Meta(ge=-GREATEST, le=GREATEST)]
 Arguments = Annotated[dict[Name, bool | Integer | float | Text | None], Meta(max_length=32)]
 
@@ -95,6 +96,23 @@ class Plan(Message, frozen=True, tag="plan"):
     n: Number = 0
 
 
+class Here(Message, frozen=True, tag="here"):
+    """The page of a person is there and hears; the answer to what it is told."""
+
+
+class Look(Message, frozen=True, tag="look"):
+    """Tell me again where I stand."""
+
+
+class Do(Message, frozen=True, tag="do"):
+    """Join, leave or accept at a robot, or dismiss the note of a lost place, from any page."""
+
+    what: Literal["join", "leave", "accept", "dismiss"]
+    robot: Slug = ""
+    ticket: Number = 0
+
+
+PersonMessage = Here | Look | Do
 RobotMessage = Command | Stop | Release | Join | Leave | Accept | Ping | Keep | LetGo | Trace | Watch | Plan
 M = TypeVar("M")
 
@@ -149,3 +167,4 @@ class Wire(Generic[M]):
 
 
 ROBOT: Wire[RobotMessage] = Wire(RobotMessage)
+PERSON: Wire[PersonMessage] = Wire(PersonMessage)

@@ -1,11 +1,12 @@
 """Where a person stands, as pages and the person's socket are told of it; and what may be asked there."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Any
 
 from queueing import services as queue
 from queueing.errors import QueueError
-from queueing.places import Standing, standings
+from queueing.places import Standing
 from queueing.presence import dismiss
 from robots.models import Robot
 
@@ -25,11 +26,9 @@ def place_info(one: Standing, now: datetime) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def places(user: Any, now: datetime) -> dict[str, Any]:
+def places(found: Sequence[Standing], now: datetime) -> dict[str, Any]:
     """Return everything that the bar on every page shows, the most urgent first."""
-    return {
-        "t": "places", "now_ms": _ms(now), "places": [place_info(one, now) for one in standings(user, now)],
-    }  # fmt: skip
+    return {"t": "places", "now_ms": _ms(now), "places": [place_info(one, now) for one in found]}
 
 
 def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:

@@ -9,6 +9,7 @@ from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_http_methods
 
 from portal.live.standing import act, places
+from queueing.places import standings
 from queueing.presence import present
 from robots.clock import SYSTEM
 
@@ -24,14 +25,19 @@ def my_places(request: HttpRequest) -> HttpResponseBase:
     now = SYSTEM.now()
     present(request.user, now)
     if request.method != "POST":
-        return JsonResponse(places(request.user, now))
+        return JsonResponse(_places(request))
     wanted, robot = request.POST.get("do", ""), request.POST.get("robot", "")
     ticket = request.POST.get("ticket", "")
     number = int(ticket) if ticket.isascii() and ticket.isdigit() and len(ticket) < 18 else 0
     wrong = act(request.user, wanted, robot.replace("\x00", ""), number, now)
     if request.accepts("text/html"):
         return _go_on(request, wanted, robot, wrong)
-    return JsonResponse({**places(request.user, SYSTEM.now()), "ok": not wrong, "text": wrong})
+    return JsonResponse({**_places(request), "ok": not wrong, "text": wrong})
+
+
+def _places(request: HttpRequest) -> dict[str, object]:
+    now = SYSTEM.now()
+    return places(standings(request.user, now), now)
 
 
 def _go_on(request: HttpRequest, wanted: str, robot: str, wrong: str) -> HttpResponse:

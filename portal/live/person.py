@@ -1,0 +1,154 @@
+"""The person's socket, one a page: where they stand, on whatever page they are; and their presence there.
+
+The server asks and the page answers (`here`), because a page in the background is let run its
+own timers once a minute at most, but is given what arrives at once. For the same reason it is
+told again at the moments that it announces to its reader: 60, 20 and 10 s before an end.
+"""
+
+import asyncio
+import contextlib
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+
+from django.db import Error
+
+from portal.live.bells import Bell, bells
+from portal.live.line import Line
+from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
+from portal.live.people import current_user
+from portal.live.standing import act, places
+from portal.live.threads import ANYBODY, KNOWN
+from portal.stores import down_text
+from queueing.places import standings
+from queueing.presence import present
+from robots.clock import SYSTEM
+
+PULSE_S = 20.0
+UNLINKED_S = 2.0  # between two looks at the database while nobody rings
+SEEN_S = 10.0  # between two marks of presence
+LEAST_S = 0.2  # between two looks, however often it is rung
+MOMENTS_S = (60, 20, 10, 0)
+SIGNED_OUT = 4401
+
+
+class PersonConsumer(Line):
+    """One page of one person who is signed in."""
+
+    wire = PERSON
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._bell: Bell | None = None
+        self._me, self._stands, self._waits, self._seen = 0, False, False, 0.0
+
+    async def opened(self) -> None:
+        """Find out who it is; strangers have no such socket."""
+        try:
+            user = await ANYBODY.orm(current_user)(self.scope)
+        except Error:
+            await self.close(1013)  # try again later
+            return
+        if not user.is_authenticated:
+            await self.close(SIGNED_OUT)
+            return
+        self._me = user.pk
+        self._bell = Bell(user.pk)
+        bells().attach(self._bell)
+        self.begin(self._serve(self._bell))
+
+    async def left(self) -> None:
+        """Ring it no more."""
+        if self._bell is not None:
+            bells().detach(self._bell)
+
+    async def _orm(self, function: Callable[..., Any], *args: Any) -> Any:
+        return await (KNOWN if self._stands else ANYBODY).orm(function, self._me)(*args)
+
+    async def take(self, message: PersonMessage) -> None:
+        """Note the presence, look again, or carry out what is asked."""
+        bell = self._bell
+        if bell is None:
+            return
+        match message:
+            case Here():
+                if self._waits and time.monotonic() - self._seen > SEEN_S:
+                    self._seen = time.monotonic()
+                    with contextlib.suppress(Error):  # it is told again with the next answer
+                        await self._orm(self._present)
+            case Look():
+                bell.rung.set()
+            case Do():
+                try:
+                    wrong = await self._orm(self._act, message)
+                except Error as error:
+                    wrong = down_text(error)
+                await self._answer(message.what, message.robot, wrong)
+                bell.rung.set()
+
+    async def refuse(self, error: NotUnderstood) -> None:
+        """Say what was wrong with a request."""
+        await self._answer(error.to, "", str(error))
+
+    async def _answer(self, to: str, robot: str, wrong: str) -> None:
+        await self.send(json.dumps({"t": "answer", "to": to, "robot": robot, "ok": not wrong, "text": wrong}))
+
+    def _present(self) -> None:
+        present(current_user(self.scope), SYSTEM.now())
+
+    def _act(self, message: Do) -> str:
+        user = current_user(self.scope)
+        if not user.is_authenticated:
+            return "Sign in first."
+        return act(user, message.what, message.robot, message.ticket, SYSTEM.now())
+
+    def _look(self) -> tuple[dict[str, Any], frozenset[int]] | None:
+        user = current_user(self.scope)
+        if not user.is_authenticated:
+            return None
+        now = SYSTEM.now()
+        found = standings(user, now)
+        return places(found, now), frozenset(one.queue for one in found)
+
+    async def _serve(self, bell: Bell) -> None:
+        """Tell where the person stands whenever it changed, and now and then."""
+        while True:
+            bell.rung.clear()
+            try:
+                seen = await self._orm(self._look)
+            except Error:
+                await asyncio.sleep(UNLINKED_S)
+                continue
+            if seen is None:
+                await self.close(SIGNED_OUT)
+                return
+            shown, bell.queues = seen
+            states = {one["state"] for one in shown["places"]}
+            self._stands = bool(states - {"missed"})
+            self._waits = bool(states & {"waiting", "offered"})
+            await self.send(json.dumps(shown))
+            await asyncio.sleep(LEAST_S)
+            await self._pause(bell, shown)
+
+    async def _pause(self, bell: Bell, shown: dict[str, Any]) -> None:
+        """Wait until it is rung, or time to look again; who stands nowhere is only told that the line lives."""
+        while True:
+            seconds = next_look_s(shown, SYSTEM.now().timestamp() * 1000)
+            if not bells().link:
+                seconds = min(seconds, UNLINKED_S if self._stands else PULSE_S)
+            try:
+                async with asyncio.timeout(seconds):
+                    await bell.rung.wait()
+                return
+            except TimeoutError:
+                if self._stands or not bells().link:
+                    return
+            await self.send(json.dumps({"t": "pulse", "now_ms": int(SYSTEM.now().timestamp() * 1000)}))
+
+
+def next_look_s(shown: dict[str, Any], now_ms: float) -> float:
+    """Return after how many seconds a page is told again: a pulse, or the next moment before an end."""
+    ends = [one["kept_until_ms"] or one["until_ms"] for one in shown["places"]]
+    moments: list[float] = [(end - now_ms) / 1000 - before for end in ends if end for before in MOMENTS_S]
+    return min([PULSE_S, *(m + 0.05 for m in moments if m > 0)])

@@ -16,6 +16,7 @@ import numpy as np
 from eaik.IK_HP import HPRobot
 
 from robots.motion import singular
+from robots.motion.budget import SHARED, Budget
 from robots.motion.chain import Chain, Joints, Matrix
 
 EXACT = 1e-9  # an answer is an answer where no number of its pose is off by more (m, or of a rotation)
@@ -68,11 +69,11 @@ class Inverse:
             raise OutOfReach(f"that is {where}: the arm reaches {self._longest:.2f} m at most")
         return asked, values
 
-    def nearest(self, pose: Matrix, near: Joints) -> Joints:
+    def nearest(self, pose: Matrix, near: Joints, budget: Budget | None = None) -> Joints:
         """Return the answer whose slowest joint has the shortest way from `near`, over all branches and whole turns.
 
         Raises:
-            OutOfReach: as `inside`.
+            OutOfReach: as `inside`. TooMuch: a singular pose too many for the budget.
 
         """
         asked, values = self._asked(pose)
@@ -89,6 +90,8 @@ class Inverse:
         for _, q in sorted(turned for turned in every if turned is not None):
             if self._exact(q, values):
                 return np.array(q)
+        if budget is not None:
+            budget.spend(SHARED)
         inside = self._shared(pose)
         chosen: Joints = inside[np.argmin(np.max(np.abs(inside - near) / self.chain.velocity, axis=1))]
         return chosen

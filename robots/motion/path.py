@@ -1,4 +1,4 @@
-"""Paths of an arm: third-order polynomials, and the straight line of the hand.
+"""Paths of an arm: third-order polynomials; `robots.motion.line` has the straight line of the hand.
 
 After Dziemian et al. 2004 (section "Path planning"; Craig 1986, section 7.3): the target is
 given, position and velocity are sampled at that moment, the velocity at the target is zero,
@@ -6,21 +6,17 @@ the motion time follows from a scaling velocity. What the paper leaves open is o
 time is also long enough for every joint's greatest speed and acceleration.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
+from numpy.typing import NDArray
 
-from robots.motion.chain import Chain, Joints, Matrix
-from robots.motion.inverse import Inverse, OutOfReach
+from robots.motion.chain import Chain, Joints
 
 SHORTEST_S = 0.05
 LONGEST_S = 900.0
-LINE_STEP_M = 0.005  # how densely a straight line is solved
-LINE_STEP_RAD = 0.02
-JUMP = 3.0  # a joint that turns so many times more than the hand is passing a singular pose
+TRIED = 32  # motion times at once
 
 
 class Path(Protocol):
@@ -32,6 +28,12 @@ class Path(Protocol):
 
     def at(self, t: float) -> tuple[Joints, Joints, Joints]:
         """Return (position rad, velocity rad/s, acceleration rad/s2), each of shape (n,)."""
+
+    def sample(self, times: Joints) -> Joints:
+        """Return the positions (rad) at `times` (s, of shape (m,)), of shape (m, n)."""
+
+    def fastest(self) -> Joints:
+        """Return a speed (rad/s) that each joint does not exceed on the way, of shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,13 @@ class Cubic:
             return q, np.zeros_like(q), np.zeros_like(q)
         return q, a1 + t * (2 * a2 + 3 * a3 * t), 2 * a2 + 6 * a3 * t
 
+    def sample(self, times: Joints) -> Joints:
+        """Return the positions at `times`, of shape (m, n)."""
+        t = np.clip(times, 0.0, self.seconds)[:, None]
+        a0, a1, a2, a3 = self.a
+        sampled: Joints = a0 + t * (a1 + t * (a2 + t * a3))
+        return sampled
+
     def fastest(self) -> Joints:
         """Return each joint's greatest speed (rad/s) on the way, exactly."""
         _, a1, a2, a3 = self.a
@@ -77,13 +86,13 @@ class Cubic:
     def span(self) -> tuple[Joints, Joints]:
         """Return the least and greatest position (rad) of each joint on the way, exactly."""
         _, a1, a2, a3 = self.a
-        ends = [self.at(0.0)[0], self.at(self.seconds)[0]]
-        for column in range(self.a.shape[1]):
-            roots = np.roots([3 * a3[column], 2 * a2[column], a1[column]])
-            for root in roots[np.abs(roots.imag) < 1e-12].real:
-                if 0 < root < self.seconds:
-                    ends.append(self.at(float(root))[0])
-        return np.min(ends, axis=0), np.max(ends, axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):  # where speed has no root, or one
+            half = -(a2 + np.copysign(np.sqrt(a2 * a2 - 3 * a3 * a1), a2))
+            turns = np.nan_to_num(np.array([half / (3 * a3), a1 / half]), nan=0.0, posinf=0.0, neginf=0.0)
+        t = np.clip(np.vstack([turns, np.zeros_like(a1), np.full_like(a1, self.seconds)]), 0.0, self.seconds)
+        a0 = self.a[0]
+        q = a0 + t * (a1 + t * (a2 + t * a3))
+        return q.min(axis=0), q.max(axis=0)
 
 
 @dataclass(frozen=True)
@@ -112,32 +121,55 @@ def joint_path(start: Joints, velocity: Joints, target: Joints, limits: Limits, 
         TooFast: the present velocity carries a joint past its limit whatever the time.
 
     """
-    speed = np.maximum(limits.velocity * scale, np.abs(velocity))
-    hard = limits.acceleration
-
-    def keeps(seconds: float) -> bool:
-        path = Cubic.between(start, velocity, target, seconds)
-        return bool(np.all(path.fastest() <= speed * (1 + 1e-9)) and np.all(path.hardest() <= hard * (1 + 1e-9)))
-
-    seconds = _shortest(keeps)
-    path = Cubic.between(start, velocity, target, seconds)
+    path = Cubic.between(start, velocity, target, _shortest(target - start, velocity, limits, scale))
     low, high = path.span()
     if np.any(low < np.minimum(limits.low, start) - 1e-9) or np.any(high > np.maximum(limits.high, start) + 1e-9):
         raise TooFast("the arm moves too fast towards a limit to turn round; it brakes first")
     return path
 
 
-def _shortest(keeps: Callable[[float], bool]) -> float:
-    """Return the shortest time (s) for which `keeps` holds from there on, to 0.1 %."""
-    low, high = SHORTEST_S, SHORTEST_S
-    while not keeps(high):
-        low, high = high, high * 1.5
-        if high > LONGEST_S:
-            raise TooFast("no motion time keeps the limits")
-    while high - low > 0.001 * high:
-        middle = (low + high) / 2
-        low, high = (low, middle) if keeps(middle) else (middle, high)
-    return high
+def _shortest(way: Joints, velocity: Joints, limits: Limits, scale: float) -> float:
+    """Return the shortest time (s), to 0.1 %, in which a polynomial over `way` (rad) keeps the limits.
+
+    Raises:
+        TooFast: there is none.
+
+    """
+    speed, hard = np.maximum(limits.velocity * scale, np.abs(velocity)), limits.acceleration
+    if not np.any(velocity):
+        seconds = max(float(np.max(1.5 * np.abs(way) / speed)), float(np.sqrt(np.max(6 * np.abs(way) / hard))))
+    else:
+        seconds = _tried(way, velocity, speed, hard)
+    if seconds > LONGEST_S:
+        raise TooFast("no motion time keeps the limits")
+    return max(SHORTEST_S, seconds)
+
+
+def _tried(way: Joints, velocity: Joints, speed: Joints, hard: Joints) -> float:
+    """Return the shortest time (s) found by trying, first far apart, then twice between two that were tried."""
+    times = np.geomspace(SHORTEST_S, LONGEST_S, TRIED)
+    for _ in range(3):
+        keep = _keeps(times, way, velocity, speed, hard)
+        if not np.any(keep):
+            return np.inf
+        first = int(np.argmax(keep))
+        if first == 0:
+            return float(times[0])
+        times = np.linspace(times[first - 1], times[first], TRIED)
+    return float(times[-1])
+
+
+def _keeps(times: Joints, way: Joints, velocity: Joints, speed: Joints, hard: Joints) -> NDArray[np.bool_]:
+    """Tell of each motion time (m,) whether its polynomial keeps speeds and accelerations."""
+    t = times[:, None]
+    a2 = 3 * way / t**2 - 2 * velocity / t
+    a3 = -2 * way / t**3 + velocity / t**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.clip(np.nan_to_num(np.where(np.abs(a3) > 1e-12, -a2 / (3 * a3), 0.0)), 0.0, t)
+    fastest = np.maximum(np.abs(velocity), np.abs(velocity + turn * (2 * a2 + 3 * a3 * turn)))
+    hardest = np.maximum(np.abs(2 * a2), np.abs(2 * a2 + 6 * a3 * t))
+    keep: NDArray[np.bool_] = np.all((fastest <= speed * (1 + 1e-9)) & (hardest <= hard * (1 + 1e-9)), axis=1)
+    return keep
 
 
 def brake_path(start: Joints, velocity: Joints, limits: Limits) -> Cubic:
@@ -145,64 +177,3 @@ def brake_path(start: Joints, velocity: Joints, limits: Limits) -> Cubic:
     seconds = max(SHORTEST_S, float(np.max(np.abs(velocity) / limits.acceleration)))
     # constant deceleration: the cubic term vanishes
     return Cubic.between(start, velocity, start + velocity * seconds / 2, seconds)
-
-
-@dataclass(frozen=True)
-class Line:
-    """A straight line of the hand: joints solved at `ways` in (0, 1], passed in the time of a cubic."""
-
-    ways: Joints  # (m,)
-    q: Joints  # (m, n)
-    slope: Joints  # (m, n), d q / d way
-    along: Cubic  # of shape (4, 1)
-
-    @property
-    def seconds(self) -> float:
-        """Return the motion time (s)."""
-        return self.along.seconds
-
-    def at(self, t: float) -> tuple[Joints, Joints, Joints]:
-        """Return position, velocity, acceleration of the joints."""
-        way, speed, hard = (float(v[0]) for v in self.along.at(t))
-        q = np.array([np.interp(way, self.ways, column) for column in self.q.T])
-        slope = np.array([np.interp(way, self.ways, column) for column in self.slope.T])
-        return q, slope * speed, slope * hard
-
-
-def line_path(inverse: Inverse, start: Joints, target: Matrix, limits: Limits, scale: float) -> Line:
-    """Return the straight line of the hand from rest at `start` to the pose `target`.
-
-    Raises:
-        OutOfReach: part of the line cannot be reached, or it passes a singular pose.
-
-    """
-    begin = inverse.chain.forward(start)
-    far = float(np.linalg.norm(target[:3, 3] - begin[:3, 3]))
-    turns = Rotation.from_matrix([begin[:3, :3], target[:3, :3]])
-    angle = float((turns[0].inv() * turns[1]).magnitude())
-    steps = max(2, int(np.ceil(max(far / LINE_STEP_M, angle / LINE_STEP_RAD))))
-    ways = np.linspace(0.0, 1.0, steps + 1)
-    between = Slerp([0.0, 1.0], turns)(ways).as_matrix()
-    solved = [np.asarray(start, dtype=float)]
-    for way, turned in zip(ways[1:], between[1:], strict=True):
-        pose = np.eye(4)
-        pose[:3, :3] = turned
-        pose[:3, 3] = begin[:3, 3] + way * (target[:3, 3] - begin[:3, 3])
-        try:
-            found = inverse.nearest(pose, solved[-1])
-        except OutOfReach as error:
-            raise OutOfReach(f"at {way:.0%} of the straight line {error}") from error
-        if np.max(np.abs(found - solved[-1])) > JUMP * max(LINE_STEP_RAD, LINE_STEP_M / 0.1):
-            raise OutOfReach(f"at {way:.0%} the straight line passes a singular pose; go there by joints")
-        solved.append(found)
-    q = np.array(solved)
-    slope = np.gradient(q, ways, axis=0)
-    return Line(ways, q, slope, _timed(slope, limits, scale))
-
-
-def _timed(slope: Joints, limits: Limits, scale: float) -> Cubic:
-    """Return the cubic of the way whose speed keeps every joint's limits all along."""
-    speed = float(np.min(limits.velocity * scale / np.maximum(np.abs(slope).max(axis=0), 1e-9)))
-    hard = float(np.min(limits.acceleration / np.maximum(np.abs(slope).max(axis=0), 1e-9)))
-    seconds = max(SHORTEST_S, 1.5 / speed, float(np.sqrt(6.0 / hard)))
-    return Cubic.between(np.zeros(1), np.zeros(1), np.ones(1), seconds)

@@ -4,13 +4,17 @@ Pure, and used at both ends: by whoever accepts a command and by the controller 
 out, so that what is refused is refused early and in the same words.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
+from robots.motion.budget import MOST, MOTION, Budget, TooMuch
 from robots.motion.chain import Chain, Joints, Matrix
 from robots.motion.inverse import Inverse, OutOfReach
-from robots.motion.path import Limits, Path, TooFast, brake_path, joint_path, line_path
+from robots.motion.line import line_path
+from robots.motion.path import Limits, Path, TooFast, brake_path, joint_path
 from robots.motion.singular import singularity
 from robots.motion.zones import Zones
 
@@ -21,6 +25,17 @@ class Refused(ValueError):
     def __init__(self, code: str, text: str) -> None:
         super().__init__(text)
         self.code = code
+
+
+@contextmanager
+def in_words() -> Iterator[None]:
+    """Turn what the parts of a planner raise into a refusal. Raises Refused."""
+    try:
+        yield
+    except (OutOfReach, TooMuch) as error:
+        raise Refused("range", str(error)) from error
+    except TooFast as error:
+        raise Refused("busy", str(error)) from error
 
 
 @dataclass(frozen=True)
@@ -43,52 +58,55 @@ class Planner:
         self.kept = zones.widened(clearance)
         self.inverse = Inverse(chain)
 
-    def reach(self, pose: Matrix, near: Joints) -> Joints:
-        """Return the joints for a pose (4 x 4), the branch nearest to `near`. Raises Refused."""
-        try:
-            return self.inverse.nearest(pose, near)
-        except OutOfReach as error:
-            raise Refused("range", str(error)) from error
+    def reach(self, pose: Matrix, near: Joints, budget: Budget | None = None) -> Joints:
+        """Return the joints for a pose (4 x 4), the answer nearest to `near`. Raises Refused."""
+        with in_words():
+            return self.inverse.nearest(pose, near, budget or Budget(MOST))
 
     def stand(self, target: Joints, q: Joints | None = None) -> None:
         """Refuse joints at which the arm must not stand; coming from inside a box at `q` it may be less deep."""
         broken = self.chain.broken_limit(target)
         if broken:
             raise Refused("range", broken)
-        distances = self.kept.distances(target)
-        floor = np.zeros_like(distances) if q is None else self.kept.floor(self.kept.distances(q))
+        if self.kept.clear(target):
+            return
+        if q is None:
+            distances = self.kept.distances(target)
+            floor = np.zeros_like(distances)
+        else:
+            distances, here = self.kept.distances(np.array([target, q]))
+            floor = self.kept.floor(here)
         touch = self.kept.entered(distances, floor)
         if touch is not None:
             raise Refused("box", f"there {touch}")
 
-    def joints(self, target: Joints, q: Joints, v: Joints, scale: float) -> Plan:
+    def joints(self, target: Joints, q: Joints, v: Joints, scale: float, budget: Budget | None = None) -> Plan:
         """Return the joint motion from the sampled position (rad) and velocity (rad/s).
 
         Raises:
             Refused: says which joint, or which limb would enter which box.
 
         """
-        self.stand(target, q)
-        try:
-            path = joint_path(q, v, target, self.limits, scale)
-        except TooFast as error:
-            raise Refused("busy", str(error)) from error
-        return self._swept(Plan(target, path))
+        budget = budget or Budget(MOST)
+        with in_words():
+            budget.spend(MOTION)
+            self.stand(target, q)
+            return self._swept(Plan(target, joint_path(q, v, target, self.limits, scale)), budget)
 
-    def line(self, pose: Matrix, q: Joints, v: Joints, scale: float) -> Plan:
+    def line(self, pose: Matrix, q: Joints, v: Joints, scale: float, budget: Budget | None = None) -> Plan:
         """Return the straight motion of the hand from rest. Raises Refused."""
         if np.any(np.abs(v) > 1e-6):
             raise Refused("busy", "a straight line begins at rest: hold the arm first")
-        try:
-            path = line_path(self.inverse, q, pose, self.limits, scale)
-        except OutOfReach as error:
-            raise Refused("range", str(error)) from error
-        target = path.at(path.seconds)[0]
-        self.stand(target, q)
-        return self._swept(Plan(target, path))
+        budget = budget or Budget(MOST)
+        with in_words():
+            budget.spend(MOTION)
+            path = line_path(self.inverse, q, pose, self.limits, scale, budget)
+            target = path.q[-1]
+            self.stand(target, q)
+            return self._swept(Plan(target, path), budget)
 
-    def _swept(self, plan: Plan) -> Plan:
-        found = self.kept.swept(plan.path)
+    def _swept(self, plan: Plan, budget: Budget) -> Plan:
+        found = self.kept.swept(plan.path, budget)
         if found is not None:
             raise Refused("box", f"on the way there, after {found[0]:.1f} s, {found[1]}")
         return plan

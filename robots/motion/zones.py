@@ -10,12 +10,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from robots.motion import segments
+from robots.motion.budget import GLANCED_AT, LOOK, LOOKED_AT, Budget
 from robots.motion.chain import Chain, Joints, Matrix
 from robots.motion.path import Path
 
 SLACK_M = 1e-7
-FINEST_S = 0.002  # a sweep never looks closer together than one step of a controller
+FINEST_S = 0.002  # a sweep never looks closer together than one step of a controller,
+FINEST_M = 0.001  # nor closer than so much of the arm's way
+FIRST_M = 0.15  # of the arm's way between two postures that a sweep looks at first
+FIRST, MOST = 64, 256  # postures looked at: at first at most, at once at most
 
 
 @dataclass(frozen=True)
@@ -71,6 +77,7 @@ class Zones:
         self._radius = np.array([self._limbs[i].radius for i in limb_of])
         self._low = np.array([self.boxes[k].low for k in box_of]).reshape(-1, 3)
         self._high = np.array([self.boxes[k].high for k in box_of]).reshape(-1, 3)
+        self._arms = np.array([_arms(chain, limb) for limb in self._limbs]).reshape(-1, len(chain.joints))
 
     def widened(self, clearance: float) -> "Zones":
         """Return the same boxes around limbs that are thicker by `clearance` (m)."""
@@ -78,14 +85,20 @@ class Zones:
         return Zones(self._chain, limbs, self.boxes)
 
     def distances(self, q: Joints) -> Matrix:
-        """Return the distance (m) of each pair of limb and box, in the order of `pair`."""
-        if not self._pairs:
-            return np.empty(0)
-        frames = self._chain.frames(q)[self._joints]
-        ends = np.einsum("lij,lej->lei", frames, self._ends)[..., :3][self._limb_of]
-        between = _segments_to_boxes(ends[:, 0], ends[:, 1], self._low, self._high)
-        found: Matrix = between - self._radius
-        return found
+        """Return the distance (m) of each of p pairs of limb and box, (..., p) for `q` of shape (..., n)."""
+        begin, end = self._segments(q)
+        return segments.exactly(begin, end, self._low, self._high) - self._radius
+
+    def _segments(self, q: Joints) -> tuple[Matrix, Matrix]:
+        """Return both ends (..., p, 3) of the limb of each pair."""
+        frames = self._chain.frames(q)[..., self._joints, :, :]
+        ends = np.einsum("...lij,lej->...lei", frames, self._ends)[..., self._limb_of, :, :3]
+        return ends[..., 0, :], ends[..., 1, :]
+
+    def clear(self, q: Joints) -> bool:
+        """Tell quickly whether all is surely free; False may mean either."""
+        begin, end = self._segments(q)
+        return bool(np.all(segments.at_least(begin, end, self._low, self._high) >= self._radius))
 
     def nearest(self, q: Joints) -> Touch | None:
         """Return the pair that is nearest to touching, None where there is no box."""
@@ -115,61 +128,82 @@ class Zones:
         """Return the floor after a step: who has moved away may not come back."""
         return np.maximum(floor, np.minimum(distances, 0.0))
 
-    def swept(self, path: Path) -> tuple[float, Touch] | None:
+    def swept(self, path: Path, budget: Budget | None = None) -> tuple[float, Touch] | None:
         """Return the time (s) and pair of the first touch on the path, None where it is free.
 
-        Advances by as much as the nearest limb has room for at the arm's greatest speed
-        (conservative advancement), so that nothing thin is jumped over.
+        Looks at postures along the whole path at once, then again half-way between two of them
+        where a limb could have come to a box and back at its greatest speed, so that nothing
+        thin is jumped over.
+
+        Raises:
+            TooMuch: that wants more looks than the budget has.
+
         """
-        t, speed = 0.0, self._speed_bound(path)
-        floor = self.floor(self.distances(path.at(0.0)[0]))
+        speeds = (self._arms @ path.fastest())[self._limb_of]
+        fastest = max(1e-6, float(np.max(speeds, initial=0.0)))
+        finest = max(FINEST_S, FINEST_M / fastest)
+        times = np.linspace(0.0, path.seconds, min(FIRST, 2 + int(fastest * path.seconds / FIRST_M)))
+        if budget is not None:
+            budget.spend(LOOK + GLANCED_AT * len(times))
+        distances, exact = self._glanced(path.sample(times))
         while True:
-            distances = self.distances(path.at(t)[0])
-            touch = self.entered(distances, floor)
-            if touch is not None:
-                return t, touch
-            if t >= path.seconds:
-                return None
-            floor = self.raised(floor, distances)
-            room = float(np.min(distances - floor, initial=np.inf))
-            t = min(path.seconds, t + max(FINEST_S, room / speed))
+            floors = self._floors(distances)
+            inside = np.any(distances < floors - SLACK_M, axis=1)
+            last = int(np.argmax(inside)) if np.any(inside) else len(times) - 1
+            gaps = np.diff(times[: last + 1])
+            lowest = (distances[:last] + distances[1 : last + 1] - gaps[:, None] * speeds) / 2
+            unsure = np.any(lowest < self.raised(floors, distances)[:last] - SLACK_M, axis=1) & (gaps > finest)
+            doubted = np.zeros(len(times), dtype=bool)
+            doubted[:last], doubted[1 : last + 1] = unsure, doubted[1 : last + 1] | unsure
+            doubted[last] |= inside[last]
+            again = np.flatnonzero(doubted & ~exact)
+            if len(again):  # what is known of them is only how far away they are at least
+                distances[again] = self._looked(path, times[again], budget)
+                exact[again] = True
+                continue
+            if not np.any(unsure):
+                return self._first(float(times[last]), distances[last], floors[last]) if inside[last] else None
+            after = np.flatnonzero(unsure)[:MOST]
+            between = times[after] + gaps[after] / 2
+            distances = np.insert(distances, after + 1, self._looked(path, between, budget), axis=0)
+            times, exact = np.insert(times, after + 1, between), np.insert(exact, after + 1, True)
 
-    def _speed_bound(self, path: Path) -> float:
-        """Return a speed (m/s) that no point of the arm exceeds on the path."""
-        fastest = getattr(path, "fastest", None)
-        velocities = fastest() if fastest is not None else self._chain.velocity
-        return max(1e-6, float(velocities @ self._arms))
+    def _first(self, t: float, distances: Matrix, floor: Matrix) -> tuple[float, Touch]:
+        touch = self.entered(distances, floor)
+        assert touch is not None
+        return t, touch
 
-    @property
-    def _arms(self) -> Joints:
-        """Return for each joint how far (m) any limb can be from its axis, at most."""
-        lengths = [float(np.linalg.norm(j.origin[:3, 3])) for j in self._chain.joints]
-        reach = float(np.linalg.norm(self._chain.tool[:3, 3]))
-        beyond = [reach + sum(lengths[i + 1 :]) for i in range(len(lengths))]
-        return np.array(beyond) + max((limb.radius for limb in self._limbs), default=0.0)
+    def _glanced(self, q: Joints) -> tuple[Matrix, NDArray[np.bool_]]:
+        """Return what the distances (m, p) are at least for postures (m, n), and of which they are exact.
+
+        Of the first they are: it says how far inside a limb may be; and of all, where it is inside.
+        """
+        first = self.distances(q[0])
+        if np.any(first < 0.0):
+            return self.distances(q), np.ones(len(q), dtype=bool)
+        begin, end = self._segments(q)
+        found = segments.at_least(begin, end, self._low, self._high) - self._radius
+        found[0] = first
+        return found, np.arange(len(q)) == 0
+
+    def _looked(self, path: Path, times: Joints, budget: Budget | None) -> Matrix:
+        """Return the distances (m, p) at `times` (m,). Raises TooMuch."""
+        if budget is not None:
+            budget.spend(LOOK + LOOKED_AT * len(times))
+        return self.distances(path.sample(times))
+
+    @staticmethod
+    def _floors(distances: Matrix) -> Matrix:
+        """Return how far inside each pair may be at each of the postures, given those before: it may only move away."""
+        deepest = np.maximum.accumulate(np.minimum(distances, 0.0), axis=0)
+        return np.vstack([deepest[:1], deepest[:-1]])
 
 
-def _segments_to_boxes(begin: Matrix, end: Matrix, low: Matrix, high: Matrix) -> Matrix:
-    """Return the distances (m) of n segments to n boxes, all of shape (n, 3).
-
-    The squared distance to a convex box is convex along a segment and quadratic between the
-    places where the segment crosses a plane of a face, so its least value is at one of those
-    or at the minimum of one of the (at most seven) quadratics between them.
-    """
-    way = end - begin
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cuts = np.concatenate([(low - begin) / way, (high - begin) / way], axis=1)
-    cuts = np.clip(np.nan_to_num(cuts, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
-    ends = np.sort(np.concatenate([cuts, np.zeros((len(cuts), 1)), np.ones((len(cuts), 1))], axis=1), axis=1)
-    middle = (ends[:, :-1] + ends[:, 1:]) / 2
-    at = begin[:, None, :] + middle[..., None] * way[:, None, :]
-    below, above = at < low[:, None, :], at > high[:, None, :]
-    off = np.where(below, begin[:, None, :] - low[:, None, :], np.where(above, begin[:, None, :] - high[:, None, :], 0))
-    slope = np.where(below | above, way[:, None, :], 0.0)
-    square = np.sum(slope * slope, axis=2)
-    best = np.where(square > 0, -np.sum(slope * off, axis=2) / np.where(square > 0, square, 1.0), ends[:, :-1])
-    t = np.concatenate([np.clip(best, ends[:, :-1], ends[:, 1:]), ends], axis=1)
-    points = begin[:, None, :] + t[..., None] * way[:, None, :]
-    gaps = np.maximum(0.0, np.maximum(low[:, None, :] - points, points - high[:, None, :]))
-    distances: Matrix = np.sqrt(np.min(np.sum(gaps * gaps, axis=2), axis=1))
-    return distances
+def _arms(chain: Chain, limb: Limb) -> list[float]:
+    """Return for each joint how far (m) any point of the limb can be from its axis, at most; 0 where it moves none."""
+    reach = max(float(np.linalg.norm(limb.begin)), float(np.linalg.norm(limb.end)))
+    lengths = [float(np.linalg.norm(j.origin[:3, 3])) for j in chain.joints]
+    return [
+        reach + limb.radius + sum(lengths[i + 1 : limb.joint + 1]) if i <= limb.joint else 0.0
+        for i in range(len(lengths))
+    ]

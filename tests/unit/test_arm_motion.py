@@ -8,9 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robots.motion import segments
+from robots.motion.budget import MOST, Budget
 from robots.motion.chain import Chain
 from robots.motion.inverse import Inverse, OutOfReach
-from robots.motion.path import Cubic, Limits, TooFast, brake_path, joint_path, line_path
+from robots.motion.line import line_path
+from robots.motion.path import Cubic, Limits, TooFast, brake_path, joint_path
 from robots.motion.planner import Planner, Refused
 from robots.motion.pose import EULER, RPY, matrix, numbers
 from robots.motion.singular import singularity
@@ -117,6 +120,8 @@ def test_a_path_begins_as_sampled_ends_at_rest_and_keeps_the_limits(a, b, scale)
     path = joint_path(start, np.zeros(6), target, limits, scale)
     times = np.linspace(0, path.seconds, 200)
     q, v, hard = (np.array(rows) for rows in zip(*(path.at(t) for t in times), strict=True))
+    assert np.allclose(path.sample(times), q)
+    assert np.all(np.abs(v) <= path.fastest() + 1e-9)
     assert np.allclose(q[0], start)
     assert np.allclose(path.at(path.seconds)[0], target)
     assert np.allclose(path.at(path.seconds + 1)[1], 0)
@@ -150,13 +155,16 @@ def test_a_straight_line_is_straight_and_keeps_the_limits(x, y, z, u, v, w):
     start = inverse().nearest(matrix((x, y, z, np.pi, 0, 0)), np.array([0, 0.6, 1.2, 0, 1.2, 0]))
     target = matrix((u, v, w, np.pi, 0, 0))
     try:
-        path = line_path(inverse(), start, target, limits, 0.5)
+        path = line_path(inverse(), start, target, limits, 0.5, Budget(MOST))
     except OutOfReach as error:
         assert "straight line" in str(error)
         return
     begin, end = np.array([x, y, z]), np.array([u, v, w])
-    for t in np.linspace(0, path.seconds, 40):
+    times = np.linspace(0, path.seconds, 40)
+    assert np.allclose(path.sample(times), [path.at(t)[0] for t in times])
+    for t in times:
         q, speed, _ = path.at(t)
+        assert np.all(np.abs(speed) <= path.fastest() * (1 + 1e-9))
         tip = arm().forward(q)[:3, 3]
         along = np.clip(np.dot(tip - begin, end - begin) / max(np.dot(end - begin, end - begin), 1e-12), 0, 1)
         assert np.linalg.norm(tip - begin - along * (end - begin)) < 0.0005
@@ -202,9 +210,9 @@ def test_a_sweep_misses_nothing_that_a_fine_grid_sees(a, b):
         return
     path = joint_path(start, np.zeros(6), at(b), Limits.of(arm()), 1.0)
     found = zones.swept(path)
-    least = [zones.distances(path.at(t)[0]).min() for t in np.linspace(0, path.seconds, 400)]
+    least = zones.distances(path.sample(np.linspace(0, path.seconds, 400))).min()
     if found is None:
-        assert min(least) >= -1e-4
+        assert least >= -1e-4
     else:
         t, touch = found
         assert zones.distances(path.at(t)[0]).min() < 0
@@ -236,10 +244,10 @@ def test_what_is_planned_keeps_its_clearance(a, b):
         path = planner.joints(target, start, rest, 1.0).path
     except Refused:
         path = joint_path(start, rest, target, limits, 1.0)
-        kept = min(zones.distances(path.at(t)[0]).min() for t in np.linspace(0, path.seconds, 2000))
+        kept = zones.distances(path.sample(np.linspace(0, path.seconds, 2000))).min()
         assert kept < CLEARANCE_M + 1e-3  # nothing is refused that would have stayed away
         return
-    assert min(zones.distances(path.at(t)[0]).min() for t in np.linspace(0, path.seconds, 400)) > CLEARANCE_M - 1e-4
+    assert zones.distances(path.sample(np.linspace(0, path.seconds, 400))).min() > CLEARANCE_M - 1e-4
 
 
 def test_the_clearance_alone_refuses_what_the_boxes_would_allow_and_lets_out_who_is_in_it():
@@ -303,3 +311,16 @@ def test_forward_and_inverse_agree_with_mujoco_over_ten_thousand_poses():
     assert worst[0] < 1e-6
     assert worst[1] < 1e-6
     assert branches > 70_000
+
+
+@many
+@given(joints, joints)
+def test_a_rough_look_at_the_boxes_is_never_too_hopeful(a, b):
+    zones, q = Zones(arm(), LIMBS, (TABLE, PILLAR)), np.array([at(a), at(b)])
+    begin, end = zones._segments(q)
+    rough = segments.at_least(begin, end, zones._low, zones._high)
+    assert np.all(rough <= segments.exactly(begin, end, zones._low, zones._high) + 1e-12)
+    for one in q:
+        assert np.allclose(zones.distances(q)[list(map(tuple, q)).index(tuple(one))], zones.distances(one))
+        if zones.clear(one):
+            assert zones.distances(one).min() >= 0

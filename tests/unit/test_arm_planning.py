@@ -1,0 +1,33 @@
+"""What planning costs: a target given in motion is planned well within what the controller looks ahead."""
+
+import statistics
+import time
+
+import numpy as np
+
+from robots.description import load, posture
+from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.protocol import parse
+from robots.motion.planner import Refused
+
+PLAN_S = 0.005
+
+
+def test_a_target_in_motion_is_planned_in_five_milliseconds_of_processor_time():
+    courses, dice = Courses(), np.random.default_rng(6)
+    q, full = posture(load("pa10"), "ready"), courses.planner.limits.velocity
+    took, planned = [], 0
+    for _ in range(60):
+        x, y, z = dice.uniform((350, -250, 120), (650, 250, 400))
+        wrist = dice.uniform(-100, 100)
+        target = parse(f"k {x:.1f} {y:.1f} {z:.1f} 180 0 {wrist:.1f}")
+        velocity = dice.uniform(-0.3, 0.3, 6) * full
+        begun = time.process_time()
+        try:
+            courses.plan(target, q, velocity)
+            planned += 1
+        except Refused:
+            pass
+        took.append(time.process_time() - begun)
+    assert planned > 30
+    assert statistics.median(took) < PLAN_S

@@ -87,7 +87,8 @@ class Zones:
     def distances(self, q: Joints) -> Matrix:
         """Return the distance (m) of each of p pairs of limb and box, (..., p) for `q` of shape (..., n)."""
         begin, end = self._segments(q)
-        return segments.exactly(begin, end, self._low, self._high) - self._radius
+        found: Matrix = segments.exactly(begin, end, self._low, self._high) - self._radius
+        return found
 
     def _segments(self, q: Joints) -> tuple[Matrix, Matrix]:
         """Return both ends (..., p, 3) of the limb of each pair."""

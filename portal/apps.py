@@ -12,5 +12,8 @@ class PortalConfig(AppConfig):
     verbose_name = "Portal"
 
     def ready(self) -> None:
-        """Begin to write the security log."""
+        """Begin to write the security log, and to ring where sockets hang on what changed."""
+        from portal.live import changes  # noqa: PLC0415 - models are there only now
+
         security.listen()
+        changes.listen()

@@ -72,6 +72,16 @@ def people_channel() -> str:
     return "farhand:people"
 
 
+def sessions_channel() -> str:
+    """Return the channel on which a person's id means: look whether they may still be here, and say so if they are."""
+    return "farhand:sessions"
+
+
+def ring_session(person: int) -> bool:
+    """Tell every web process that something about a person's session, account or clearance changed."""
+    return _publish(sessions_channel(), b"%d" % person)
+
+
 def watch_key(slug: str, what: str) -> str:
     """Return the key that says somebody looks."""
     return f"farhand:{slug}:watch:{what}"

@@ -51,6 +51,7 @@ export class Live {
       if (this.socket !== socket) return;
       this.set(false);
       if (event.code === 4404) return;
+      if (event.code === 4401 || event.code === 4403) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
       const pause = Math.min(8000, 400 * 2 ** this.tries++) * (0.5 + Math.random());
       setTimeout(() => this.open(), pause);
     };

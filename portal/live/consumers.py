@@ -14,15 +14,18 @@ from typing import Any
 import msgspec
 from django.db import Error
 
+from accounts.services import cleared
 from portal.live.actions import Answer, act, plan
 from portal.live.hub import Viewer, hub
 from portal.live.line import Line
 from portal.live.messages import ROBOT, Command, Keep, LetGo, NotUnderstood, Ping, Plan, RobotMessage, Stop, Watch
 from portal.live.people import current_user
+from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Badge, Ending, badge_of, doorman
 from portal.live.snapshot import snapshot
 from portal.live.threads import ANYBODY, KNOWN, URGENT
 from portal.stores import down_text
 from queueing import services as queue
+from queueing.sessions import Place, disconnect, session_over
 from robots import bus
 from robots.clock import SYSTEM
 from robots.messages import Changed
@@ -34,6 +37,7 @@ AGAIN_S = 2.0  # between two looks at a database that is away
 PLAN_S = 0.05  # between two previews of one page
 NOT_FOUND = 4404
 WAITING = 64
+OTHERS_S = 0.6  # for other sessions of a person who has signed out to say that they go on
 OUR_FAULT = "The portal failed at this request and has written down why; staff can find it in the log."
 
 
@@ -49,7 +53,8 @@ class RobotConsumer(Line):
         self._plan: Plan | None = None
         self._planning = asyncio.Event()
         self.viewer: Viewer | None = None
-        self._me, self._known, self._operating, self._may_stop, self._jog = 0, False, False, False, 0
+        self._me, self._jog = 0, 0
+        self._known, self._placed, self._operating, self._may_stop = False, False, False, False
         self._held: frozenset[str] | None = None
         self._looking = False
 
@@ -83,6 +88,34 @@ class RobotConsumer(Line):
     async def _orm(self, function: Callable[..., Any], *args: Any) -> Any:
         """Ask the database, in threads that this person has a right to."""
         return await (KNOWN if self._known else ANYBODY).orm(function, self._me)(*args)
+
+    def judge(self, user: Any) -> Ending | None:
+        """Return whether a clearance or a permission on which the socket hangs is gone; runs in a thread."""
+        if self.viewer is not None and self.viewer.trace and not user.has_perm("robots.change_robot"):
+            return NOT_STAFF
+        if self._placed and not cleared(user, Robot.objects.get(slug=self.slug)):
+            return UNCLEARED
+        return None
+
+    def check_in(self) -> None:
+        """Tell the database soon that the person is here."""
+        with contextlib.suppress(asyncio.QueueFull):
+            self._asked.put_nowait((Ping(), False))
+
+    async def shut(self, ending: Ending) -> None:
+        """Close, and end the turn unless another session of the person goes on with it."""
+        if self.viewer is not None:
+            hub().detach(self.viewer)
+        person = self.badge.user if self.badge else 0  # a later snapshot knows nobody any more
+        await asyncio.gather(self.close(ending.code, ending.text), self._give_up(person, ending))
+
+    async def _give_up(self, person: int, ending: Ending) -> None:
+        if ending.place is Place.OTHERS:
+            await SESSIONS.orm(disconnect)(self.slug, person, SYSTEM.now())
+            doorman().ring(person)
+            await URGENT.run(bus.ring_session, person)
+            await asyncio.sleep(OTHERS_S)
+        await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
 
     def _held_kinds(self) -> frozenset[str]:
         robot = Robot.objects.get(slug=self.slug)
@@ -189,13 +222,14 @@ class RobotConsumer(Line):
 
     async def _send_snapshot(self) -> None:
         try:
-            shown = await self._orm(self._snapshot)
+            shown, badge = await self._orm(self._snapshot)
         except Error as error:
             await self._store_down(error)
             return
         except Robot.DoesNotExist:
             await self.close(NOT_FOUND)
             return
+        self.sign(badge)
         await self.send(json.dumps(shown))
 
     async def _store_down(self, error: Exception) -> None:
@@ -210,13 +244,14 @@ class RobotConsumer(Line):
         self._looking = False
         self._stale.set()
 
-    def _snapshot(self) -> dict[str, Any]:
+    def _snapshot(self) -> tuple[dict[str, Any], Badge | None]:
         user = current_user(self.scope)
         shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
         me = shown["me"]
         self._me, self._may_stop, self._operating = user.pk or 0, bool(me["may_stop"]), bool(me["operating"])
-        self._known = self._may_stop or self._operating or me["ticket"] is not None
-        return shown
+        self._placed = me["ticket"] is not None
+        self._known = self._may_stop or self._operating or self._placed
+        return shown, badge_of(self.scope, user)
 
     async def _forward(self, viewer: Viewer) -> None:
         """Send what the hub brings; without the link, read the database every second."""

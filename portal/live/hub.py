@@ -16,6 +16,7 @@ from django.conf import settings
 from redis.exceptions import RedisError
 
 from portal.live.messages import CAMERAS
+from portal.live.sessions import doorman
 from robots import bus
 from robots.messages import Event, decode
 
@@ -131,7 +132,7 @@ class Hub:
         )
         try:
             self._pubsub = self._redis.pubsub(ignore_subscribe_messages=True)
-            await self._pubsub.subscribe("farhand:hub")
+            await self._pubsub.subscribe(bus.sessions_channel())
             for slug in list(self._rooms):
                 await self._follow(slug)
             self._set_link(True)
@@ -151,6 +152,10 @@ class Hub:
                     viewer.wake.set()
 
     def _route(self, channel: str, data: bytes) -> None:
+        if channel == bus.sessions_channel():
+            if data.isdigit():
+                doorman().ring(int(data))
+            return
         _, slug, what = channel.split(":", 2)
         room = self._rooms.get(slug)
         if not room:

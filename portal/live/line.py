@@ -11,10 +11,12 @@ from channels.exceptions import StopConsumer
 from channels.generic.websocket import AsyncWebsocketConsumer
 
 from portal.live.messages import NotUnderstood, Wire
+from portal.live.sessions import Badge, Ending, doorman
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
 BAD_MESSAGE, TOO_FAST, FAILED = 4400, 4429, 1011
+CLOSE_S = 1.0  # for a close to be taken
 AGAIN_S = 1.0  # between two attempts to end a task
 LEAVE_S = 5.0  # for what is to be said when a socket has ended
 
@@ -23,12 +25,15 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
     """A socket of ours. What inherits it says what it reads (`wire`), `opened`, `take`, `refuse` and `left`."""
 
     wire: ClassVar[Wire[Any]]
+    badge: Badge | None = None
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.over = False
         self._tokens, self._filled = BURST, time.monotonic()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._main: asyncio.Task[Any] | None = None
+        self._cut = False
 
     async def opened(self) -> None:
         """Begin; the socket is accepted."""
@@ -45,11 +50,16 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Serve the socket to its end; what is left of it is cleared away whatever was raised."""
         lines.add(self)
+        self._main = asyncio.current_task()
         try:
             await super().__call__(scope, receive, send)
+        except asyncio.CancelledError:
+            if not self._cut:
+                raise
         finally:
             self.over = True
             lines.discard(self)
+            doorman().forget(self)
             await self._clear()
 
     async def _clear(self) -> None:
@@ -124,12 +134,36 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             await super().send(text_data, bytes_data, close)
 
     async def close(self, code: int | None = None, reason: str | None = None) -> None:
-        """Close; a second time changes nothing."""
+        """Close; a second time changes nothing. Who reads nothing is cut off."""
         if self.over:
             return
         self.over = True
-        with contextlib.suppress(OSError):
-            await super().close(code, reason)
+        try:
+            async with asyncio.timeout(CLOSE_S):
+                await super().close(code, reason)
+        except TimeoutError:
+            self._cut = True
+            if self._main is not None:
+                self._main.cancel()
+        except OSError:
+            pass
+
+    def sign(self, badge: Badge | None) -> None:
+        """Say who is behind the socket; it ends with their session."""
+        if badge is not None and self.badge is None and not self.over:
+            self.badge = badge
+            doorman().admit(self)
+
+    def judge(self, user: Any) -> Ending | None:
+        """Return why the socket may not go on though its session may; runs in a thread."""
+        return None
+
+    def check_in(self) -> None:
+        """Tell the database soon that the person is here."""
+
+    async def shut(self, ending: Ending) -> None:
+        """Close the socket because its person may no longer have it."""
+        await self.close(ending.code, ending.text)
 
 
 lines: set[Line] = set()  # the sockets that this process serves

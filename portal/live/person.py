@@ -18,6 +18,7 @@ from portal.live.bells import Bell, bells
 from portal.live.line import Line
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
 from portal.live.people import current_user
+from portal.live.sessions import badge_of
 from portal.live.standing import act, places
 from portal.live.threads import ANYBODY, KNOWN
 from portal.stores import down_text
@@ -54,6 +55,7 @@ class PersonConsumer(Line):
             await self.close(SIGNED_OUT)
             return
         self._me = user.pk
+        self.sign(badge_of(self.scope, user))
         self._bell = Bell(user.pk)
         bells().attach(self._bell)
         self.begin(self._serve(self._bell))

@@ -13,6 +13,7 @@ from robots.models import Command, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.faults.arms import ARMS
+from tests.faults.here import WebHere
 from tests.faults.proof import Proof
 from tests.faults.proxy import Proxy
 from tests.faults.witness import Witness
@@ -152,3 +153,12 @@ def rig(transactional_db, redis_server, robot, people):
     made.close()
     if redis_server.process is None:
         redis_server.start()
+
+
+@pytest.fixture
+def web(transactional_db, redis_server, robot, people):
+    """The web process inside this one, with robot and people."""
+    bus.connection().flushall()
+    made = WebHere()
+    yield made
+    made.stop()

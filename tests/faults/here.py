@@ -3,11 +3,16 @@
 import asyncio
 import contextlib
 import inspect
+import json
 import threading
+import time
 
 import uvicorn
 from django.db import connections
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
+from benchmarks.command_round_trip import cookie
 from portal.programs import web_program
 from tests.conftest import wait_for
 from tests.rig import free_port
@@ -77,3 +82,29 @@ class WebHere:
         self._thread.join(10)
         with contextlib.suppress(RuntimeError):
             self.loop.close()
+
+
+def line(web, person=None, path="/ws/robots/mercury/", headers=None, **more):
+    """Open a socket as a page of the site does."""
+    headers = headers or ({"Cookie": cookie(person)} if person else {})
+    where = f"127.0.0.1:{web.port}"
+    return connect(f"ws://{where}{path}", origin=f"http://{where}", additional_headers=headers, max_size=None, **more)
+
+
+def heard(one, what, seconds=10):
+    """Read until a message `what` comes; return it."""
+    until = time.monotonic() + seconds
+    while True:
+        data = one.recv(timeout=max(0.01, until - time.monotonic()))
+        if isinstance(data, str) and (said := json.loads(data))["t"] == what:
+            return said
+
+
+def closed(one, seconds=10):
+    """Read until the socket is closed; return code and reason."""
+    until = time.monotonic() + seconds
+    try:
+        while True:
+            one.recv(timeout=max(0.01, until - time.monotonic()))
+    except ConnectionClosed as end:
+        return (end.rcvd.code, end.rcvd.reason) if end.rcvd else (None, "")

@@ -5,46 +5,12 @@ import socket
 import time
 
 import pytest
-from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from benchmarks.command_round_trip import cookie
 from robots import bus
 from tests.conftest import wait_for
-from tests.faults.here import WebHere
-
-
-@pytest.fixture
-def web(transactional_db, redis_server, robot, people):
-    bus.connection().flushall()
-    made = WebHere()
-    yield made
-    made.stop()
-
-
-def line(web, person=None, path="/ws/robots/mercury/", **more):
-    headers = {"Cookie": cookie(person)} if person else {}
-    return connect(f"ws://127.0.0.1:{web.port}{path}", origin=f"http://127.0.0.1:{web.port}", additional_headers=headers, max_size=None, **more)  # fmt: skip
-
-
-def heard(one, what, seconds=10):
-    """Read until a message `what` comes; return it."""
-    until = time.monotonic() + seconds
-    while True:
-        data = one.recv(timeout=max(0.01, until - time.monotonic()))
-        if isinstance(data, str) and (said := json.loads(data))["t"] == what:
-            return said
-
-
-def closed(one, seconds=10):
-    """Read until the socket is closed; return its code."""
-    until = time.monotonic() + seconds
-    try:
-        while True:
-            one.recv(timeout=max(0.01, until - time.monotonic()))
-    except ConnectionClosed as end:
-        return end.rcvd.code if end.rcvd else None
-
+from tests.faults.here import closed, heard, line
 
 MALFORMED = [
     {"t": "command", "kind": [], "seq": 1}, {"t": "command", "kind": {}, "seq": 1}, {"t": "watch", "cameras": [[]]},
@@ -71,7 +37,7 @@ def test_what_no_page_sends_closes_the_socket(web, said):
     with line(web) as one:
         heard(one, "snapshot")
         one.send(said)
-        assert closed(one) == 4400
+        assert closed(one)[0] == 4400
     web.nothing_left()
 
 
@@ -80,7 +46,7 @@ def test_a_burst_closes_the_socket_once(web):
         heard(one, "snapshot")
         for n in range(150):
             one.send(json.dumps({"t": "ping", "n": n}))
-        assert closed(one) == 4429
+        assert closed(one)[0] == 4429
     web.nothing_left()
 
 
@@ -110,7 +76,7 @@ def test_a_line_cut_anywhere_leaves_nothing(web, people):
 
 def test_a_robot_that_is_not_there_closes_with_its_code(web):
     with line(web, path="/ws/robots/nobody/") as one:
-        assert closed(one) == 4404
+        assert closed(one)[0] == 4404
     web.nothing_left()
 
 

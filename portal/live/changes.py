@@ -1,0 +1,39 @@
+"""Django's signals as a doorbell: something changed that sockets hang on; the rows say what."""
+
+from typing import Any
+
+from django.contrib.auth import SESSION_KEY
+from django.contrib.sessions.models import Session
+from django.db import transaction
+from django.db.models.signals import post_delete, post_save
+
+from accounts.models import Clearance, User
+from robots import bus
+
+
+def listen() -> None:
+    """Follow sessions, people and clearances."""
+    post_delete.connect(_session_gone, Session, dispatch_uid="bell: session")
+    post_save.connect(_person, User, dispatch_uid="bell: person")
+    post_delete.connect(_person, User, dispatch_uid="bell: person gone")
+    post_save.connect(_clearance, Clearance, dispatch_uid="bell: clearance")
+    post_delete.connect(_clearance, Clearance, dispatch_uid="bell: clearance gone")
+
+
+def _ring(person: int) -> None:
+    transaction.on_commit(lambda: bus.ring_session(person), robust=True)
+
+
+def _session_gone(instance: Session, **_: Any) -> None:
+    person = instance.get_decoded().get(SESSION_KEY)
+    if person:
+        _ring(int(person))
+
+
+def _person(instance: User, update_fields: Any = None, **_: Any) -> None:
+    if update_fields is None or set(update_fields) & {"is_active", "password"}:
+        _ring(instance.pk)
+
+
+def _clearance(instance: Clearance, **_: Any) -> None:
+    _ring(instance.user_id)

@@ -1,0 +1,154 @@
+"""Whether the people behind the sockets are still who they were: signed in, active, cleared, staff.
+
+The rows are the truth, read once a second for all sockets of this process together; the bell
+on the bus only makes it sooner. So it holds without Redis too, and whichever process the
+person signs out in.
+"""
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Protocol
+
+from django.contrib.auth import get_user_model
+from django.contrib.sessions.models import Session
+from django.db import Error
+
+from portal.live.people import session_key
+from portal.live.threads import Pool
+from queueing.sessions import Place
+from robots.clock import SYSTEM
+
+log = logging.getLogger(__name__)
+CHECK_S = 0.8
+APART_S = 0.2  # between two checks, however often the bell rings
+SESSIONS = Pool("sessions", 2)
+
+
+@dataclass(frozen=True)
+class Badge:
+    """What a signed-in socket was opened with: session, person, and a digest of the password then."""
+
+    key: str
+    user: int
+    proof: str
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Why a socket is closed from here: code, words for the page, and what becomes of place and turn."""
+
+    code: int
+    text: str
+    reason: str
+    place: Place
+
+
+SIGNED_OUT = Ending(4401, "You have signed out.", "signed out", Place.OTHERS)
+NEW_PASSWORD = Ending(4401, "The password was changed: sign in again.", "password changed", Place.TURN_ENDS)
+SUSPENDED = Ending(4401, "This account is switched off.", "account suspended", Place.LOST)
+UNCLEARED = Ending(4403, "Your clearance for this robot was withdrawn.", "clearance withdrawn", Place.LOST)
+NOT_STAFF = Ending(4403, "The live trace is for staff.", "", Place.KEPT)
+
+
+class Signed(Protocol):
+    """A socket of somebody signed in."""
+
+    badge: Badge | None
+
+    def judge(self, user: Any) -> Ending | None:
+        """Return why the socket may not go on though its session may; runs in a thread."""
+
+    def check_in(self) -> None:
+        """Tell the database soon that the person is here."""
+
+    async def shut(self, ending: Ending) -> None:
+        """Close the socket and let go of what hangs on it."""
+
+
+def badge_of(scope: dict[str, Any], user: Any) -> Badge | None:
+    """Return the badge of the person that a socket belongs to; None for nobody."""
+    return Badge(session_key(scope), user.pk, user.get_session_auth_hash()) if user.is_authenticated else None
+
+
+def over(signed: Iterable[tuple[Signed, Badge]], now: datetime) -> list[tuple[Signed, Ending]]:
+    """Return the sockets that have to end, and why: two queries for all, more for who operates."""
+    asked = list(signed)
+    keys, ids = {badge.key for _, badge in asked}, {badge.user for _, badge in asked}
+    alive = set(Session.objects.filter(session_key__in=keys, expire_date__gt=now).values_list("pk", flat=True))
+    people = get_user_model()._default_manager.in_bulk(ids)
+    found = []
+    for socket, badge in asked:
+        user = people.get(badge.user)
+        ending: Ending | None
+        if user is None or not user.is_active:
+            ending = SUSPENDED
+        elif user.get_session_auth_hash() != badge.proof:
+            ending = NEW_PASSWORD
+        elif badge.key not in alive:
+            ending = SIGNED_OUT
+        else:
+            ending = socket.judge(user)
+        if ending is not None:
+            found.append((socket, ending))
+    return found
+
+
+class Doorman:
+    """Looks after the signed-in sockets of one event loop; does nothing while there are none."""
+
+    def __init__(self) -> None:
+        self._signed: set[Signed] = set()
+        self._bell = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+        self._ending: set[asyncio.Task[None]] = set()
+
+    def admit(self, socket: Signed) -> None:
+        """Look after a socket from now on."""
+        self._signed.add(socket)
+        if self._task is None or self._task.done():
+            self._task = asyncio.create_task(self._watch())
+
+    def forget(self, socket: Signed) -> None:
+        """Do so no longer."""
+        self._signed.discard(socket)
+
+    def ring(self, person: int) -> None:
+        """Look now: that person's session, password, account or clearance may have changed; are they still here?"""
+        self._bell.set()
+        for socket in self._signed:
+            if socket.badge is not None and socket.badge.user == person:
+                socket.check_in()
+
+    async def _watch(self) -> None:
+        while self._signed:
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(CHECK_S):
+                    await self._bell.wait()
+            self._bell.clear()
+            signed = [(s, s.badge) for s in self._signed if s.badge is not None]
+            try:
+                ended = await SESSIONS.orm(over)(signed, SYSTEM.now())
+            except Error as error:  # nothing can be asked for meanwhile either
+                log.debug("sessions cannot be checked now: %s", error)
+                ended = []
+            except Exception:
+                log.exception("sessions cannot be checked")
+                ended = []
+            for socket, ending in ended:
+                self.forget(socket)
+                task = asyncio.create_task(socket.shut(ending))  # one that does not read keeps no other waiting
+                self._ending.add(task)
+                task.add_done_callback(self._ending.discard)
+            await asyncio.sleep(APART_S)
+
+
+_doormen: dict[int, Doorman] = {}
+
+
+def doorman() -> Doorman:
+    """Return the one of the running event loop."""
+    return _doormen.setdefault(id(asyncio.get_running_loop()), Doorman())

@@ -11,8 +11,7 @@ from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Lease
 from tests.conftest import wait_for
-from tests.faults.here import WebHere
-from tests.faults.test_sockets import closed, line
+from tests.faults.here import WebHere, closed, line
 
 
 @pytest.fixture
@@ -98,13 +97,13 @@ def test_answers_count_as_presence_for_ones_own_places_only(web, people, robot):
 
 def test_a_stranger_and_who_signs_out_are_closed(web, people, robot):
     with line(web, path="/ws/me/") as one:
-        assert closed(one) == 4401
+        assert closed(one)[0] == 4401
     with me(web, people["ada"]) as one:
         told(one, "")
         people["ada"].is_active = False
         people["ada"].save()
         one.send('{"t": "look"}')
-        assert closed(one) == 4401
+        assert closed(one)[0] == 4401
     nothing_left(web)
 
 

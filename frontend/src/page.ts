@@ -1,11 +1,13 @@
 /** What every robot's page has: the socket, whose turn it is, the ladder, stop and release, the log. */
 import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
 import type { Hand } from "./jog.ts";
+import "./key_card.ts";
 import { Ladder } from "./ladder.ts";
 import { Live } from "./live.ts";
 import { LogList } from "./log_list.ts";
 import { Place } from "./place.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, RobotFacts, Snapshot, StatePacket, Still } from "./protocol.ts";
+import "./stop_in_view.ts";
 import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { ago, KINDS } from "./words.ts";
@@ -80,7 +82,6 @@ export class RobotPage {
     });
     this.on("release", () => this.live.send({ t: "release", checked: byId<HTMLInputElement>("checked").checked }));
     byId("console").addEventListener("keydown", (event) => this.stopKey(event));
-    byId("keys-open").addEventListener("click", () => byId<HTMLDialogElement>("keys").showModal());
     setInterval(() => this.draw(), 250);
   }
 
@@ -155,10 +156,9 @@ export class RobotPage {
   }
 
   private stopKey(event: KeyboardEvent): void {
-    const field = (event.target as HTMLElement).closest("input, textarea, select, dialog, [contenteditable]");
+    const field = (event.target as HTMLElement).closest("input, textarea, select, [contenteditable]");
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || !this.snapshot?.me.may_stop) return;
     if (event.key !== "Escape" && (event.key.toLowerCase() !== "s" || field)) return;
-    if (event.key === "Escape" && document.querySelector("dialog[open]")) return;
     event.preventDefault();
     this.live.send({ t: "stop" });
   }

@@ -145,6 +145,7 @@ class ArmConsole implements Console, Judge {
   }
 
   private changed(name: string): void {
+    byId("console").dataset["mode"] = name;
     this.plan = null;
     this.view?.target(null);
     text("model-said", "");

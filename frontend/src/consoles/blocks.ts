@@ -65,6 +65,17 @@ function adopting<T>(run: () => T): T {
   }
 }
 
+/** The page's own colours, which follow its scheme by themselves. */
+const THEME = Blockly.Theme.defineTheme("farhand", {
+  name: "farhand",
+  base: Blockly.Themes.Zelos,
+  componentStyles: {
+    workspaceBackgroundColour: "var(--card)", toolboxBackgroundColour: "var(--paper)", toolboxForegroundColour: "var(--ink)",
+    flyoutBackgroundColour: "var(--paper)", flyoutForegroundColour: "var(--ink)", flyoutOpacity: 0.97,
+    scrollbarColour: "var(--quiet)", scrollbarOpacity: 0.6,
+  },
+});
+
 export class Blocks {
   private workspace: Blockly.WorkspaceSvg;
   private quiet = false;
@@ -81,7 +92,7 @@ export class Blocks {
           kind: "categoryToolbox",
           contents: [category("Move", "195", ["hand", "joints"]), category("Gripper", "25", ["grip"]), category("Wait", "60", ["wait"]), category("Repeat", "130", ["repeat"])],
         } as Blockly.utils.toolbox.ToolboxDefinition,
-        trashcan: false, sounds: false, scrollbars: true, horizontalLayout: true, renderer: "zelos",
+        trashcan: false, sounds: false, modalInputs: false, theme: THEME, scrollbars: true, horizontalLayout: true, renderer: "zelos",
         zoom: { startScale: 0.75, controls: false, wheel: false }, move: { scrollbars: true, drag: true, wheel: false },
       }),
     );

@@ -4,6 +4,7 @@ import { CameraView } from "../camera.ts";
 import type { Facts } from "../controls.ts";
 import { stick } from "../gamepad.ts";
 import { Jog } from "../jog.ts";
+import { openKeys } from "../key_card.ts";
 import { type Console, RobotPage, text } from "../page.ts";
 import type { CommandInfo, StatePacket, Still } from "../protocol.ts";
 import { Schematic } from "../schematic.ts";
@@ -115,7 +116,7 @@ class SandConsole extends OneCamera implements Console {
   private key(event: KeyboardEvent): void {
     const field = (event.target as HTMLElement).closest("input, textarea, button, a");
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field) return;
-    if (event.key === "?") return void byId<HTMLDialogElement>("keys").showModal();
+    if (event.key === "?") return openKeys();
     const kinds: Record<string, string> = { u: "up", d: "down", a: "air" };
     const kind = kinds[event.key];
     if ((!kind && event.key !== "Enter") || !page.operating) return;

@@ -1,0 +1,209 @@
+"""What stands where: Stop in reach and uncovered, nothing sideways, nothing that jumps under a finger."""
+
+import pytest
+from playwright.sync_api import expect
+
+from robots import bus
+from tests.e2e.bare import BarePortal
+from tests.e2e.conftest import session
+
+PHONES = [(390, 844), (360, 640), (844, 390)]
+WIDTHS = [360, 390, 768, 1024, 1440]
+MODES = ["joint", "position", "program", "terminal"]
+ARM, SAND = "/robots/museum-arm/", "/robots/mercury/"
+PUBLIC = ["/", "/story/", "/status/", "/log/", SAND, ARM, "/classic/mercury/", "/robots/mercury/orientation/", "/accounts/login/", "/accounts/signup/", "/accounts/password/reset/"]  # fmt: skip
+# what lies on top in the middle of the element; empty where it is the element itself or inside it
+COVER = """(element) => {
+  const box = element.getBoundingClientRect();
+  const at = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+  return at && element.contains(at) ? "" : `${at ? at.outerHTML.slice(0, 120) : "off the screen"} at ${box.x},${box.y}`;
+}"""
+PLACES = "() => [...document.querySelectorAll('#controls .button')].map((b) => Object.values(b.getBoundingClientRect().toJSON()))"
+
+
+@pytest.fixture
+def portal(transactional_db, redis_server):
+    bus.connection().flushall()
+    made = BarePortal()
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def driving(portal, visitor):
+    """Give somebody a turn at a robot, in a browser of their own."""
+
+    def make(robot, name="ada", **options):
+        user = portal.person(name, robot)
+        turn = portal.drive(user, robot)
+        one = visitor(**options)
+        session(one, user)
+        one.turn = turn
+        one.page.goto(portal.robots[robot].get_absolute_url())
+        one.page.wait_for_selector(".operating")
+        return one
+
+    return make
+
+
+def scrolled(page):
+    """Stand at the top, half-way and at the end of the page, one after the other."""
+    for share in (0, 0.3, 0.6, 1):
+        page.evaluate("(share) => scrollTo(0, share * document.documentElement.scrollHeight)", share)
+        page.wait_for_timeout(150)
+        yield share
+
+
+def size(page, wide, high):
+    page.set_viewport_size({"width": wide, "height": high})
+    page.wait_for_timeout(150)
+
+
+def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
+    page = driving("pa10", color_scheme="dark").page
+    stop = page.locator("[data-command=stop]")
+    for wide, high in PHONES:
+        size(page, wide, high)
+        for mode in MODES:
+            page.evaluate("(mode) => document.getElementById('tab-' + mode).click()", mode)
+            if mode == "program":
+                expect(page.locator(".blocklySvg")).to_be_visible(timeout=20_000)
+            for share in scrolled(page):
+                where = (wide, high, mode, share)
+                assert stop.evaluate(COVER) == "", where
+                if wide < high and share < 0.6:
+                    assert page.locator("#screen").evaluate(COVER) == "", where
+
+
+@pytest.mark.parametrize("robot", ["mercury", "pa10"])
+def test_stop_is_in_reach_and_works_beside_the_card_of_keys(driving, portal, robot):
+    one = driving(robot)
+    page = one.page
+    stop = page.locator("[data-command=stop]")
+    card = page.locator("#keys")
+    for wide, high in [*PHONES, (1440, 900)]:
+        size(page, wide, high)
+        page.click("#keys-open")
+        expect(card).to_be_visible()
+        assert page.evaluate("() => document.querySelectorAll(':modal').length") == 0
+        for share in scrolled(page):
+            assert stop.evaluate(COVER) == "", (wide, high, share)
+        card.locator("button").focus()
+        page.keyboard.press("Escape")
+        expect(card).to_be_hidden()
+        assert not stopped(portal, robot), "Escape closes the card, and no more"
+    page.click("#keys-open")
+    one.axe("the card of keys")
+    card.locator("button").focus()
+    page.keyboard.press("s")
+    expect(page.locator("#release")).to_be_visible()
+    assert stopped(portal, robot), "the key of Stop works while the card is open"
+
+
+def stopped(portal, robot):
+    return type(portal.robot).objects.get(pk=portal.robots[robot].pk).stop_latched
+
+
+def test_a_field_in_the_blocks_is_edited_in_place_below_stop(driving):
+    """A prompt of the browser's own would be modal, over Stop too."""
+    page = driving("pa10", has_touch=True, is_mobile=True, user_agent="Mozilla/5.0 (Linux; Android 14) Mobile", viewport={"width": 390, "height": 844}).page  # fmt: skip
+    asked = []
+    page.on("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
+    page.evaluate("() => document.getElementById('tab-program').click()")
+    field = page.locator(".blocklyEditableField").first
+    expect(field).to_be_visible(timeout=20_000)
+    field.scroll_into_view_if_needed()
+    page.evaluate("() => scrollBy(0, 200)")
+    field.tap()
+    expect(page.locator(".blocklyHtmlInput")).to_be_visible()
+    assert asked == []
+    assert page.locator("[data-command=stop]").evaluate(COVER) == ""
+
+
+LIGHTNESS = """(selector) => {
+  const words = (element, name) => getComputedStyle(element)[name].match(/[\\d.]+/g).map(Number);
+  const light = ([r, g, b]) => [r, g, b].map((v) => v / 255).map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const element = document.querySelector(selector);
+  let behind = element;
+  while (behind && /^rgba\\(0, 0, 0, 0\\)$/.test(getComputedStyle(behind).backgroundColor)) behind = behind.parentElement;
+  const [a, b] = [light(words(element, "color")), light(words(behind, "backgroundColor"))].sort((x, y) => y - x);
+  return { contrast: (a + 0.05) / (b + 0.05), behind: light(words(behind, "backgroundColor")) };
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_blocks_follow_the_colours_of_the_page(driving, scheme):
+    one = driving("pa10", color_scheme=scheme)
+    page = one.page
+    page.click("#tab-program")
+    expect(page.locator(".blocklySvg")).to_be_visible(timeout=20_000)
+    words = page.evaluate(LIGHTNESS, ".blocklyToolboxCategoryLabel")
+    assert words["contrast"] >= 4.5
+    for selector in (".blocklyToolbox", ".blocklyMainWorkspaceScrollbar ~ * , .blocklySvg"):
+        behind = page.evaluate(LIGHTNESS, selector.split(" , ")[-1])["behind"]
+        assert (behind < 0.1) == (scheme == "dark"), (selector, behind)
+
+
+def test_no_robot_page_scrolls_sideways(driving, visitor):
+    pages = [driving("mercury").page, driving("pa10", "bob").page]
+    for page in pages:
+        for wide in WIDTHS:
+            size(page, wide, 900)
+            for mode in MODES if page.locator("#modes").count() else [""]:
+                if mode:
+                    page.evaluate("(mode) => document.getElementById('tab-' + mode).click()", mode)
+                over = page.evaluate(OVER)
+                assert over == [], (page.url, wide, mode, over)
+
+
+# nothing sticks out of the page, nor out of the card that it stands in
+OVER = """() => {
+  const wide = document.documentElement.clientWidth;
+  const found = document.documentElement.scrollWidth > wide ? ["the page scrolls sideways"] : [];
+  for (const e of document.querySelectorAll("main *, header *, footer *")) {
+    const box = e.getBoundingClientRect();
+    if (!box.width || e.closest(".visually-hidden, svg, .blocks, .table-wrap, .trace, [hidden]")) continue;
+    if (box.right > wide + 1 || box.left < -1) found.push(`${e.outerHTML.slice(0, 80)} to ${box.right}`);
+  }
+  for (const e of document.querySelectorAll(".side > *, .table-wrap"))
+    if (e.scrollWidth > e.clientWidth + 1) found.push(`${e.outerHTML.slice(0, 80)} overhangs by ${e.scrollWidth - e.clientWidth}`);
+  const side = document.querySelector(".side")?.getBoundingClientRect();
+  for (const e of document.querySelectorAll(".side > *"))
+    if (side && e.getBoundingClientRect().right > side.right + 1) found.push(`${e.ariaLabel} overhangs its column`);
+  return found.slice(0, 5);
+}"""
+
+
+def test_no_public_page_scrolls_sideways(portal, visitor):
+    cy = portal.person("cy", "mercury", "pa10")
+    turn = portal.entry(cy, "pa10", "w" * 300).turn
+    page = visitor().page
+    for address in [*PUBLIC, turn.get_absolute_url()]:
+        page.goto(address)
+        for wide in WIDTHS:
+            size(page, wide, 900)
+            assert page.evaluate(OVER) == [], (address, wide)
+
+
+HINTS = [
+    "",
+    "Enter or “Move here” sends the arm.",
+    "Click in the camera image or in the map to choose where to go.",
+    "The arm has moved since that picture; click in the newest one.",
+    "The live link to the robot is down; nothing moves until it is back. Your turn is kept.",
+    "The connection is gone; it is being tried again. Your turn is kept for 20 seconds.",
+]
+
+
+@pytest.mark.parametrize("robot", ["mercury", "pa10"])
+def test_the_buttons_stand_still_whatever_the_hint_says(driving, robot):
+    page = driving(robot).page
+    for wide, high in [*PHONES, (768, 1024), (1440, 900)]:
+        size(page, wide, high)
+        seen = set()
+        for hint in HINTS:
+            page.evaluate("scrollTo(0, 0)")
+            page.evaluate("(words) => { document.getElementById('why').textContent = words; }", hint)
+            seen.add(str(page.evaluate(PLACES)))
+        assert len(seen) == 1, (wide, high, len(seen))

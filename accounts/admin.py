@@ -1,9 +1,19 @@
 """People, clearances and the question bank."""
 
-from django.contrib import admin
-from django.contrib.auth.admin import UserAdmin
+from collections.abc import Callable
+from typing import Any
 
+from django import forms
+from django.contrib import admin, messages
+from django.contrib.admin.helpers import ActionForm
+from django.contrib.auth.admin import UserAdmin
+from django.http import HttpRequest
+
+from accounts import staff
 from accounts.models import Attempt, Choice, Clearance, Question, User
+from robots.clock import SYSTEM
+from robots.drivers.errors import RobotError
+from robots.history import Guarded, Kept
 
 
 class ChoiceInline(admin.TabularInline):  # type: ignore[type-arg]
@@ -18,26 +28,80 @@ class ChoiceInline(admin.TabularInline):  # type: ignore[type-arg]
 class QuestionAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     """The question bank."""
 
-    list_display = ("text", "robot", "active")
+    list_display = ("text", "robot", "topic", "active")
     list_filter = ("robot", "active")
     inlines = (ChoiceInline,)
 
 
-@admin.register(Clearance)
-class ClearanceAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
-    """Who may drive what."""
+class NoteForm(ActionForm):
+    """An action with a note."""
 
-    list_display = ("user", "robot", "level", "granted_at", "revoked_at")
+    note = forms.CharField(required=False, max_length=staff.LONGEST, label="Note to the person:")
+
+
+@admin.register(Clearance)
+class ClearanceAdmin(Guarded):
+    """Who may drive what; it is withdrawn, and the way to it opened again, by actions with a note."""
+
+    list_display = ("user", "robot", "level", "granted_at", "revoked_at", "note", "lifted_at")
     list_filter = ("robot",)
     autocomplete_fields = ("user",)
+    fields = ("user", "robot", "level", "granted_at", "revoked_at", "note", "lifted_at")
+    readonly_fields = ("revoked_at", "note", "lifted_at")
+    action_form = NoteForm
+    actions = ("withdraw", "lift")
+
+    def get_changeform_initial_data(self, request: HttpRequest) -> dict[str, Any]:
+        """Grant from now on."""
+        return {"granted_at": SYSTEM.now(), **super().get_changeform_initial_data(request)}
+
+    @admin.action(description="Withdraw the clearance (with a note)", permissions=["change"])
+    def withdraw(self, request: HttpRequest, queryset: Any) -> None:
+        """Take the chosen clearances away."""
+        self._decide(request, queryset, staff.withdraw, "withdrawn")
+
+    @admin.action(description="Lift the withdrawal: the test may be taken again (with a note)", permissions=["change"])
+    def lift(self, request: HttpRequest, queryset: Any) -> None:
+        """Let the chosen people take the test again."""
+        self._decide(request, queryset, staff.lift, "withdrawal lifted")
+
+    def _decide(self, request: HttpRequest, queryset: Any, verb: Callable[..., bool], word: str) -> None:
+        note = request.POST.get("note", "")
+        for clearance in queryset:
+            try:
+                done = verb(clearance, request.user, note, SYSTEM.now())
+            except RobotError as error:
+                messages.error(request, str(error))
+                return
+            if done:
+                self.log_change(request, clearance, f"{word}: {note.strip()}")
+            messages.info(request, f"{clearance}: {word if done else 'nothing to do'}.")
 
 
 @admin.register(Attempt)
-class AttemptAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class AttemptAdmin(Kept):
     """The tests that were taken."""
 
     list_display = ("user", "robot", "started_at", "score", "passed")
-    readonly_fields = ("user", "robot", "drawn", "started_at", "finished_at", "answers", "score", "passed")
+    list_filter = ("robot", "passed")
+    fields = ("user", "robot", "drawn", "started_at", "finished_at", "answers", "score", "passed")
 
 
-admin.site.register(User, UserAdmin)
+@admin.register(User)
+class PersonAdmin(UserAdmin):  # type: ignore[type-arg]
+    """People. Only a superuser hands out rights, so that nobody gives them to themselves."""
+
+    def get_readonly_fields(self, request: HttpRequest, obj: Any = None) -> tuple[str, ...]:
+        """Lock the rights for staff who are no superusers."""
+        locked = () if request.user.is_superuser else ("is_staff", "is_superuser", "groups", "user_permissions")
+        return (*super().get_readonly_fields(request, obj), *locked)
+
+    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Keep a superuser's account out of the hands of other staff: a new password would be theirs."""
+        mine = obj is None or not obj.is_superuser or request.user.is_superuser
+        return mine and super().has_change_permission(request, obj)
+
+    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Delete a superuser as a superuser only."""
+        mine = obj is None or not obj.is_superuser or request.user.is_superuser
+        return mine and super().has_delete_permission(request, obj)

@@ -4,6 +4,7 @@ from django.conf import settings
 from django.contrib.auth.models import AbstractUser
 from django.core.validators import RegexValidator
 from django.db import models
+from django.db.models import Q
 
 
 class User(AbstractUser):
@@ -28,7 +29,12 @@ class Question(models.Model):
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="questions")
     text = models.CharField(max_length=300)
-    explanation = models.CharField(max_length=400, help_text="Shown when the answer was wrong.")
+    topic = models.CharField(max_length=60, blank=True, help_text="Named to who answers it wrongly.")
+    section = models.CharField(max_length=80, blank=True, help_text="The heading in the orientation that answers it.")
+    paragraph = models.PositiveSmallIntegerField(default=1, help_text="Of that section; list items count.")
+    explanation = models.CharField(
+        max_length=400, blank=True, help_text="For staff: why the right answer is right. Never shown to who is tested."
+    )
     active = models.BooleanField(default=True)
 
     class Meta:
@@ -75,6 +81,13 @@ class Attempt(models.Model):
     score = models.PositiveSmallIntegerField(null=True, blank=True)
     passed = models.BooleanField(null=True, blank=True)
 
+    class Meta:
+        constraints = [
+            models.UniqueConstraint(
+                fields=["user", "robot"], condition=Q(finished_at=None), name="one_open_attempt_a_person"
+            )
+        ]
+
     def __str__(self) -> str:
         return f"attempt {self.pk}"
 
@@ -87,6 +100,11 @@ class Clearance(models.Model):
     level = models.PositiveSmallIntegerField(default=1)
     granted_at = models.DateTimeField()
     revoked_at = models.DateTimeField(null=True, blank=True)
+    note = models.CharField(max_length=200, blank=True, help_text="Why it was withdrawn; the person reads it.")
+    lifted_at = models.DateTimeField(null=True, blank=True)  # the test may be taken again since then
+    decided_by = models.ForeignKey(
+        settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
+    )
 
     class Meta:
         constraints = [models.UniqueConstraint(fields=["user", "robot", "level"], name="clearance_once")]

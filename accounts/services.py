@@ -3,15 +3,21 @@
 import random
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from math import ceil
 from typing import Any
 
 from django.conf import settings
-from django.db import transaction
+from django.db import IntegrityError, transaction
+from django.db.models import F, Q, QuerySet
 
+from accounts import quiz
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
 from robots.models import Robot
 
 _random = random.SystemRandom()
+RULES = settings.FARHAND
+FORGOTTEN = timedelta(days=30)  # a failure of before then lengthens no pause
+MANY = 64
 
 
 class NotNow(Exception):
@@ -33,12 +39,12 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Feedback:
-    """A wrong answer and why."""
+class Hint:
+    """What a failed test says: where to read again. Not which answer was wrong, nor how many."""
 
-    question: str
-    answered: str
-    explanation: str
+    topic: str
+    section: str
+    paragraph: int
 
 
 def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
@@ -56,44 +62,87 @@ def has_read(user: Any, robot: Robot) -> bool:
 
 
 def mark_read(user: Any, robot: Robot, now: datetime) -> None:
-    """Remember that the person has read the orientation."""
+    """Remember that the person has read the orientation. Raises NotNow for who is signed out."""
+    if not user.is_authenticated:
+        raise NotNow("Sign in first.")
     OrientationRead.objects.get_or_create(user=user, robot=robot, defaults={"at": now})
+
+
+def _failures(user: Any, robot: Robot, now: datetime) -> QuerySet[Attempt]:
+    """Return the failed tests of the last month since the last one that was passed, newest first."""
+    mine = Attempt.objects.filter(user=user, robot=robot)
+    failed = mine.filter(passed=False, finished_at__gt=now - FORGOTTEN).order_by("-finished_at")
+    last = mine.filter(passed=True).order_by("-finished_at").values_list("finished_at", flat=True).first()
+    return failed.filter(finished_at__gt=last) if last else failed
 
 
 def pause_left(user: Any, robot: Robot, now: datetime) -> int:
     """Return the seconds until another attempt may begin."""
-    last = Attempt.objects.filter(user=user, robot=robot, passed=False).order_by("-finished_at").first()
-    if last is None or last.finished_at is None:
+    failed = list(_failures(user, robot, now).values_list("finished_at", flat=True)[:MANY])
+    if not failed or failed[0] is None:
         return 0
-    until = last.finished_at + timedelta(seconds=settings.FARHAND["QUIZ_PAUSE_S"])
-    return max(0, round((until - now).total_seconds()))
+    pause = quiz.pause_s(len(failed), RULES["QUIZ_PAUSE_S"], RULES["QUIZ_PAUSE_MAX_S"])
+    return max(0, ceil((failed[0] + timedelta(seconds=pause) - now).total_seconds()))
 
 
-def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
-    """Return the person's open attempt, or draw a new one.
+def withdrawn(user: Any, robot: Robot) -> Clearance | None:
+    """Return the clearance that staff withdrew and did not lift since; nobody passes the test over it."""
+    found = Clearance.objects.filter(user=user, robot=robot).exclude(revoked_at=None)
+    return found.filter(Q(lifted_at=None) | Q(lifted_at__lt=F("revoked_at"))).order_by("-revoked_at").first()
 
-    Raises:
-        NotNow: orientation not read, pause after a failure, or no questions.
 
-    """
+def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
+    """Refuse who may not be tested now. Raises NotNow."""
+    if not user.is_authenticated or not user.is_active:
+        raise NotNow("Sign in first.")
+    if (lost := withdrawn(user, robot)) is not None and lost.revoked_at is not None:
+        why = f" Their note: {lost.note}" if lost.note else ""
+        raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; they alone can lift that.{why}")
     if not has_read(user, robot):
         raise NotNow("Read the orientation first.")
     wait_s = pause_left(user, robot, now)
     if wait_s:
-        raise NotNow(f"Have another look at the orientation; you can try again in {wait_s} seconds.", wait_s)
-    open_one = Attempt.objects.filter(user=user, robot=robot, finished_at=None).order_by("-id").first()
+        raise NotNow(f"Have another look at the orientation; you can try again in {in_words(wait_s)}.", wait_s)
+
+
+def in_words(seconds: int) -> str:
+    """Return a pause in the largest unit that says it well."""
+    for size, unit in ((3600, "hour"), (60, "minute")):
+        if seconds >= 2 * size:
+            return f"{ceil(seconds / size)} {unit}s"
+    return f"{seconds} seconds" if seconds != 1 else "1 second"
+
+
+def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
+    """Return the person's open attempt, or draw a new one; there is one at most, also for many requests at once.
+
+    Raises:
+        NotNow: orientation not read, pause after a failure, clearance withdrawn, or no questions.
+
+    """
+    _need_leave(user, robot, now)
+    mine = Attempt.objects.filter(user=user, robot=robot)
+    open_one = mine.filter(finished_at=None).first()
     if open_one is not None:
         return open_one
     bank = list(Question.objects.filter(robot=robot, active=True).prefetch_related("choices"))
     if not bank:
         raise NotNow("This robot has no test yet; please come back later.")
-    count = min(len(bank), settings.FARHAND["QUIZ_QUESTIONS"])
+    last = mine.order_by("-id").values_list("drawn", flat=True).first() or []
+    by_id = {question.pk: question for question in bank}
     drawn = []
-    for question in _random.sample(bank, count):
-        choices = [c.pk for c in question.choices.all()]
+    for pk in quiz.draw(list(by_id), {q for q, _ in last}, RULES["QUIZ_QUESTIONS"], _random):
+        choices = [c.pk for c in by_id[pk].choices.all()]
         _random.shuffle(choices)
-        drawn.append([question.pk, choices])
-    return Attempt.objects.create(user=user, robot=robot, drawn=drawn, started_at=now)
+        drawn.append([pk, choices])
+    try:
+        with transaction.atomic():
+            return Attempt.objects.create(user=user, robot=robot, drawn=drawn, started_at=now)
+    except IntegrityError as error:  # another request of the same person was first
+        open_one = mine.filter(finished_at=None).first()
+        if open_one is None:
+            raise NotNow("Your test was sent from another page; reload this one.") from error
+        return open_one
 
 
 def questions(attempt: Attempt) -> list[Shown]:
@@ -108,14 +157,20 @@ def questions(attempt: Attempt) -> list[Shown]:
     ]
 
 
-def grade(attempt: Attempt, answers: dict[int, int], now: datetime) -> list[Feedback]:
-    """Score an attempt once, on the server; all right gives the clearance.
+def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
+    """Score an attempt once, on the server; all right gives the clearance, else one topic is named.
 
     Raises:
-        NotNow: a question was left out, or the attempt was graded before.
+        NotNow: somebody else's, a question left out, graded before, a pause, clearance withdrawn.
 
     """
+    if attempt.user_id != getattr(user, "pk", None):
+        raise NotNow("That is somebody else's test.")
+    _need_leave(user, attempt.robot, now)
     shown = questions(attempt)
+    if len(shown) < len(attempt.drawn):
+        Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(finished_at=now)
+        raise NotNow("The questions were changed meanwhile; begin the test again.")
     if any(q.id not in answers for q in shown):
         raise NotNow("Answer every question, then send the test.")
     correct = dict(
@@ -133,7 +188,9 @@ def grade(attempt: Attempt, answers: dict[int, int], now: datetime) -> list[Feed
             raise NotNow("This test was already sent.")
         if not wrong:
             Clearance.objects.update_or_create(
-                user=attempt.user, robot=attempt.robot, level=1, defaults={"granted_at": now, "revoked_at": None}
-            )
-    explanations = dict(Question.objects.filter(pk__in=[q.id for q in wrong]).values_list("pk", "explanation"))
-    return [Feedback(q.text, dict(q.choices).get(answers[q.id], "—"), explanations[q.id]) for q in wrong]
+                user=attempt.user, robot=attempt.robot, level=1,
+                defaults={"granted_at": now, "revoked_at": None, "lifted_at": None, "note": ""},
+            )  # fmt: skip
+            return None
+    always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each look, and nobody's to foresee
+    return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=quiz.named(wrong, always).id))

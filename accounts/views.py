@@ -8,10 +8,11 @@ from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.utils.safestring import mark_safe
 from django.views.decorators.cache import never_cache
-from markdown_it import MarkdownIt
 
 from accounts import services
 from accounts.models import Attempt
+from accounts.orientation import anchor
+from accounts.orientation import render as render_orientation
 from robots import description
 from robots.clock import SYSTEM
 from robots.models import Robot
@@ -24,8 +25,7 @@ def orientation(request: HttpRequest, slug: str) -> HttpResponse:
         services.mark_read(request.user, robot, SYSTEM.now())
         return redirect(f"/robots/{slug}/clearance/")
     source = description.text_of(robot.driver, "orientation.md")
-    html = MarkdownIt("commonmark", {"html": False}).render(source)
-    text = mark_safe(html)  # noqa: S308 - the driver's own text, HTML in it is escaped
+    text = mark_safe(render_orientation(source).html)  # noqa: S308 - the driver's own text, HTML in it is escaped
     return render(
         request,
         "accounts/orientation.html",
@@ -49,7 +49,8 @@ def clearance(request: HttpRequest, slug: str) -> HttpResponse:
     try:
         attempt = services.begin(request.user, robot, SYSTEM.now())
     except services.NotNow as error:
-        return render(request, "accounts/clearance.html", {"robot": robot, "notice": str(error)}, status=409)
+        context = {"robot": robot, "notice": str(error), "pause_s": error.wait_s}
+        return render(request, "accounts/clearance.html", context, status=409)
     shown = services.questions(attempt)
     return render(request, "accounts/clearance.html", {"robot": robot, "attempt": attempt, "questions": shown})
 
@@ -64,18 +65,20 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
         if value.isdigit():
             answers[question.id] = int(value)
     try:
-        feedback = services.grade(attempt, answers, SYSTEM.now())
+        hint = services.grade(attempt, request.user, answers, SYSTEM.now())
     except services.NotNow as error:
         kept = [replace(q, chosen=answers.get(q.id)) for q in shown]
-        context = {"robot": robot, "notice": str(error), "attempt": attempt, "questions": kept}
-        if attempt.finished_at is not None:
+        context = {"robot": robot, "notice": str(error), "attempt": attempt, "questions": kept, "pause_s": error.wait_s}
+        attempt.refresh_from_db()
+        if attempt.finished_at is not None or error.wait_s:
             context.pop("questions")
         return render(request, "accounts/clearance.html", context, status=409)
-    if not feedback:
+    if hint is None:
         messages.success(request, f"Passed. You are cleared for {robot.name}: join the queue.")
         return redirect(robot)
+    pause_s = services.pause_left(request.user, robot, SYSTEM.now())
     context = {
-        "robot": robot, "feedback": feedback, "right": len(shown) - len(feedback), "total": len(shown),
-        "pause_s": services.pause_left(request.user, robot, SYSTEM.now()),
+        "robot": robot, "hint": hint, "anchor": anchor(hint.section, hint.paragraph) if hint.section else "",
+        "pause_s": pause_s, "pause": services.in_words(pause_s),
     }  # fmt: skip
     return render(request, "accounts/clearance.html", context)

@@ -25,15 +25,22 @@ MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
 
 def seed_clearance(robot: Robot) -> int:
-    """Fill an empty question bank from the driver's `clearance.toml`; return how many were added."""
-    if Question.objects.filter(robot=robot).exists():
+    """Fill a question bank that is empty, or of before questions had topics; return how many were added."""
+    mine = Question.objects.filter(robot=robot)
+    if mine.exists() and not mine.filter(topic="").exists():
         return 0
-    bank = tomllib.loads(description.text_of(robot.driver, "clearance.toml"))["question"]
-    for one in bank:
-        question = Question.objects.create(robot=robot, text=one["text"], explanation=one["explanation"])
+    added = 0
+    for one in tomllib.loads(description.text_of(robot.driver, "clearance.toml"))["question"]:
+        about = {name: one[name] for name in ("topic", "section", "paragraph") if name in one}
+        if mine.filter(text=one["text"]).update(**about) if about else mine.filter(text=one["text"]).exists():
+            continue
+        question = Question.objects.create(
+            robot=robot, text=one["text"], explanation=one.get("explanation", ""), **about
+        )
         for number, text in enumerate(one["choices"]):
             Choice.objects.create(question=question, text=text, correct=number == 0)
-    return len(bank)
+        added += 1
+    return added
 
 
 def add_robot(driver: str) -> Robot:

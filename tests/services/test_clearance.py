@@ -1,10 +1,19 @@
 """Orientation, test, pause, clearance; the key never leaves the server."""
 
-import pytest
+import re
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from html import unescape
 
-from accounts import services
-from accounts.models import Attempt, Choice, Clearance
+import pytest
+from django.db import connection
+
+from accounts import services, staff
+from accounts.models import Attempt, Choice, Clearance, Question
 from portal.seeding import seed_clearance
+from robots.clock import SYSTEM
+from robots.drivers.errors import BadRequest
+from robots.permissions import NotStaff
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -32,30 +41,92 @@ def test_the_orientation_comes_first(bank, people, clock):
 def test_all_right_clears(bank, people, clock):
     attempt = begin(people["eve"], bank, clock)
     assert len(services.questions(attempt)) == 5
-    assert services.grade(attempt, right(attempt), clock.now()) == []
+    assert services.grade(attempt, people["eve"], right(attempt), clock.now()) is None
     assert services.cleared(people["eve"], bank)
 
 
-def test_a_wrong_answer_is_explained_and_costs_a_pause(bank, people, clock):
-    attempt = begin(people["eve"], bank, clock)
+def wrongly(attempt):
+    """Answers of which the first is wrong."""
     answers = right(attempt)
     first = services.questions(attempt)[0]
     answers[first.id] = next(pk for pk, _ in first.choices if pk != answers[first.id])
-    feedback = services.grade(attempt, answers, clock.now())
-    assert [f.question for f in feedback] == [first.text]
-    assert feedback[0].explanation
+    return answers
+
+
+def fail(user, robot, clock):
+    attempt = begin(user, robot, clock)
+    return attempt, services.grade(attempt, user, wrongly(attempt), clock.now())
+
+
+def test_a_wrong_answer_names_a_paragraph_and_costs_a_pause(bank, people, clock):
+    attempt, hint = fail(people["eve"], bank, clock)
+    first = Question.objects.get(pk=services.questions(attempt)[0].id)
+    assert (hint.topic, hint.section, hint.paragraph) == (first.topic, first.section, first.paragraph)
     assert not services.cleared(people["eve"], bank)
     with pytest.raises(services.NotNow, match="try again"):
         services.begin(people["eve"], bank, clock.go(30))
-    assert services.begin(people["eve"], bank, clock.go(31)).pk != attempt.pk
+    again = services.begin(people["eve"], bank, clock.go(31))
+    assert not {q.id for q in services.questions(attempt)} & {q.id for q in services.questions(again)}
+
+
+def test_the_pause_grows_and_is_forgotten_after_a_pass(bank, people, clock):
+    for pause in (60, 120, 240, 480):
+        fail(people["eve"], bank, clock)
+        assert services.pause_left(people["eve"], bank, clock.now()) == pause
+        clock.go(pause)
+    attempt = begin(people["eve"], bank, clock)
+    assert services.grade(attempt, people["eve"], right(attempt), clock.now()) is None
+    assert services.pause_left(people["eve"], bank, clock.go(1)) == 0
+
+
+def test_the_pause_is_asked_when_grading_too(bank, people, clock):
+    attempt = begin(people["eve"], bank, clock)
+    Attempt.objects.create(
+        user=people["eve"], robot=bank, drawn=[], started_at=clock.now(), finished_at=clock.now(), passed=False
+    )
+    with pytest.raises(services.NotNow, match="try again"):
+        services.grade(attempt, people["eve"], right(attempt), clock.go(5))
+    assert not services.cleared(people["eve"], bank)
+
+
+def test_nobody_sends_somebody_elses_test(bank, people, clock):
+    attempt = begin(people["eve"], bank, clock)
+    with pytest.raises(services.NotNow, match="somebody else"):
+        services.grade(attempt, people["mod"], right(attempt), clock.now())
+
+
+def test_questions_that_went_meanwhile_make_no_easier_test(bank, people, clock):
+    attempt = begin(people["eve"], bank, clock)
+    Question.objects.all().delete()
+    with pytest.raises(services.NotNow, match="changed meanwhile"):
+        services.grade(attempt, people["eve"], {}, clock.now())
+    assert not services.cleared(people["eve"], bank)
+
+
+@pytest.mark.django_db(transaction=True)
+def test_many_requests_at_once_open_one_attempt(bank, people, clock):
+    services.mark_read(people["eve"], bank, clock.now())
+    together = threading.Barrier(12)
+
+    def ask(_):
+        together.wait(10)
+        try:
+            return services.begin(people["eve"], bank, clock.now()).pk
+        finally:
+            connection.close()
+
+    with ThreadPoolExecutor(12) as pool:
+        found = set(pool.map(ask, range(12)))
+    assert len(found) == 1
+    assert Attempt.objects.count() == 1
 
 
 def test_an_attempt_is_graded_once(bank, people, clock):
     attempt = begin(people["eve"], bank, clock)
     answers = right(attempt)
-    services.grade(attempt, dict.fromkeys(answers, 0), clock.now())
+    services.grade(attempt, people["eve"], dict.fromkeys(answers, 0), clock.now())
     with pytest.raises(services.NotNow, match="already"):
-        services.grade(attempt, answers, clock.now())
+        services.grade(attempt, people["eve"], answers, clock.go(61))
     assert not Clearance.objects.filter(user=people["eve"]).exists()
 
 
@@ -64,7 +135,7 @@ def test_a_question_left_out_is_named_and_nothing_is_lost(bank, people, clock):
     answers = right(attempt)
     answers.popitem()
     with pytest.raises(services.NotNow, match="every question"):
-        services.grade(attempt, answers, clock.now())
+        services.grade(attempt, people["eve"], answers, clock.now())
     attempt.refresh_from_db()
     assert attempt.finished_at is None
 
@@ -74,9 +145,55 @@ def test_reloading_draws_no_new_questions(bank, people, clock):
     assert services.begin(people["eve"], bank, clock.go(5)).pk == attempt.pk
 
 
-def test_revoked_is_not_cleared(robot, people, clock):
-    Clearance.objects.filter(user=people["ada"]).update(revoked_at=clock.now())
-    assert not services.cleared(people["ada"], robot)
+def test_withdrawn_is_not_earned_again_until_staff_lift_it(bank, people, clock, admin_user):
+    ada, held = people["ada"], Clearance.objects.get(user=people["ada"])
+    open_one = begin(ada, bank, clock)
+    with pytest.raises(NotStaff):
+        staff.withdraw(held, people["kim"], "rude", clock.now())
+    with pytest.raises(BadRequest, match="note"):
+        staff.withdraw(held, admin_user, " ", clock.now())
+    assert staff.withdraw(held, admin_user, "Threw sand out.", clock.now())
+    assert not staff.withdraw(held, admin_user, "twice", clock.go(1))
+    assert not services.cleared(ada, bank)
+    for ask in (lambda: services.begin(ada, bank, clock.now()), lambda: services.grade(open_one, ada, right(open_one), clock.now())):  # fmt: skip
+        with pytest.raises(services.NotNow, match="Staff withdrew your clearance on 1 January 2026.*Threw sand out"):
+            ask()
+    assert not services.cleared(ada, bank)
+    assert staff.lift(held, admin_user, "Talked to her.", clock.go(60))
+    assert not services.cleared(ada, bank), "lifting clears nobody: the test comes first"
+    assert services.grade(open_one, ada, right(open_one), clock.go(60)) is None
+    assert services.cleared(ada, bank)
+    held.refresh_from_db()
+    assert staff.withdraw(held, admin_user, "Again.", clock.go(60))
+    with pytest.raises(services.NotNow, match="Again"):
+        services.begin(ada, bank, clock.now())
+
+
+def test_staff_withdraw_and_lift_from_the_admin_with_a_note(bank, people, client, admin_user):
+    client.force_login(admin_user)
+    held = Clearance.objects.get(user=people["ada"])
+    data = {"action": "withdraw", "_selected_action": [held.pk]}
+    page = client.post("/admin/accounts/clearance/", data, follow=True)
+    assert b"Write a note" in page.content
+    assert services.cleared(people["ada"], bank)
+    client.post("/admin/accounts/clearance/", data | {"note": "Threw sand."})
+    assert not services.cleared(people["ada"], bank)
+    other = type(client)()
+    other.force_login(people["ada"])
+    services.mark_read(people["ada"], bank, SYSTEM.now())
+    assert b"Threw sand." in other.get("/robots/mercury/clearance/").content
+    client.post("/admin/accounts/clearance/", data | {"action": "lift", "note": "Welcome back."})
+    assert other.get("/robots/mercury/clearance/").status_code == 200
+
+
+def test_a_bank_of_before_topics_is_filled_up_once(robot):
+    seed_clearance(robot)
+    full = Question.objects.count()
+    Question.objects.update(topic="")
+    Question.objects.all()[0].delete()
+    assert seed_clearance(robot) == 1
+    assert seed_clearance(robot) == 0
+    assert (Question.objects.count(), Question.objects.filter(topic="").count()) == (full, 0)
 
 
 def test_through_the_pages(bank, people, client, settings):
@@ -106,3 +223,24 @@ def test_somebody_elses_attempt_does_not_exist(bank, people, client, clock):
     answer = client.post("/robots/mercury/clearance/", {"attempt": attempt.pk} | {f"q{q}": c for q, c in right(attempt).items()})  # fmt: skip
     assert answer.status_code == 404
     assert not services.cleared(people["mod"], bank)
+
+
+def test_a_failed_test_shows_a_paragraph_and_neither_answers_nor_a_score(bank, people, client, clock):
+    services.mark_read(people["eve"], bank, SYSTEM.now())
+    client.force_login(people["eve"])
+    client.get("/robots/mercury/clearance/")
+    attempt = Attempt.objects.get()
+    data = {"attempt": attempt.pk} | {f"q{q}": c for q, c in wrongly(attempt).items()}
+    html = unescape(client.post("/robots/mercury/clearance/", data).content.decode())
+    first = Question.objects.get(pk=services.questions(attempt)[0].id)
+    assert f"{first.section}, paragraph {first.paragraph}" in html
+    assert first.explanation not in html
+    for question in services.questions(attempt):
+        assert question.text not in html
+        assert not any(text in html for _, text in question.choices if len(text) > 8)
+    link = re.search(r'href="(/robots/mercury/orientation/)#([^"]+)"', html)
+    assert f'id="{link[2]}"' in client.get(link[1]).content.decode()
+    again = client.get("/robots/mercury/clearance/")
+    assert again.status_code == 409
+    assert b"you can try again in" in again.content
+    assert client.post("/robots/mercury/clearance/", data).status_code == 409

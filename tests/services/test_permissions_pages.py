@@ -49,7 +49,7 @@ GET = {
     "robots/<slug:slug>/clearance/": ("/robots/mercury/clearance/", everybody(MOVED)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),
-    "classic/<slug:slug>/<str:token>/<str:stamp>.gif": ("/classic/mercury/x/0-0.gif", everybody(OK)),
+    "classic/<slug:slug>/<str:name>.gif": ("/classic/mercury/none.gif", everybody(ABSENT)),
     "log/": ("/log/", everybody(OK)),
     "turns/<int:pk>/": ("/turns/{turn}/", everybody(OK)),
     "turns/<int:pk>/survey/": ("/turns/{turn}/survey/", everybody(METHOD)),
@@ -87,7 +87,7 @@ GET = {
         "/admin/robots/robot/{robot}/status/", only("viewer", "robot_staff", "superuser", else_=MOVED),
     ),
     "admin/robots/robot/<int:pk>/do/<str:verb>/": ("/admin/robots/robot/{robot}/do/stop/", staff(MOVED)),
-    "admin/accounts/user/<id>/password/": ("/admin/accounts/user/1/password/", only("superuser", else_=MOVED)),
+    "admin/accounts/user/<id>/password/": ("/admin/accounts/user/{user}/password/", only("superuser", else_=MOVED)),
     "admin/^(?P<app_label>auth|account|robots|accounts|queueing|operatorlog)/$": (
         "/admin/robots/", only("viewer", "robot_staff", "superuser", staff_else=ABSENT, else_=MOVED),
     ),
@@ -151,7 +151,9 @@ def statuses(clients, robot, method, address, *data):
     for role, one in clients.items():
         with transaction.atomic():
             kind = {"content_type": "application/json"} if data and isinstance(data[0], str) else {}
-            found[role] = getattr(one, method)(address.format(turn=turn.pk, robot=robot.pk), *data, **kind).status_code
+            found[role] = getattr(one, method)(
+                address.format(turn=turn.pk, robot=robot.pk, user=turn.user_id), *data, **kind
+            ).status_code
             transaction.set_rollback(True)
     return found
 

@@ -12,6 +12,8 @@ from django.core.exceptions import PermissionDenied
 from django.db import transaction
 
 from accounts import services as accounts
+from accounts import staff as accounts_staff
+from accounts.models import Choice, Clearance, Question
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing import presence
@@ -33,6 +35,7 @@ SIGNED_IN = ANYBODY - {"anonymous"}
 OPERATOR, CLEARED = frozenset({"operator"}), frozenset({"cleared", "operator"})
 ROBOT_STAFF = frozenset({"robot_staff", "superuser"})
 MODERATORS = frozenset({"log_moderator", "superuser"})
+ADMINS = frozenset({"superuser"})
 
 
 def turn(w):
@@ -72,6 +75,27 @@ def offered(w):
     return w.robot
 
 
+def held(w):
+    return Clearance.objects.get(user=w.cast["cleared"])
+
+
+def refused():
+    raise NotPermitted
+
+
+def signed(w):
+    """The pages ask for these about people who have signed in, and never about others."""
+    return None if w.user.is_authenticated else refused()
+
+
+def an_attempt(w, user):
+    if not Question.objects.exists():
+        right = Question.objects.create(robot=w.robot, text="?")
+        Choice.objects.create(question=right, text="!", correct=True)
+    accounts.mark_read(user, w.robot, SYSTEM.now())
+    return accounts.begin(user, w.robot, SYSTEM.now())
+
+
 # function: (who may, the call)
 ROWS = {
     "robots.services.resolve": (ANYBODY, lambda w: services.resolve(w.robot, w.user, "down", {})),
@@ -99,8 +123,17 @@ ROWS = {
     ),
     "robots.programs.delete": (OPERATOR, lambda w: programs.delete(w.robot, w.user, program(w).pk)),
     "robots.programs.approve": (
-        frozenset({"superuser"}), lambda w: programs.approve(program(w, shared=True), w.user, True),
+        ADMINS, lambda w: programs.approve(program(w, shared=True), w.user, True),
     ),
+    "accounts.services.cleared": (CLEARED, lambda w: accounts.cleared(w.user, w.robot) or refused()),
+    "accounts.services.has_read": (SIGNED_IN, lambda w: (w.user.pk and accounts.has_read(w.user, w.robot)) or signed(w)),
+    "accounts.services.mark_read": (SIGNED_IN, lambda w: accounts.mark_read(w.user, w.robot, SYSTEM.now())),
+    "accounts.services.pause_left": (SIGNED_IN, lambda w: signed(w) or accounts.pause_left(w.user, w.robot, SYSTEM.now())),
+    "accounts.services.withdrawn": (SIGNED_IN, lambda w: signed(w) or accounts.withdrawn(w.user, w.robot)),
+    "accounts.services.begin": (SIGNED_IN, lambda w: an_attempt(w, w.user)),
+    "accounts.services.grade": (OPERATOR, lambda w: accounts.grade(an_attempt(w, w.cast["operator"]), w.user, dict.fromkeys(Question.objects.values_list("pk", flat=True), 0), SYSTEM.now())),
+    "accounts.staff.withdraw": (ADMINS, lambda w: accounts_staff.withdraw(held(w), w.user, "x", SYSTEM.now())),
+    "accounts.staff.lift": (ADMINS, lambda w: accounts_staff.lift(held(w), w.user, "x", SYSTEM.now())),
     "queueing.services.open_ticket": (ANYBODY, lambda w: queue.open_ticket(w.robot, w.user)),
     "queueing.services.turn_of": (ANYBODY, lambda w: queue.turn_of(w.robot, w.user)),
     "queueing.services.join": (CLEARED, lambda w: queue.join(w.robot, w.user, SYSTEM.now())),
@@ -131,6 +164,8 @@ INNER = {
     },
     "queueing.presence": {"present", "dismiss"},  # of one's own places, whoever one is
     "queueing.staff": set(),
+    "accounts.services": {"in_words", "questions"},
+    "accounts.staff": set(),
     "operatorlog.services": set(),
 }  # fmt: skip
 
@@ -155,7 +190,9 @@ def functions(module):
     }  # fmt: skip
 
 
-MODULES = {m.__name__: m for m in (services, programs, queue, presence, queue_staff, log)}
+MODULES = {
+    m.__name__: m for m in (services, programs, accounts, accounts_staff, queue, presence, queue_staff, log)
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -1,0 +1,38 @@
+"""What staff do to a person's clearance: withdraw it, let the test be taken again. Each asks for the permission."""
+
+from datetime import datetime
+from typing import Any
+
+from accounts.models import Clearance
+from robots.drivers.errors import BadRequest
+from robots.permissions import NotStaff
+
+LONGEST = 200
+
+
+def _need(user: Any, note: str) -> str:
+    if user is None or not user.has_perm("accounts.change_clearance"):
+        raise NotStaff("This is for staff who may change clearances.")
+    note = note.strip()
+    if not 0 < len(note) <= LONGEST:
+        raise BadRequest(f"Write a note of at most {LONGEST} characters; the person reads it.")
+    return note
+
+
+def withdraw(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
+    """Take a clearance away until staff lift that; False if it was withdrawn. Raises NotStaff, BadRequest."""
+    note = _need(user, note)
+    mine = Clearance.objects.filter(pk=clearance.pk, revoked_at=None)
+    return bool(mine.update(revoked_at=now, lifted_at=None, note=note, decided_by=user))
+
+
+def lift(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
+    """Let the person earn a withdrawn clearance again by the test; False if none was withdrawn.
+
+    Raises:
+        NotStaff, BadRequest: no permission; no note.
+
+    """
+    note = _need(user, note)
+    mine = Clearance.objects.filter(pk=clearance.pk, revoked_at__isnull=False, lifted_at=None)
+    return bool(mine.update(lifted_at=now, note=note, decided_by=user))

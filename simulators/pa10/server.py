@@ -1,10 +1,9 @@
-"""The network side of the museum arm: one client, lines in, lines out, and the watchdog.
+"""The network side of the museum arm: one client at a time, lines in, lines out.
 
-After Dziemian et al. 2004, figure 4: a thread for the network apart from the control loop, a
-second one that starts the control application again on silence, or when nobody connects. Ours:
+After Dziemian et al. 2004, figure 4: threads for the network apart from the control loop. Ours:
 the client may be asked for a token, an owner with a newer epoch takes the place of an older
-one, `W` is answered when its time has come while other lines go on, `h` overtakes a target that
-is still being planned, and each drop is noted with its cause.
+one, `W` is answered when its time has come while other lines go on, `h` overtakes everything,
+the end of the connection holds, and each end is noted with its cause.
 """
 
 import contextlib
@@ -12,55 +11,74 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from functools import partial
+from typing import Protocol
 
-from robots.drivers.pa10.protocol import LONGEST, LONGEST_PROGRAM, MOTIONS, Malformed, Request, parse, program
-from robots.motion.planner import Refused
+from robots.drivers.pa10.protocol import LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
+from simulators.pa10.client import Client, Order
+from simulators.pa10.lines import lines
 
-Act = Callable[[Request], str]
-Plan = Callable[[Request], Callable[[], str]]
 Note = Callable[..., None]
 WAIT_S = 120.0
-PLANNED = (*MOTIONS, "p")
+MOST_STRANGERS = 16  # connections that have said nothing of use yet; the oldest makes room
 
 
-@dataclass
-class Client:
-    """Who is connected."""
+class Arm(Protocol):
+    """What stands behind the network."""
 
-    line: socket.socket
-    peer: str
-    epoch: int = 0
-    known: bool = False
-    writing: threading.Lock = field(default_factory=threading.Lock)
-    planning: threading.Thread | None = None
+    def order(self, request: Request) -> Order:
+        """Return what answers a request: of this application, and as of now."""
 
-    def __post_init__(self) -> None:
-        """Open the reader."""
-        self.lines = self.line.makefile("rb")
+    def hold(self) -> None:
+        """Bring the arm to rest."""
 
-    def in_order(self) -> None:
-        """Wait until what was asked before is planned and answered."""
-        if self.planning is not None:
-            self.planning.join()
+    def wait(self, seconds: float) -> str:
+        """Wait for rest; return the answer to `W`."""
+
+    def keep(self, number: int, text: str) -> None:
+        """Replace a stored program. Raises Malformed, Refused."""
+
+
+class Upload:
+    """A program on its way in; nothing of it counts before its dot."""
+
+    def __init__(self, number: int) -> None:
+        self._number, self._lines, self._size, self._wrong = number, list[str](), 0, ""
+
+    def add(self, line: str) -> None:
+        """Take one line; of a program that is too long nothing more is kept."""
+        self._size += len(line) + 1
+        if not (line.isascii() and line.replace("\t", " ").isprintable()):
+            self._wrong = self._wrong or f"line {len(self._lines) + 1}: the line must be plain ASCII text"
+        elif self._size > LONGEST_TEXT or len(self._lines) >= LONGEST_PROGRAM:
+            self._wrong = self._wrong or f"a program has at most {LONGEST_PROGRAM} lines and {LONGEST_TEXT} characters"
+        if not self._wrong:
+            self._lines.append(line)
+
+    def end(self, arm: Arm) -> str:
+        """Replace the stored program; return the answer. Raises Malformed, Refused."""
+        if self._wrong:
+            raise Malformed(self._wrong)
+        arm.keep(self._number, "\n".join(self._lines))
+        return f"ok program {self._number} {len(self._lines)} lines"
 
 
 class Network:
-    """Listens on `port` (0: any); `act` answers a request, `plan` returns what does, `wait` one that waits for rest."""
+    """Listens on `port` (0: any) and serves one client."""
 
     def __init__(
-        self, port: int, act: Act, plan: Plan, wait: Callable[[float], str], faults: FaultBoard, note: Note,
-        keep: Callable[[int, str], None], token: str = "", allowed: tuple[str, ...] = ("127.0.0.1", "::1"),
+        self, port: int, arm: Arm, faults: FaultBoard, note: Note, token: str = "",
+        allowed: tuple[str, ...] = ("127.0.0.1", "::1"),
     ) -> None:  # fmt: skip
-        self._act, self._plan, self._wait, self._faults, self._note = act, plan, wait, faults, note
-        self._token, self._allowed = token, allowed
-        self._keep = keep
-        self._server = socket.create_server(("127.0.0.1", port))
-        self._client: Client | None = None
+        self._arm, self._faults, self._note, self._token, self._allowed = arm, faults, note, token, allowed
+        self._present: Client | None = None
+        self._strangers: list[Client] = []
         self._newest = 0  # the newest epoch that was heard
-        self._choosing = threading.Lock()
-        self.heard = time.monotonic()
+        self._left = time.monotonic()  # since when nobody is connected
+        self._door = threading.RLock()  # who comes and who goes
+        self._open = True
+        self._server = socket.create_server(("127.0.0.1", port))
         threading.Thread(target=self._listen, name="network", daemon=True).start()
 
     @property
@@ -68,185 +86,161 @@ class Network:
         """Return the port that is listened to."""
         return int(self._server.getsockname()[1])
 
-    @property
-    def connected(self) -> bool:
-        """Tell whether somebody is connected."""
-        return self._client is not None
-
-    @property
-    def silent_s(self) -> float:
-        """Return how long nothing was heard (s); whoever waits for a plan is not silent."""
-        client = self._client
-        if client is not None and client.planning is not None and client.planning.is_alive():
-            self.heard = time.monotonic()
-        return time.monotonic() - self.heard
-
-    def drop(self, cause: str) -> None:
-        """Close the connection."""
-        with self._choosing:
-            client, self._client = self._client, None
-        if client is not None:
-            self._note("disconnected", peer=client.peer, cause=cause)
-            with contextlib.suppress(OSError):
-                client.line.shutdown(socket.SHUT_RDWR)
-            client.line.close()
-        self.heard = time.monotonic()
-
     def close(self) -> None:
         """Stop listening."""
+        self._open = False
         self._server.close()
-        self.drop("the application ends")
+        with self._door:
+            self._end("the application ends")
+
+    def restart(self, why: str, again: Callable[[str], None], forget: bool = False) -> None:
+        """Drop who is there and start the application again; nobody comes in meanwhile.
+
+        `forget`: the owner has been gone for so long that its epoch bars nobody any more.
+        """
+        with self._door:
+            self._end(f"watchdog: {why}")
+            again(why)
+            self._left = time.monotonic()
+            self._newest = 0 if forget else self._newest
+
+    def watch(self, silence_s: float, nobody_s: float, again: Callable[[str], None]) -> None:
+        """Start the application again where the owner is silent, or where nobody comes."""
+        with self._door:
+            client = self._present
+            if client is not None and client.silent_s > silence_s:
+                self.restart(f"no line for {silence_s:g} s", again)
+            elif client is None and time.monotonic() - self._left > nobody_s:
+                self.restart(f"nobody connected for {nobody_s:g} s", again, forget=True)
+
+    def _end(self, cause: str) -> None:
+        """End who is present; the arm holds. The door is held."""
+        client, self._present = self._present, None
+        if client is None:
+            return
+        self._left = time.monotonic()
+        self._arm.hold()
+        self._note("disconnected", peer=client.peer, cause=cause)
+        client.shut()
 
     def _listen(self) -> None:
-        while True:
+        while self._open:
             try:
                 line, address = self._server.accept()
+                client = Client(line, f"{address[0]}:{address[1]}", self._faults, self._note)
             except OSError:
-                return
-            line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            client = Client(line, f"{address[0]}:{address[1]}")
-            threading.Thread(target=self._serve, args=(client, address[0]), name="client", daemon=True).start()
+                time.sleep(0.05)  # closed, or no descriptors left for now
+                continue
+            with self._door:
+                self._strangers.append(client)
+                oldest = self._strangers.pop(0) if len(self._strangers) > MOST_STRANGERS else None
+            if oldest is not None:
+                oldest.shut()
+            threading.Thread(target=self._serve, args=(client, address[0]), name="reader", daemon=True).start()
 
     def _serve(self, client: Client, host: str) -> None:
-        if host not in self._allowed:
-            self._turn_away(client, "this address is not allowed")
-            return
-        cause = "the client closed the line"
+        cause = "it was ended from here"
         try:
-            while True:
-                raw = client.lines.readline(LONGEST + 2)
-                if not raw:
-                    break
-                if not raw.endswith(b"\n"):
-                    cause = "half a line, then the end" if len(raw) <= LONGEST else "a line that is too long"
-                    break
-                if not self._one(client, raw):
-                    return
+            if host not in self._allowed:
+                self._turn_away(client, "this address is not allowed")
+            else:
+                self._read(client)
+        except EOFError as error:
+            cause = str(error)
         except OSError as error:
             cause = f"the line broke: {error.strerror or error}"
-        if self._client is client:
-            self.drop(cause)
-        else:
-            client.line.close()
+        with self._door:
+            if self._present is client:
+                self._end(cause)
+            with contextlib.suppress(ValueError):
+                self._strangers.remove(client)
+        client.close()
 
-    def _one(self, client: Client, raw: bytes) -> bool:
-        """Answer one line; False when the client is not to be served."""
-        try:
-            text = raw.decode("ascii").rstrip("\r\n")
-        except UnicodeDecodeError:
-            text = "?"
-        try:
-            request = parse(text)
-            if self._client is not client and not self._choose(client, request):
-                return False
-            self.heard = time.monotonic()
+    def _read(self, client: Client) -> None:
+        """Read until the end; answer, or put into the row."""
+        upload: Upload | None = None
+        for text in lines(client.line):
+            client.heard = time.monotonic()
             if self._faults.value("awol"):
-                return True
-            if request.letter != "h":
-                client.in_order()  # one after the other; only a hold overtakes
-            if request.letter in PLANNED:
-                # in a thread, so that this one hears a hold meanwhile
-                client.planning = threading.Thread(
-                    target=self._told, args=(client, self._plan(request)), name="plan", daemon=True
-                )
-                client.planning.start()
-                return True
-            if request.letter == "W":
-                threading.Thread(target=self._later, args=(client,), name="wait", daemon=True).start()
-                return True
-        except Malformed as error:
-            self._say(client, f"e form {error}")
-            return True
-        self._told(client, lambda: self._answer(client, request))
+                continue
+            if text.split() == ["h"] and self._present is client:
+                self._arm.hold()
+                client.say("ok hold")
+            elif upload is not None:
+                if text.strip() == ".":
+                    client.put(partial(upload.end, self._arm))
+                    upload = None
+                else:
+                    upload.add(text)
+            else:
+                try:
+                    request = parse(text)
+                except Malformed as error:
+                    self._refuse(client, error)
+                    continue
+                if self._present is not client and not self._come_in(client, request):
+                    return
+                if request.letter == "u":
+                    upload = Upload(int(request.numbers[0]))
+                else:
+                    client.put(self._order(client, request))
+
+    def _refuse(self, client: Client, error: Malformed) -> None:
+        def refuse(error: Malformed = error) -> str:
+            raise error
+
+        if self._present is client:
+            client.put(refuse)  # in its place
+        else:
+            client.say(client.answer_of(refuse))
+
+    def _order(self, client: Client, request: Request) -> Order:
+        if request.letter == "i":
+            return partial(self._claim_again, client, request)
+        if request.letter == "W":
+            return partial(client.wait, partial(self._arm.wait, WAIT_S))
+        return self._arm.order(request)
+
+    def _come_in(self, client: Client, request: Request) -> bool:
+        """Let one client in: the first, or an owner who comes before the one who is there."""
+        why = self._why_not(client, request)
+        if why:
+            self._turn_away(client, why)
+            return False
+        client.begin()
         return True
 
-    def _told(self, client: Client, answer: Callable[[], str]) -> None:
-        """Say the answer, or why it is refused."""
-        try:
-            said = answer()
-        except Malformed as error:
-            said = f"e form {error}"
-        except Refused as error:
-            said = f"e {error.code} {error}"
-        self._say(client, said)
+    def _why_not(self, client: Client, request: Request) -> str:
+        claims = request.letter == "i"
+        if self._token and not (claims and request.word == self._token):
+            return "say i, your epoch and the token first"
+        with self._door:
+            other, epoch = self._present, int(request.numbers[0]) if claims else self._newest
+            if epoch < self._newest:
+                return f"epoch {epoch} is over; {self._newest} has driven since"
+            if other is not None and not (claims and (epoch > other.epoch or not other.owner)):
+                return "another client is connected"
+            self._end(f"epoch {epoch} took over")
+            with contextlib.suppress(ValueError):
+                self._strangers.remove(client)
+            client.epoch, client.owner = epoch, claims
+            self._present, self._newest = client, epoch
+            self._note("connected", peer=client.peer, epoch=epoch)
+        return ""
 
-    def _answer(self, client: Client, request: Request) -> str:
-        if request.letter == "i":
-            return f"ok epoch {client.epoch}"
-        if request.letter == "u":
-            return self._take_over(client, int(request.numbers[0]))
-        return self._act(request)
-
-    def _choose(self, client: Client, request: Request) -> bool:
-        """Let one client in: the first, or an owner whose epoch is newer than the present one's."""
-        if request.letter == "i":
-            client.epoch, client.known = int(request.numbers[0]), request.word == self._token
-        elif not self._token:
-            client.known, client.epoch = True, self._newest  # somebody who types, where nobody is
-        if not client.known:
-            self._turn_away(client, "say i, your epoch and the token first")
-            return False
-        with self._choosing:
-            other, stale = self._client, client.epoch < self._newest
-            newer = other is None or (request.letter == "i" and client.epoch > other.epoch)
-            if newer and not stale:
-                self._client, self._newest = client, max(self._newest, client.epoch)
-        if stale:
-            self._turn_away(client, f"epoch {client.epoch} is over; {self._newest} has driven since")
-            return False
-        if not newer:
-            self._turn_away(client, "another client is connected")
-            return False
-        if other is not None:
-            self._note("disconnected", peer=other.peer, cause=f"epoch {client.epoch} took over")
-            with contextlib.suppress(OSError):
-                other.line.shutdown(socket.SHUT_RDWR)
-            other.line.close()
-        self._note("connected", peer=client.peer, epoch=client.epoch)
-        return True
+    def _claim_again(self, client: Client, request: Request) -> str:
+        """Answer `i` of who is in already."""
+        epoch = int(request.numbers[0])
+        with self._door:
+            if self._token and request.word != self._token:
+                raise Malformed("i: this is not the token")
+            if epoch < self._newest:
+                raise Malformed(f"epoch {epoch} is over; {self._newest} has driven since")
+            if self._present is client:
+                client.epoch = self._newest = epoch
+                client.owner = True
+        return f"ok epoch {epoch}"
 
     def _turn_away(self, client: Client, why: str) -> None:
         self._note("refused", peer=client.peer, why=why)
-        self._say(client, f"e busy {why}")
-        client.line.close()
-
-    def _take_over(self, client: Client, number: int) -> str:
-        """Read a program up to its dot."""
-        lines: list[str] = []
-        while len(lines) <= LONGEST_PROGRAM:
-            line = client.lines.readline(LONGEST + 2).decode("ascii", "replace").strip()
-            if line == ".":
-                break
-            lines.append(line)
-        text = "\n".join(lines)
-        program(text)
-        self._keep(number, text)
-        return f"ok program {number} {len(lines)} lines"
-
-    def _later(self, client: Client) -> None:
-        self._say(client, self._wait(WAIT_S))
-
-    def _say(self, client: Client, text: str) -> None:
-        if self._faults.value("mute") or self._faults.value("awol"):
-            return
-        if self._faults.value("slow"):
-            time.sleep(self._faults.value("slow"))
-        with contextlib.suppress(OSError), client.writing:
-            client.line.sendall(text.replace("°", " deg").encode("ascii", "replace") + b"\n")
-
-
-class Watchdog:
-    """Starts the application again where the client is silent, or where nobody comes."""
-
-    def __init__(self, network: Network, silence_s: float, nobody_s: float, restart: Callable[[str], None]) -> None:
-        self._network, self._silence, self._nobody, self._restart = network, silence_s, nobody_s, restart
-        threading.Thread(target=self._watch, name="watchdog", daemon=True).start()
-
-    def _watch(self) -> None:
-        while True:
-            time.sleep(0.1)
-            quiet = self._network.silent_s
-            if self._network.connected and quiet > self._silence:
-                self._restart(f"no line for {self._silence:g} s")
-            elif not self._network.connected and quiet > self._nobody:
-                self._restart(f"nobody connected for {self._nobody:g} s")
+        client.say(f"e busy {why}")

@@ -1,7 +1,12 @@
+import time
+
 import pytest
 
 from robots.drivers.mercury.driver import Driver
-from tests.rig import Simulator
+from robots.drivers.pa10.driver import Driver as ArmDriver
+from tests.conftest import wait_for
+from tests.drivers.pa10_wire import Hand, allow, do
+from tests.rig import ArmSimulator, Simulator
 
 
 @pytest.fixture
@@ -30,3 +35,38 @@ def ready(driver):
     driver.connect()
     driver.recover(lambda: None)
     return driver
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory):
+    simulator = ArmSimulator(tmp_path_factory.mktemp("pa10"), watchdog=600, nobody=600)
+    yield simulator
+    simulator.stop()
+
+
+@pytest.fixture
+def arm(shared):
+    """A driver whose arm rests above the table, in order."""
+    shared.clear()
+    made = ArmDriver(str(shared.folder / "tty"), {"epoch": time.monotonic_ns()})
+    made.connect()
+    made.recover(allow)
+    do(made, "gripper", closed=0)
+    do(made, "ready")
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def hand(shared):
+    shared.clear()
+    wait_for(lambda: not shared.status()["moving"], 20, "rest")
+    made = Hand(shared)
+    assert made.ask(f"i {time.monotonic_ns()}").startswith("ok epoch")
+    if made.ask("w") == "e":
+        made.ask("j 0 0 0 0 0 0")
+        made.ask("W")
+    made.ask("j 0 25 75 0 80 0")
+    made.ask("W")
+    yield made
+    made.close()

@@ -1,7 +1,5 @@
 """The museum arm's driver against its simulator over real TCP; judged by the simulator's journal."""
 
-import contextlib
-import socket
 import threading
 import time
 
@@ -11,88 +9,18 @@ import pytest
 from scipy.optimize import least_squares
 
 from robots.description import chain
-from robots.drivers.errors import BadRequest, HardwareFault, Held, LineBusy, LineGone, OutOfWorkspace, Stopped
+from robots.drivers.errors import BadRequest, Held, LineGone, OutOfWorkspace, Stopped
 from robots.drivers.pa10.driver import Driver
 from robots.drivers.pa10.units import pose_request
 from robots.motion.pose import matrix
 from simulators.pa10 import scene
 from tests.conftest import wait_for
+from tests.drivers.pa10_wire import allow, do, journal
 from tests.faults.proof import Proof
 from tests.rig import ArmSimulator
 
 DOWN = {"roll": np.pi, "pitch": 0.0, "yaw": np.pi}
 ABOVE = {"x": 0.5, "y": 0.16, "z": 0.15, **DOWN}
-
-
-@pytest.fixture(scope="module")
-def shared(tmp_path_factory):
-    simulator = ArmSimulator(tmp_path_factory.mktemp("pa10"), watchdog=600, nobody=600)
-    yield simulator
-    simulator.stop()
-
-
-@pytest.fixture
-def arm(shared):
-    """A driver whose arm rests above the table, in order."""
-    shared.clear()
-    made = Driver(str(shared.folder / "tty"), {"epoch": time.monotonic_ns()})
-    made.connect()
-    made.recover(allow)
-    do(made, "gripper", closed=0)
-    do(made, "ready")
-    yield made
-    made.close()
-
-
-def allow():
-    """Permit everything."""
-
-
-def do(driver, kind, **args):
-    return driver.execute(kind, args, allow, lambda _: None)
-
-
-def journal(sim, event, since=0.0):
-    return [r for r in sim.journal() if r["event"] == event and r["t"] >= since]
-
-
-class Hand:
-    """Somebody who types."""
-
-    def __init__(self, sim):
-        host, _, port = (sim.folder / "tty").read_text().strip().partition(":")
-        self.socket = socket.create_connection((host, int(port)), timeout=120)
-        self.lines = self.socket.makefile("rb")
-
-    def say(self, *lines):
-        self.socket.sendall("".join(f"{line}\n" for line in lines).encode())
-
-    def hear(self):
-        return self.lines.readline().decode().strip()
-
-    def ask(self, line):
-        self.say(line)
-        return self.hear()
-
-    def close(self):
-        with contextlib.suppress(OSError):
-            self.socket.shutdown(socket.SHUT_RDWR)
-        self.socket.close()
-
-
-@pytest.fixture
-def hand(shared):
-    shared.clear()
-    wait_for(lambda: not shared.status()["moving"], 20, "rest")
-    made = Hand(shared)
-    assert made.ask(f"i {time.monotonic_ns()}").startswith("ok epoch")
-    if made.ask("w") == "e":
-        made.ask("j 0 0 0 0 0 0")
-        made.ask("W")
-    made.ask("j 0 25 75 0 80 0")
-    made.ask("W")
-    yield made
-    made.close()
 
 
 def test_a_hand_goes_where_it_is_told(arm, shared):
@@ -237,98 +165,6 @@ def test_a_hold_ends_a_jog_for_good_and_a_reset_does_not_lead_back(arm, shared):
     assert arm.recover(allow).joints[0] == pytest.approx(there, abs=0.01)
 
 
-def test_a_velocity_that_is_not_said_again_ends(hand, shared):
-    began = shared.status()["q"][5]
-    assert hand.ask("J 0 0 0 0 0 30") == "ok velocity"
-    wait_for(lambda: not shared.status()["moving"], 10, "rest")
-    assert 2 < np.degrees(shared.status()["q"][5] - began) < 15, "it went for half a second at most"
-
-
-def test_a_target_in_motion_replaces_the_one_before(hand, shared):
-    at = time.monotonic()
-    first = hand.ask("j 30 25 75 0 80 0")
-    time.sleep(0.3)
-    second = hand.ask("j -20 20 75 0 80 0")
-    assert (first[:2], second[:2]) == ("ok", "ok")
-    assert hand.ask("W") == "a"
-    assert [r["end"] for r in journal(shared, "end", at)] == ["replaced", "done"]
-    assert np.degrees(shared.status()["q"]) == pytest.approx([-20, 20, 75, 0, 80, 0], abs=0.05)
-
-
-def test_hold_is_taken_during_a_wait_and_a_program(hand, shared):
-    hand.say("j 90 0 60 0 60 0", "W")
-    assert hand.hear().startswith("ok")
-    time.sleep(0.3)
-    assert {hand.ask("h"), hand.hear()} == {"ok hold", "a"}
-    assert hand.ask("p 1").startswith("ok program 1")
-    assert hand.ask("w") == "b"
-    assert hand.ask("j 0 0 0 0 0 0").startswith("e busy program 1")
-    time.sleep(0.4)
-    assert hand.ask("h") == "ok hold"
-    wait_for(lambda: not shared.status()["moving"], 2, "rest")
-    assert shared.status()["mode"] == "NO_CTRL"
-    before = len(journal(shared, "motion"))
-    time.sleep(0.5)
-    assert len(journal(shared, "motion")) == before, "a program that was held does not go on"
-
-
-def test_a_program_is_checked_as_a_whole_before_it_moves(hand, shared):
-    before = len(journal(shared, "motion"))
-    hand.say("u 77", "j 0 25 75 0 80 0", "k 500 160 -50 180 0 180", ".")
-    assert hand.hear() == "ok program 77 2 lines"
-    assert "step 2" in (said := hand.ask("p 77"))
-    assert "the table" in said
-    hand.say("u 78", "j 1 2", ".")
-    assert hand.hear().startswith("e form line 1")
-    assert hand.ask("p 78").startswith("e range there is no program 78")
-    assert len(journal(shared, "motion")) == before
-
-
-def test_garbage_is_answered_and_moves_nothing(hand, shared):
-    before = len(journal(shared, "motion"))
-    for line in ("", "x", "j 1 2 3", "j 1 2 3 4 5 nan", "k 1 2 3 4 5 6 9", "g 7", "\x00\x01", "j é 0 0 0 0 0"):
-        assert hand.ask(line).startswith("e "), line
-    assert hand.ask("w") == "a"
-    assert len(journal(shared, "motion")) == before
-
-
-def test_half_a_line_is_no_command(shared, hand):
-    before = len(journal(shared, "motion"))
-    hand.socket.sendall(b"j 0 0 0 0 0 0")
-    hand.close()
-    wait_for(lambda: journal(shared, "disconnected")[-1]["cause"].startswith("half a line"), 5, "the cause")
-    assert len(journal(shared, "motion")) == before
-
-
-def test_one_client_and_a_newer_epoch_takes_over(arm, shared):
-    other = Hand(shared)
-    assert "another client is connected" in other.ask("w")
-    stale = Hand(shared)
-    assert "is over" in stale.ask("i 1")
-    newer = Driver(str(shared.folder / "tty"), {"epoch": time.monotonic_ns()})
-    newer.connect()
-    before = len(journal(shared, "motion"))
-    with pytest.raises(LineGone):
-        do(arm, "home")
-    with pytest.raises(LineBusy, match="is over"):
-        arm.connect()
-    assert len(journal(shared, "motion")) == before
-    newer.close()
-
-
-def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm, shared):
-    do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([150, -40, -40, 0, -30, 0]), strict=True)))
-    shared.fault("disturb", 3000.0)
-    with pytest.raises(HardwareFault, match="Range error"):
-        do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([100, -40, -40, 0, -30, 0]), strict=True)))
-    shared.clear()
-    assert journal(shared, "range_error")
-    assert not arm.state().ready
-    with pytest.raises((HardwareFault, OutOfWorkspace), match="only j 0 0 0 0 0 0"):
-        do(arm, "ready")
-    assert arm.recover(allow).ready
-
-
 def test_a_gripper_that_gives_way_drops_its_block(arm, shared):
     x, y, _ = shared.status()["objects"]["blue"]
     do(arm, "pose", x=x, y=y, z=0.15, **DOWN)
@@ -420,44 +256,6 @@ def test_promise_09_random_targets_enter_no_box_and_each_refusal_is_true(hand, s
     assert outcome["ok"] > number / 10
     assert outcome["there"] > 0
     proof.holds(f"{number} targets: {outcome}; nearest to a box {distance * 1000:.0f} mm ({box}), by MuJoCo's geometry")
-
-
-def test_the_watchdog_starts_the_application_again(tmp_path):
-    sim = ArmSimulator(tmp_path, watchdog=2.0, nobody=6.0)
-    try:
-        driver = Driver(str(tmp_path / "tty"), {"epoch": 1})
-        driver.connect()
-        for _ in range(6):  # an idle arm whose owner asks is left alone
-            time.sleep(0.3)
-            assert driver.state().ready
-        driver.line.ask(driver._request("ready", {}))
-        time.sleep(3.0)  # silence in mid-motion
-        assert sim.status()["boot"] == 2
-        assert any("no line for 2 s" in r["why"] for r in journal(sim, "application"))
-        assert not sim.status()["moving"]
-        with pytest.raises(LineGone):
-            driver.state()
-        wait_for(lambda: any("nobody connected" in r["why"] for r in journal(sim, "application")), 12, "nobody")
-        driver.connect()
-        assert driver.recover(allow).ready
-        driver.close()
-    finally:
-        sim.stop()
-
-
-def test_a_controller_that_wants_a_token(tmp_path, monkeypatch):
-    monkeypatch.setenv("PA10_TOKEN", "open-sesame")
-    sim = ArmSimulator(tmp_path)
-    try:
-        for settings in ({"epoch": 1}, {"epoch": 1, "token": "guess"}):
-            with pytest.raises(LineBusy, match="token"):
-                Driver(str(tmp_path / "tty"), settings).connect()
-        good = Driver(str(tmp_path / "tty"), {"epoch": 1, "token": "open-sesame"})
-        assert good.connect().ready
-        good.close()
-        assert len(journal(sim, "refused")) == 2
-    finally:
-        sim.stop()
 
 
 def test_a_keepers_box_is_told_to_the_controller(tmp_path):

@@ -79,8 +79,10 @@ def test_a_range_error_in_mid_turn(rig):
     posture = {"S1": 2.6, "S2": -0.7, "E1": -0.7, "E2": 0.0, "W1": -0.5, "W2": 0.0}
     first = rig.final(rig.issue("joints", **posture), 60)
     assert first.state == "completed", first.reason
+    command = rig.issue("joints", **posture | {"S1": 1.8})
+    rig.moving()
     rig.sim.fault("disturb", 3000.0)
-    command = rig.final(rig.issue("joints", **posture | {"S1": 1.8}), 60)
+    command = rig.final(command, 60)
     rig.sim.clear()
     assert (command.state, "Range error" in command.reason) == ("failed", True), command.reason
     well(rig)

@@ -8,6 +8,7 @@ from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import parse
 from robots.motion.planner import Refused
 from simulators.pa10.application import Application
+from simulators.pa10.store import ProgramStore
 
 STILL = np.zeros(6)
 
@@ -17,13 +18,15 @@ def courses():
     return Courses()
 
 
-def applied(courses):
-    return Application(courses, posture(load("pa10"), "ready"), lambda *_, **__: None, {1: "j 0 25 75 0 80 0"})
+@pytest.fixture
+def app(courses, tmp_path):
+    return Application(
+        courses, posture(load("pa10"), "ready"), lambda *_, **__: None, ProgramStore(tmp_path / "programs.json")
+    )
 
 
 @pytest.mark.parametrize(("line", "moving"), [("j 0 25 75 0 80 0", True), ("j 0 25 75 0 80 0", False), ("p 1", False)])
-def test_a_hold_while_something_is_planned_is_the_last_word(monkeypatch, courses, line, moving):
-    app = applied(courses)
+def test_a_hold_while_something_is_planned_is_the_last_word(monkeypatch, courses, app, line, moving):
     q = posture(load("pa10"), "ready")
     if moving:
         for first in ("j 30 25 75 0 80 0", "j -20 20 75 0 80 0"):
@@ -50,8 +53,7 @@ def test_a_hold_while_something_is_planned_is_the_last_word(monkeypatch, courses
     assert q == pytest.approx(rest)
 
 
-def test_what_was_asked_before_a_hold_does_not_begin_after_it(courses):
-    app = applied(courses)
+def test_what_was_asked_before_a_hold_does_not_begin_after_it(app):
     asked = app.asked
     app.hold()
     with pytest.raises(Refused, match="a hold came before it could begin"):

@@ -6,13 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.drivers.pa10.protocol import FORMS, ArmState, End, Malformed, Mode, Request, parse, program
+from robots.drivers.pa10.forms import FORMS
+from robots.drivers.pa10.protocol import ArmState, End, Malformed, Mode, Request, parse, program
 
 angle = st.floats(-6, 6)
 six = st.tuples(*[angle] * 6)
 
 
-@given(st.sampled_from("jkKlJC"), st.lists(st.floats(-1e4, 1e4), min_size=6, max_size=6))
+@given(st.sampled_from("jkKlJC"), st.lists(st.floats(-720, 720), min_size=6, max_size=6))
 def test_requests_there_and_back(letter, numbers):
     back = parse(Request(letter, tuple(numbers)).encode().decode())
     assert back.letter == letter
@@ -48,7 +49,7 @@ def test_anything_is_a_request_or_named(line):
         ("x 1", "there is no command 'x'"),
         ("j 1 2 3", "wants 6 or 7 values"),
         ("j 1 2 3 4 5 six", "'six' is no number"),
-        ("j 1 2 3 4 5 nan", "no finite number"),
+        ("j 1 2 3 4 5 nan", "is no number"),
         ("g", "wants 1 values"),
         ("j " + "1" * 300, "longer than 200"),
     ],
@@ -71,7 +72,11 @@ def test_programs_are_written_out():
         ("R 2\ng 1", "has no end"),
         ("E", "line 1: E ends a repetition"),
         ("R 100\nR 100\ng 1\nE\nE", "longer than 500"),
-        ("R 0\nE", "1 to 100"),
+        ("R 0\nE", "line 1: R: the number of repetitions is 0; it must be a whole number from 1 to 100"),
+        ("R 1.5\nE", "whole number"),
+        ("d 31", "line 1: d: the wait is 31 s; it must be from 0 to 30 s"),
+        ("R 1\n" * 9, "at most 8 deep"),
+        ("# x\n" * 9000, "longer than 20000 characters"),
     ],
 )
 def test_programs_that_are_wrong_are_named(text, says):
@@ -83,3 +88,35 @@ def test_a_line_that_is_no_state():
     for line in ("s NO_CTRL", "ok 1", "s NO_CTRL motion=x end=done"):
         with pytest.raises(Malformed):
             ArmState.decode(line)
+
+
+@pytest.mark.parametrize("letter", [letter for letter, form in FORMS.items() if form.values])
+@given(data=st.data())
+def test_no_number_outside_its_bounds_is_read(letter, data):
+    """Each value in turn, to 1e308 and past it; the sentence names value, range and unit."""
+    form = FORMS[letter]
+    which = data.draw(st.integers(0, len(form.values) - 1))
+    value = form.values[which]
+    outside = st.floats(min_value=math.nextafter(value.high, math.inf)) | st.floats(
+        max_value=math.nextafter(value.low, -math.inf)
+    )
+    parts = [repr(v.low) for v in form.values]
+    parts[which] = repr(data.draw(outside))
+    word = " box" if letter == "b" else ""
+    with pytest.raises(Malformed) as raised:
+        parse(f"{letter} {' '.join(parts)}{word}", stored=not form.alone)
+    said = str(raised.value)
+    assert "no number" in said or (
+        value.name in said and f"to {value.high:.0f}" in said and said.endswith(value.unit)
+    ), said
+
+
+@pytest.mark.parametrize("letter", "dRE")
+def test_what_stands_in_a_program_only_is_no_line(letter):
+    with pytest.raises(Malformed, match="in a program only"):
+        parse(f"{letter} 1")
+
+
+@given(st.integers(0, 2**53 - 1))
+def test_an_epoch_is_kept_to_the_last_digit(epoch):
+    assert int(parse(Request("i", (float(epoch),)).encode().decode()).numbers[0]) == epoch

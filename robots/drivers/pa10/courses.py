@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robots.description import boxes, load, planner, posture
+from robots.drivers.pa10.forms import LONGEST_WAIT_S
 from robots.drivers.pa10.protocol import MOTIONS, Mode, Request
 from robots.drivers.pa10.units import pose_of
 from robots.motion.chain import Joints
@@ -14,8 +15,6 @@ from robots.motion.planner import Plan, Refused
 from robots.motion.zones import Box
 
 MODES = {"j": Mode.JOINT_CTRL, "k": Mode.KIN_RPY_CTRL, "K": Mode.KIN_EULER_CTRL, "l": Mode.KIN_RPY_CTRL}
-
-LONGEST_WAIT_S = 30
 
 
 @dataclass(frozen=True)

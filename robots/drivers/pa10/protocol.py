@@ -6,12 +6,17 @@ it gives letters and meaning, not units, replies or line ends. All else is ours.
 """
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from robots.drivers.pa10.forms import FORMS, LARGEST_EPOCH, Value
+
 LONGEST = 200
 JOINTS = 6
+MOTIONS = "jkKl"
+WORDED = "ib"  # a word follows their values: the token at will, the name of a box
 
 
 class Mode(StrEnum):
@@ -35,47 +40,16 @@ class End(StrEnum):
     RANGE = "range"
 
 
-@dataclass(frozen=True)
-class Form:
-    """What follows a letter: how many numbers, how many more at will, and what it does."""
-
-    letter: str
-    least: int
-    most: int
-    says: str
-    papers: bool = False
-
-
-FORMS = {
-    form.letter: form
-    for form in (
-        Form("j", 6, 7, "six joint positions in degrees; then a share of full speed, 0.05 to 1, at will", True),
-        Form("k", 6, 7, "x y z in mm, roll pitch yaw in degrees; speed at will", True),
-        Form("K", 6, 7, "x y z in mm, Euler Z-Y-Z in degrees; speed at will"),
-        Form("l", 6, 7, "as k, on a straight line of the hand"),
-        Form("w", 0, 0, "asks: a awaiting commands, b busy, e error", True),
-        Form("W", 0, 0, "answers as w when the arm rests", True),
-        Form("p", 1, 1, "execute the program of that number", True),
-        Form("g", 1, 1, "gripper: 0 opens, 1 closes", True),
-        Form("s", 0, 0, "the whole state in one line"),
-        Form("h", 0, 0, "hold: come to rest now; taken at any moment"),
-        Form("J", 6, 6, "six joint velocities in degrees/s; given again within 0.25 s or the arm rests"),
-        Form("C", 6, 6, "velocity of the hand: mm/s and degrees/s about x y z; given again as J"),
-        Form("d", 1, 1, "in a program: wait so many seconds"),
-        Form("R", 1, 1, "in a program: repeat what follows, up to E, so many times"),
-        Form("E", 0, 0, "in a program: the end of a repetition"),
-        Form("u", 1, 1, "take over a program of that number: its lines follow, a line with a dot ends it"),
-        Form("b", 0, 7, "a keeper's forbidden box: two corners in mm, a name; alone: takes all of them away"),
-        Form("i", 1, 2, "who asks: epoch of the owner, token where the robot wants one"),
-    )
-}
-PROGRAM = "jkKlgdREW"
-MOTIONS = "jkKl"
-WORDED = "ib"  # the last of all their values is a word
-
-
 class Malformed(ValueError):
     """The line makes no sense; the message says what was wrong and what to write."""
+
+    code = "form"
+
+
+class OutOfBounds(Malformed):
+    """A number outside what the wire takes; the message names value, range and unit."""
+
+    code = "range"
 
 
 @dataclass(frozen=True)
@@ -88,40 +62,64 @@ class Request:
 
     def encode(self) -> bytes:
         """Return the line's bytes."""
-        parts = [self.letter, *(f"{number:.10g}" for number in self.numbers)]
+        parts = [self.letter, *(_written(number) for number in self.numbers)]
         return (" ".join([*parts, self.word]).strip() + "\n").encode("ascii")
 
 
-def parse(line: str) -> Request:
-    """Return the request in a line.
+def _written(number: float) -> str:
+    return f"{number:.0f}" if abs(number) <= LARGEST_EPOCH and number == int(number) else f"{number:.10g}"
+
+
+def parse(line: str, stored: bool = False) -> Request:
+    """Return the request in a line; `stored`: in a line of a program.
 
     Raises:
-        Malformed: unknown letter, wrong count, no number, not finite, too long.
+        Malformed: unknown letter, wrong count, no number, not finite, too long, not plain ASCII.
+        OutOfBounds: a number outside its bounds.
 
     """
+    line = line.rstrip("\r\n")
     if len(line) > LONGEST:
         raise Malformed(f"the line is longer than {LONGEST} characters")
+    if not (line.isascii() and line.replace("\t", " ").isprintable()):
+        raise Malformed("the line must be plain ASCII text")
     letter, *parts = line.split() or [""]
     form = FORMS.get(letter)
     if form is None:
         raise Malformed(f"there is no command {letter[:12]!r}; known: {' '.join(FORMS)}")
-    if not form.least <= len(parts) <= form.most:
-        wanted = f"{form.least}" if form.least == form.most else f"{form.least} or {form.most}"
+    if stored and not form.stored:
+        raise Malformed(f"{letter} cannot stand in a program")
+    if not stored and not form.alone:
+        raise Malformed(f"{letter} stands in a program only ({form.says})")
+    word = parts.pop() if letter in WORDED and len(parts) == len(form.values) + 1 else ""
+    if not form.least <= len(parts) <= len(form.values):
+        most = len(form.values)
+        wanted = f"{form.least}" if form.least == most else f"{form.least} or {most}"
         raise Malformed(f"{letter} wants {wanted} values ({form.says}), not {len(parts)}")
-    word = parts.pop() if letter in WORDED and len(parts) == form.most else ""
-    if letter == "b" and len(parts) not in (0, 6):
+    if letter == "b" and (len(parts), bool(word)) not in ((0, False), (6, True)):
         raise Malformed("b wants two corners, six values, and a name; or nothing at all")
-    return Request(letter, tuple(_number(letter, part) for part in parts), word)
+    return Request(letter, tuple(_number(letter, *pair) for pair in zip(form.values, parts, strict=False)), word)
 
 
-def _number(letter: str, text: str) -> float:
+NUMERAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+
+
+def _number(letter: str, value: Value, text: str) -> float:
     try:
-        value = float(text)
+        found = float(text)
     except ValueError:
-        raise Malformed(f"{letter}: {text[:20]!r} is no number") from None
-    if not math.isfinite(value):
-        raise Malformed(f"{letter}: {text[:20]!r} is no finite number")
-    return value
+        found = math.nan
+    if math.isnan(found) or (math.isfinite(found) and not NUMERAL.fullmatch(text)):
+        raise Malformed(f"{letter}: {text[:20]!r} is no number")
+    if not value.low <= found <= value.high or (value.whole and found != int(found)):
+        unit = f" {value.unit}" if value.unit else ""
+        bounds = f"{'a whole number ' if value.whole else ''}from {value.low:g} to {_shown(value.high)}{unit}"
+        raise OutOfBounds(f"{letter}: {value.name} is {text[:20]}{unit}; it must be {bounds}")
+    return found + 0.0
+
+
+def _shown(bound: float) -> str:
+    return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
 
 
 @dataclass(frozen=True)
@@ -186,17 +184,17 @@ def program(text: str) -> list[Request]:
         Malformed: names the line.
 
     """
+    if len(text) > LONGEST_TEXT:
+        raise Malformed(f"the program is longer than {LONGEST_TEXT} characters")
     stack: list[tuple[int, list[Request]]] = [(1, [])]
     for number, line in enumerate(text.splitlines(), 1):
         if not line.split("#")[0].strip():
             continue
         try:
-            request = parse(line.split("#")[0])
-            if request.letter not in PROGRAM:
-                raise Malformed(f"{request.letter} cannot stand in a program")
+            request = parse(line.split("#")[0], stored=True)
             _nest(stack, request)
         except Malformed as error:
-            raise Malformed(f"line {number}: {error}") from None
+            raise type(error)(f"line {number}: {error}") from None
         if sum(len(steps) for _, steps in stack) > LONGEST_PROGRAM:
             raise Malformed(f"line {number}: the program is longer than {LONGEST_PROGRAM} steps")
     if len(stack) > 1:
@@ -205,14 +203,15 @@ def program(text: str) -> list[Request]:
 
 
 LONGEST_PROGRAM = 500
+LONGEST_TEXT = 20_000
+DEEPEST = 8
 
 
 def _nest(stack: list[tuple[int, list[Request]]], request: Request) -> None:
     if request.letter == "R":
-        times = request.numbers[0]
-        if times != int(times) or not 1 <= times <= 100:
-            raise Malformed("a repetition is made 1 to 100 times")
-        stack.append((int(times), []))
+        if len(stack) > DEEPEST:
+            raise Malformed(f"repetitions stand at most {DEEPEST} deep in each other")
+        stack.append((int(request.numbers[0]), []))
     elif request.letter == "E":
         if len(stack) == 1:
             raise Malformed("E ends a repetition (R); there is none")

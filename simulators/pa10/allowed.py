@@ -1,0 +1,50 @@
+"""Where the arm itself, not its set-point, may be: judged at each step of the control loop."""
+
+import numpy as np
+
+from robots.motion.chain import Joints
+from robots.motion.planner import Planner
+
+OFF_M = 0.005  # how far the measured arm may be inside a box before it counts as there
+OFF_RAD = 0.05  # the same for the range of a joint
+
+
+def why_outside(planner: Planner, q: Joints) -> str:
+    """Return what is wrong with where the arm is (rad), empty where nothing is."""
+    distances = planner.zones.distances(q)
+    touch = planner.zones.entered(distances + OFF_M, np.zeros_like(distances))
+    if touch is not None:
+        return str(touch)
+    return planner.chain.broken_limit(q) if np.any(_outside(planner, q) > OFF_RAD) else ""
+
+
+def _outside(planner: Planner, q: Joints) -> Joints:
+    """Return how far each joint is outside its range (rad)."""
+    limits = planner.limits
+    return np.asarray(np.maximum(0.0, np.maximum(limits.low - q, q - limits.high)))
+
+
+class Allowed:
+    """The boxes and ranges around an arm that may be inside one of them, and from there only away."""
+
+    def __init__(self, planner: Planner, q: Joints) -> None:
+        self.accept(planner, q)
+
+    def accept(self, planner: Planner, q: Joints) -> None:
+        """Let the arm be where it is; from there it may only move away."""
+        self._planner = planner
+        self._floor = planner.zones.floor(planner.zones.distances(q))
+        self._most = _outside(planner, q) + OFF_RAD
+
+    def left(self, q: Joints) -> str:
+        """Return what is wrong with where the arm is now, empty where nothing is; who moved away may not come back."""
+        zones = self._planner.zones
+        distances, outside = zones.distances(q), _outside(self._planner, q)
+        touch = zones.entered(distances + OFF_M, self._floor)
+        if touch is not None:
+            return str(touch)
+        if np.any(outside > self._most):
+            return self._planner.chain.broken_limit(q)
+        self._floor = zones.raised(self._floor, distances)
+        self._most = np.minimum(self._most, outside + OFF_RAD)
+        return ""

@@ -1,0 +1,58 @@
+"""Runs a program's steps one after the other, in a thread of its own, until the last or until a hold."""
+
+import threading
+from typing import Protocol
+
+import numpy as np
+
+from robots.drivers.pa10.protocol import MOTIONS, Request
+from robots.motion.planner import Refused
+
+GRIP_S = 0.8
+
+
+class Arm(Protocol):
+    """What a program drives; `mine` is the count of holds at its beginning."""
+
+    def step_began(self, number: int, mine: int) -> bool:
+        """Note the step; False where the program is not to go on."""
+
+    def move(self, request: Request, mine: int, in_program: bool) -> int:
+        """Plan and take up a motion. Raises Refused."""
+
+    def grip(self, value: float) -> None:
+        """Open or close the gripper."""
+
+    def wait(self, mine: int, seconds: float, rest: bool) -> None:
+        """Wait for so many seconds of the control loop, or until the arm rests."""
+
+    def program_ended(self, mine: int, error: str = "") -> None:
+        """Leave the program, with an error where it was broken off by one."""
+
+
+def start(arm: Arm, steps: list[Request], mine: int) -> None:
+    """Begin a program that was found free."""
+    threading.Thread(target=_run, args=(arm, steps, mine), name="program", daemon=True).start()
+
+
+def _run(arm: Arm, steps: list[Request], mine: int) -> None:
+    for number, step in enumerate(steps, 1):
+        if not arm.step_began(number, mine):
+            return
+        try:
+            _one(arm, step, mine)
+        except Refused as error:
+            arm.program_ended(mine, f"step {number}: {error}")
+            return
+    arm.program_ended(mine)
+
+
+def _one(arm: Arm, step: Request, mine: int) -> None:
+    if step.letter in MOTIONS:
+        arm.move(step, mine, in_program=True)
+        arm.wait(mine, np.inf, rest=True)
+    elif step.letter == "g":
+        arm.grip(step.numbers[0])
+        arm.wait(mine, GRIP_S, rest=False)
+    elif step.letter == "d":
+        arm.wait(mine, step.numbers[0], rest=False)

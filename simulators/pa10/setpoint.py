@@ -1,0 +1,125 @@
+"""The set-point that the controller follows: along a path, by velocities, or at rest.
+
+It has no lock and no clock: its owner calls it under one lock, and `now` is the control loop's
+time in s. Angles in rad, velocities in rad/s.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robots.motion.chain import Joints
+from robots.motion.path import Path
+from robots.motion.planner import Planner, Refused
+from simulators.pa10.velocity import VelocityCommand
+
+STILL = 1e-9
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What the controller has to follow: rad, rad/s, rad/s2; gripper 0 open, 1 closed."""
+
+    q: Joints
+    v: Joints
+    a: Joints
+    gripper: int
+
+
+class SetPoint:
+    """Where the reference is, and what moves it."""
+
+    def __init__(self, planner: Planner, q: Joints) -> None:
+        self.planner = planner
+        self.q, self.v, self.a = q.copy(), np.zeros_like(q), np.zeros_like(q)
+        self._path: Path | None = None
+        self._began = 0.0
+        self._next: tuple[float, Path] | None = None  # when a blend takes over
+        self._velocity: VelocityCommand | None = None
+
+    @property
+    def moving(self) -> bool:
+        """Tell whether something moves it, or will in a moment."""
+        return self.on_path or self._velocity is not None
+
+    @property
+    def on_path(self) -> bool:
+        """Tell whether a path is followed or waits for its moment."""
+        return self._path is not None or self._next is not None
+
+    @property
+    def in_motion(self) -> bool:
+        """Tell whether a new path must begin out of a motion."""
+        return self._path is not None or self.has_speed
+
+    @property
+    def has_speed(self) -> bool:
+        """Tell whether it moves at this moment."""
+        return bool(np.any(np.abs(self.v) > STILL))
+
+    def follows(self) -> object:
+        """Return what is followed now; another object later means that the arm went another way."""
+        return self._path if self._path is not None else self._velocity
+
+    def ahead(self, at: float) -> tuple[Joints, Joints]:
+        """Return position and velocity at the time `at` (s). Raises Refused where velocities drive it."""
+        if self._path is not None:
+            q, v, _ = self._path.at(at - self._began)
+            return q, v
+        if self.has_speed:
+            raise Refused("busy", "the arm is driven by velocities; let it come to rest first")
+        return self.q.copy(), self.v.copy()
+
+    def take(self, path: Path, at: float) -> None:
+        """Follow a path from the time `at` on."""
+        self._next = (at, path)
+
+    def drive(self, letter: str, values: Joints, now: float) -> bool:
+        """Drive by velocities for a moment; return whether this begins it."""
+        begins = self._velocity is None
+        if self._velocity is None:
+            self._velocity = VelocityCommand(letter, values, now)
+        else:
+            self._velocity.again(letter, values, now)
+        return begins
+
+    def look_again(self) -> None:
+        """Forget that the way of a velocity command was found free: there are other boxes now."""
+        if self._velocity is not None:
+            self._velocity.look_again()
+
+    def brake(self, now: float) -> None:
+        """Come to rest as hard as the arm may."""
+        self._velocity = self._next = None
+        if self.has_speed:
+            self._path, self._began = self.planner.brake(self.q, self.v), now
+        else:
+            self._path = None
+
+    def stand(self, q: Joints) -> None:
+        """Rest here, whatever it was on."""
+        self._velocity = self._next = self._path = None
+        self.q = q.copy()
+        self._still()
+
+    def _still(self) -> None:
+        self.v, self.a = np.zeros_like(self.q), np.zeros_like(self.q)
+
+    def step(self, now: float) -> bool:
+        """Go on to the time `now`; return whether it has just come to rest."""
+        if self._next is not None and now >= self._next[0]:
+            (self._began, self._path), self._next, self._velocity = self._next, None, None
+        if self._path is not None:
+            t = now - self._began
+            self.q, self.v, self.a = self._path.at(t)
+            if t >= self._path.seconds and self._next is None:
+                self._path = None
+                self._still()
+                return True
+        elif self._velocity is not None:
+            self.q, self.v, self.a = self._velocity.follow(self.planner, self.q, self.v, now)
+            if now >= self._velocity.until and not self.has_speed:
+                self._velocity = None
+                self._still()
+                return True
+        return False

@@ -1,0 +1,221 @@
+"""The simulated museum arm: plant, controller, application, network and cameras, in 2 ms steps."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.protocol import ArmState, Request
+from simulators.common.faults import FaultBoard, serve
+from simulators.common.journal import Journal
+from simulators.pa10.allowed import why_outside
+from simulators.pa10.application import Application
+from simulators.pa10.cameras import SharedScene
+from simulators.pa10.client import Order
+from simulators.pa10.controllers import CONTROLLERS
+from simulators.pa10.plant import Measured, Plant
+from simulators.pa10.scene import BLOCKS, STEP_S, Judge
+from simulators.pa10.server import Network
+from simulators.pa10.store import ProgramStore
+from simulators.pa10.watchdog import watch
+
+SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
+JUDGE_EVERY = 5
+CATCH_UP = 25  # steps that are made up for after a stall; more than that is lost time
+LET_IN_S = 5e-5  # a loop that is behind rests at least so long, or it would never let the network in
+SLIP_STEPS = 150
+LOOK_EVERY = 500  # steps between two looks at what has fallen
+FALLEN_M, FALLEN_LOOKS = -0.1, 3
+OBJECTS = tuple(name for name, _, _ in BLOCKS)
+
+
+class Simulator:
+    """Plant, controller, application, network and cameras."""
+
+    def __init__(self, folder: Path, port: int, controller: str, token: str, watchdog: tuple[float, float]) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder = folder
+        self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
+        self._courses = Courses()
+        self.plant = Plant(qpos=self._kept())
+        self._controller = CONTROLLERS[controller]()
+        self._judge, self.nearest = Judge(self.plant.model), (Judge.FAR, "")
+        self.boot, self.late, self.steps = 0, 0, 0
+        self.worst, self.error = 0.0, 0.0  # lateness of a step (s); distance of a joint from its reference (rad)
+        self._fallen: dict[str, int] = {}
+        self._slips = 0  # steps for which the gripper gives way
+        self._measured = self.plant.measured()
+        self._reference = self._measured.q
+        self.store = ProgramStore(folder / "programs.json")
+        self._note_dead_threads()
+        self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
+        self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
+        self._shared.write(self.plant.qpos)
+        self.network = Network(port, self, self.faults, self.journal.note, token)
+        self._running = True
+        serve(folder / "faults", self.faults, self.status)
+        self._cameras = subprocess.Popen(  # noqa: S603 - our own program
+            [sys.executable, "-m", "simulators.pa10.cameras", "--dir", str(folder)],
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # more of them only wait for each other, busily
+            stderr=subprocess.DEVNULL,
+        )
+        (folder / "tty").write_text(f"127.0.0.1:{self.network.port}\n")
+        watch(self.network, *watchdog, self.begin_again)
+
+    def _kept(self) -> Any:
+        try:
+            return np.load(self._folder / "scene.npy", allow_pickle=False)
+        except (OSError, ValueError):
+            return None
+
+    def _begin(self, why: str, error: str = "", extra: tuple[Any, ...] = ()) -> None:
+        self.boot += 1
+        gripper = int(self._measured.opening < 0.03)
+        self.app = Application(
+            self._courses, self._measured.q.copy(), self.journal.note, self.store, gripper, error, extra
+        )
+        self.journal.note("application", boot=self.boot, why=why)
+
+    def _note_dead_threads(self) -> None:
+        """Write down each thread that an error ends: there must be none."""
+        usual = threading.excepthook
+
+        def note(told: threading.ExceptHookArgs) -> None:
+            name = told.thread.name if told.thread else "?"
+            self.journal.note("thread_died", name=name, error=f"{told.exc_type.__name__}: {told.exc_value}")
+            usual(told)
+
+        threading.excepthook = note
+
+    def begin_again(self, why: str) -> None:
+        """Start the control application again: what moved rests where it is; a range error stays."""
+        self.app.hold()
+        while self.app.moving and self._running:
+            time.sleep(STEP_S)
+        self._begin(why, self.app.error, self.app.extra)
+
+    # what stands behind the network
+
+    def order(self, request: Request) -> Order:
+        """Return what answers a request: of this application, and as of now."""
+        if request.letter == "w":
+            return lambda: self.app.letter()
+        if request.letter == "s":
+            return lambda: self.state().encode()
+        return partial(self.app.take, request, self.app.asked)
+
+    def hold(self) -> None:
+        """Bring the arm to rest."""
+        self.app.hold()
+
+    def keep(self, number: int, text: str) -> None:
+        """Replace a stored program."""
+        self.store.replace(number, text)
+
+    def wait(self, seconds: float) -> str:
+        """Wait for rest; return the answer to `W`."""
+        return self.app.wait_for_rest(seconds)
+
+    def state(self) -> ArmState:
+        """Return the answer to `s`."""
+        app, now = self.app, self._measured
+        return ArmState(
+            app.mode, app.motion, app.end, self.boot, app.program, app.step_of, app.gripper, now.opening,
+            app.moving, tuple(now.q), tuple(now.v), tuple(now.torque), app.note[:80],
+        )  # fmt: skip
+
+    def status(self) -> dict[str, Any]:
+        """Return counters and places, for tests."""
+        return {
+            "counts": dict(self.journal.counts),
+            "q": self._measured.q.tolist(),
+            "speed": float(np.max(np.abs(self._measured.v))),
+            "reference": self._reference.tolist(),
+            "threads": sorted(thread.name for thread in threading.enumerate()),
+            "moving": self.app.moving,
+            "mode": str(self.app.mode),
+            "boot": self.boot,
+            "late": self.late,
+            "worst_ms": round(1000 * self.worst, 2),
+            "worst_error": round(self.error, 6),
+            "steps": self.steps,
+            "nearest": self.nearest,
+            "objects": {
+                name: self.plant.place(name).round(4).tolist() for name in ("red", "yellow", "blue", "green", "tip")
+            },
+        }
+
+    def run(self) -> None:
+        """Control at 500 Hz until told to stop; a late step is made up for."""
+        due = time.monotonic()
+        while self._running:
+            due += STEP_S
+            pause = due - time.monotonic()
+            time.sleep(max(pause, LET_IN_S))
+            behind = time.monotonic() - due
+            self.late += behind > STEP_S
+            self.worst = max(self.worst, behind)
+            if pause <= 0:
+                due = max(due, time.monotonic() - CATCH_UP * STEP_S)
+            self._one()
+        self._keep()
+
+    def _one(self) -> None:
+        self.steps += 1
+        measured: Measured = self.plant.measured()
+        reference = self.app.step(measured.q, measured.v)
+        self._measured, self._reference = measured, reference.q
+        if self.app.moving:
+            self.error = max(self.error, float(np.max(np.abs(reference.q - measured.q))))
+        self._spoil()
+        torque = self._controller.torques(reference.q, reference.v, reference.a, measured)
+        self._slips = max(0, self._slips - 1)
+        self.plant.step(torque, 0 if self._slips else reference.gripper)
+        if self.steps % JUDGE_EVERY == 0 and self.app.moving:
+            self.nearest = min(self.nearest, self._judge.nearest(self.plant.data))
+        if self.steps % LOOK_EVERY == 0:
+            self._tidy()
+        if self.steps % SHARE_EVERY == 0:
+            self._shared.write(self.plant.qpos)
+
+    def _spoil(self) -> None:
+        """Disturb the arm (N m on S1) and let an object slip, as the fault board says."""
+        self.plant.disturbance[0] = self.faults.value("disturb")
+        if self.faults.take("restart"):
+            again = ("asked for by a fault verb", self.begin_again)
+            threading.Thread(target=self.network.restart, args=again, name="restart", daemon=True).start()
+        if self.faults.take("slip"):
+            self._slips = SLIP_STEPS
+            self.journal.note("slip")
+
+    def _tidy(self) -> None:
+        """Put back what has lain beside the table for a while, as a keeper would."""
+        for name in OBJECTS:
+            away = self.plant.place(name)[2] < FALLEN_M
+            self._fallen[name] = self._fallen.get(name, 0) + 1 if away else 0
+            if self._fallen[name] > FALLEN_LOOKS:
+                self.plant.put_back(name)
+                self.journal.note("put_back", what=name)
+
+    def _keep(self) -> None:
+        np.save(self._folder / "scene.npy", self.plant.qpos)
+
+    def stop(self, *_: object) -> None:
+        """Leave the loop; the arm rests first."""
+        threading.Thread(target=self._end, name="end").start()
+
+    def _end(self) -> None:
+        self.app.hold()
+        until = time.monotonic() + 2.0
+        while self.app.moving and time.monotonic() < until:
+            time.sleep(STEP_S)
+        self._running = False
+        self.network.close()
+        self._cameras.terminate()

@@ -1,0 +1,40 @@
+"""The museum arm's wire as tests use it: somebody who types, and what the simulator noted."""
+
+import contextlib
+import socket
+
+
+def allow():
+    """Permit everything."""
+
+
+def do(driver, kind, **args):
+    return driver.execute(kind, args, allow, lambda _: None)
+
+
+def journal(sim, event, since=0.0):
+    return [r for r in sim.journal() if r["event"] == event and r["t"] >= since]
+
+
+class Hand:
+    """Somebody who types."""
+
+    def __init__(self, sim):
+        host, _, port = (sim.folder / "tty").read_text().strip().partition(":")
+        self.socket = socket.create_connection((host, int(port)), timeout=120)
+        self.lines = self.socket.makefile("rb")
+
+    def say(self, *lines):
+        self.socket.sendall("".join(f"{line}\n" for line in lines).encode())
+
+    def hear(self):
+        return self.lines.readline().decode().strip()
+
+    def ask(self, line):
+        self.say(line)
+        return self.hear()
+
+    def close(self):
+        with contextlib.suppress(OSError):
+            self.socket.shutdown(socket.SHUT_RDWR)
+        self.socket.close()

@@ -1,0 +1,139 @@
+"""Who may drive the museum arm: epochs, token, watchdog."""
+
+import time
+
+import pytest
+
+from robots.drivers.errors import LineBusy, LineGone
+from robots.drivers.pa10.driver import Driver
+from tests.conftest import wait_for
+from tests.drivers.pa10_wire import Hand, allow, do, journal
+from tests.rig import ArmSimulator
+
+
+def test_one_client_and_a_newer_epoch_takes_over(arm, shared):
+    other = Hand(shared)
+    assert "another client is connected" in other.ask("w")
+    stale = Hand(shared)
+    assert "is over" in stale.ask("i 1")
+    newer = Driver(str(shared.folder / "tty"), {"epoch": time.monotonic_ns()})
+    newer.connect()
+    before = len(journal(shared, "motion"))
+    with pytest.raises(LineGone):
+        do(arm, "home")
+    with pytest.raises(LineBusy, match="is over"):
+        arm.connect()
+    assert len(journal(shared, "motion")) == before
+    newer.close()
+
+
+def test_the_watchdog_starts_the_application_again(tmp_path):
+    sim = ArmSimulator(tmp_path, watchdog=2.0, nobody=6.0)
+    try:
+        driver = Driver(str(tmp_path / "tty"), {"epoch": 1})
+        driver.connect()
+        for _ in range(6):  # an idle arm whose owner asks is left alone
+            time.sleep(0.3)
+            assert driver.state().ready
+        driver.line.ask(driver._request("ready", {}))
+        time.sleep(3.0)  # silence in mid-motion
+        assert sim.status()["boot"] == 2
+        assert any("no line for 2 s" in r["why"] for r in journal(sim, "application"))
+        assert not sim.status()["moving"]
+        with pytest.raises(LineGone):
+            driver.state()
+        wait_for(lambda: any("nobody connected" in r["why"] for r in journal(sim, "application")), 12, "nobody")
+        driver.connect()
+        assert driver.recover(allow).ready
+        driver.close()
+    finally:
+        sim.stop()
+
+
+def test_a_controller_that_wants_a_token(tmp_path, monkeypatch):
+    monkeypatch.setenv("PA10_TOKEN", "open-sesame")
+    sim = ArmSimulator(tmp_path)
+    try:
+        for settings in ({"epoch": 1}, {"epoch": 1, "token": "guess"}):
+            with pytest.raises(LineBusy, match="token"):
+                Driver(str(tmp_path / "tty"), settings).connect()
+        good = Driver(str(tmp_path / "tty"), {"epoch": 1, "token": "open-sesame"})
+        assert good.connect().ready
+        good.close()
+        assert len(journal(sim, "refused")) == 2
+    finally:
+        sim.stop()
+
+
+def test_an_absurd_epoch_locks_nobody_out(tmp_path):
+    """Without a token anybody may claim; the claim ends with the minute in which nobody is connected."""
+    sim = ArmSimulator(tmp_path, watchdog=2.0, nobody=2.0)
+    try:
+        stranger = Hand(sim)
+        assert stranger.ask("i 1e308").startswith("e range")
+        assert stranger.ask("i 9007199254740991").startswith("ok epoch")
+        at = time.monotonic()
+        stranger.close()
+        driver = Driver(str(tmp_path / "tty"), {"epoch": 7})
+        with pytest.raises(LineBusy, match="is over"):
+            driver.connect()
+        wait_for(lambda: any("nobody" in r["why"] for r in journal(sim, "application", at)), 10, "nobody")
+        assert driver.connect().ready
+        driver.close()
+    finally:
+        sim.stop()
+
+
+def test_who_types_is_never_silent_and_an_owner_takes_the_place(tmp_path):
+    sim = ArmSimulator(tmp_path, watchdog=1.0, nobody=60.0)
+    try:
+        typist = Hand(sim)
+        assert typist.ask("w") == "a"
+        for half in (b"j 10 25", b" 75 0 80", b" 0\n"):
+            time.sleep(1.2)
+            typist.socket.sendall(half)
+        assert typist.hear().startswith("ok"), "somebody who types slowly is not cut off"
+        owner = Driver(str(tmp_path / "tty"), {"epoch": 3})
+        assert owner.connect().ready
+        assert typist.hear() == "", "the owner takes the place of somebody who types"
+        assert sim.status()["boot"] == 1
+        owner.close()
+    finally:
+        sim.stop()
+
+
+def test_an_owner_who_waits_for_rest_is_not_silent(tmp_path):
+    sim = ArmSimulator(tmp_path, watchdog=1.0, nobody=60.0)
+    try:
+        owner = Hand(sim)
+        owner.ask("i 1")
+        owner.ask("j 60 25 75 0 80 0 0.1")
+        assert owner.ask("W") == "a"
+        assert sim.status()["boot"] == 1
+        owner.close()
+    finally:
+        sim.stop()
+
+
+def test_a_fresh_connection_is_not_dropped_for_the_silence_before_it(tmp_path):
+    """Nobody was there for longer than an owner may be silent: each one who comes is fresh all the same."""
+    sim = ArmSimulator(tmp_path, watchdog=0.3, nobody=60.0)
+    try:
+        for epoch in range(1, 25):
+            time.sleep(0.4)
+            owner = Hand(sim)
+            assert owner.ask(f"i {epoch}").startswith("ok epoch"), epoch
+            assert owner.ask("w") == "a", epoch
+            owner.close()
+        assert sim.status()["boot"] == 1
+    finally:
+        sim.stop()
+
+
+def test_idle_connections_keep_nobody_out(shared):
+    strangers = [Hand(shared) for _ in range(60)]
+    hand = Hand(shared)
+    assert hand.ask(f"i {time.monotonic_ns()}").startswith("ok epoch")
+    assert len(shared.status()["threads"]) < 50
+    for one in (*strangers, hand):
+        one.close()

@@ -1,0 +1,76 @@
+"""RANGE ERROR: how the arm comes into it, and the one way out."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from robots.description import chain
+from robots.drivers.errors import HardwareFault, OutOfWorkspace
+from tests.conftest import wait_for
+from tests.drivers.pa10_wire import Hand, allow, do, journal
+
+
+def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm, shared):
+    do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([150, -40, -40, 0, -30, 0]), strict=True)))
+    timer = threading.Timer(0.4, shared.fault, ("disturb", 3000.0))
+    timer.start()
+    with pytest.raises(HardwareFault, match="Range error"):
+        do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([100, -40, -40, 0, -30, 0]), strict=True)))
+    timer.join()
+    shared.clear()
+    assert journal(shared, "range_error")
+    assert not arm.state().ready
+    with pytest.raises((HardwareFault, OutOfWorkspace), match="only j 0 0 0 0 0 0"):
+        do(arm, "ready")
+    assert arm.recover(allow).ready
+
+
+def pushed_out(hand, shared):
+    """Turn the first axis until it is beyond its range, without a motion of its own."""
+    hand.ask("j 160 -40 -40 0 -30 0 1")
+    assert hand.ask("W") == "a"
+    shared.fault("disturb", 900.0)
+    wait_for(lambda: hand.ask("w") == "e", 10, "the range error")
+    shared.clear()
+    wait_for(lambda: abs(shared.status()["speed"]) < 0.01, 10, "rest")
+
+
+def test_pushed_out_at_rest_it_says_so(hand, shared):
+    pushed_out(hand, shared)
+    assert "S1" in journal(shared, "range_error")[-1]["why"]
+    for line in ("j 0 25 75 0 80 0", "g 1", "p 1", "J 0 0 0 0 0 1"):
+        assert hand.ask(line).startswith("e range"), line
+
+
+def test_neither_silence_nor_a_restart_leads_out_of_it(hand, shared):
+    pushed_out(hand, shared)
+    boot = shared.status()["boot"]
+    shared.fault("restart", count=1)
+    wait_for(lambda: shared.status()["boot"] > boot, 10, "the restart")
+    other = Hand(shared)
+    other.ask(f"i {time.monotonic_ns()}")
+    assert other.ask("w") == "e"
+    assert other.ask("j 0 25 75 0 80 0").startswith("e range")
+    assert other.ask("j 0 0 0 0 0 0").startswith("ok")
+    assert other.ask("W") == "a"
+    other.close()
+
+
+def test_the_way_out_must_be_gone_to_its_end(hand, shared):
+    pushed_out(hand, shared)
+    assert hand.ask("j 0 0 0 0 0 0 0.2").startswith("ok")
+    assert hand.ask("j 0 25 75 0 80 0").startswith("e "), "another target does not take its place"
+    time.sleep(0.2)
+    assert hand.ask("h") == "ok hold"
+    assert hand.ask("W") == "e", "held on its way out, it is not out"
+    assert hand.ask("j 0 0 0 0 0 0").startswith("ok")
+    assert hand.ask("W") == "a"
+    assert hand.ask("j 0 25 75 0 80 0").startswith("ok")
+
+
+def test_a_target_that_cannot_be_is_refused_and_is_no_range_error(hand, shared):
+    for line in ("j 200 0 0 0 0 0", "k 1900 0 100 180 0 180", "k 500 0 -50 180 0 180"):
+        assert hand.ask(line).startswith(("e range", "e box")), line
+        assert hand.ask("w") == "a"

@@ -6,6 +6,8 @@ from typing import Any
 from robots.drivers.contract import Argument, CommandKind, Features
 from robots.drivers.errors import BadRequest
 
+SHOWN = 40  # characters of what somebody sent that an answer says again
+
 
 def number(args: dict[str, Any], name: str) -> float:
     """Return a finite number out of `args`. Raises BadRequest."""
@@ -38,12 +40,19 @@ def known(features: Features, kind: str, args: dict[str, Any]) -> CommandKind:
         BadRequest: no such command, a value that it does not take, a value that is no number.
 
     """
+    if not isinstance(kind, str):
+        raise BadRequest("A command has a name.")
+    if not isinstance(args, dict):
+        raise BadRequest("The values of a command must be an object.")
     spec = features.command(kind)
     if spec is None:
-        raise BadRequest(f"This robot has no command called {kind}.")
-    extra = set(args) - {a.name for a in spec.arguments}
-    if extra:
-        raise BadRequest(f"The command {kind} takes no value called {sorted(extra)[0]}.")
+        raise BadRequest(f"This robot has no command called {kind[:SHOWN]}.")
+    taken = {a.name for a in spec.arguments}
+    for name in args:
+        if name not in taken:
+            raise BadRequest(
+                f"The command {kind} takes no value called {name[:SHOWN] if isinstance(name, str) else '?'}."
+            )
     for argument in spec.arguments:
         if argument.text and (argument.required or argument.name in args):
             text(args, argument)

@@ -6,7 +6,7 @@ MOST = 8000  # of one request
 LINE_POINT = 4  # one inverse solution
 SHARED = 80  # answers at a singular pose
 LOOK, GLANCED_AT, LOOKED_AT = 15, 0.5, 1.5  # one look at the boxes; each posture in it, looked at roughly or exactly
-MOTION = 15  # what else a motion wants
+MOTION = 25  # what else a motion wants
 
 
 class TooMuch(ValueError):
@@ -23,4 +23,6 @@ class Budget:
         """Take so much off. Raises TooMuch."""
         self.left -= units
         if self.left < 0:
-            raise TooMuch("planning that would take too long for one request; ask for less at once")
+            raise TooMuch(
+                "this is more than may be planned at once: about 10 m of straight lines, or 150 motions that differ"
+            )

@@ -122,6 +122,8 @@ def joint_path(start: Joints, velocity: Joints, target: Joints, limits: Limits, 
 
     """
     path = Cubic.between(start, velocity, target, _shortest(target - start, velocity, limits, scale))
+    if not np.any(velocity):
+        return path  # from rest to rest no joint passes either end
     low, high = path.span()
     if np.any(low < np.minimum(limits.low, start) - 1e-9) or np.any(high > np.maximum(limits.high, start) + 1e-9):
         raise TooFast("the arm moves too fast towards a limit to turn round; it brakes first")

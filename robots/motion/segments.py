@@ -23,7 +23,7 @@ def exactly(begin: Matrix, end: Matrix, low: Matrix, high: Matrix) -> Matrix:
     with np.errstate(divide="ignore", invalid="ignore"):
         cuts = np.concatenate([(low - begin) / way, (high - begin) / way], axis=-1)
     ends = np.broadcast_to([0.0, 1.0], (*way.shape[:-1], 2))
-    cuts = np.clip(np.nan_to_num(cuts, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    cuts = np.where(cuts > 0.0, np.minimum(cuts, 1.0), 0.0)  # nowhere, where it does not cross: 0
     t = np.sort(np.concatenate([cuts, ends], axis=-1), axis=-1)
     at = begin[..., None, :] + t[..., None] * way[..., None, :]
     off = at - np.clip(at, low[..., None, :], high[..., None, :])
@@ -33,8 +33,7 @@ def exactly(begin: Matrix, end: Matrix, low: Matrix, high: Matrix) -> Matrix:
     before, after = np.take_along_axis(slope, rising - 1, -1), np.take_along_axis(slope, rising, -1)
     first, then = np.take_along_axis(t, rising - 1, -1), np.take_along_axis(t, rising, -1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.clip(np.nan_to_num(-before / (after - before), nan=0.0), 0.0, 1.0)
-    share = np.where(before >= 0.0, 0.0, np.where(after <= 0.0, 1.0, share))
+        share = np.where(before >= 0.0, 0.0, np.where(after <= 0.0, 1.0, -before / (after - before)))
     nearest = begin + (first + share * (then - first)) * way
     found: Matrix = np.linalg.norm(nearest - np.clip(nearest, low, high), axis=-1)
     return found

@@ -177,15 +177,14 @@ class Zones:
     def _glanced(self, q: Joints) -> tuple[Matrix, NDArray[np.bool_]]:
         """Return what the distances (m, p) are at least for postures (m, n), and of which they are exact.
 
-        Of the first they are: it says how far inside a limb may be; and of all, where it is inside.
+        Of none, unless a limb is inside a box at the first: how far it may be says how far it may stay.
         """
-        first = self.distances(q[0])
-        if np.any(first < 0.0):
-            return self.distances(q), np.ones(len(q), dtype=bool)
         begin, end = self._segments(q)
         found = segments.at_least(begin, end, self._low, self._high) - self._radius
-        found[0] = first
-        return found, np.arange(len(q)) == 0
+        if np.any(found[0] < 0.0) and np.any(self.distances(q[0]) < 0.0):
+            return self.distances(q), np.ones(len(q), dtype=bool)
+        found[0] = np.maximum(found[0], 0.0)
+        return found, np.zeros(len(q), dtype=bool)
 
     def _looked(self, path: Path, times: Joints, budget: Budget | None) -> Matrix:
         """Return the distances (m, p) at `times` (m,). Raises TooMuch."""

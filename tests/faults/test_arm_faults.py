@@ -95,7 +95,7 @@ def test_a_range_error_in_mid_turn(rig):
 def test_the_watchdog_restarts_the_application_during_a_program(rig):
     rig.owner()
     rig.grant(seconds=600)
-    text = "R 20\nj 20 25 75 0 80 0 0.1\nj -20 25 75 0 80 0 0.1\nE"
+    text = "R 10\nj 20 25 75 0 80 0 0.1\nj -20 25 75 0 80 0 0.1\nE"
     command = rig.issue("program", text=text)
     rig.robot_shows(lambda status: status["mode"] == "PROG_EXEC", 20, "the program runs")
     rig.sim.fault("restart", count=1)

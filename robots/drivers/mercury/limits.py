@@ -8,6 +8,7 @@ from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.motion.scara import OutOfReach
 
 SLACK = 1e-6
+FAR_M = 10.0  # farther away the distance itself says nothing
 
 
 def check_target(description: dict[str, Any], x: float, y: float, z: float) -> tuple[float, float, float, float]:
@@ -27,8 +28,9 @@ def check_target(description: dict[str, Any], x: float, y: float, z: float) -> t
         raise OutOfWorkspace(f"Height {z * 1000:.0f} mm is outside {low * 1000:.0f} to {high * 1000:.0f} mm.")
     radius = hypot(x, y)
     if not arm.inner_radius <= radius <= arm.outer_radius:
+        away = f"{radius * 1000:.0f} mm" if radius < FAR_M else f"more than {FAR_M:g} m"
         raise OutOfWorkspace(
-            f"That point is {radius * 1000:.0f} mm from the shoulder; the arm reaches "
+            f"That point is {away} from the shoulder; the arm reaches "
             f"{arm.inner_radius * 1000:.0f} to {arm.outer_radius * 1000:.0f} mm."
         )
     for axis, value in (("x", x), ("y", y)):

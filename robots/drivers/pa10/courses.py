@@ -9,12 +9,15 @@ from robots.description import boxes, load, planner, posture
 from robots.drivers.pa10.forms import LONGEST_WAIT_S
 from robots.drivers.pa10.protocol import MOTIONS, Mode, Request
 from robots.drivers.pa10.units import pose_of
+from robots.motion.budget import MOST, Budget
 from robots.motion.chain import Joints
 from robots.motion.path import Path
 from robots.motion.planner import Plan, Refused
 from robots.motion.zones import Box
 
 MODES = {"j": Mode.JOINT_CTRL, "k": Mode.KIN_RPY_CTRL, "K": Mode.KIN_EULER_CTRL, "l": Mode.KIN_RPY_CTRL}
+
+LONGEST_PROGRAM_S = 300.0
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class Courses:
         self.planner = planner("pa10", self._own + extra)
         motion = description["motion"]
         self._scale, self._scales = float(motion["scale"]), motion["scale_range"]
+        self._longest_s = float(motion["limit_s"])
         self.home = posture(description, "home")
 
     def forbid(self, extra: tuple[Box, ...]) -> None:
@@ -54,42 +58,60 @@ class Courses:
             raise Refused("range", f"the share of full speed must lie between {low:g} and {high:g}")
         return request.numbers[6]
 
-    def plan(self, request: Request, q: Joints, v: Joints) -> Course:
+    def plan(self, request: Request, q: Joints, v: Joints, budget: Budget | None = None) -> Course:
         """Return the motion from the sampled position (rad) and velocity (rad/s), swept against the boxes.
 
         Raises:
-            Refused: says which joint, how far away, or which limb would enter which box.
+            Refused: says which joint, how far away, which limb would enter which box, or that it would
+                last too long or take too long to plan.
 
         """
         scale, planner = self.scale(request), self.planner
-        if request.letter == "l":
-            made = planner.line(pose_of(request), q, v, scale)
-        elif request.letter == "j":
-            made = planner.joints(np.radians(request.numbers[:6]), q, v, scale)
+        budget = Budget(MOST) if budget is None else budget
+        if request.letter == "j":
+            made = planner.joints(np.radians(request.numbers[:6]), q, v, scale, budget)
+        elif request.letter == "l":
+            made = planner.line(pose_of(request), q, v, scale, budget)
         else:
-            made = planner.joints(planner.reach(pose_of(request), q), q, v, scale)
+            made = planner.joints(planner.reach(pose_of(request), q, budget), q, v, scale, budget)
+        if made.path.seconds > self._longest_s:
+            raise Refused(
+                "range",
+                f"the motion would take {made.path.seconds:.0f} s, longer than the {self._longest_s:g} s that one may "
+                "take; ask for more of full speed, or go less far",
+            )
         return Course(MODES[request.letter], made)
 
     def along(self, steps: list[Request], q: Joints) -> Iterator[tuple[int, Path]]:
         """Go through a program from rest at `q`; give each motion with the number of its step.
 
+        All that it waits and moves is added up as it is come by.
+
         Raises:
             Refused: names the step.
 
         """
-        here = q
+        here, seconds, budget = q, 0.0, Budget(MOST)
         known: dict[tuple[Request, bytes], Plan] = {}  # what is repeated is planned once
         for number, step in enumerate(steps, 1):
-            if step.letter not in MOTIONS:
-                continue
-            key = step, here.tobytes()
             try:
-                if key not in known:
-                    known[key] = self.plan(step, here, np.zeros_like(here)).plan
+                seconds += self.pause(step)
+                if step.letter in MOTIONS:
+                    key = step, here.tobytes()
+                    if key not in known:
+                        known[key] = self.plan(step, here, np.zeros_like(here), budget).plan
+                    here = known[key].target
+                    seconds += known[key].path.seconds
+                if seconds > LONGEST_PROGRAM_S:
+                    raise Refused(
+                        "range",
+                        f"the program would take longer than the {LONGEST_PROGRAM_S:g} s that one may take; "
+                        "make two of it",
+                    )
             except Refused as error:
                 raise Refused(error.code, f"step {number}: {error}") from error
-            here = known[key].target
-            yield number, known[key].path
+            if step.letter in MOTIONS:
+                yield number, known[key].path
 
     def check(self, steps: list[Request], q: Joints, go_on: Callable[[], None] = lambda: None) -> float:
         """Go through a whole program from rest at `q`; return its time on the way (s). Asks `go_on` on its way.
@@ -106,20 +128,18 @@ class Courses:
 
     @staticmethod
     def pauses(steps: list[Request]) -> float:
-        """Return the time that a program waits and grips (s).
+        """Return the time that a program waits and grips (s). Raises Refused."""
+        return sum(Courses.pause(step) for step in steps)
 
-        Raises:
-            Refused: names the step.
-
-        """
-        seconds = 0.0
-        for number, step in enumerate(steps, 1):
-            if step.letter == "d":
-                if not 0 <= step.numbers[0] <= LONGEST_WAIT_S:
-                    raise Refused("range", f"step {number}: a wait lasts 0 to {LONGEST_WAIT_S} s")
-                seconds += step.numbers[0]
-            elif step.letter == "g":
-                if step.numbers[0] not in (0.0, 1.0):
-                    raise Refused("range", f"step {number}: the gripper knows 0 (open) and 1 (close)")
-                seconds += 1.0
-        return seconds
+    @staticmethod
+    def pause(step: Request) -> float:
+        """Return the time that a step waits or grips (s). Raises Refused."""
+        if step.letter == "d":
+            if not 0 <= step.numbers[0] <= LONGEST_WAIT_S:
+                raise Refused("range", f"a wait lasts 0 to {LONGEST_WAIT_S} s")
+            return step.numbers[0]
+        if step.letter == "g":
+            if step.numbers[0] not in (0.0, 1.0):
+                raise Refused("range", "the gripper knows 0 (open) and 1 (close)")
+            return 1.0
+        return 0.0

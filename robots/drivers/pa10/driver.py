@@ -21,8 +21,9 @@ from robots.drivers.contract import (
     Trace,
 )
 from robots.drivers.errors import BadRequest, ControllerRefused, HardwareFault, Held, OutOfWorkspace
-from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.courses import LONGEST_PROGRAM_S, Courses
 from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, PLANNED_S, ArmLine
+from robots.drivers.pa10.preview import preview, start
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Malformed, Mode, Request
 from robots.drivers.pa10.protocol import program as parse_program
 from robots.drivers.pa10.units import joint_request, pose_request
@@ -41,12 +42,10 @@ JOG_SHARE = 0.3  # of full speed, so that it rests soon after the hand is gone
 JOG_M_S, JOG_RAD_S = 0.15, 0.6
 JOG_LONGEST_S = 20.0
 GRIP_S = 3.0
-PROGRAM_S = 300.0
 LONGEST_TEXT = 6000
-FARTHEST_RAD = 7.0
 TAUGHT = 9000  # the number under which a program is handed over before it is executed
-PREVIEW_S = 0.1  # between two poses of a preview
 GRIPPER = "gripper"  # the last joint told: how far each finger is open, m
+PLACES = ("pose", "line", "joints")  # commands that name one
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -87,7 +86,7 @@ def features(driver: str = "pa10") -> Features:
                     Argument("number", "", 1.0, 9999.0, required=False),
                     Argument("text", "", 1, LONGEST_TEXT, required=False, text=True),
                 ),
-                limit_s=PROGRAM_S,
+                limit_s=LONGEST_PROGRAM_S,
             ),
             CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("jog_hand", "Jog hand", hand, limit_s=JOG_LONGEST_S, held=True),
@@ -163,38 +162,29 @@ class Driver:
 
     def check(self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None) -> None:
         """Refuse unknown kinds, bad values, and targets outside limits, reach or in a box."""
-        spec = known(self.features, kind, args)
-        place = kind in ("pose", "line", "joints")
-        within(spec, {k: v for k, v in args.items() if k == "speed" or not place})
+        self._bounded(kind, args)
         if kind == "program":
             self._steps(args)
-        if place:
+        if kind in PLACES:
             try:
                 self._planner.stand(self._target(kind, args))
             except Refused as error:
                 raise OutOfWorkspace(f"The arm cannot go there: {error}.") from error
 
+    def _bounded(self, kind: str, args: dict[str, Any]) -> None:
+        """Refuse unknown kinds and values that are none, or outside their range; the planner names joints' limits."""
+        spec = known(self.features, kind, args)
+        within(spec, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
+
     def preview(self, kind: str, args: dict[str, Any], joints: tuple[float, ...]) -> Preview:
         """See `robots.drivers.contract.Previews`."""
-        known(self.features, kind, args)
-        here = np.array([*joints, *posture(self._description, "ready")[len(joints) :]])[: len(self._chain.names)]
-        if not np.all(np.isfinite(here)) or np.any(np.abs(here) > FARTHEST_RAD):
-            raise BadRequest("The present joints must be six angles.")
-        steps = self._steps(args) if kind == "program" else [self._request(kind, args)]
-        ways: list[Joints] = [here]
-        numbered, seconds = [0], 0.0
-        try:
-            for number_of, path in self._courses.along(steps, here):
-                count = max(2, int(path.seconds / PREVIEW_S))
-                ways += [path.at(path.seconds * k / count)[0] for k in range(1, count + 1)]
-                numbered += [number_of] * count
-                seconds += path.seconds
-            seconds += self._courses.pauses(steps)
-        except Refused as error:
-            raise OutOfWorkspace(f"The arm cannot go there: {error}.") from error
-        hand = tuple(tuple(float(v) for v in self._chain.forward(q)[:3, 3]) for q in ways)
-        rows = tuple(tuple(float(v) for v in q) for q in ways)
-        return Preview(rows[-1], rows, hand, seconds, tuple(numbered) if kind == "program" else ())
+        self._bounded(kind, args)
+        here = start(joints, posture(self._description, "ready"))
+        if kind == "program":
+            return preview(self._courses, self._steps(args), here, numbered=True)
+        if kind not in PLACES and f"{kind}_deg" not in self._description["arm"]:
+            raise BadRequest(f"There is no way to show for the command {kind}: it leads to no place.")
+        return preview(self._courses, [self._request(kind, args)], here, numbered=False)
 
     def _steps(self, args: dict[str, Any]) -> list[Request]:
         """Return the steps of the program given as text; none for one that the controller has. Raises BadRequest."""
@@ -281,7 +271,7 @@ class Driver:
             on_stage("acknowledged")
 
     def _until_rest(self, request: Request, before: ArmState, permit: Permit) -> ArmState:
-        limit = PROGRAM_S if request.letter == "p" else float(self._description["motion"]["limit_s"])
+        limit = LONGEST_PROGRAM_S if request.letter == "p" else float(self._description["motion"]["limit_s"])
         until = time.monotonic() + limit
         while True:
             time.sleep(POLL_S)

@@ -1,0 +1,50 @@
+"""Where a motion or a program of the museum arm would lead, worked out before anything moves."""
+
+import numpy as np
+
+from robots.drivers.contract import Preview
+from robots.drivers.errors import BadRequest, OutOfWorkspace
+from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.protocol import Request
+from robots.drivers.values import number
+from robots.motion.chain import Joints
+from robots.motion.planner import Refused
+
+BETWEEN_S = 0.1  # two poses of a preview
+FARTHEST_RAD = 7.0
+
+
+def start(joints: tuple[float, ...], ready: Joints) -> Joints:
+    """Return the joints (rad) from which a preview begins; those not told are as at `ready`. Raises BadRequest."""
+    if not isinstance(joints, tuple | list) or len(joints) > 2 * len(ready):
+        raise BadRequest("The present joints must be a list of angles.")
+    told = [number({"joint": value}, "joint") for value in joints[: len(ready)]]
+    if any(abs(value) > FARTHEST_RAD for value in told):
+        raise BadRequest(f"Each of the present joints must lie between -{FARTHEST_RAD:g} and {FARTHEST_RAD:g} rad.")
+    return np.array([*told, *ready[len(told) :]])
+
+
+def preview(courses: Courses, steps: list[Request], here: Joints, numbered: bool) -> Preview:
+    """Return the way through `steps` from rest at `here` (rad); `numbered`: they are those of a program.
+
+    Raises:
+        OutOfWorkspace: a step cannot be done, or the whole lasts or costs too much.
+
+    """
+    ways, steps_of, seconds = [here[None]], [0], 0.0
+    try:
+        for step, path in courses.along(steps, here):
+            count = max(2, int(path.seconds / BETWEEN_S))
+            ways.append(path.sample(path.seconds * np.arange(1, count + 1) / count))
+            steps_of += [step] * count
+            seconds += path.seconds
+        seconds += courses.pauses(steps)
+    except Refused as error:
+        text = str(error) if numbered else str(error).removeprefix("step 1: ")
+        raise OutOfWorkspace(f"The arm cannot go there: {text}.") from error
+    q = np.concatenate(ways)
+    hand = courses.planner.chain.forward(q)[:, :3, 3]
+    rows = tuple(tuple(row) for row in q.tolist())
+    return Preview(
+        rows[-1], rows, tuple(tuple(row) for row in hand.tolist()), seconds, tuple(steps_of) if numbered else ()
+    )

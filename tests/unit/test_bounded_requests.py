@@ -1,0 +1,219 @@
+"""Whatever is asked of a robot's check, preview or program checker: little work, and an answer in words."""
+
+import math
+import time
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from robots.description import load, posture
+from robots.drivers.contract import Previews, make_driver
+from robots.drivers.errors import BadRequest, OutOfWorkspace, RobotError
+from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.protocol import Malformed, program
+from robots.motion.planner import Refused
+from tests.conftest import at_length
+
+CPU_S, MEMORY = 0.2, 50e6
+DRIVERS = ("mercury", "pa10", "so101")
+HUGE = (10**5000, -(10**5000), 1e308, -1e308, 1e4, 1e22, -1e4, 5e-324, math.nan, math.inf, -math.inf)
+HUGE_IDS = ["ten to the 5000", "minus that", *map(str, HUGE[2:])]
+READY = tuple(posture(load("pa10"), "ready"))
+NUMBERS = [pytest.param(60, id="some"), at_length(2000)]
+
+reals = st.one_of(
+    st.floats(),
+    st.integers(-(10**400), 10**400),
+    st.integers(0, len(HUGE) - 1).map(lambda i: HUGE[i]),
+    st.floats(-3, 3),
+)
+leaves = st.one_of(
+    st.none(), st.booleans(), reals, st.text(max_size=20), st.sampled_from(["9" * 5000, "²", "\ud800\0", "x" * 10**6])
+)
+wild = st.recursive(leaves, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4), max_leaves=12)  # fmt: skip
+deep = st.integers(1, 3000).map(lambda depth: nested(depth))
+numerals = st.one_of(
+    reals.map(lambda v: repr(v) if isinstance(v, float) else str(v % 10**400)), st.integers(-400, 400).map(str),
+    st.floats(0, 700).map(lambda v: f"{v:.2f}"), st.sampled_from(["1e308", "nan", "-inf", "²", "9" * 150, "1_0", ""]),
+)  # fmt: skip
+lines = st.tuples(st.sampled_from("jkKlgdREpsuhJC#x"), st.lists(numerals, max_size=8)).map(
+    lambda pair: " ".join([pair[0], *pair[1]])
+)
+texts = st.lists(lines, max_size=60).map("\n".join)
+
+
+def nested(depth):
+    found = []
+    for _ in range(depth):
+        found = [found]
+    return found
+
+
+def driver(name):
+    try:
+        return make_driver(name, "/nowhere", {})
+    except LookupError as missing:
+        pytest.skip(str(missing))
+
+
+def measured(call, allowed):
+    """Call; hold the time of the processor and then the memory against their limits. Return what was raised."""
+    raised = None
+    for watched in (False, True):
+        if watched:
+            tracemalloc.start()
+        begun = time.process_time()
+        try:
+            call()
+        except allowed as error:
+            raised = error
+            assert len(str(error)) < 1000, "an answer that nobody reads"
+        finally:
+            took, peak = time.process_time() - begun, tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+        if watched:
+            assert peak < MEMORY
+        else:
+            assert took < CPU_S
+    return raised
+
+
+def refused_or_done(name, kind, args, joints):
+    made = driver(name)
+    measured(lambda: made.check(kind, args), RobotError)
+    if isinstance(made, Previews):
+        measured(lambda: made.preview(kind, args, joints), RobotError)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _warm():
+    """What is made once in a process is no request's work."""
+    for name in ("mercury", "pa10"):
+        driver(name).check("noop", {})
+    driver("pa10").preview("home", {}, READY)
+    driver("pa10").preview("line", {"x": 0.5, "y": 0.1, "z": 0.3, "roll": math.pi, "pitch": 0, "yaw": math.pi}, READY)
+
+
+@pytest.mark.parametrize("examples", NUMBERS)
+@pytest.mark.parametrize("name", DRIVERS)
+def test_no_values_at_all_take_long_or_raise_anything_but_our_own_errors(name, examples):
+    commands = driver(name).features.commands
+
+    @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(st.data())
+    def go(data):
+        command = data.draw(st.sampled_from(commands))
+        names = [a.name for a in command.arguments]
+        values = {n: data.draw(st.one_of(wild, deep, reals, st.floats(-1.5, 1.5))) for n in names}
+        args = data.draw(st.one_of(st.just(values), wild, st.just({**values, "more": 1})))
+        kind = data.draw(st.one_of(st.just(command.kind), st.just(command.kind), wild))
+        joints = data.draw(st.one_of(st.just(READY), st.lists(reals, max_size=20).map(tuple), wild))
+        refused_or_done(name, kind, args, joints)
+
+    go()
+
+
+@pytest.mark.parametrize("examples", NUMBERS)
+def test_no_program_takes_long_to_look_through(examples):
+    courses, made = Courses(), driver("pa10")
+
+    @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(texts)
+    def go(text):
+        refused_or_done("pa10", "program", {"text": text}, READY)
+        measured(lambda: courses.check(program(text), np.array(READY)), (Malformed, Refused))
+
+    assert made.preview("program", {"text": "d 1"}, READY).seconds == 1
+    go()
+
+
+def spread(letter, count, low, high, tail="", seed=1):
+    """Return a program of so many different motions."""
+    dice = np.random.default_rng(seed)
+    rows = dice.uniform(low, high, (count, len(low)))
+    return "\n".join(f"{letter} {' '.join(f'{v:.0f}' for v in row)}{tail}" for row in rows)
+
+
+LINES_ALL_ROUND = "\n".join(f"l {x} {y} 300 180 0 180" for _ in range(40) for x, y in ((500, -300), (500, 300)))
+JUST_ABOVE = "\n".join(f"l 500 {y} 18 180 0 {180 - n / 10}" for n in range(60) for y in (-300, 300))
+PROGRAMS = {
+    "different joints": spread("j", 200, (-60, -10, 30, -60, 30, -60), (60, 30, 80, 60, 90, 60)),
+    "different places": spread("k", 200, (400, -250, 150), (600, 250, 400), " 180 0 180"),
+    "slow places": spread("k", 200, (400, -250, 150), (600, 250, 400), " 180 0 180 0.05"),
+    "different lines": spread("l", 200, (400, -250, 150), (600, 250, 400), " 180 0 180"),
+    "lines to and fro": LINES_ALL_ROUND,
+    "along the table": f"k 500 0 18 180 0 180\n{JUST_ABOVE}",
+    "turning where the wrist is straight": "j 0 25 75 0 0 0\n" + "\n".join(f"j 0 25 75 {n} 0 {-n}" for n in range(90)),
+    "repeated": "R 100\nR 100\nj 10 20 60 0 50 0\nj 20 20 60 0 50 0\nE\nE",
+    "repeated within the limit": "R 100\nj 10 20 60 0 50 0\nj 20 20 60 0 50 0\nE",
+    "repetitions of nothing": "R 100\n" * 500 + "E\n" * 500,
+    "waits": "d 30\n" * 400,
+    "far away": "l 1e8 0 0 0 0 0",
+    "as far as numbers go": "l 1e308 1e308 1e308 1e308 1e308 1e308\nj 1e308 0 0 0 0 0",
+}
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_programs_made_to_be_slow(name):
+    text = PROGRAMS[name]
+    refused_or_done("pa10", "program", {"text": text[:6000].rpartition("\n")[0] or text}, READY)
+    courses = Courses()
+    measured(lambda: courses.check(program(text), np.array(READY)), (Malformed, Refused))
+
+
+SIX = dict.fromkeys(("x", "y", "z", "roll", "pitch", "yaw"), 0.0)
+
+
+@pytest.mark.parametrize("value", HUGE, ids=HUGE_IDS)
+@pytest.mark.parametrize("axis", ["x", "roll", "speed"])
+@pytest.mark.parametrize("kind", ["line", "pose"])
+def test_a_place_beyond_all_bounds_is_refused_with_the_bound(kind, axis, value):
+    made = driver("pa10")
+    args = {**SIX, "x": 0.5, "z": 0.3, axis: value}
+    for call in (lambda: made.check(kind, args), lambda: made.preview(kind, args, READY)):
+        error = measured(call, (BadRequest, OutOfWorkspace))
+        if isinstance(value, float) and math.isfinite(value) and abs(value) > 1:
+            assert isinstance(error, BadRequest)
+            assert f"{axis} must lie between" in str(error)
+
+
+@pytest.mark.parametrize("value", HUGE, ids=HUGE_IDS)
+def test_mercury_names_its_bound_for_a_place_far_away(value):
+    error = measured(lambda: driver("mercury").check("move", {"x": value, "y": 0.4}), (BadRequest, OutOfWorkspace))
+    if isinstance(value, float) and abs(value) > 10:
+        assert "the arm reaches" in str(error) or "finite" in str(error)
+    assert error is None or len(str(error)) < 200
+
+
+def test_a_line_from_one_end_of_the_reach_to_the_other_is_looked_at_in_time():
+    made = driver("pa10")
+    args = {"x": 0.5, "y": 0.4, "z": 0.3, "roll": math.pi, "pitch": 0.0, "yaw": math.pi}
+    low = (*np.radians([-40.0, 25, 75, 0, 80, 0]),)
+    assert measured(lambda: made.preview("line", args, low), RobotError) is None
+    slow = measured(lambda: made.preview("joints", {**dict.fromkeys(("S2", "E1", "E2", "W1", "W2"), 0.2), "S1": 2.9, "speed": 0.05}, READY), RobotError)  # fmt: skip
+    assert "longer than the 30 s" in str(slow)
+
+
+def test_a_program_that_lasts_too_long_is_refused_with_the_bound():
+    text = "\n".join(["d 30"] * 11)
+    with pytest.raises(OutOfWorkspace, match="step 11: the program would take longer than the 300 s"):
+        driver("pa10").preview("program", {"text": text}, READY)
+    with pytest.raises(Refused, match="300 s"):
+        Courses().check(program(text), np.array(READY))
+    moves = "R 60\nj 90 0 60 0 60 0\nj -90 0 60 0 60 0\nE"
+    with pytest.raises(OutOfWorkspace, match=r"step \d+: the program would take longer than the 300 s"):
+        driver("pa10").preview("program", {"text": moves}, READY)
+
+
+def test_a_program_that_is_too_much_to_plan_is_refused_with_the_bound():
+    with pytest.raises(Refused, match=r"step \d+: .* about 10 m of straight lines"):
+        Courses().check(program(PROGRAMS["different lines"]), np.array(READY))
+
+
+@pytest.mark.parametrize("kind", ["gripper", "noop", "jog_joints", "jog_hand"])
+def test_what_leads_nowhere_has_no_preview(kind):
+    with pytest.raises(BadRequest, match="no way to show"):
+        driver("pa10").preview(kind, {"closed": 1} if kind == "gripper" else {}, READY)

@@ -180,6 +180,21 @@ ACCOUNT_PREVENT_ENUMERATION = True
 ACCOUNT_LOGOUT_ON_GET = False
 ACCOUNT_EMAIL_SUBJECT_PREFIX = ""
 ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
+ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
+MAIL_IN_BACKGROUND = True
+# attempts a network address (IPv6: its /64); "key" is the account and the address together (accounts/adapter.py),
+# or the mail address that is written to
+ACCOUNT_RATE_LIMITS = {
+    "login": "30/m/ip",
+    "login_failed": "10/m/ip,60/h/ip,5/300s/key",
+    "signup": "10/m/ip,60/h/ip",
+    "reset_password": "10/m/ip,60/h/ip,3/600s/key",
+    "reset_password_from_key": "20/m/ip",
+    "confirm_email": "1/180s/key,60/h/ip",
+    "change_password": "5/m/user",
+    "manage_email": "10/m/user",
+    "reauthenticate": "10/m/user",
+}
 ACCOUNT_DEFAULT_HTTP_PROTOCOL = "https" if PUBLIC else "http"
 # uvicorn puts the address and scheme that a trusted proxy tells into the request, so that REMOTE_ADDR is the
 # truth for everybody; nothing else reads X-Forwarded-For or X-Forwarded-Proto
@@ -250,7 +265,19 @@ if PUBLIC:
     CSRF_COOKIE_SECURE = True
     SESSION_COOKIE_NAME, CSRF_COOKIE_NAME = "__Host-sessionid", "__Host-csrftoken"
 
-CACHES = {"default": {"BACKEND": "django.core.cache.backends.locmem.LocMemCache"}}
+# shared by all web processes: attempts are counted here
+CACHES = {
+    "default": {
+        "BACKEND": "portal.limits.cache.SharedCache",
+        "LOCATION": REDIS_URL,
+        "KEY_PREFIX": "limits",
+        "OPTIONS": {
+            "serializer": "portal.limits.cache.Plain",
+            "socket_timeout": REDIS_TIMEOUT_S,
+            "socket_connect_timeout": REDIS_TIMEOUT_S,
+        },
+    }
+}
 
 LOGGING = {
     "version": 1,

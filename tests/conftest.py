@@ -13,6 +13,7 @@ from hypothesis import settings as hypothesis_settings
 hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
 hypothesis_settings.load_profile("farhand")
 settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # people are made often here
+settings.MAIL_IN_BACKGROUND = False  # tests look into the box at once
 
 CALIBRATION = {
     "up": {"matrix": [[7.704e-4, 3.2e-5, 3.0e-3], [3.2e-5, -7.748e-4, -2.2e-3]], "z": 0.075, "theta": 0.0, "residual_mm": 0.2, "points": 6},

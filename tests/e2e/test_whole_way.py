@@ -220,7 +220,7 @@ def test_image_and_controls_stay_together_on_a_small_phone(portal, visitor):
 def test_the_keeper_tests_resets_and_watches_the_wire(portal, visitor, django_user_model):
     django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
     kim = visitor()
-    kim.page.goto("/admin/login/")
+    kim.page.goto("/")
     session(kim, django_user_model.objects.get(username="root"))
     kim.page.goto(f"/admin/robots/robot/{portal.robot.pk}/change/")
     kim.page.click("text=Test connection")

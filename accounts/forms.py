@@ -1,0 +1,30 @@
+"""Signing up: an address that is known costs the same work as a new one."""
+
+import secrets
+from typing import Any
+
+from allauth.account.forms import SignupForm as BaseSignupForm
+from django.db import transaction
+from django.http import HttpRequest, HttpResponse
+
+
+class SignupForm(BaseSignupForm):  # type: ignore[misc]
+    """Allauth's form, whose answer takes as long for a known address as for a new one."""
+
+    def try_save(self, request: HttpRequest) -> tuple[Any, HttpResponse | None]:
+        """Make the account; for a known address make one that is undone, then mail that there is one."""
+        if self.account_already_exists:
+            self._rehearse(request)
+        found: tuple[Any, HttpResponse | None] = super().try_save(request)
+        return found
+
+    def _rehearse(self, request: HttpRequest) -> None:
+        given = self.cleaned_data["email"]
+        self.cleaned_data["email"] = f"{secrets.token_hex(8)}@invalid.example"
+        self.account_already_exists = False
+        try:
+            with transaction.atomic():
+                self.save(request)
+                transaction.set_rollback(True)
+        finally:
+            self.cleaned_data["email"], self.account_already_exists = given, True

@@ -5,6 +5,7 @@ counted and answered with False, never raised to a person.
 """
 
 import logging
+import re
 from collections import Counter
 from functools import cache
 from typing import Any
@@ -157,9 +158,15 @@ def ring(slug: str, epoch: int) -> bool:
     return True
 
 
-def ring_stop(slug: str) -> bool:
-    """Tell the owner to stop, on a channel of its own."""
-    return _publish(stop_channel(slug), b"stop")
+def ring_stop(slug: str, grant: int = 0) -> bool:
+    """Tell the owner to stop, on a channel of its own; an operator's stop names the grant it is pressed under."""
+    return _publish(stop_channel(slug), b"stop %d" % grant if grant else b"stop")
+
+
+def heard_stop(data: bytes) -> int:
+    """Return the grant that a stop names; 0 where it names none, or none that can be read: it always stops."""
+    _, _, grant = data.partition(b" ")
+    return int(grant) if re.fullmatch(rb"[0-9]{1,18}", grant) else 0
 
 
 def keep(slug: str, user: int, seq: int, held: bool) -> bool:

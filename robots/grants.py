@@ -25,6 +25,11 @@ def open_grant(robot: Robot) -> Grant | None:
     return Grant.objects.filter(robot=robot, ended_at=None).order_by().first()
 
 
+def newest_grant(robot: Robot) -> Grant | None:
+    """Return the grant on the robot that was opened last, ended or not."""
+    return Grant.objects.filter(robot=robot).order_by("-pk").first()
+
+
 def under_upkeep(robot: Robot) -> bool:
     """Tell whether a command of staff has the robot to itself now."""
     return Grant.objects.filter(robot=robot, ended_at=None, kind=GrantKind.UPKEEP).exists()

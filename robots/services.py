@@ -33,6 +33,7 @@ NEEDED = (
 )  # fmt: skip
 RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
 AFTER_S = 20.0  # after its limit a command is final, and its grant with it
+NOT_THEIRS = "Only the operator and staff can stop this robot."
 ONE_COMMAND = "A command of staff runs on the robot; wait for its end."
 
 
@@ -196,22 +197,37 @@ def next_seq(grant: Grant) -> int:
 
 def may_stop(robot: Robot, user: Any) -> bool:
     """Tell whether this person is offered the stop: the holder of the grant, and staff."""
+    return _stops_under(robot, user) is not None
+
+
+def _stops_under(robot: Robot, user: Any) -> int | None:
+    """Return the grant under which this person stops the robot; 0 for staff, None for who may not."""
     if user is None or not user.is_authenticated:
-        return False
+        return None
     if user.has_perm("robots.change_robot"):
-        return True
+        return 0
     grant = open_grant(robot)
-    return grant is not None and grant.holder_id == user.pk
+    return grant.pk if grant is not None and grant.holder_id == user.pk else None
 
 
 def stop(robot: Robot, user: Any, now: datetime | None = None, rung: bool = False) -> None:
-    """Stop the robot: on the bus first (if that was not `rung` yet), then in the database."""
-    if not may_stop(robot, user):
-        raise NotPermitted("Only the operator and staff can stop this robot.")
+    """Stop the robot: on the bus first (if that was not `rung` yet), then in the database.
+
+    Raises:
+        NotPermitted: neither staff nor the operator, or one whose turn is over.
+
+    """
+    under = _stops_under(robot, user)
+    if under is None:
+        raise NotPermitted(NOT_THEIRS)
     if not rung:
-        bus.ring_stop(robot.slug)
+        bus.ring_stop(robot.slug, under)
     now = now or SYSTEM.now()
-    Robot.objects.filter(pk=robot.pk).update(stop_latched=True, stopped_at=now)
+    theirs = Robot.objects.filter(pk=robot.pk)
+    if under:  # in one statement: a turn may end between the look and the stop
+        theirs = theirs.filter(grants__pk=under, grants__ended_at=None)
+    if not theirs.update(stop_latched=True, stopped_at=now):
+        raise NotPermitted(NOT_THEIRS)
     cancel_queued(robot, "the robot was stopped", now)
     bus.publish_on_commit(robot.slug, Changed("stop"))
 

@@ -79,6 +79,15 @@ MUTANTS = (
     Mutant(9, "the sand's edge is not checked", "robots/drivers/mercury/limits.py",
            'near, far = description["sand"][axis]', "near, far = -9.0, 9.0",
            "tests/faults/test_promises_wire.py::test_promise_09_nothing_outside_the_envelope_gets_through"),
+    Mutant(43, "an earlier permit still lets through after the lease was taken again", "workers/permit.py",
+           "if self.lease.epoch != epoch:", "if self.lease.epoch < epoch:",
+           "tests/services/test_regain.py::test_an_earlier_permit_refuses_for_good"),
+    Mutant(43, "a renewal that comes too late brings the lease back", "workers/lease.py",
+           "elif self._lapsed or self._clock.monotonic() >= self._until:", "elif False:",
+           "tests/services/test_regain.py::test_a_renewal_that_comes_too_late_brings_nothing_back"),
+    Mutant(43, "what ran when the lease ran out is called by its end", "workers/executor.py",
+           "if self._said == command.pk and self._stale(command):", "if False:",
+           "tests/services/test_regain.py::test_what_ran_ends_unknown_and_what_waited_is_not_begun"),
 )  # fmt: skip
 
 

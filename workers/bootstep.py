@@ -5,8 +5,10 @@ is an ordinary one. The lease is taken before the consumer exists, so a worker t
 swallows no bell.
 """
 
+import contextlib
 import logging
 import os
+from functools import partial
 from typing import Any
 
 from celery import bootsteps
@@ -17,6 +19,22 @@ from workers.runtime import Runtime
 
 log = logging.getLogger(__name__)
 runtime: Runtime | None = None
+
+
+def listen(worker: Any, queue: str, on: bool) -> None:
+    """Listen to a queue from now on, or no more; the consumer's own thread does it.
+
+    Where the broker is away just now, the consumer begins with the queues that are selected then.
+    """
+
+    def follow() -> None:
+        consumer = worker.consumer
+        with contextlib.suppress(*consumer.connection_errors, AttributeError):  # no consumer, no connection
+            (consumer.add_task_queue if on else consumer.cancel_task_queue)(queue)
+
+    queues = worker.app.amqp.queues
+    (queues.select_add if on else queues.deselect)(queue)
+    worker.consumer.call_soon(follow)
 
 
 class OwnRobot(bootsteps.StartStopStep):
@@ -32,7 +50,7 @@ class OwnRobot(bootsteps.StartStopStep):
     def start(self, worker: Any) -> None:
         """Wait for the lease, then open the robot and listen to its own queue."""
         global runtime
-        made = Runtime(self.slug)
+        made = Runtime(self.slug, listen=partial(listen, worker))
         if not made.own(lambda: state.should_stop is not None or state.should_terminate is not None):
             raise SystemExit(0)
         worker.app.amqp.queues.select_add(bus.queue_name(self.slug, made.lease.epoch))

@@ -18,6 +18,7 @@ log = logging.getLogger(__name__)
 STATE_HZ = 4  # where the description says nothing
 TRACE_S = 0.25
 ASK_S = 0.5
+LEAST_S, LOOK_S = 0.01, 0.5
 
 
 class Broadcast:
@@ -51,11 +52,14 @@ class Broadcast:
 
     def pictures(self, camera: int = 0) -> None:
         """Send a camera's live pictures while somebody watches it."""
-        runtime = self._runtime
-        every, due = runtime.pictures.every_s, time.monotonic()
+        runtime, clock, sent = self._runtime, self._runtime.clock, self._runtime.clock.monotonic()
         while runtime.running:
-            due = max(due + every, time.monotonic())
-            time.sleep(due - time.monotonic() if due > time.monotonic() else 0.01)
+            due = sent + runtime.brownout.every_s(runtime.pictures.every_s)
+            clock.sleep(min(max(due - clock.monotonic(), LEAST_S), LOOK_S))
+            now = clock.monotonic()
+            if now < due:
+                continue  # it may be time sooner than it was: the machine is less busy now
+            sent = due if now - due < runtime.pictures.every_s else now
             runtime.pictures.live_once(runtime.driver.latest(), camera)
 
     def trace(self, way: str, data: bytes, words: str) -> None:

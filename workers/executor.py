@@ -32,8 +32,13 @@ if TYPE_CHECKING:
     from workers.runtime import Runtime
 
 log = logging.getLogger(__name__)
+LEASE_LOST = (
+    "The robot's worker lost the robot for a moment and held it; what became of this command is not known. "
+    "Look at the new picture before you go on."
+)
 UNHEARD = "The robot did not say in time whether it had understood, so it was held."
 CUT_SHORT = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
+MOVING_KINDS = ("soft_reset", "calibrate")
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
 
@@ -42,6 +47,7 @@ class Executor:
 
     def __init__(self, runtime: "Runtime") -> None:
         self._runtime = runtime
+        self._permit: Permit = runtime.gate.check  # of the claim that is carried out
         self._said = 0  # the command that the robot was told of last, whatever the database knows of it
 
     def run(self, command: Command) -> None:
@@ -49,6 +55,7 @@ class Executor:
         runtime = self._runtime
         runtime.gate.open_for(command.grant, runtime.now())
         runtime.gate.expect(command, runtime.now())
+        self._permit = runtime.gate.bound(command.epoch)
         if command.grant.ended_at is not None:
             runtime.gate.revoke(command.grant_id)
         runtime.current = command  # only now: who watches must not hold it by the grant before
@@ -66,14 +73,15 @@ class Executor:
         except TooLate as error:
             self._end(command, CommandState.EXPIRED, str(error))
         except NotPermitted as error:
-            begun = command.sent_at is not None
+            begun = self._said == command.pk
             self._end(command, CommandState.CANCELLED if begun else CommandState.REJECTED, str(error))
         except (Held, CameraFault, NotCalibrated) as error:
             held = isinstance(error, Held)
             self._end(command, CommandState.CANCELLED if held else CommandState.FAILED, str(error))
         except HardwareFault as error:
             self._end(command, CommandState.FAILED, str(error))
-            runtime.reach.faulted(error, command)
+            if not self._stale(command):  # then the robot is reached anew anyway
+                runtime.reach.faulted(error, command)
         except Error as error:
             if self._said != command.pk:
                 raise  # not begun: the next sweep ends it
@@ -87,6 +95,8 @@ class Executor:
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Write the end down; a database that is away is waited for, for as long as the robot is ours."""
         at = self._runtime.now()
+        if self._said == command.pk and self._stale(command):
+            state, reason, result = CommandState.UNKNOWN, LEASE_LOST, None
         while True:
             try:
                 ledger.finish(command, state, at, reason, result)
@@ -100,6 +110,11 @@ class Executor:
                 break
         if command.grant.kind == GrantKind.UPKEEP:
             self._runtime.gate.revoke(command.grant_id)  # it ended with the command, so nothing moves under it
+
+    def _stale(self, command: Command) -> bool:
+        """Tell whether the lease ran out after the command was claimed."""
+        lease = self._runtime.lease
+        return not lease.valid or lease.epoch != command.epoch
 
     def _stage(self, command: Command, stage: str) -> None:
         """Write a stage down; a motion that has begun is not broken off by a database that is away."""
@@ -117,7 +132,7 @@ class Executor:
         try:
             return self._perform(command)
         except TooLate as error:
-            if command.sent_at is None:
+            if self._said != command.pk:
                 raise
             self._runtime.driver.hold()
             raise Held(UNHEARD) from error
@@ -136,7 +151,7 @@ class Executor:
         if spec.held:
             outcome, why = self._held_motion(command)
         else:
-            permit = self._replaceable(command) if spec.replaceable else runtime.gate.check
+            permit = self._replaceable(command) if spec.replaceable else self._permit
             outcome = runtime.driver.execute(
                 command.kind, command.args, permit, lambda stage: self._stage(command, stage)
             )
@@ -150,11 +165,11 @@ class Executor:
         """Return a permit that ends when a newer target waits; the bell says when to look for one."""
         runtime = self._runtime
         kinds = [c.kind for c in runtime.driver.features.commands if c.replaceable]
-        looked = runtime.rung
+        looked, claimed = runtime.rung, self._permit
 
         def permit() -> None:
             nonlocal looked
-            runtime.gate.check()
+            claimed()
             if runtime.rung == looked or not runtime.gate.has_begun:
                 return  # before it has begun the line may be ours, and a hold must not wait for the stores
             looked = runtime.rung
@@ -171,10 +186,10 @@ class Executor:
 
     def _held_motion(self, command: Command) -> tuple[Outcome, str]:
         """Run a held motion until its hand is gone; that is its good end unless the hand was lost."""
-        runtime, hand = self._runtime, self._runtime.hand
+        runtime, hand, claimed = self._runtime, self._runtime.hand, self._permit
 
         def permit() -> None:
-            runtime.gate.check()
+            claimed()
             hand.check()
 
         hand.take(command)
@@ -184,7 +199,7 @@ class Executor:
             )
             return outcome, "edge"
         except (HandGone, Held):
-            runtime.gate.check()  # a stop, a lost grant: that is the reason then
+            claimed()  # a stop, a lost grant: that is the reason then
             why = hand.gone
             if why in ("", "lost"):
                 raise Held("Nothing was heard from your controls, so the arm was held.") from None
@@ -221,16 +236,19 @@ class Executor:
 
     def _runtime_kind(self, command: Command) -> dict[str, Any]:
         runtime = self._runtime
-        runtime.gate.check()
+        permit = self._permit
+        permit()
         runtime.gate.begun()
+        if command.kind in MOVING_KINDS:
+            self._said = command.pk
         match command.kind:
             case "soft_reset":
                 runtime.pictures.still_id = 0
-                state = runtime.driver.recover(runtime.gate.check)
+                state = runtime.driver.recover(permit)
                 return self.look(state, command)
             case "calibrate":
                 runtime.pictures.still_id = 0
-                found = calibrate(runtime.driver, runtime.pictures.settle, runtime.gate.check)
+                found = calibrate(runtime.driver, runtime.pictures.settle, permit)
                 runtime.keep_calibration(found)
                 return {"calibration": found, **self.look(runtime.driver.state(), command)}
             case _:
@@ -241,8 +259,9 @@ class Executor:
         runtime = self._runtime
         slug = runtime.robot.slug
         incident = ledger.incident(runtime.robot, cause.code, str(cause), runtime.now(), command)
+        permit = runtime.gate.bound(command.epoch if command else runtime.lease.epoch)
         try:
-            runtime.gate.check()
+            permit()
         except NotPermitted as error:
             incident.remedy = f"No soft reset: {error}"[:300]
             incident.save(update_fields=["remedy"])
@@ -250,7 +269,7 @@ class Executor:
         bus.publish(slug, Notice(f"{cause} The controller is being reset.", "warning"))
         try:
             runtime.pictures.still_id = 0
-            state = runtime.driver.recover(runtime.gate.check)
+            state = runtime.driver.recover(permit)
         except RobotError as error:
             incident.remedy = f"The soft reset failed: {error}"[:300]
             incident.save(update_fields=["remedy"])

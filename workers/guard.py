@@ -15,6 +15,7 @@ import redis
 
 from robots import bus
 from robots.drivers.errors import RobotError
+from robots.grants import open_grant
 from robots.messages import Changed
 from robots.models import Grant, Robot
 from workers import ledger
@@ -43,14 +44,20 @@ class Guard:
 
     def watch(self) -> None:
         """Hold what moves without a lease, a link or a grant; feed the heartbeat."""
-        runtime = self._runtime
+        runtime, ours = self._runtime, True
         while runtime.running:
-            if not runtime.lease.valid:
-                self._lose_lease()
+            if runtime.lease.lost:
+                self.leave()
                 return
+            owned = runtime.lease.valid
+            if ours and not owned:  # whatever the robot does: nobody may be told that it is ours
+                log.warning("the lease of %s ran out: holding", runtime.robot.slug)
+                with contextlib.suppress(RobotError, OSError):
+                    runtime.driver.hold()
+            ours = owned
             gate, state, command = runtime.gate, runtime.driver.latest(), runtime.current
             running = command is not None and command.pk != self._held
-            forbidden = gate.link_down or gate.grant_over or runtime.hand.gone
+            forbidden = not owned or gate.link_down or gate.grant_over or runtime.hand.gone
             if forbidden and (running or (state is not None and state.moving)):
                 self._held = command.pk if command is not None else self._held
                 with contextlib.suppress(RobotError):
@@ -58,11 +65,15 @@ class Guard:
             if runtime.sound:
                 with contextlib.suppress(OSError):
                     self._heartbeat.touch()
+            begun = runtime.clock.monotonic()
             runtime.clock.sleep(WATCH_S)
+            woken = runtime.clock.monotonic()
+            runtime.brownout.feel(woken - begun - WATCH_S, woken)
 
-    def _lose_lease(self) -> None:
+    def leave(self) -> None:
+        """Leave the robot to the owner that has taken it."""
         runtime = self._runtime
-        log.error("the lease of %s is lost: holding and leaving", runtime.robot.slug)
+        log.error("the lease of %s is lost to another owner: holding and leaving", runtime.robot.slug)
         runtime.running = False
         with contextlib.suppress(RobotError, OSError):
             runtime.driver.hold()
@@ -92,7 +103,7 @@ class Guard:
                     runtime.look()
                 elif message and channel == held:
                     runtime.hand.feel(*bus.heard_keep(message["data"]))
-                elif message:
+                elif message and runtime.gate.heeds_stop_of(bus.heard_stop(message["data"])):
                     self.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             runtime.clock.sleep(0.2)
@@ -149,17 +160,16 @@ class Guard:
             bus.publish(robot.slug, Changed("stop"))
 
     def _follow_grant(self) -> None:
-        runtime = self._runtime
-        gate = runtime.gate
-        let_through = gate.grant_id  # the control loop may open for the next one while we ask
-        if let_through and let_through not in gate.revoked:
-            grant = Grant.objects.filter(pk=let_through).first()
-            if grant is None or grant.ended_at is not None:
-                gate.revoke(let_through)
-            else:
-                gate.know(grant, runtime.now())  # a turn may have been lengthened
-        overdue = Grant.objects.filter(robot=runtime.robot, ended_at=None, until__lte=runtime.now()).first()
-        if overdue is not None:
-            Grant.objects.filter(pk=overdue.pk, ended_at=None).update(ended_at=runtime.now(), end_reason="time is up")
-            gate.revoke(overdue.pk)
+        runtime, gate = self._runtime, self._runtime.gate
+        # read before we ask: the control loop may open for the next one meanwhile, of which the answer says nothing
+        known = {gate.newest, gate.grant_id} - {0} - gate.revoked
+        grant = open_grant(runtime.robot)
+        for ended in known - {grant.pk if grant else 0}:  # one is open at a time
+            gate.revoke(ended)
+        if grant is None:
+            return
+        gate.know(grant, runtime.now())  # a turn may have been lengthened
+        if grant.until is not None and grant.until <= runtime.now():
+            Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=runtime.now(), end_reason="time is up")
+            gate.revoke(grant.pk)
             bus.publish(runtime.robot.slug, Changed("queue"))

@@ -4,8 +4,8 @@ import logging
 from datetime import timedelta
 from typing import TYPE_CHECKING
 
-from robots.drivers.contract import RobotState
-from robots.drivers.errors import CameraFault, HardwareFault, NotPermitted, RobotError
+from robots.drivers.contract import Permit, RobotState
+from robots.drivers.errors import CameraFault, HardwareFault, NotPermitted, RobotError, StaleEpoch
 from robots.grants import end_grant, open_grant, start_grant
 from robots.models import Grant
 from robots.states import Cycle, GrantKind
@@ -36,6 +36,8 @@ def hand_over(runtime: "Runtime") -> None:
         return
     try:
         _put_in_order(runtime, grant)
+    except StaleEpoch:  # nothing is wrong with the robot: it is done once more when it is ours again
+        end_grant(grant, "the owner's lease ran out", runtime.now())
     except (RobotError, NotCalibrated) as error:
         end_grant(grant, "could not be verified", runtime.now())
         ledger.incident(robot, getattr(error, "code", "calibration"), str(error), runtime.now(), remedy="Not offered.")
@@ -48,7 +50,7 @@ def hand_over(runtime: "Runtime") -> None:
 
 def _put_in_order(runtime: "Runtime", grant: Grant) -> None:
     runtime.gate.open_for(grant, runtime.now())
-    driver, permit = runtime.driver, runtime.gate.check
+    driver, permit = runtime.driver, runtime.gate.bound(runtime.lease.epoch)
     runtime.pictures.still_id = 0
     state = driver.state()
     if runtime.latch.latched:
@@ -60,14 +62,14 @@ def _put_in_order(runtime: "Runtime", grant: Grant) -> None:
         if not state.ready:
             state = driver.recover(permit)
         try:
-            state = _home(runtime) or state
+            state = _home(runtime, permit) or state
         except HardwareFault as error:
             log.warning("homing failed, resetting: %s", error)
             driver.recover(permit)
-            state = _home(runtime) or state
+            state = _home(runtime, permit) or state
         if not runtime.robot.calibration and _can_calibrate(runtime):
             runtime.keep_calibration(calibrate(driver, runtime.pictures.settle, permit))
-            state = _home(runtime) or state
+            state = _home(runtime, permit) or state
     runtime.remember(state)
     if not runtime.pictures.eyes:
         return
@@ -78,10 +80,10 @@ def _put_in_order(runtime: "Runtime", grant: Grant) -> None:
         raise CameraFault("The picture could not be kept: the disk may be full.")
 
 
-def _home(runtime: "Runtime") -> RobotState | None:
+def _home(runtime: "Runtime", permit: Permit) -> RobotState | None:
     driver, state = runtime.driver, None
     for kind in driver.features.handover:
-        state = driver.execute(kind, {}, runtime.gate.check, lambda _: None).state
+        state = driver.execute(kind, {}, permit, lambda _: None).state
     return state
 
 

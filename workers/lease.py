@@ -6,6 +6,7 @@ import logging
 import os
 import signal
 import socket
+import threading
 from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -46,7 +47,7 @@ def kill_recorded_owner(lease: Lease) -> None:
 
 
 class OwnerLease:
-    """Acquired once in a process's life; lost means: hold, close, exit."""
+    """Whether the robot is ours. Lapsed: hold, then take it again under a new epoch. Lost to another: hold, leave."""
 
     def __init__(self, robot: Robot, lock_file: Path, clock: Clock = SYSTEM) -> None:
         self._robot, self._lock_file, self._clock = robot, lock_file, clock
@@ -56,11 +57,15 @@ class OwnerLease:
         self.epoch = 0
         self.offset = timedelta(0)  # database time minus ours
         self.lost = False
+        self._measured = self._lapsed = False
+        self._lock = threading.Lock()
 
     @property
     def valid(self) -> bool:
-        """Tell whether we still own the robot, by our own clock."""
-        return not self.lost and self._clock.monotonic() < self._until
+        """Tell whether we own the robot, by our own clock; what ran out stays out until it is taken again."""
+        with self._lock:
+            self._lapsed = self._lapsed or self._clock.monotonic() >= self._until
+            return not self.lost and not self._lapsed
 
     def acquire(self, give_up: Callable[[], bool]) -> bool:
         """Wait until the robot is ours; False if `give_up` said so."""
@@ -81,11 +86,28 @@ class OwnerLease:
         kill_recorded_owner(lease)
         if not self._lock_device():
             return False
-        begun = self._clock.monotonic()
-        epoch = take_epoch(lease, now, self._seconds, socket.gethostname(), os.getpid(), process_start(os.getpid()))
+        return self._take(lease)
+
+    def _take(self, lease: Lease) -> bool:
+        begun, pid = self._clock.monotonic(), os.getpid()
+        epoch = take_epoch(lease, self.now(), self._seconds, socket.gethostname(), pid, process_start(pid))
         if epoch is None:
             return False
-        self.epoch, self._until = epoch, begun + self._seconds
+        with self._lock:
+            self.epoch, self._until, self._lapsed = epoch, begun + self._seconds, False
+        return True
+
+    def regain(self) -> bool:
+        """Take a lapsed lease again, under a new epoch; False, and lost, where somebody else has taken it.
+
+        Called where nothing runs. Raises django.db.Error while the database does not answer.
+        """
+        self.measure_offset()
+        lease = Lease.objects.filter(robot=self._robot, epoch=self.epoch, pid=os.getpid()).first()
+        if self.lost or lease is None or not self._take(lease):
+            self.lost = True
+            return False
+        log.warning("the lease of %s ran out and was taken again, with epoch %s", self._robot.slug, self.epoch)
         return True
 
     def _lock_device(self) -> bool:
@@ -111,19 +133,35 @@ class OwnerLease:
         with connection.cursor() as cursor:
             cursor.execute("SELECT clock_timestamp()")
             (theirs,) = cursor.fetchone()
-        self.offset = theirs - (before + (self._clock.now() - before) / 2)
+        self._learn(theirs - self._clock.now(), theirs - before)
+
+    def _learn(self, least: timedelta, greatest: timedelta) -> None:
+        """Keep the offset where the measurement allows it: one that took long proves little."""
+        if not self._measured:
+            self.offset, self._measured = least + (greatest - least) / 2, True
+        self.offset = min(max(self.offset, least), greatest)
 
     def renew(self) -> None:
-        """Renew once; marks the lease lost where somebody else has taken it, or where it was given back meanwhile."""
-        begun = self._clock.monotonic()
+        """Renew once; marks the lease lost where somebody else has taken it, or where it was given back meanwhile.
+
+        A renewal that comes through after the lease ran out renews nothing: permits have been refused by then.
+        """
+        if not self.valid and not self.lost:
+            return
         self.measure_offset()
-        done = Lease.objects.filter(robot=self._robot, epoch=self.epoch, pid=os.getpid()).update(
+        begun, epoch = self._clock.monotonic(), self.epoch
+        done = Lease.objects.filter(robot=self._robot, epoch=epoch, pid=os.getpid()).update(
             expires_at=self.now() + timedelta(seconds=self._seconds)
         )
-        if done:
-            self._until = begun + self._seconds
-        else:
-            self.lost = True
+        with self._lock:
+            if epoch != self.epoch:
+                return  # it was taken again meanwhile
+            if not done:
+                self.lost = True
+            elif self._lapsed or self._clock.monotonic() >= self._until:
+                self._lapsed = True
+            else:
+                self._until = begun + self._seconds
 
     def give_back(self) -> None:
         """End the lease at once, so that the next owner need not wait.

@@ -73,7 +73,7 @@ INTERRUPTED = (
     "The robot's worker was interrupted; what became of this command is not known. "
     "Look at the new picture before you go on."
 )
-RESTARTED = "The robot's worker was restarted before it began; it was not carried out."
+RESTARTED = "The robot's worker had to take the robot anew before this began; it was not carried out."
 BROKEN_OFF = "The database broke off before it began; it was not carried out."
 
 

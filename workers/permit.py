@@ -1,17 +1,29 @@
 """May this process move the robot, right now? Asked last, before every actuation."""
 
 import math
+from collections.abc import Container
 from dataclasses import dataclass, field
 from datetime import datetime
 
 from robots.clock import Clock
+from robots.drivers.contract import Permit
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.models import Command, Grant
 from workers.latch import StopLatch
 from workers.lease import OwnerLease
 
 BEFORE_S = 0.5  # so long before its deadline a command is said at the latest: it has to be planned, too
+LAPSED = "The robot's worker lost the robot for a moment; this was not carried out."
 TOO_LATE = "It came too late and was not carried out."
+
+
+def stops(grant_id: int, newest: int, ended: Container[int]) -> bool:
+    """Tell whether a stop pressed under that grant is to be heeded.
+
+    Staff's names no grant (0) and always is, so is one under a grant that nothing is known of. One
+    grant a robot is open at a time and their numbers grow, so a newer one proves that it has ended.
+    """
+    return grant_id <= 0 or not (grant_id < newest or grant_id in ended)
 
 
 class LinkDown(NotPermitted):
@@ -30,6 +42,7 @@ class Gate:
     link_gone_s: float
     link_seen: float = 0.0
     grant_id: int = 0
+    newest: int = 0  # of the grants on this robot that are known to have been opened
     ends: dict[int, float] = field(default_factory=dict)  # until when which grant lasts, by the monotonic clock (s)
     revoked: set[int] = field(default_factory=set)
     begin_by: float | None = None
@@ -41,10 +54,18 @@ class Gate:
 
     def know(self, grant: Grant, now: datetime) -> None:
         """Note until when a grant lasts, whichever is let through: another thread may open for the next meanwhile."""
+        self.newest = max(self.newest, grant.pk)
         if grant.until is None:
             self.ends.pop(grant.pk, None)
         else:
             self.ends[grant.pk] = self.clock.monotonic() + (grant.until - now).total_seconds()
+
+    def know_newest(self, grant: Grant | None) -> None:
+        """Note which grant was opened last, whether it goes on or not: what owners before us let through."""
+        if grant is not None:
+            self.newest = max(self.newest, grant.pk)
+            if grant.ended_at is not None:
+                self.revoke(grant.pk)
 
     def expect(self, command: Command, now: datetime) -> None:
         """Let a claimed command begin until shortly before its deadline, whatever holds it up on its way."""
@@ -63,6 +84,10 @@ class Gate:
         """Let nothing of that grant through any more."""
         self.revoked.add(grant_id)
 
+    def heeds_stop_of(self, grant_id: int) -> bool:
+        """Tell whether a stop that names this grant (0: none) stops; only an end that is known is a reason not to."""
+        return stops(grant_id, self.newest, self.revoked)
+
     @property
     def grant_over(self) -> bool:
         """Tell whether the grant that is let through has ended."""
@@ -74,10 +99,20 @@ class Gate:
         """Tell whether Redis has been silent for too long."""
         return self.clock.monotonic() - self.link_seen > self.link_gone_s
 
+    def bound(self, epoch: int) -> Permit:
+        """Return a permit that is good under this epoch only: once the lease ran out it refuses for ever."""
+
+        def permit() -> None:
+            self.check()
+            if self.lease.epoch != epoch:
+                raise StaleEpoch(LAPSED)
+
+        return permit
+
     def check(self) -> None:
         """Return if the robot may move. Raises StaleEpoch, Stopped, LinkDown, GrantOver, TooLate."""
         if not self.lease.valid:
-            raise StaleEpoch("This worker no longer owns the robot.")
+            raise StaleEpoch(LAPSED)
         if self.latch.latched:
             raise Stopped("The robot is stopped.")
         if self.link_down:

@@ -31,8 +31,11 @@ class Reach:
         state = self._runtime.driver.connect()
         return self._runtime.driver.hold() if state.moving else state
 
-    def connect(self) -> None:
-        """Reach the robot for the first time; what was not verified is not offered."""
+    def connect(self, untouched: bool = False) -> None:
+        """Reach the robot under a new epoch; what was not verified is not offered.
+
+        `untouched`: it was ours all the time and at rest, so that one that was in order still is.
+        """
         runtime = self._runtime
         try:
             state = self._ask()
@@ -44,6 +47,8 @@ class Reach:
             return
         runtime.remember(state)
         cycle = Robot.objects.values_list("cycle", flat=True).get(pk=runtime.robot.pk)
+        if untouched and state.ready and cycle in (Cycle.READY, Cycle.OFFERED):
+            return
         if cycle in (Cycle.OFFLINE, Cycle.FAULT, Cycle.READY, Cycle.OFFERED):
             runtime.set_cycle(Cycle.HANDOVER, "", cycle)
         elif cycle == Cycle.OPERATING and not state.ready:
@@ -82,7 +87,7 @@ class Reach:
             grant = Grant.objects.filter(robot=runtime.robot, ended_at=None).first()
             if not state.ready and grant is not None:
                 runtime.gate.open_for(grant, runtime.now())
-                state = runtime.driver.recover(runtime.gate.check)
+                state = runtime.driver.recover(runtime.gate.bound(runtime.lease.epoch))
         except RobotError as error:
             runtime.driver.close()
             self._unready(str(error))

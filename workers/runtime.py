@@ -18,9 +18,11 @@ from django.conf import settings
 from django.db import Error, close_old_connections
 
 from robots import bus
+from robots.brownout import Brownout
 from robots.clock import SYSTEM, Clock
 from robots.drivers.contract import Driver, RobotState, make_driver
 from robots.drivers.errors import RobotError
+from robots.grants import newest_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle
@@ -35,19 +37,25 @@ from workers.lease import OwnerLease
 from workers.permit import Gate
 from workers.pictures import Pictures
 from workers.reach import Reach
+from workers.regain import Listen, regain
 
 log = logging.getLogger(__name__)
 SWEEP_S = 0.1
 LOOK_AGAIN_S = 3.0
+RENEW_S = 0.75  # three tries within a lease of three seconds
 SILENT_S = 2.0
-LOST = 3  # exit status that says: the lease is gone
+LOST = 3  # exit status that says: another owner has the robot
 
 
 class Runtime:
     """Everything that one owner process holds."""
 
-    def __init__(self, slug: str, clock: Clock = SYSTEM, on_lost: Callable[[], None] | None = None) -> None:
-        self.clock = clock
+    def __init__(
+        self, slug: str, clock: Clock = SYSTEM, on_lost: Callable[[], None] | None = None,
+        listen: Listen = lambda queue, on: None,
+    ) -> None:  # fmt: skip
+        self.clock, self._listen = clock, listen
+        self.brownout = Brownout()
         self.robot = Robot.objects.get(slug=slug)
         run = Path(settings.VAR) / "run"
         run.mkdir(parents=True, exist_ok=True)
@@ -68,6 +76,10 @@ class Runtime:
         self.current: Command | None = None
         self._busy_until = self._looked = 0.0
         self._threads: list[threading.Thread] = []
+
+    def renew_driver(self) -> None:
+        """Make the driver anew, for the epoch that we own the robot with; some controllers want to be told it."""
+        self.driver = self._make_driver()
 
     def _make_driver(self) -> Driver:
         return make_driver(
@@ -104,13 +116,14 @@ class Runtime:
     def own(self, give_up: Callable[[], bool]) -> bool:
         """Wait for the lease; nothing is opened before."""
         owned = self.lease.acquire(give_up)
-        self.driver = self._make_driver()  # some controllers want to be told the owner's epoch
+        self.renew_driver()
         return owned
 
     def start(self) -> None:
         """Ask the hardware, end what was interrupted, then begin to serve."""
         self.running = True
         self.gate.link_seen = self.clock.monotonic()
+        self.gate.know_newest(newest_grant(self.robot))
         self._begin("renew", self._renew)  # a line that is slow to open must not cost the lease
         interrupted = ledger.abandon(self.robot, self.now())
         self.reach.connect()
@@ -192,11 +205,14 @@ class Runtime:
 
     def _renew(self) -> None:
         while self.running:
+            begun = self.clock.monotonic()
             try:
                 self.lease.renew()
             except Error:
                 close_old_connections()
-            self.clock.sleep(1.0)
+                self.clock.sleep(0.1)
+                continue
+            self.clock.sleep(max(0.1, begun + RENEW_S - self.clock.monotonic()))
 
     def _control(self) -> None:
         swept = 0.0
@@ -204,6 +220,9 @@ class Runtime:
             self._wake.wait(SWEEP_S)
             self._wake.clear()
             self.beat = self.clock.monotonic()
+            if not self.lease.valid:
+                regain(self, self._listen)
+                continue
             if self.reach.connected:
                 self._run_due()  # answer the bell before anything else
                 if self.beat - swept < SWEEP_S:
@@ -253,5 +272,5 @@ class Runtime:
         self.pictures.configure(fresh)
         if changed:
             self.driver.close()
-            self.driver = self._make_driver()
+            self.renew_driver()
             self.reach.later(0.0)

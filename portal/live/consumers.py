@@ -55,6 +55,7 @@ class RobotConsumer(Line):
         self.viewer: Viewer | None = None
         self._me, self._jog = 0, 0
         self._known, self._placed, self._operating, self._may_stop = False, False, False, False
+        self._grant = 0  # that this person operates under, as the snapshot said last; staff need none
         self._held: frozenset[str] | None = None
         self._looking = False
 
@@ -144,7 +145,7 @@ class RobotConsumer(Line):
                 if not self._me:
                     return
             case Stop() if self._may_stop:
-                rung = await URGENT.run(bus.ring_stop, self.slug)
+                rung = await URGENT.run(bus.ring_stop, self.slug, self._grant)
             case Plan():
                 self._plan = message  # the newest only: a slider asks faster than arms are planned
                 self._planning.set()
@@ -248,7 +249,10 @@ class RobotConsumer(Line):
         user = current_user(self.scope)
         shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
         me = shown["me"]
-        self._me, self._may_stop, self._operating = user.pk or 0, bool(me["may_stop"]), bool(me["operating"])
+        self._me, self._operating = user.pk or 0, bool(me["operating"])
+        staff, turn = bool(me.get("staff")), shown["turn"]
+        self._grant = turn["grant"] if turn and self._operating and not staff else 0
+        self._may_stop = staff or self._grant > 0  # an operator's stop names the grant, however old this knowledge is
         self._placed = me["ticket"] is not None
         self._known = self._may_stop or self._operating or self._placed
         return shown, badge_of(self.scope, user)

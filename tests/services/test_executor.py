@@ -1,66 +1,20 @@
 """What the owner does when its database goes away while the robot is at something."""
 
-import shutil
-from datetime import timedelta
-from types import SimpleNamespace
-
 import pytest
-from django.conf import settings
 from django.db import OperationalError
 
-from robots import services
-from robots.drivers.contract import Outcome, RobotState
-from robots.drivers.pa10.driver import features
-from robots.models import Grant, Lease, Robot
-from robots.states import Cycle, GrantKind
-from tests.conftest import FakeClock
+from robots import grants, services
+from robots.models import Grant
+from robots.states import GrantKind
+from tests.services.owner import made_owner
 from workers import ledger
-from workers.runtime import Runtime
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 
 
-class Arm:
-    """A driver whose motion begins, asks its permit once more, and ends."""
-
-    def __init__(self):
-        self.features, self.holds, self.on_the_way = features(), 0, lambda: None
-
-    def latest(self):
-        return RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True)
-
-    state = latest
-
-    def check(self, kind, args, pose=None):
-        return None
-
-    def hold(self):
-        self.holds += 1
-        return self.latest()
-
-    def execute(self, kind, args, permit, on_stage):
-        permit()
-        on_stage("sent")
-        on_stage("acknowledged")
-        self.on_the_way()
-        permit()
-        return Outcome({}, self.latest())
-
-
 @pytest.fixture
 def owner(robot, people):
-    shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-    Robot.objects.update(cycle=Cycle.OPERATING)
-    Lease.objects.get_or_create(robot=robot)
-    clock = FakeClock()
-    made = Runtime(robot.slug, clock, on_lost=lambda: None)
-    made.lease.measure_offset = lambda: None
-    made.driver, made.running = Arm(), True
-    assert made.lease._try()
-    made.gate.link_seen = clock.monotonic()
-    made.pictures.eyes = []
-    services.start_grant(robot, GrantKind.TURN, clock.now(), people["ada"], clock.now() + timedelta(seconds=60))
-    return made
+    return made_owner(robot, people)
 
 
 def run(owner, people):
@@ -103,14 +57,14 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
         robot=owner.robot, kind=GrantKind.HANDOVER, opened_at=owner.now(), until=owner.now(), ended_at=owner.now()
     )
     owner.gate.open_for(earlier, owner.now())
-    read = Grant.objects.filter
+    read = grants.open_grant
 
-    def and_meanwhile(**which):
-        found = read(**which).first()
+    def and_meanwhile(robot):
+        found = read(robot)
         owner.gate.open_for(turn, owner.now())
-        return SimpleNamespace(first=lambda: found)
+        return found
 
-    monkeypatch.setattr("workers.guard.Grant.objects.filter", and_meanwhile)
+    monkeypatch.setattr("workers.guard.open_grant", and_meanwhile)
     owner.guard._follow_grant()
     monkeypatch.undo()
     owner.gate.check()
@@ -123,12 +77,11 @@ def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkey
     earlier = Grant(pk=turn.pk + 1, until=owner.now())
     owner.gate.open_for(earlier, owner.now())
 
-    def and_meanwhile(**which):
-        if "pk" in which:
-            owner.gate.open_for(turn, owner.now())
-        return SimpleNamespace(first=lambda: earlier if "pk" in which else None)
+    def and_meanwhile(robot):
+        owner.gate.open_for(turn, owner.now())
+        return earlier
 
-    monkeypatch.setattr("workers.guard.Grant.objects.filter", and_meanwhile)
+    monkeypatch.setattr("workers.guard.open_grant", and_meanwhile)
     owner.guard._follow_grant()
     monkeypatch.undo()
     owner.gate.check()

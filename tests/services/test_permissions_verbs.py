@@ -211,7 +211,7 @@ def allowed(world, call):
 
 @pytest.fixture
 def world(robot, roles, monkeypatch):
-    monkeypatch.setattr(bus, "ring_stop", lambda slug: True)
+    monkeypatch.setattr(bus, "ring_stop", lambda slug, grant=0: True)
     return SimpleNamespace(robot=robot, cast=roles, root=roles["superuser"], user=None)
 
 

@@ -1,0 +1,42 @@
+"""Slow down what can wait when the machine is too busy: pictures first, by how late one's own loops are.
+
+A loop that sleeps tells by how much it woke too late. The mean of the last seconds decides: load
+averages say what others do, lateness says what it does to us.
+"""
+
+import math
+from collections import deque
+
+WINDOW_S = 2.0
+CALM_S = 3.0  # so long it must be well before a step is taken back
+# from which mean lateness on (s), how many pictures a second
+STEPS = ((0.0, math.inf), (0.04, 5.0), (0.10, 2.0), (0.25, 0.0))
+ONLY_STILLS = len(STEPS) - 1
+
+
+class Brownout:
+    """How far to slow down: level 0 (not at all) to `ONLY_STILLS`."""
+
+    def __init__(self) -> None:
+        self.level = 0
+        self._felt: deque[tuple[float, float]] = deque()
+        self._calm_since = 0.0
+
+    def feel(self, late_s: float, now: float) -> None:
+        """Hear that a loop woke `late_s` (s) too late, at the time `now` (s, monotonic)."""
+        self._felt.append((now, max(0.0, late_s)))
+        while now - self._felt[0][0] > WINDOW_S:
+            self._felt.popleft()
+        mean = sum(late for _, late in self._felt) / len(self._felt)
+        reached = max(level for level, (late, _) in enumerate(STEPS) if mean >= late)
+        if reached > self.level:
+            self.level, self._calm_since = reached, now
+        elif mean >= STEPS[self.level][0] / 2:
+            self._calm_since = now
+        elif self.level and now - self._calm_since >= CALM_S:
+            self.level, self._calm_since = self.level - 1, now
+
+    def every_s(self, usual_s: float) -> float:
+        """Return the time between two pictures (s) where it is `usual_s` otherwise; infinite: only stills."""
+        rate = STEPS[self.level][1]
+        return max(usual_s, 1.0 / rate) if rate else math.inf

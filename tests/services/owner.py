@@ -1,0 +1,57 @@
+"""An owner without its threads, on a fake clock, with a driver that needs no wire."""
+
+import shutil
+from datetime import timedelta
+
+from django.conf import settings
+
+from robots import services
+from robots.drivers.contract import Outcome, RobotState
+from robots.drivers.pa10.driver import features
+from robots.models import Lease, Robot
+from robots.states import Cycle, GrantKind
+from tests.conftest import FakeClock
+from workers.runtime import Runtime
+
+
+class Arm:
+    """A driver whose motion begins, asks its permit once more, and ends."""
+
+    def __init__(self):
+        self.features, self.holds, self.on_the_way = features(), 0, lambda: None
+
+    def latest(self):
+        return RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True)
+
+    state = latest
+
+    def check(self, kind, args, pose=None):
+        return None
+
+    def hold(self):
+        self.holds += 1
+        return self.latest()
+
+    def execute(self, kind, args, permit, on_stage):
+        permit()
+        on_stage("sent")
+        on_stage("acknowledged")
+        self.on_the_way()
+        permit()
+        return Outcome({}, self.latest())
+
+
+def made_owner(robot, people, **options):
+    """Return the owner of a robot whose turn is ada's; nothing runs by itself."""
+    shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+    Robot.objects.update(cycle=Cycle.OPERATING)
+    Lease.objects.get_or_create(robot=robot)
+    clock = FakeClock()
+    made = Runtime(robot.slug, clock, **{"on_lost": lambda: None, **options})
+    made.lease.measure_offset = lambda: None
+    made.driver, made.running = Arm(), True
+    assert made.lease._try()
+    made.gate.link_seen = clock.monotonic()
+    made.pictures.eyes = []
+    services.start_grant(robot, GrantKind.TURN, clock.now(), people["ada"], clock.now() + timedelta(seconds=60))
+    return made

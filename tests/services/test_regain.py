@@ -1,0 +1,159 @@
+"""A lease that ran out: hold, then take the robot again in the same process, under a new epoch."""
+
+from datetime import timedelta
+
+import pytest
+
+from robots import bus, services
+from robots.drivers.contract import Outcome, RobotState
+from robots.drivers.errors import StaleEpoch
+from robots.models import Command, Lease
+from robots.states import CommandState
+from tests.services.owner import Arm, made_owner
+from workers.regain import regain
+
+pytestmark = [
+    pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
+]  # fmt: skip
+
+
+@pytest.fixture
+def told():
+    """What became of driver and queues, in order."""
+    return []
+
+
+@pytest.fixture
+def owner(robot, people, told, monkeypatch):
+    made = made_owner(robot, people, listen=lambda *what: told.append(what), on_lost=lambda: told.append("left"))
+
+    class Opened(Arm):
+        def connect(self):
+            told.append(("connect", made.lease.epoch))
+            return self.latest()
+
+        def close(self):
+            told.append("close")
+
+    monkeypatch.setattr("workers.runtime.make_driver", lambda *_: Opened())
+    made.driver = Opened()
+    made.reach.connected = True
+    return made
+
+
+def again(owner):
+    regain(owner, owner._listen)
+
+
+def issue(owner, people, seq, kind="ready"):
+    return services.issue(owner.robot.slug, people["ada"], kind, {}, seq, owner.now()).command
+
+
+def run(owner, command):
+    command = Command.objects.select_related("grant", "robot").get(pk=command.pk)
+    owner._one(command)
+    command.refresh_from_db()
+    return command
+
+
+def lapse(owner):
+    owner.clock.go(3.1)
+    owner.gate.link_seen = owner.clock.monotonic()
+
+
+def test_an_earlier_permit_refuses_for_good(owner):
+    permits = [owner.gate.bound(owner.lease.epoch)]
+    permits[0]()
+    for _ in range(3):
+        lapse(owner)
+        for permit in permits:
+            with pytest.raises(StaleEpoch):
+                permit()
+        again(owner)
+        for permit in permits:
+            with pytest.raises(StaleEpoch):
+                permit()
+        permits.append(owner.gate.bound(owner.lease.epoch))
+        permits[-1]()
+
+
+def test_a_renewal_that_comes_too_late_brings_nothing_back(owner, monkeypatch):
+    monkeypatch.setattr(owner.lease, "measure_offset", lambda: lapse(owner))
+    owner.lease.renew()
+    assert not owner.lease.valid
+    owner.lease.renew()
+    assert (owner.lease.valid, owner.lease.lost) == (False, False)
+
+
+def test_what_ran_ends_unknown_and_what_waited_is_not_begun(owner, people, told):
+    running, waiting = issue(owner, people, 1), issue(owner, people, 2)
+    owner.driver.on_the_way = lambda: lapse(owner)
+    assert run(owner, running).state == "unknown"
+    old = owner.lease.epoch
+    again(owner)
+    waiting.refresh_from_db()
+    assert (waiting.state, "anew" in waiting.reason) == ("expired", True)
+    slug = owner.robot.slug
+    assert told == [
+        (bus.queue_name(slug, old), False), "close", ("connect", old + 1), (bus.queue_name(slug, old + 1), True),
+    ]  # fmt: skip
+    assert run(owner, issue(owner, people, 3)).state == "completed"
+
+
+def test_what_was_claimed_and_not_yet_said_was_not_carried_out(owner, people):
+    command = issue(owner, people, 1)
+    spoken = []
+
+    class Silent(Arm):
+        def execute(self, kind, args, permit, on_stage):
+            lapse(owner)
+            permit()
+            spoken.append(kind)
+
+    owner.driver = Silent()
+    assert (run(owner, command).state, spoken) == ("rejected", [])
+    assert "not carried out" in command.__class__.objects.get(pk=command.pk).reason
+
+
+def test_an_end_that_is_heard_after_the_lease_ran_out_is_unknown_too(owner, people):
+    """Whoever owned the robot by then would have moved it."""
+
+    class Late(Arm):
+        def execute(self, kind, args, permit, on_stage):
+            permit()
+            on_stage("sent")
+            lapse(owner)
+            return Outcome({}, RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True))
+
+    owner.driver = Late()
+    assert run(owner, issue(owner, people, 1)).state == "unknown"
+
+
+def test_who_finds_another_owner_holds_and_leaves(owner, told):
+    lapse(owner)
+    Lease.objects.update(epoch=owner.lease.epoch + 1, pid=1, expires_at=owner.now() + timedelta(seconds=3))
+    again(owner)
+    assert (told[-1], owner.running, owner.lease.valid) == ("left", False, False)
+
+
+def test_a_robot_at_rest_stays_as_it_was(owner, people):
+    before = services.open_grant(owner.robot)
+    lapse(owner)
+    again(owner)
+    owner.robot.refresh_from_db()
+    assert (owner.robot.cycle, services.open_grant(owner.robot)) == ("operating", before)
+
+
+def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeypatch):
+    """The robot was told, the row does not know it: it is not called rejected."""
+    from django.db import OperationalError
+
+    def lost(*_):
+        raise OperationalError("locked")
+
+    monkeypatch.setattr("workers.ledger.advance", lost)
+    owner.driver.on_the_way = owner.latch.forbid
+    try:
+        assert run(owner, issue(owner, people, 1)).state == CommandState.CANCELLED
+    finally:
+        owner.latch.release()

@@ -1,2 +1,3 @@
-/** What every page loads: the look. */
+/** What every page loads: the look, and where one stands. */
 import "./style.css";
+import "./turnbar.ts";

@@ -1,0 +1,27 @@
+/** Leaving in the middle of a turn: the browser asks, or the bar does where it was a link of this site. */
+
+export const LEAVE = "farhand:leave";
+export interface Leaving {
+  operating(): boolean;
+  go(): void;
+}
+
+/** Watch over the ways off this page for as long as `operating`. */
+export function guard(operating: () => boolean): void {
+  let sure = false;
+  addEventListener("beforeunload", (event) => {
+    if (operating() && !sure) event.preventDefault();
+  });
+  document.addEventListener("click", (event) => {
+    const link = (event.target as Element).closest<HTMLAnchorElement>("a[href]");
+    if (!link || event.defaultPrevented || event.button !== 0 || event.ctrlKey || event.metaKey || event.shiftKey || event.altKey) return;
+    const here = link.origin === location.origin && link.pathname === location.pathname && link.search === location.search;
+    if (!operating() || sure || here || link.origin !== location.origin || (link.target && link.target !== "_self") || link.download) return;
+    event.preventDefault();
+    const go = (): void => {
+      sure = true;
+      location.assign(link.href);
+    };
+    document.dispatchEvent(new CustomEvent<Leaving>(LEAVE, { detail: { operating, go } }));
+  });
+}

@@ -1,0 +1,147 @@
+/** The line of who is signed in, one a page: where they stand. By a socket, or by asking every ten seconds. */
+
+export interface Standing {
+  state: "offered" | "operating" | "missed" | "waiting";
+  ticket: number; robot: string; name: string; ahead: number; away: boolean;
+  until_ms: number | null; kept_until_ms: number | null; ended_ms: number | null; wait_s: [number, number] | null;
+}
+export type Wanted = "join" | "leave" | "accept" | "dismiss";
+interface Places { t: "places"; now_ms: number; places: Standing[] }
+type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
+
+const SIGNED_OUT = 4401;
+const DEAD_MS = 50_000; // the server says something every 20 s
+const POLL_MS = 10_000;
+const ANSWER_MS = 4000;
+export const UNSENT = "That could not be sent: there is no connection. Try again when it is back.";
+
+export class PersonLine {
+  places: Standing[] = [];
+  /** Whether anything was heard at all, and whether the person is still signed in. */
+  known = false;
+  over = false;
+  private offset = 0;
+  private socket: WebSocket | null = null;
+  private tries = 0;
+  private heard = 0;
+  private asked = 0;
+  private answered: ((text: string) => void) | null = null;
+
+  constructor(private token: string, private changed: () => void) {
+    this.open();
+    setInterval(() => this.watch(), 1000);
+    for (const name of ["online", "pageshow", "focus"]) addEventListener(name, () => this.look());
+    document.addEventListener("visibilitychange", () => document.hidden || this.look());
+    document.addEventListener("farhand:place", () => this.look());
+  }
+
+  /** Server time, ms. */
+  now(): number {
+    return Date.now() + this.offset;
+  }
+
+  /** Ask for it; returns what went wrong in words, empty for nothing. */
+  async ask(what: Wanted, place: Standing): Promise<string> {
+    if (this.socket?.readyState === WebSocket.OPEN) {
+      const answer = new Promise<string>((resolve) => (this.answered = resolve));
+      const late = new Promise<null>((resolve) => setTimeout(() => resolve(null), ANSWER_MS));
+      this.socket.send(JSON.stringify({ t: "do", what, robot: place.robot, ticket: place.ticket }));
+      const text = await Promise.race([answer, late]);
+      if (text !== null) return text;
+    }
+    return this.post(what, place);
+  }
+
+  private look(): void {
+    if (this.over) return;
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send('{"t":"look"}');
+    else if (this.socket === null) this.open();
+  }
+
+  private open(): void {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws/me/`);
+    this.socket = socket;
+    this.heard = performance.now();
+    socket.onmessage = (event) => this.take(JSON.parse(event.data as string) as Heard);
+    socket.onclose = (event) => {
+      if (this.socket !== socket) return;
+      this.socket = null;
+      if (event.code === SIGNED_OUT) return this.end();
+      const pause = Math.min(15_000, 500 * 2 ** this.tries++) * (0.5 + Math.random());
+      setTimeout(() => this.socket === null && !this.over && this.open(), pause);
+    };
+  }
+
+  private take(m: Heard): void {
+    this.heard = performance.now();
+    this.tries = 0;
+    if (m.t === "answer") {
+      this.answered?.(m.text);
+      this.answered = null;
+      return;
+    }
+    this.offset = m.now_ms - Date.now();
+    if (m.t !== "places") return;
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send('{"t":"here"}');
+    this.show(m.places);
+  }
+
+  private show(places: Standing[]): void {
+    this.known = true;
+    this.places = places;
+    this.changed();
+  }
+
+  private end(): void {
+    this.over = true;
+    this.show([]);
+  }
+
+  /** A line that has long said nothing is dead; without one the page asks by itself. */
+  private watch(): void {
+    if (this.over) return;
+    const open = this.socket?.readyState === WebSocket.OPEN;
+    if (open && performance.now() - this.heard > DEAD_MS) {
+      const old = this.socket;
+      this.socket = null;
+      old?.close();
+      this.open();
+    }
+    if (!open && performance.now() - this.asked > POLL_MS) {
+      this.asked = performance.now();
+      void this.poll();
+    }
+  }
+
+  private async poll(): Promise<void> {
+    try {
+      this.read(await fetch("/me/places/", { headers: { Accept: "application/json" }, redirect: "manual" }));
+    } catch {
+      // no connection: asked again in ten seconds
+    }
+  }
+
+  private async post(what: Wanted, place: Standing): Promise<string> {
+    const body = new URLSearchParams({ do: what, robot: place.robot, ticket: String(place.ticket), csrfmiddlewaretoken: this.token });
+    try {
+      const answer = await fetch("/me/places/", { method: "POST", body, headers: { Accept: "application/json" }, redirect: "manual" });
+      return (await this.read(answer)) ?? UNSENT;
+    } catch {
+      return UNSENT;
+    }
+  }
+
+  /** Show what the server answered; returns what it said was wrong, null where it answered nothing of use. */
+  private async read(answer: Response): Promise<string | null> {
+    if (answer.type === "opaqueredirect") {
+      this.end();
+      return "You are signed out. Sign in again.";
+    }
+    if (!answer.ok) return null;
+    const said = (await answer.json()) as Places & { text?: string };
+    this.offset = said.now_ms - Date.now();
+    this.show(said.places);
+    return said.text ?? "";
+  }
+}

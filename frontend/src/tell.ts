@@ -1,0 +1,137 @@
+/** What reaches a person who looks elsewhere: title, icon, sound, vibration, a notification, a screen reader. */
+import type { Standing } from "./person.ts";
+import { say } from "./parts.ts";
+
+const MOMENTS_S = [60, 20, 10];
+
+/** What a browser may keep, where it keeps anything. */
+export const kept = {
+  get(key: string): string | null {
+    try {
+      return localStorage.getItem(`farhand-${key}`);
+    } catch {
+      return null;
+    }
+  },
+  set(key: string, value: string): void {
+    try {
+      localStorage.setItem(`farhand-${key}`, value);
+    } catch {
+      // a browser that keeps nothing is told again on each page
+    }
+  },
+};
+
+export class Teller {
+  private title = document.title;
+  private icon = document.querySelector<HTMLLinkElement>("link[rel=icon]");
+  private calmIcon = this.icon?.href ?? "";
+  private audio: AudioContext | null = null;
+  private last = new Map<string, number>();
+  private known = new Set<string>();
+  private wantsSound = false;
+
+  constructor(private polite: HTMLElement, private assertive: HTMLElement, private open: (place: Standing) => void) {
+    for (const name of ["pointerdown", "keydown"])
+      addEventListener(name, () => this.wantsSound && this.prime(), { capture: true, passive: true });
+  }
+
+  get sound(): boolean {
+    return kept.get("sound") !== "off";
+  }
+
+  set sound(on: boolean) {
+    kept.set("sound", on ? "on" : "off");
+    if (on) this.chime();
+  }
+
+  /** Tell what is new, the most urgent first; called at each change and each half second. */
+  tell(places: readonly Standing[], now: number): void {
+    const [first] = places;
+    this.wantsSound = places.some((p) => p.state === "waiting" || p.state === "offered");
+    const title = mark(first) + this.title;
+    if (document.title !== title) document.title = title;
+    const icon = first?.state === "offered" || first?.state === "missed" ? (this.icon?.dataset["turn"] ?? "") : this.calmIcon;
+    if (this.icon && icon && this.icon.href !== new URL(icon, location.href).href) this.icon.href = icon;
+    for (const place of places) this.news(place, now);
+  }
+
+  private news(place: Standing, now: number): void {
+    const key = `${place.state}-${place.ticket}-${place.state === "offered" ? place.until_ms : ""}`;
+    const left = (((place.kept_until_ms ?? place.until_ms) ?? now) - now) / 1000;
+    if (!this.known.has(key)) {
+      this.known.add(key);
+      if (place.state === "offered") this.offer(place, key, left);
+      if (place.state === "missed") say(this.polite, `You missed your turn on ${place.name}. You can join again.`);
+    }
+    if (place.state !== "offered" && place.state !== "operating") return;
+    const before = this.last.get(key) ?? Infinity;
+    this.last.set(key, left);
+    const moment = MOMENTS_S.filter((at) => left <= at && at < before && left > 0).at(-1);
+    if (moment === undefined || before === Infinity) return;
+    const words = place.state === "offered" ? `to take control of ${place.name}` : `in your turn on ${place.name}`;
+    say(moment === 60 ? this.polite : this.assertive, `${moment} seconds left ${words}.`);
+  }
+
+  private offer(place: Standing, key: string, left: number): void {
+    say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
+    if (kept.get("told") === key) return; // another page of this browser has rung
+    if (this.chime()) kept.set("told", key);
+    if (navigator.userActivation?.hasBeenActive && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
+    if (document.hidden || !document.hasFocus()) this.notify(place, key);
+  }
+
+  private notify(place: Standing, key: string): void {
+    if (!("Notification" in window) || Notification.permission !== "granted") return;
+    try {
+      const note = new Notification(`It is your turn on ${place.name}`, {
+        body: "Take control before the offer ends.", tag: key, icon: this.calmIcon, requireInteraction: true,
+      });
+      note.onclick = () => {
+        window.focus();
+        note.close();
+        this.open(place);
+      };
+    } catch {
+      // phones give notifications to service workers alone
+    }
+  }
+
+  /** A browser lets a page sound only after it was touched. */
+  private prime(): void {
+    if (!this.sound) return;
+    try {
+      this.audio ??= new AudioContext();
+      void this.audio.resume();
+    } catch {
+      // a browser without sound still shows everything
+    }
+  }
+
+  /** Sound two notes; false where the browser lets none be heard. */
+  private chime(): boolean {
+    if (!this.sound || !navigator.userActivation?.hasBeenActive) return false;
+    this.prime();
+    const audio = this.audio;
+    if (!audio) return false;
+    for (const [i, frequency] of [660, 880].entries()) {
+      const tone = audio.createOscillator();
+      const volume = audio.createGain();
+      const at = audio.currentTime + i * 0.22;
+      tone.frequency.value = frequency;
+      volume.gain.setValueAtTime(0.15, at);
+      volume.gain.exponentialRampToValueAtTime(0.001, at + 0.4);
+      tone.connect(volume).connect(audio.destination);
+      tone.start(at);
+      tone.stop(at + 0.4);
+    }
+    return audio.state === "running";
+  }
+}
+
+function mark(place: Standing | undefined): string {
+  if (place?.state === "offered") return "▶ Your turn! ";
+  if (place?.state === "operating") return "● Driving ";
+  if (place?.state === "missed") return "! Missed turn ";
+  return place ? `(${place.ahead + 1}) ` : "";
+}

@@ -11,13 +11,19 @@ export function blocked(f: Facts): string {
   const s = f.snapshot;
   if (!f.lineUp || !s) return "The connection is gone; it is being tried again. Your turn is kept for 20 seconds.";
   if (!s.link) return "The live link to the robot is down; nothing moves until it is back. Your turn is kept.";
-  if (!s.me.operating) return "It is not your turn.";
+  if (!s.me.operating) return notOperating(s.me);
   if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;
   if (s.robot.state === "offline") return s.robot.why;
   if (s.stopped || f.state?.stopped) return "Stopped. Look at the picture, then release the stop.";
   const limit = Math.min(3000, 1000 + 2 * (f.latency ?? 0));
   if (!f.state || f.now - f.state.atMs > limit) return "The robot's state is not known right now; waiting for it.";
   return "";
+}
+
+function notOperating(me: Snapshot["me"]): string {
+  if (me.ticket?.state === "offered") return "It is your turn: take control to begin.";
+  if (me.ticket?.state === "waiting") return "You wait for your turn.";
+  return me.cleared ? "Join the queue to operate the robot." : "You can watch. To operate, read the orientation and pass the test.";
 }
 
 /** When a camera's picture on the page was taken (server ms), and which kept picture it belongs to. */

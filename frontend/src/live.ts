@@ -8,21 +8,49 @@ export interface Handlers {
   line(up: boolean): void;
 }
 
+const PROBE_MS = 2000; // so long nothing may be heard before it is asked whether anybody is there
+const DOUBT_MS = 1000; // so long an answer may take before the line counts as lost
+const DEAD_MS = 6000; // so long before another one is opened
+
 export class Live {
   /** Server time minus ours, ms. */
   offset = 0;
   latency: number | null = null;
   up = false;
+  /** How many sockets have been opened: which one a message went into. */
+  opened = 0;
   private socket: WebSocket | null = null;
   private tries = 0;
+  private retry = 0;
   private pings = new Map<number, number>();
   private count = 0;
   private heard = 0;
+  private downAt = performance.now();
+  private doubted = 0;
+  private probeAfter = PROBE_MS;
 
   constructor(private slug: string, private handlers: Handlers, private pingEvery: () => number) {
     this.open();
     this.beat();
-    setInterval(() => this.watch(), 1000);
+    setInterval(() => this.watch(), 250);
+    addEventListener("offline", () => this.probe());
+    addEventListener("online", () => (this.up ? this.probe() : this.open()));
+  }
+
+  /** Whether nothing reaches the server: no socket, or one on which nobody answers. */
+  get lost(): boolean {
+    return !this.up || (this.doubted > 0 && performance.now() - this.doubted > DOUBT_MS);
+  }
+
+  /** For how long nothing has reached the server, ms. */
+  get lostMs(): number {
+    if (!this.lost) return 0;
+    return performance.now() - (this.up ? this.doubted : this.downAt);
+  }
+
+  /** Whether the server was heard at or after that time (performance.now). */
+  heardSince(at: number): boolean {
+    return this.heard >= at;
   }
 
   now(): number {
@@ -36,13 +64,17 @@ export class Live {
   }
 
   private open(): void {
+    clearTimeout(this.retry);
+    const before = this.socket;
+    this.socket = null;
+    before?.close();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => {
-      this.tries = 0;
-      this.heard = performance.now();
+      this.opened += 1;
+      this.hear();
       this.set(true);
       this.ping();
     };
@@ -53,13 +85,19 @@ export class Live {
       if (event.code === 4404) return;
       if (event.code === 4401 || event.code === 4403) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
       const pause = Math.min(8000, 400 * 2 ** this.tries++) * (0.5 + Math.random());
-      setTimeout(() => this.open(), pause);
+      this.retry = window.setTimeout(() => this.open(), pause);
     };
   }
 
-  private receive(data: string | ArrayBuffer): void {
+  private hear(): void {
     this.heard = performance.now();
+    this.doubted = 0;
+  }
+
+  private receive(data: string | ArrayBuffer): void {
+    this.hear();
     if (typeof data !== "string") {
+      this.probeAfter = PROBE_MS;
       const packet = decode(data);
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
@@ -67,6 +105,7 @@ export class Live {
       return;
     }
     const message = JSON.parse(data) as Message;
+    this.tries = 0;
     if (message.t === "pong") {
       const sent = this.pings.get(message.n);
       this.pings.delete(message.n);
@@ -94,19 +133,28 @@ export class Live {
     }, this.pingEvery());
   }
 
-  /** A line that has said nothing for long is dead even if the browser has not noticed. */
+  /** Ask whether anybody is there; where no answer comes the line is lost, whatever the browser thinks. */
+  private probe(): void {
+    if (!this.up || this.doubted) return;
+    this.doubted = performance.now();
+    this.probeAfter = Math.min(this.probeAfter * 2, this.pingEvery()); // a robot that is off says nothing for long
+    this.ping();
+  }
+
   private watch(): void {
-    if (this.up && performance.now() - this.heard > this.pingEvery() + 5000) {
-      const old = this.socket;
-      this.socket = null;
-      old?.close();
+    if (!this.up) return;
+    if (performance.now() - this.heard > this.probeAfter) this.probe();
+    if (this.doubted && performance.now() - this.doubted > DEAD_MS) {
       this.set(false);
       this.open();
     }
   }
 
   private set(up: boolean): void {
+    if (up === this.up) return;
+    if (!up) this.downAt = this.doubted || performance.now();
     this.up = up;
+    this.doubted = 0;
     this.handlers.line(up);
   }
 }

@@ -1,13 +1,16 @@
 /** What every robot's page has: the socket, whose turn it is, the ladder, stop and release, the log. */
+import { bannerWords } from "./banner.ts";
 import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
 import type { Hand } from "./jog.ts";
 import "./key_card.ts";
 import { Ladder } from "./ladder.ts";
+import { guard } from "./leaving.ts";
 import { Live } from "./live.ts";
 import { LogList } from "./log_list.ts";
 import { Place } from "./place.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, RobotFacts, Snapshot, StatePacket, Still } from "./protocol.ts";
 import "./stop_in_view.ts";
+import { StopPress } from "./stop.ts";
 import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { ago, KINDS } from "./words.ts";
@@ -34,6 +37,7 @@ export interface Console {
 }
 
 const SILENT_MS = 3000;
+const ALONE_MS = 1500; // what was under way together with the robot's last word does not count
 /** What the driver says of itself. */
 export const facts = JSON.parse(byId("description").textContent ?? "{}") as RobotFacts;
 for (const { kind, label } of facts.commands) KINDS[kind] ??= label;
@@ -56,7 +60,8 @@ export class RobotPage {
   private trace: WireTrace | null;
   private seq = 0;
   private seqGrant = 0;
-  private lineDownAt = performance.now();
+  private stateHeardAt = 0;
+  private stopPress: StopPress;
   private storeDown = "";
   private noticeTimer = 0;
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -75,13 +80,13 @@ export class RobotPage {
       },
       () => (this.snapshot?.me.operating ? 2000 : 10_000),
     );
-    this.place = new Place(byId("place"), say, (m) => this.live.send(m));
+    this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
+    this.place = new Place(byId("place"), (m) => this.live.send(m));
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
-    this.on("stop", () => {
-      if (!this.live.send({ t: "stop" })) this.notice("The connection is gone: the robot stops by itself when it notices.", "error");
-    });
+    this.on("stop", () => this.stop());
     this.on("release", () => this.live.send({ t: "release", checked: byId<HTMLInputElement>("checked").checked }));
     byId("console").addEventListener("keydown", (event) => this.stopKey(event));
+    guard(() => this.operating && !this.snapshot?.turn?.staff);
     setInterval(() => this.draw(), 250);
   }
 
@@ -121,7 +126,7 @@ export class RobotPage {
 
   facts(): Facts {
     return {
-      snapshot: this.snapshot, state: this.state, lineUp: this.live.up, now: this.live.now(), latency: this.live.latency,
+      snapshot: this.snapshot, state: this.state, lineUp: !this.live.lost, now: this.live.now(), latency: this.live.latency,
       busy: this.seqGrant !== 0 && this.ladder.busy(this.seqGrant),
     };
   }
@@ -160,12 +165,16 @@ export class RobotPage {
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || !this.snapshot?.me.may_stop) return;
     if (event.key !== "Escape" && (event.key.toLowerCase() !== "s" || field)) return;
     event.preventDefault();
-    this.live.send({ t: "stop" });
+    this.stop();
+  }
+
+  private stop(): void {
+    this.stopPress.press();
+    this.draw();
   }
 
   private gotLine(up: boolean): void {
-    if (!up) this.lineDownAt = performance.now();
-    else this.console?.watch?.();
+    if (up) this.console?.watch?.();
     this.draw();
   }
 
@@ -178,6 +187,7 @@ export class RobotPage {
 
   private gotState(packet: StatePacket): void {
     this.state = packet;
+    this.stateHeardAt = performance.now();
     this.console?.state(packet);
   }
 
@@ -185,8 +195,9 @@ export class RobotPage {
     if (m.t === "snapshot") this.gotSnapshot(m);
     else if (m.t === "command") this.gotCommand(m);
     else if (m.t === "answer") {
+      const said = m.to === "stop" && this.stopPress.answered(m.ok);
       if (!m.ok && m.to === "command") this.ladder.refuse(this.seqGrant, m.seq ?? 0, m.text, this.live.now());
-      if (m.text) this.notice(m.text, m.ok ? "info" : "warning");
+      if (m.text && !said) this.notice(m.text, m.ok ? "info" : "warning");
     } else if (m.t === "notice") this.notice(m.text, m.level);
     else if (m.t === "plan") this.onPlan?.(m);
     else if (m.t === "trace") this.trace?.add(m);
@@ -206,7 +217,8 @@ export class RobotPage {
       this.console?.turn();
     } else if (s.turn) this.seq = Math.max(this.seq, s.turn.next_seq - 1);
     this.ladder.reset(s.commands);
-    this.place.announce(s);
+    this.place.changed(s);
+    this.stopPress.heard(s);
     if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
     if (wasOperating && !s.me.operating && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
@@ -232,7 +244,7 @@ export class RobotPage {
     text("why-state", s.robot.why);
     text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
     text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
-    this.place.draw(s, this.live.now(), this.live.up);
+    this.place.draw(s, this.live.now(), f.lineUp);
     byId("controls").hidden = !s.me.operating && !s.me.may_stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.may_stop;
     text("why", blocked(f) || (this.console?.advice(f) ?? ""));
@@ -242,16 +254,19 @@ export class RobotPage {
   private drawBanner(f: Facts): void {
     const banner = byId("banner");
     const s = this.snapshot;
-    const down = !f.lineUp && performance.now() - this.lineDownAt > 1000;
-    const silent = this.state !== null && s !== null && s.robot.state !== "offline" && f.now - this.state.atMs > SILENT_MS;
-    const words = down
-      ? "Connection lost. Trying again…"
-      : s && !s.link
-        ? "The live link to the robots is down. Pages work; nothing moves until it is back."
-        : this.storeDown || (silent ? "The robot does not answer. What looks after it is started again by itself; turns and places are kept." : "");
+    const words = bannerWords({
+      lost: !f.lineUp, lostMs: this.live.lostMs, offline: !navigator.onLine, snapshot: s, storeDown: this.storeDown,
+      stopPending: this.stopPress.pending, robotSilent: this.robotSilent(f),
+    });
     if (words && !banner.textContent) byId("notice").hidden = true; // older news than the banner's
     if (banner.textContent !== words) banner.textContent = words;
     banner.hidden = !words;
+  }
+
+  /** The robot is silent where the portal was heard after its last word; a silent line says nothing of the robot. */
+  private robotSilent(f: Facts): boolean {
+    const old = this.state !== null && f.now - this.state.atMs > SILENT_MS && this.snapshot?.robot.state !== "offline";
+    return old && this.live.heardSince(this.stateHeardAt + ALONE_MS);
   }
 
   private drawAge(f: Facts): void {

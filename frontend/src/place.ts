@@ -6,10 +6,9 @@ import { clock, span } from "./words.ts";
 type Send = (message: object) => boolean;
 
 export class Place {
-  private title = document.title;
-  private offered = false;
+  private told = "";
 
-  constructor(private box: HTMLElement, private live: HTMLElement, private send: Send) {
+  constructor(private box: HTMLElement, private send: Send) {
     box.addEventListener("click", (event) => {
       const action = (event.target as HTMLElement).closest<HTMLElement>("[data-do]")?.dataset["do"];
       if (action) this.send({ t: action });
@@ -19,6 +18,13 @@ export class Place {
   /** Draw the panel; called at each snapshot and each second. */
   draw(s: Snapshot, now: number, up: boolean): void {
     show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, disabled: !up } : part)));
+  }
+
+  /** Have the bar look too when something changed here, so that the two never contradict each other. */
+  changed({ me }: Snapshot): void {
+    const told = `${me.operating} ${me.ticket?.state}`;
+    if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
+    this.told = told;
   }
 
   private parts(s: Snapshot, now: number): Part[] {
@@ -64,7 +70,7 @@ export class Place {
           text: t.wait_s === null ? "The wait is not known: the robot is out of order. Your place is kept."
             : t.wait_s[1] < 10 ? "Any moment now." : `About ${span(t.wait_s[0])} to ${span(t.wait_s[1])}.`,
         },
-        { tag: "p", class: "quiet", text: "You may look around; title and sound tell you when it is your turn." },
+        { tag: "p", class: "quiet", text: "You may look around: every page of this site tells you when it is your turn." },
         { tag: "button", do: "leave", text: "Leave the queue" },
       ];
     const parts: Part[] = [
@@ -79,38 +85,5 @@ export class Place {
         { tag: "a", href: `/turns/${me.last_turn}/`, text: "Write in the operator's log", class: "button primary" },
       );
     return parts;
-  }
-
-  /** Title, sound and a spoken word when the offer comes. */
-  announce(s: Snapshot): void {
-    const offered = s.me.ticket?.state === "offered";
-    if (offered && !this.offered) {
-      this.live.textContent = `It is your turn on ${s.robot.name}. Take control within the time shown.`;
-      chime();
-    }
-    this.offered = offered;
-    const ticket = s.me.ticket;
-    document.title = offered ? `▶ Your turn! ${this.title}`
-      : s.me.operating ? `● Driving ${this.title}`
-      : ticket?.state === "waiting" ? `(${ticket.ahead + 1}) ${this.title}` : this.title;
-  }
-}
-
-function chime(): void {
-  try {
-    const audio = new AudioContext();
-    for (const [i, frequency] of [660, 880].entries()) {
-      const tone = audio.createOscillator();
-      const volume = audio.createGain();
-      const at = audio.currentTime + i * 0.22;
-      tone.frequency.value = frequency;
-      volume.gain.setValueAtTime(0.15, at);
-      volume.gain.exponentialRampToValueAtTime(0.001, at + 0.4);
-      tone.connect(volume).connect(audio.destination);
-      tone.start(at);
-      tone.stop(at + 0.4);
-    }
-  } catch {
-    // a browser without sound still shows title and panel
   }
 }

@@ -46,10 +46,10 @@ export class Teller {
   }
 
   /** Tell what is new, the most urgent first; called at each change and each half second. */
-  tell(places: readonly Standing[], now: number): void {
+  tell(places: readonly Standing[], now: number, own: string): void {
     const [first] = places;
     this.wantsSound = places.some((p) => p.state === "waiting" || p.state === "offered");
-    const title = mark(first) + this.title;
+    const title = mark(first, own) + this.title;
     if (document.title !== title) document.title = title;
     const icon = first?.state === "offered" || first?.state === "missed" ? (this.icon?.dataset["turn"] ?? "") : this.calmIcon;
     if (this.icon && icon && this.icon.href !== new URL(icon, location.href).href) this.icon.href = icon;
@@ -129,9 +129,9 @@ export class Teller {
   }
 }
 
-function mark(place: Standing | undefined): string {
+function mark(place: Standing | undefined, own: string): string {
   if (place?.state === "offered") return "▶ Your turn! ";
-  if (place?.state === "operating") return "● Driving ";
+  if (place?.state === "operating") return place.robot === own ? "● Driving " : `● Your turn on ${place.name} runs! `;
   if (place?.state === "missed") return "! Missed turn ";
   return place ? `(${place.ahead + 1}) ` : "";
 }

@@ -18,6 +18,8 @@ class TurnBar {
   private said = box("turnbar-said");
   private leaving: Leaving | null = null;
   private busy = false;
+  private fading = 0;
+  private take: (() => void) | null;
 
   constructor(private bar: HTMLElement, form: HTMLFormElement) {
     this.own = bar.dataset["own"] ?? "";
@@ -45,15 +47,13 @@ class TurnBar {
     setInterval(() => this.draw(), 500);
   }
 
-  private take: (() => void) | null;
-
   private draw(): void {
     if (!this.line.known) return; // what the server wrote stands until more is known
     this.take?.();
     this.take = null;
     const now = this.line.now();
     const places = this.line.places.filter((p) => !ran(p, now));
-    this.teller.tell(places, now);
+    this.teller.tell(places, now, this.own);
     const shown = places.filter((p) => !(p.robot === this.own && p.state === "operating"));
     const [first, ...rest] = shown;
     if (this.leaving && !this.leaving.operating()) this.leaving = null;
@@ -72,7 +72,7 @@ class TurnBar {
     if (p.state === "missed") return [ask("join", "Join again", { class: "primary" }), ask("dismiss", "Dismiss")];
     const notify = "Notification" in window && Notification.permission === "default";
     return [
-      ...(notify ? [ask("notify", "Tell me when it is my turn", { class: "primary" })] : []),
+      ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
       ask("sound", "Sound", { pressed: this.teller.sound }),
     ];
   }
@@ -95,17 +95,22 @@ class TurnBar {
     const [place] = this.line.places.filter((p) => !(p.robot === this.own && p.state === "operating"));
     if (!place || this.busy) return;
     this.busy = true;
-    say(this.said, "");
+    this.tell("");
     const wrong = await this.line.ask(wanted, place);
     this.busy = false;
-    say(this.said, wrong);
+    this.tell(wrong);
     if (!wrong && wanted === "accept") this.lead(place);
   }
 
   private async notify(): Promise<void> {
     const answer = await Notification.requestPermission();
-    say(this.said, answer === "granted" ? "This browser will tell you." : "This browser may not tell you; keep this page open, its title and sound do.");
-    setTimeout(() => say(this.said, ""), 8000);
+    this.tell(answer === "granted" ? "This browser will tell you." : "This browser may not tell you; keep this page open, its title and sound do.");
+  }
+
+  private tell(words: string): void {
+    clearTimeout(this.fading);
+    say(this.said, words);
+    if (words) this.fading = window.setTimeout(() => say(this.said, ""), 12_000);
   }
 
   /** Lead to the robot, unless this is its page. */
@@ -145,7 +150,7 @@ function wordsOf(p: Standing, now: number): Part[] {
   if (p.state === "missed") return [{ tag: "b", text: missed(p) }];
   return [
     { tag: "b", text: p.ahead === 0 ? "You are next" : `${p.ahead} before you` },
-    { tag: "span", text: "for" }, { tag: "a", href: `/robots/${p.robot}/`, text: p.name }, { tag: "span", class: "quiet", text: wait(p) },
+    { tag: "span", text: " for " }, { tag: "a", href: `/robots/${p.robot}/`, text: p.name }, { tag: "span", class: "quiet", text: ` ${wait(p)}` },
   ];
 }
 

@@ -43,7 +43,7 @@ test("a control is enabled, or it says why not", () => {
     [facts({ lineUp: false }), /connection is gone/],
     [facts({}, { link: false }), /live link/],
     [facts({}, { stopped: true }), /release the stop/],
-    [facts({}, { me: { operating: false } }), /not your turn/],
+    [facts({}, { me: { operating: false, cleared: true } }), /Join the queue/],
     [facts({ now: 11_500 }), /state is not known/],
     [facts({ state: null }), /state is not known/],
     [facts({}, { robot: { state: "fault", why: "no power" } }), /no power/],

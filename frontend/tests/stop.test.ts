@@ -1,0 +1,82 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { bannerWords, type Known } from "../src/banner.ts";
+import type { Snapshot } from "../src/protocol.ts";
+import { StopPress, UNSENT } from "../src/stop.ts";
+
+const snapshot = (grant: number | null, may_stop = true): Snapshot =>
+  ({ turn: grant === null ? null : { grant }, me: { may_stop, operating: may_stop }, link: true }) as unknown as Snapshot;
+
+class Line {
+  lost = false;
+  opened = 1;
+  sent = 0;
+  send = (): boolean => {
+    if (this.lost) return false;
+    this.sent += 1;
+    return true;
+  };
+}
+
+function pressed(): { line: Line; stop: StopPress; said: string[] } {
+  const line = new Line(), said: string[] = [];
+  const stop = new StopPress(line, (words) => said.push(words));
+  stop.heard(snapshot(7));
+  line.lost = true;
+  stop.press();
+  return { line, stop, said };
+}
+
+function back(line: Line): void {
+  line.lost = false;
+  line.opened += 1;
+}
+
+test("a Stop that cannot be sent says so until it is", () => {
+  const { line, stop } = pressed();
+  assert.equal(stop.pending, UNSENT);
+  assert.equal(line.sent, 0);
+  back(line);
+  stop.heard(snapshot(7));
+  assert.equal(line.sent, 1);
+  stop.heard(snapshot(7));
+  assert.equal(line.sent, 1, "sent once on a line");
+  stop.answered(true);
+  assert.equal(stop.pending, "");
+});
+
+test("a late Stop goes only into the turn that it was meant for", () => {
+  for (const now of [snapshot(8), snapshot(null), snapshot(7, false)]) {
+    const { line, stop, said } = pressed();
+    back(line);
+    stop.heard(now);
+    assert.equal(line.sent, 0);
+    assert.match(said[0] ?? "", /was not sent/);
+    assert.equal(stop.pending, "");
+  }
+});
+
+test("a Stop that is answered at once says nothing more", () => {
+  const line = new Line(), said: string[] = [];
+  const stop = new StopPress(line, (words) => said.push(words));
+  stop.heard(snapshot(7));
+  stop.press();
+  assert.equal(stop.pending, "");
+  assert.equal(stop.answered(true), false);
+  assert.deepEqual(said, []);
+});
+
+const known = (more: Partial<Known>): Known =>
+  ({ lost: false, lostMs: 0, offline: false, robotSilent: false, stopPending: "", storeDown: "", snapshot: snapshot(7), ...more });
+
+test("a lost connection never blames the robot, for as long as it lasts", () => {
+  for (const lostMs of [1001, 5000, 60_000, 3_600_000])
+    for (const offline of [true, false]) {
+      const words = bannerWords(known({ lost: true, lostMs, offline, robotSilent: true, storeDown: "The database is away." }));
+      assert.match(words, /^Connection lost/);
+      assert.doesNotMatch(words, /robot does not answer|database/);
+    }
+  assert.equal(bannerWords(known({ lost: true, lostMs: 500, robotSilent: true })), "");
+  assert.match(bannerWords(known({ robotSilent: true })), /robot does not answer/);
+  assert.match(bannerWords(known({ lost: true, lostMs: 100, stopPending: UNSENT })), /could not be sent/);
+});

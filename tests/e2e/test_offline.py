@@ -1,0 +1,106 @@
+"""No connection: the page says so for as long as it is true, and what became of a Stop."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from queueing.models import Turn
+from robots.models import Robot
+from tests.conftest import wait_for
+from tests.faults.proxy import Proxy
+from tests.rig import free_port
+
+DESKTOP, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
+BLAME = re.compile("robot does not answer|state is not known")
+
+
+@pytest.fixture
+def bench(portal, visitor):
+    """A page behind a line that can be cut: (visitor, line)."""
+    line = Proxy(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))
+    ada = visitor().sign_up("ada").get_cleared()
+    ada.allowed = ("ERR_", "WebSocket")
+    yield ada, line
+    line.set("cut")
+    line.close()
+
+
+def operate(ada, line, size):
+    page = ada.page
+    page.set_viewport_size(size)
+    page.goto(f"http://localhost:{line.at[1]}/robots/mercury/")
+    page.click("[data-do=join]")
+    page.locator("[data-do=accept]").press("Enter")
+    expect(page.locator("#robot")).to_have_class(re.compile("operating"))
+    expect(page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false")
+    return page
+
+
+def watch_banner(page, seconds):
+    """Read the banner every tenth of a second."""
+    said = set()
+    for _ in range(int(seconds * 10)):
+        said.add(page.inner_text("#banner") if page.is_visible("#banner") else "")
+        page.wait_for_timeout(100)
+    return said
+
+
+@pytest.mark.parametrize("way", ["cut", "stall"])
+@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_a_lost_connection_is_said_for_as_long_as_it_lasts_and_blames_no_robot(bench, size, way):
+    ada, line = bench
+    page = operate(ada, line, size)
+    ada.context.set_offline(True)
+    line.set(way)
+    expect(page.locator("#banner")).to_contain_text("Connection lost")
+    assert page.is_visible("#banner")
+    said = watch_banner(page, 10)
+    assert all(words.startswith("Connection lost") for words in said), said
+    assert not any(BLAME.search(words) for words in said)
+    expect(page.locator("#why")).to_contain_text("connection is gone")
+    ada.axe("offline")
+    line.set("cut")
+    ada.context.set_offline(False)
+    line.set("pass")
+    expect(page.locator("#banner")).to_be_hidden(timeout=20_000)
+
+
+@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_a_stop_pressed_offline_says_what_happens_and_is_sent_when_the_line_is_back(portal, bench, size):
+    ada, line = bench
+    page = operate(ada, line, size)
+    line.set("cut")
+    ada.context.set_offline(True)
+    expect(page.locator("#banner")).to_contain_text("Connection lost")
+    page.click("[data-command=stop]")
+    expect(page.locator("#banner")).to_contain_text("Stop could not be sent")
+    expect(page.locator("#banner")).to_contain_text("within half a second")
+    page.wait_for_timeout(1500)
+    assert "Stop could not be sent" in page.inner_text("#banner")
+    assert not Robot.objects.get().stop_latched
+    ada.context.set_offline(False)
+    line.set("pass")
+    wait_for(lambda: page.wait_for_timeout(10) or Robot.objects.get().stop_latched, 15, "the late stop")
+    expect(page.locator("#notice")).to_contain_text("has been sent now")
+    expect(page.locator("#release")).to_be_visible()
+    expect(page.locator("#banner")).to_be_hidden()
+
+
+def test_a_late_stop_does_not_stop_the_next_persons_turn(portal, bench):
+    ada, line = bench
+    page = operate(ada, line, DESKTOP)
+    line.set("cut")
+    ada.context.set_offline(True)
+    expect(page.locator("#banner")).to_contain_text("Connection lost")
+    page.keyboard.press("Escape")
+    page.locator("#screen").press("Escape")
+    expect(page.locator("#banner")).to_contain_text("Stop could not be sent")
+    wait_for(
+        lambda: page.wait_for_timeout(100) or Turn.objects.filter(ended_at=None).count() == 0, 40, "the turn's end"
+    )
+    ada.context.set_offline(False)
+    line.set("pass")
+    expect(page.locator("#notice")).to_contain_text("was not sent", timeout=20_000)
+    page.wait_for_timeout(500)
+    assert not Robot.objects.get().stop_latched

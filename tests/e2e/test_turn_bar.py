@@ -1,0 +1,248 @@
+"""One's turn reaches one on every page: the bar, its states, and what it says to whom."""
+
+import re
+from datetime import timedelta
+
+import pytest
+from playwright.sync_api import expect
+
+from accounts.models import Clearance
+from queueing import services as queue
+from queueing.models import Ticket, Turn
+from robots.clock import SYSTEM
+from tests.conftest import wait_for
+from tests.e2e.conftest import session
+
+PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
+BAR = "#turnbar"
+
+
+@pytest.fixture
+def cast(portal, visitor, django_user_model):
+    """Cleared people by name, each in a browser of their own."""
+
+    def make(name, **options):
+        user = django_user_model.objects.create_user(name, f"{name}@example.org", "correct horse 42")
+        Clearance.objects.create(user=user, robot=portal.robot, granted_at=SYSTEM.now())
+        one = visitor(**options)
+        session(one, user)
+        one.user = user
+        return one
+
+    return make
+
+
+def elsewhere(one, address="/log/"):
+    one.page.goto(address)
+    queue.join(one.portal.robot, one.user, SYSTEM.now())  # in another tab
+    return one.page
+
+
+@pytest.mark.tenth
+def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
+    ada = cast("ada", viewport=PHONE)
+    page = elsewhere(ada)
+    bar = page.locator(BAR)
+    expect(bar).to_contain_text("It is your turn on Mercury")
+    assert page.title().startswith("▶ Your turn!")
+    assert "icon-turn" in page.get_attribute("link[rel=icon]", "href")
+    take = page.get_by_role("button", name="Take control")
+    box = take.bounding_box()
+    assert box["y"] + box["height"] <= 844
+    assert box["y"] > 844 / 2, "within the thumb's reach"
+    assert box["height"] >= 44
+    before = page.inner_text(f"{BAR} [role=timer]")
+    assert re.fullmatch(r"0:[0-3]\d", before)
+    expect(page.locator(f"{BAR} [role=timer]")).not_to_have_text(before)
+    ada.axe("offered on a phone")
+    foot = page.locator(".site-foot")
+    foot.scroll_into_view_if_needed()
+    page.mouse.wheel(0, 9999)
+    page.wait_for_timeout(200)
+    end = foot.bounding_box()
+    assert end["y"] + end["height"] <= bar.bounding_box()["y"] + 1, "the bar covers nothing"
+    take.click()
+    page.wait_for_url("**/robots/mercury/")
+    expect(page.locator("#robot")).to_have_class(re.compile("operating"))
+    expect(page.locator(BAR)).to_be_hidden()
+    wait_for(lambda: page.wait_for_timeout(50) or Turn.objects.get().connected, 10, "the robot's page keeps the turn")
+    assert page.title().startswith("● Driving")
+
+
+def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
+    ada, bob = cast("ada"), cast("bob")
+    elsewhere(ada)
+    expect(ada.page.locator(BAR)).to_contain_text("It is your turn")
+    page = elsewhere(bob, "/status/")
+    expect(page.locator(BAR)).to_contain_text("1 before you for Mercury")
+    expect(page.locator(BAR)).to_contain_text("About")
+    assert page.title().startswith("(2) ")
+    Ticket.objects.filter(user=bob.user).update(last_seen=SYSTEM.now() - timedelta(seconds=80))
+    queue.leave(portal.robot, ada.user, SYSTEM.now())
+    expect(page.locator(BAR)).to_contain_text("It is your turn on Mercury")
+    fresh = SYSTEM.now() - timedelta(seconds=40)
+    wait_for(lambda: page.wait_for_timeout(50) or Ticket.objects.get(user=bob.user).last_seen > fresh, 25, "presence")
+    page.get_by_role("button", name="Not now").click()
+    expect(page.locator(BAR)).to_be_hidden()
+
+
+@pytest.mark.parametrize("size", [PHONE, DESKTOP], ids=["phone", "desktop"])
+def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(portal, cast, size):
+    ada = cast("ada", viewport=size)
+    page = elsewhere(ada)
+    expect(page.locator(BAR)).to_contain_text("It is your turn")
+    Ticket.objects.update(offer_until=SYSTEM.now())
+    expect(page.locator(BAR)).to_contain_text(
+        re.compile(r"You missed your turn on Mercury at \d+:\d\d.*the place was given on")
+    )
+    ada.axe("missed")
+    page.goto("/story/")
+    expect(page.locator(BAR)).to_contain_text("You missed your turn")
+    page.get_by_role("button", name="Join again").click()
+    expect(page.locator(BAR)).to_contain_text("It is your turn")
+    Ticket.objects.filter(state="offered").update(offer_until=SYSTEM.now())
+    expect(page.locator(BAR)).to_contain_text("You missed your turn")
+    page.get_by_role("button", name="Dismiss").click()
+    expect(page.locator(BAR)).to_be_hidden()
+    page.reload()
+    page.wait_for_timeout(1000)
+    expect(page.locator(BAR)).to_be_hidden()
+
+
+def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
+    ada = cast("ada", viewport=PHONE)
+    page = ada.page
+    page.goto("/robots/mercury/")
+    page.click("[data-do=join]")
+    page.locator("[data-do=accept]").press("Enter")
+    expect(page.locator("#robot")).to_have_class(re.compile("operating"))
+    link = page.locator(".site-head a", has_text="log")
+    link.click()
+    expect(page.locator(BAR)).to_contain_text("Leave in the middle of your turn?")
+    expect(page.locator(BAR)).to_contain_text("20 s")
+    ada.axe("asked")
+    stop = page.locator("[data-command=stop]").bounding_box()
+    assert stop["y"] + stop["height"] <= page.locator(BAR).bounding_box()["y"], "the bar does not cover Stop"
+    page.get_by_role("button", name="Stay").click()
+    expect(page.locator(BAR)).to_be_hidden()
+    assert page.url.endswith("/robots/mercury/")
+    link.click()
+    asked = []
+    page.on("dialog", lambda d: (asked.append(d.type), d.accept()))
+    page.get_by_role("button", name="Leave the page").click()
+    page.wait_for_url("**/log/")
+    assert asked == [], "asked once, not twice"
+    expect(page.locator(BAR)).to_contain_text("Go back to Mercury, or your turn ends")
+    ada.axe("operating elsewhere")
+    page.get_by_role("link", name="Back to Mercury").click()
+    expect(page.locator("#robot")).to_have_class(re.compile("operating"))
+    assert Turn.objects.get().ended_at is None
+    page.reload()
+    assert asked == ["beforeunload"]
+    expect(page.locator("#robot")).to_have_class(re.compile("operating"))
+
+
+def test_on_the_robots_own_page_nothing_contradicts_the_offer(portal, cast):
+    ada, bob = cast("ada"), cast("bob", viewport=PHONE)
+    elsewhere(ada)
+    expect(ada.page.locator(BAR)).to_contain_text("It is your turn")
+    page = bob.page
+    page.goto("/robots/mercury/")
+    page.click("[data-do=join]")
+    expect(page.locator("#why")).to_have_text("You wait for your turn.")
+    queue.leave(portal.robot, ada.user, SYSTEM.now())
+    expect(page.locator("#why")).to_have_text("It is your turn: take control to begin.")
+    assert "not your turn" not in page.inner_text("main").lower()
+    take = page.locator(BAR).get_by_role("button", name="Take control")
+    expect(take).to_be_in_viewport(ratio=1)
+    bob.axe("offered on the robot's page")
+    take.click()
+    expect(page.locator("#robot")).to_have_class(re.compile("operating"))
+    expect(page.locator(BAR)).to_be_hidden()
+
+
+LISTEN = """
+() => { window.heard = []; for (const live of document.querySelectorAll("[aria-live]"))
+  new MutationObserver(() => live.textContent && heard.push([live.getAttribute("aria-live"), live.textContent]))
+    .observe(live, { childList: true, characterData: true, subtree: true }); }
+"""
+
+
+def test_moments_are_told_to_a_screen_reader_once_each_and_the_timer_is_silent(portal, cast):
+    ada = cast("ada")
+    page = elsewhere(ada)
+    expect(page.locator(BAR)).to_contain_text("It is your turn")
+    page.evaluate(LISTEN)
+    assert page.locator(f"{BAR} [role=timer]").get_attribute("aria-live") is None
+    for left in (22, 12):
+        Ticket.objects.update(offer_until=SYSTEM.now() + timedelta(seconds=left))
+        queue.announce(queue.queue_of(portal.robot))
+        page.wait_for_timeout(3500)
+    assert page.evaluate("heard.filter(([, words]) => words.includes('left'))") == [
+        ["assertive", "20 seconds left to take control of Mercury."],
+        ["assertive", "10 seconds left to take control of Mercury."],
+    ]
+
+
+def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_elsewhere(portal, cast):
+    ada, bob = cast("ada"), cast("bob")
+    elsewhere(ada)
+    expect(ada.page.locator(BAR)).to_contain_text("It is your turn")
+    bob.context.add_init_script("""
+      window.asked = 0; window.noted = [];
+      window.Notification = class { constructor(title, more) { noted.push(title); } close() {}
+        static permission = "default";
+        static requestPermission() { asked += 1; Notification.permission = "granted"; return Promise.resolve("granted"); } };
+      Object.defineProperty(document, "hidden", { value: true });
+    """)
+    page = elsewhere(bob)
+    tell = page.get_by_role("button", name="Tell me when it is my turn")
+    expect(tell).to_be_visible()
+    assert page.evaluate("asked") == 0
+    tell.click()
+    expect(tell).to_be_hidden()
+    assert page.evaluate("asked") == 1
+    expect(page.locator(BAR)).to_contain_text("This browser will tell you.")
+    sound = page.get_by_role("button", name="Sound")
+    expect(sound).to_have_attribute("aria-pressed", "true")
+    sound.click()
+    expect(sound).to_have_attribute("aria-pressed", "false")
+    bob.axe("waiting")
+    queue.leave(portal.robot, ada.user, SYSTEM.now())
+    wait_for(lambda: page.wait_for_timeout(50) or page.evaluate("noted"), 15, "the notification")
+    assert page.evaluate("noted") == ["It is your turn on Mercury"]
+
+
+def test_without_the_socket_the_page_asks_by_itself(portal, cast):
+    ada = cast("ada")
+    ada.allowed = ("WebSocket", "ERR_")
+    ada.context.add_init_script("""
+      const Real = window.WebSocket;
+      window.WebSocket = function (url, ...rest) { return new Real(url.replace("/ws/me/", "/ws/none/"), ...rest); };
+      Object.assign(window.WebSocket, { OPEN: 1 });
+    """)
+    page = elsewhere(ada)
+    expect(page.locator(BAR)).to_contain_text("It is your turn", timeout=20_000)
+    page.get_by_role("button", name="Take control").click()
+    page.wait_for_url("**/robots/mercury/")
+
+
+def test_without_scripts_a_line_of_the_page_leads_to_the_robot(portal, cast):
+    ada = cast("ada", java_script_enabled=False)
+    queue.join(portal.robot, ada.user, SYSTEM.now())
+    wait_for(lambda: Ticket.objects.get().state == "offered", 10, "the offer")
+    ada.page.goto("/log/")
+    expect(ada.page.locator(BAR)).to_contain_text("It is your turn on Mercury.")
+    ada.page.get_by_role("button", name="Take control").click()
+    ada.page.wait_for_url("**/robots/mercury/")
+    assert Turn.objects.get().ended_at is None
+
+
+def test_who_is_not_signed_in_opens_no_socket(portal, visitor):
+    one = visitor()
+    opened = []
+    one.page.on("websocket", lambda ws: opened.append(ws.url))
+    one.page.goto("/log/")
+    one.page.wait_for_timeout(1500)
+    assert opened == []
+    assert one.page.locator(BAR).count() == 0

@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from django.contrib import admin, messages
+from django import forms
+from django.contrib import admin
+from django.db.models import F, QuerySet
 from django.http import HttpRequest
 
 from operatorlog import services
@@ -11,15 +13,46 @@ from robots.clock import SYSTEM
 from robots.history import Guarded
 
 
+class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
+    """What a moderator decides about an entry."""
+
+    def clean(self) -> dict[str, Any]:
+        """Refuse at the field what the service would refuse."""
+        cleaned = super().clean() or {}
+        try:
+            services.reason_for(Visibility(cleaned.get("visibility")), cleaned.get("hidden_reason") or "")
+        except services.LogError as error:
+            self.add_error("hidden_reason", str(error))
+        except ValueError:
+            pass  # no such visibility: its own field says so
+        return cleaned
+
+
+class EditedSince(admin.SimpleListFilter):
+    """Entries that were changed after a moderator had looked; a featured one is featured no more by that."""
+
+    title = "changed"
+    parameter_name = "edited"
+
+    def lookups(self, request: HttpRequest, model_admin: Any) -> list[tuple[str, str]]:
+        """Return the one choice."""
+        return [("since", "since a moderator looked")]
+
+    def queryset(self, request: HttpRequest, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
+        """Return the entries that are chosen."""
+        return queryset.filter(edited_at__gt=F("moderated_at")) if self.value() == "since" else queryset
+
+
 @admin.register(Entry)
 class EntryAdmin(Guarded):
     """Publish, feature, hide with a reason."""
 
-    list_display = ("written_at", "author", "robot", "text", "visibility", "hidden_reason")
-    list_filter = ("visibility", "robot")
+    list_display = ("written_at", "author", "robot", "text", "visibility", "hidden_reason", "edited_at")
+    list_filter = ("visibility", EditedSince, "robot")
+    form = ModerationForm
     search_fields = ("text", "author__username")
-    fields = ("author", "robot", "text", "written_at", "visibility", "hidden_reason")
-    readonly_fields = ("author", "robot", "text", "written_at")
+    fields = ("author", "robot", "text", "written_at", "edited_at", "visibility", "hidden_reason")
+    readonly_fields = ("author", "robot", "text", "written_at", "edited_at")
     actions = ("publish", "feature")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
@@ -29,11 +62,7 @@ class EntryAdmin(Guarded):
     def save_model(self, request: HttpRequest, obj: Entry, form: Any, change: bool) -> None:
         """Moderate through the service, so that a hidden entry has a reason and a moderator."""
         wanted, reason = Visibility(obj.visibility), obj.hidden_reason
-        fresh = Entry.objects.get(pk=obj.pk)
-        try:
-            services.moderate(fresh, request.user, wanted, reason, SYSTEM.now())
-        except services.LogError as error:
-            messages.error(request, str(error))
+        services.moderate(Entry.objects.get(pk=obj.pk), request.user, wanted, reason, SYSTEM.now())
 
     @admin.action(description="Publish", permissions=["change"])
     def publish(self, request: HttpRequest, queryset: Any) -> None:

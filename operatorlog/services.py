@@ -20,6 +20,33 @@ class LogError(Exception):
     """The log says no; the text says why."""
 
 
+def hand_in(
+    turn: Turn, user: Any, text: str | None, frame_id: int | None, answers: dict[int, str], now: datetime
+) -> tuple[Entry | None, SurveyResponse | None]:
+    """Take the one form after a turn: an entry, answers, or both; all of it or nothing.
+
+    `text` is None where the form had no place for an entry. Returns what was written; an entry
+    that is sent again as it stands is not written anew.
+
+    Raises:
+        LogError: neither an entry nor an answer, or whatever `write`, `edit` and `answer_survey` refuse.
+
+    """
+    _own(turn, user)
+    answers = {pk: value for pk, value in answers.items() if value.strip()}
+    with transaction.atomic():
+        entry = Entry.objects.filter(turn=turn).first()
+        written = None
+        if entry is not None and text is not None:
+            written = edit(entry, user, text, frame_id, now)
+        elif text is not None and text.strip():
+            written = write(turn, user, text, frame_id, now)
+        answered = answer_survey(turn, user, answers, now) if answers else None
+        if written is None and answered is None:
+            raise LogError("Write a few words or answer a question first; either is enough.")
+        return written, answered
+
+
 def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
     """Write the entry of a finished turn, with a picture of that turn.
 
@@ -49,29 +76,48 @@ def may_edit(entry: Entry, user: Any, now: datetime) -> bool:
 
 
 def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
-    """Change one's own entry within the first quarter of an hour. Raises LogError."""
+    """Change one's own entry within the first quarter of an hour. Raises LogError.
+
+    A moderator featured the words and the picture that stood there then: other ones are published
+    as any entry is, until a moderator has looked again. What is saved as it stood stays featured.
+    """
     if entry.author_id != user.pk:
         raise LogError("Only its author can edit an entry.")
     if not may_edit(entry, user, now):
         raise LogError("The time for corrections is over; an entry can be edited for 15 minutes.")
-    entry.text, entry.frame, entry.edited_at = _text(text), _picture(entry.turn, frame_id), now
-    entry.save(update_fields=["text", "frame", "edited_at"])
-    _keep(entry.frame)
-    bus.publish_on_commit(entry.robot.slug, Changed("log"))
-    return entry
+    text, frame = _text(text), _picture(entry.turn, frame_id)
+    with transaction.atomic():
+        kept = Entry.objects.select_for_update().get(pk=entry.pk)
+        if (text, frame) == (kept.text, kept.frame):
+            return kept
+        kept.text, kept.frame, kept.edited_at = text, frame, now
+        if kept.visibility == Visibility.FEATURED:
+            kept.visibility = Visibility.PUBLISHED
+        kept.save(update_fields=["text", "frame", "edited_at", "visibility"])
+        _keep(frame)
+        bus.publish_on_commit(kept.robot.slug, Changed("log"))
+    return kept
 
 
 def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: datetime) -> None:
     """Publish, feature, or hide an entry; hiding needs a reason. Raises LogError."""
     if not user.has_perm("operatorlog.change_entry"):
         raise LogError("This is for moderators.")
-    if visibility == Visibility.HIDDEN and not reason.strip():
-        raise LogError("Give the reason for hiding it; the author sees it.")
+    reason = reason_for(visibility, reason)
     entry.visibility = visibility
-    entry.hidden_reason = reason.strip()[:200] if visibility == Visibility.HIDDEN else ""
+    entry.hidden_reason = reason
     entry.moderated_by, entry.moderated_at = user, now
     entry.save(update_fields=["visibility", "hidden_reason", "moderated_by", "moderated_at"])
     bus.publish_on_commit(entry.robot.slug, Changed("log"))
+
+
+def reason_for(visibility: Visibility, reason: str) -> str:
+    """Return the reason as it is kept; only hiding has one, and needs it. Raises LogError."""
+    if visibility != Visibility.HIDDEN:
+        return ""
+    if not reason.strip():
+        raise LogError("Give the reason for hiding it; the author sees it.")
+    return reason.strip()[:200]
 
 
 def _own(turn: Turn, user: Any) -> None:

@@ -1,16 +1,12 @@
-"""The log, a turn's page with its entry and survey, and the survey's results."""
+"""The log, and a turn's page with its entry and survey."""
 
-import csv
-from collections import Counter
 from typing import Any
 
 from django.contrib import messages
-from django.contrib.auth.decorators import login_required, permission_required
 from django.core.paginator import Paginator
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.views.decorators.cache import never_cache
-from django.views.decorators.http import require_POST
 
 from operatorlog import services
 from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
@@ -18,6 +14,7 @@ from queueing.models import Turn
 from robots.clock import SYSTEM
 
 PAGE = 20
+LONGEST_NUMBER = 19  # digits of what fits a row number
 
 
 def log(request: HttpRequest) -> HttpResponse:
@@ -45,96 +42,55 @@ def turn_page(request: HttpRequest, pk: int) -> HttpResponse:
 def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     if not request.user.is_authenticated:
         return redirect(f"/accounts/login/?next={turn.get_absolute_url()}")
-    frame = request.POST.get("frame", "")
-    frame_id = int(frame) if frame.isdigit() else None
-    text = request.POST.get("text", "")
-    entry = Entry.objects.filter(turn=turn).first()
+    text = request.POST.get("text")
     try:
-        if entry is None:
-            services.write(turn, request.user, text, frame_id, SYSTEM.now())
-        else:
-            services.edit(entry, request.user, text, frame_id, SYSTEM.now())
+        written, answered = services.hand_in(
+            turn, request.user, text, _number(request.POST.get("frame", "")), _answers(request), SYSTEM.now()
+        )
     except services.LogError as error:
-        return _show(request, turn, str(error), text, status=403 if turn.user_id != request.user.pk else 422)
-    messages.success(request, "It is in the log. Thank you!")
+        return _show(request, turn, str(error), status=403 if turn.user_id != request.user.pk else 422)
+    if written and answered:
+        messages.success(request, "It is in the log, and your answers are kept. Thank you!")
+    else:
+        messages.success(request, "It is in the log. Thank you!" if written else "Thank you for your answers!")
     return redirect(turn)
 
 
-def _show(request: HttpRequest, turn: Turn, problem: str = "", text: str = "", status: int = 200) -> HttpResponse:
+def _number(text: str) -> int | None:
+    """Return a row's number; None for what cannot be one."""
+    return int(text) if text.isascii() and text.isdigit() and len(text) < LONGEST_NUMBER else None
+
+
+def _answers(request: HttpRequest) -> dict[int, str]:
+    named = ((_number(name[1:]), str(value)) for name, value in request.POST.items() if name[:1] == "s")
+    return {number: value for number, value in named if number is not None}
+
+
+def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200) -> HttpResponse:
+    """Show the turn; after a problem with everything that was typed."""
     entry = Entry.objects.select_related("author", "robot", "frame", "turn").filter(turn=turn).first()
     mine = request.user.pk == turn.user_id
     may_edit = entry is not None and services.may_edit(entry, request.user, SYSTEM.now())
-    editing = may_edit and ("edit" in request.GET or bool(problem))
+    typed = request.POST.get("text", "")
+    editing = may_edit and ("edit" in request.GET or bool(problem and "text" in request.POST))
     frames = list(turn.grant.frames.order_by("id"))
     chosen = entry.frame_id if entry else (frames[-1].pk if frames else None)
     ended = turn.ended_at is not None
-    answered = SurveyResponse.objects.filter(turn=turn).exists()
+    writing = mine and ended and (entry is None or editing)
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
-        "writing": mine and ended and (entry is None or editing), "frames": frames, "chosen": chosen,
-        "text": text or (entry.text if entry and editing else ""),
-        "survey": SurveyQuestion.objects.filter(active=True) if mine and ended and not answered else None,
+        "writing": writing, "frames": frames,
+        "chosen": _number(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
+        "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
+        "survey": _survey(request, turn) if mine and ended else [],
         "commands": turn.grant.commands.order_by("id"),
     }  # fmt: skip
     return render(request, "operatorlog/turn.html", context, status=status)
 
 
-@require_POST
-@login_required
-def survey(request: HttpRequest, pk: int) -> HttpResponse:
-    """Take the answers of the survey."""
-    turn = get_object_or_404(Turn, pk=pk)
-    answers = {int(k[1:]): str(v) for k, v in request.POST.items() if k[:1] == "s" and k[1:].isdigit()}
-    try:
-        services.answer_survey(turn, request.user, answers, SYSTEM.now())
-    except services.LogError as error:
-        return _show(request, turn, str(error), status=403 if turn.user_id != request.user.pk else 422)
-    messages.success(request, "Thank you for your answers!")
-    return redirect(turn)
-
-
-@permission_required("operatorlog.view_surveyresponse", raise_exception=True)
-def results(request: HttpRequest) -> HttpResponse:
-    """Show what people answered, for staff."""
-    shown = [_plot(q) for q in SurveyQuestion.objects.all()]
-    return render(request, "operatorlog/results.html", {"questions": shown, "total": SurveyResponse.objects.count()})
-
-
-def _plot(question: SurveyQuestion) -> dict[str, Any]:
-    values = list(question.answers.values_list("value", flat=True))
-    if question.kind == question.Kind.TEXT:
-        return {"prompt": question.prompt, "texts": values[-100:]}
-    counts = Counter(values)
-    labels = question.choices() + sorted(set(counts) - set(question.choices()))
-    most = max([*counts.values(), 1])
-    bars = [
-        {
-            "label": label, "count": counts[label], "y": 28 * i + 4, "text_y": 28 * i + 19,
-            "width": round(300 * counts[label] / most), "text_x": 158 + round(300 * counts[label] / most),
-        }
-        for i, label in enumerate(labels)
-    ]  # fmt: skip
-    summary = f"{len(values)} answers"
-    if question.kind == question.Kind.SCALE and values:
-        summary += f", mean {sum(map(int, values)) / len(values):.1f} of 5"
-    return {"prompt": question.prompt, "bars": bars, "height": 28 * len(bars) + 8, "summary": summary}
-
-
-@permission_required("operatorlog.view_surveyresponse", raise_exception=True)
-def results_csv(request: HttpRequest) -> HttpResponse:
-    """Return all answers as CSV; a cell that a spreadsheet might run is quoted."""
-    response = HttpResponse(content_type="text/csv; charset=utf-8")
-    response["Content-Disposition"] = 'attachment; filename="survey.csv"'
-    writer = csv.writer(response)
-    questions = list(SurveyQuestion.objects.all())
-    writer.writerow(["turn", "robot", "at", *(_cell(q.prompt) for q in questions)])
-    for one in SurveyResponse.objects.select_related("turn__robot").prefetch_related("answers"):
-        given = {a.question_id: a.value for a in one.answers.all()}
-        writer.writerow(
-            [one.turn_id, one.turn.robot.slug, one.at.isoformat(), *(_cell(given.get(q.pk, "")) for q in questions)]
-        )
-    return response
-
-
-def _cell(text: str) -> str:
-    return f"'{text}" if text[:1] in "=+-@\t\r" else text
+def _survey(request: HttpRequest, turn: Turn) -> list[dict[str, Any]]:
+    """Return the questions, each with what was just answered; none where they were answered before."""
+    if SurveyResponse.objects.filter(turn=turn).exists():
+        return []
+    given = _answers(request)
+    return [{"q": q, "given": given.get(q.pk, "")} for q in SurveyQuestion.objects.filter(active=True)]

@@ -7,6 +7,7 @@ from django.urls import include, path
 from django.views.generic import RedirectView
 
 from accounts import views as accounts
+from operatorlog import results
 from operatorlog import views as log
 from portal.classic import pictures
 from portal.classic import views as classic
@@ -34,9 +35,8 @@ urlpatterns = [
     path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),
     path("log/", log.log, name="log"),
     path("turns/<int:pk>/", log.turn_page, name="turn"),
-    path("turns/<int:pk>/survey/", log.survey, name="survey"),
-    path("survey/results/", log.results, name="survey-results"),
-    path("survey/results.csv", log.results_csv, name="survey-csv"),
+    path("survey/results/", results.results, name="survey-results"),
+    path("survey/results.csv", results.results_csv, name="survey-csv"),
     path("accounts/", include("allauth.account.urls")),
     path("admin/", admin.site.urls),
     path("media/frames/<path:path>", views.media, name="media"),

@@ -1,9 +1,48 @@
-/** The page after a turn: keeps a draft of the entry, so that a lost line loses nothing. */
+/** The page after a turn: a draft of all that is typed or chosen, kept on this device until the server has it. */
 
-const area = document.querySelector<HTMLTextAreaElement>("textarea[data-draft]");
-if (area) {
-  const key = `draft-${area.dataset["draft"]}`;
-  if (!area.value) area.value = localStorage.getItem(key) ?? "";
-  area.addEventListener("input", () => localStorage.setItem(key, area.value));
-  area.form?.addEventListener("submit", () => localStorage.removeItem(key));
+const turn = document.querySelector<HTMLElement>("[data-turn]")?.dataset["turn"] ?? "";
+const form = document.querySelector<HTMLFormElement>("form[data-draft]");
+const nameOf = (draft: string): string => `draft-${draft}`;
+
+/** What is filled in, by name, without what every form carries. */
+function filled(of: HTMLFormElement): Record<string, string> {
+  const all = [...new FormData(of)].filter(([name]) => name !== "csrfmiddlewaretoken");
+  return Object.fromEntries(all.map(([name, value]) => [name, String(value)]));
 }
+
+function read(name: string): Record<string, string> {
+  try {
+    return JSON.parse(localStorage.getItem(name) ?? "{}") as Record<string, string>;
+  } catch {
+    return {}; // nothing that can be read, or a browser that keeps nothing
+  }
+}
+
+function fill(of: HTMLFormElement, draft: Record<string, string>): void {
+  for (const [name, value] of Object.entries(draft)) {
+    const field = of.elements.namedItem(name);
+    if (field instanceof HTMLTextAreaElement || field instanceof RadioNodeList || field instanceof HTMLInputElement) field.value = value;
+  }
+}
+
+if (form) {
+  const name = nameOf(form.dataset["draft"] ?? "");
+  if ("fresh" in form.dataset) fill(form, read(name)); // after a refusal the server gives back what was sent
+  form.addEventListener("input", () => {
+    try {
+      localStorage.setItem(name, JSON.stringify(filled(form)));
+      document.getElementById("draft-said")?.removeAttribute("hidden");
+    } catch {
+      // a browser that keeps nothing: the page still holds what is typed
+    }
+  });
+}
+// a part whose form is gone was taken by the server
+for (const draft of [turn, `${turn}-edit`])
+  if (form?.dataset["draft"] !== draft) {
+    try {
+      localStorage.removeItem(nameOf(draft));
+    } catch {
+      // nothing was kept
+    }
+  }

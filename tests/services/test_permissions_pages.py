@@ -50,7 +50,6 @@ GET = {
     "classic/<slug:slug>/<str:name>.gif": ("/classic/mercury/none.gif", everybody(ABSENT)),
     "log/": ("/log/", everybody(OK)),
     "turns/<int:pk>/": ("/turns/{turn}/", everybody(OK)),
-    "turns/<int:pk>/survey/": ("/turns/{turn}/survey/", everybody(METHOD)),
     "survey/results/": ("/survey/results/", only("log_moderator", "viewer", "superuser")),
     "survey/results.csv": ("/survey/results.csv", only("log_moderator", "viewer", "superuser")),
     "accounts/login/": ("/accounts/login/", {**everybody(MOVED), "anonymous": OK}),
@@ -103,7 +102,6 @@ POST = [
     ("/classic/mercury/x/", {"do": "stop"}, everybody(MOVED)),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),
     ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
-    ("/turns/{turn}/survey/", {}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
     ("/admin/robots/robot/{robot}/do/lock_out/", {"note": "x"}, only("robot_staff", "superuser", status=MOVED, else_=MOVED)),
 ]  # fmt: skip
 

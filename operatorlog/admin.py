@@ -20,7 +20,7 @@ class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
         """Refuse at the field what the service would refuse."""
         cleaned = super().clean() or {}
         try:
-            services.reason_for(Visibility(cleaned.get("visibility")), cleaned.get("hidden_reason") or "")
+            services.reason_for(Visibility(str(cleaned.get("visibility"))), cleaned.get("hidden_reason") or "")
         except services.LogError as error:
             self.add_error("hidden_reason", str(error))
         except ValueError:

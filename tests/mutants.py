@@ -88,6 +88,12 @@ MUTANTS = (
     Mutant(43, "what ran when the lease ran out is called by its end", "workers/executor.py",
            "if self._said == command.pk and self._stale(command):", "if False:",
            "tests/services/test_regain.py::test_what_ran_ends_unknown_and_what_waited_is_not_begun"),
+    Mutant(44, "a number on the wire is not bounded", "robots/drivers/mercury/protocol.py",
+           "    if not all(-greatest <= value <= greatest for value in values):", "    if False:",
+           "tests/drivers/test_mercury_wire.py::test_no_number_is_believed_that_cannot_be_meant"),
+    Mutant(44, "an unfinished frame hides what follows it", "robots/drivers/mercury/framing.py",
+           "        for i in range(first, len(self._buffer)):", "        for i in range(first, 1):",
+           "tests/drivers/test_mercury_fuzz.py::test_promise_44_a_hostile_wire_client_changes_nothing"),
 )  # fmt: skip
 
 

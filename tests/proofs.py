@@ -60,6 +60,7 @@ PROMISES = {
     41: "A robot's text is untrusted.",
     42: "No default credentials.",
     43: "Overload is a brownout: pictures slow down, nothing else gives way.",
+    44: "A hostile client on a robot's wire changes nothing.",
 }
 ELSEWHERE = {27: "No proof yet: [shorter soaks](soak.md)."}
 

@@ -22,8 +22,8 @@ PYTHON = sys.executable
 class Simulator:
     """The Mercury arm's simulator as a program; `status` and `fault` reach it while it runs."""
 
-    def __init__(self, folder: Path, seed: int = 1, tcp: int | None = None) -> None:
-        self.folder, self.seed, self.tcp = folder, seed, tcp
+    def __init__(self, folder: Path, seed: int = 1, tcp: int | None = None, baud: int = 4800) -> None:
+        self.folder, self.seed, self.tcp, self.baud = folder, seed, tcp, baud
         self.process: subprocess.Popen | None = None
         self.start()
 
@@ -31,7 +31,7 @@ class Simulator:
         (self.folder / "camera").unlink(missing_ok=True)
         self.process = subprocess.Popen(
             [PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed),
-             *(["--tcp", str(self.tcp)] if self.tcp else [])],
+             "--baud", str(self.baud), *(["--tcp", str(self.tcp)] if self.tcp else [])],
             cwd=ROOT, stdout=subprocess.DEVNULL,
         )  # fmt: skip
         wait_for((self.folder / "camera").exists, 60, "the simulator")

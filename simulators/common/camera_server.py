@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from math import isfinite, nan
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -68,6 +69,8 @@ class CameraServer:
         try:
             exposure = float(parse_qs(parts.query).get("exposure", ["0.0067"])[0])
         except ValueError:
+            exposure = nan
+        if not isfinite(exposure):
             request.send_error(400, "exposure is no number")
             return
         exposure = min(max(exposure, self._range[0]), self._range[1])

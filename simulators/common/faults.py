@@ -10,6 +10,7 @@ import socketserver
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,8 @@ class FaultBoard:
         """Switch a fault on; after `count` uses it goes away by itself."""
         if verb not in VERBS:
             raise ValueError(f"unknown fault {verb!r}; known: {', '.join(sorted(VERBS))}")
+        if not isfinite(value):
+            raise ValueError("the value must be a finite number")
         with self._lock:
             self._values[verb] = value
             if count is not None:
@@ -105,7 +108,8 @@ def _answer(line: bytes, board: FaultBoard, status: Callable[[], dict[str, Any]]
         elif verb != "status":
             if "seed" in asked:
                 board.random.seed(asked["seed"])
-            board.set(verb, float(asked.get("value", 1.0)), asked.get("count"))
-    except (ValueError, KeyError, TypeError) as error:
+            count = asked.get("count")
+            board.set(verb, float(asked.get("value", 1.0)), None if count is None else int(count))
+    except (ValueError, KeyError, TypeError, OverflowError) as error:
         return {"ok": False, "error": str(error)}
     return {"ok": True, "faults": board.seen(), **status()}

@@ -1,4 +1,5 @@
-"""The Mercury arm as a program: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]``.
+"""The Mercury arm as a program: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]
+[--baud N]``.
 
 In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server),
 `camera` (its address), `faults` (a Unix
@@ -6,7 +7,6 @@ socket), `journal.jsonl`, `bed.npy` and `state.json`.
 """
 
 import argparse
-import json
 import signal
 import sys
 import threading
@@ -22,11 +22,14 @@ from robots.drivers.mercury import protocol as wire
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.mercury.arm import Body, Pose
+from simulators.common.threads import names, record_deaths
+from simulators.mercury.arm import Body
 from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
 from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
+from simulators.mercury.state import BOOTS, START, keep, restore
+from simulators.mercury.workspace import Workspace
 
 READOUT_S = 0.030  # the card reads the chip out after the exposure
 
@@ -34,25 +37,28 @@ READOUT_S = 0.030  # the card reads the chip out after the exposure
 class Simulator:
     """Everything on the bench: bed, arm, controller, line and camera."""
 
-    def __init__(self, folder: Path, seed: int, tcp: int | None = None) -> None:
+    def __init__(self, folder: Path, seed: int, tcp: int | None = None, baud: int = wire.BAUD) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
         self.faults = FaultBoard(seed)
         self.journal = Journal(folder / "journal.jsonl")
+        record_deaths(self.journal)
         description = load("mercury")
         self.bed = SandBed(seed)
         self.bed.restore(folder / "bed.npy")
-        kept = self._kept()
-        pose = Pose(*kept.get("pose", (0.0, 0.42, 0.075, 0.0)))
-        self.body = Body(pose, time.monotonic())
+        self._state = folder / "state.json"
+        kept = restore(self._state)
+        self.body = Body(Workspace(description).settled(kept.pose) or START, time.monotonic())
+        boot = (kept.boot + 1) % BOOTS
+        self._keep(boot)
         self.controller = Controller(
-            description, self.body, self._blow, self.faults, self.journal, kept.get("boot", 0) % 255 + 1
+            description, self.body, self._blow, self.faults, self.journal, boot, switched_on=self._keep
         )
         tty = folder / "tty"
         self.line = (
-            Line(tty, self.faults)
+            Line(tty, self.faults, baud)
             if tcp is None
-            else TcpLine(tty, self.faults, tcp, lambda: self.journal.note("refused"))
+            else TcpLine(tty, self.faults, baud, tcp, lambda: self.journal.note("refused"))
         )
         self._rng = np.random.default_rng(seed)
         self._bed_lock = threading.Lock()
@@ -61,19 +67,9 @@ class Simulator:
         serve(folder / "faults", self.faults, self.status)
         (folder / "camera").write_text(f"http://127.0.0.1:{self.camera.port}\n")
         self._running = True
-        self._keep()
 
-    def _kept(self) -> dict[str, Any]:
-        try:
-            kept = json.loads((self._folder / "state.json").read_text())
-            return kept if isinstance(kept, dict) else {}
-        except (OSError, ValueError):
-            return {}
-
-    def _keep(self) -> None:
-        part = self._folder / "state.part"
-        part.write_text(json.dumps({"pose": self.body.setpoint.as_tuple(), "boot": self.controller.boot}))
-        part.replace(self._folder / "state.json")
+    def _keep(self, boot: int) -> None:
+        keep(self._state, self.body.setpoint, boot)
 
     def _blow(self, x_mm: float, y_mm: float, seconds: float) -> None:
         def work() -> None:
@@ -102,23 +98,23 @@ class Simulator:
             "moving": self.body.moving,
             "amplitude_m": self.body.amplitude(),
             "boot": self.controller.boot,
+            "threads": names(),
         }
 
     def run(self) -> None:
         """Serve the line until told to stop."""
-        receiver = wire.Receiver(wire.INSTRUCTIONS)
+        receiver = wire.Receiver(wire.INSTRUCTIONS, lambda seq: self.controller.refuse_broken(seq, self.line.send))
         moved = False
         while self._running:
-            data = self.line.poll(self.controller.busy)
-            now = time.monotonic()
-            if data:
-                for frame in receiver.feed(data, now):
+            arrived = self.line.poll(self.controller.busy)
+            if arrived.data:
+                for frame in receiver.feed(*arrived):
                     self.controller.handle(frame, self.line.send)
-            self.controller.advance(now, self.line.send)
-            if moved and not self.body.moving:
-                self._keep()
+            self.controller.advance(time.monotonic(), self.line.send)
+            if moved or self.body.moving:  # whoever is killed on the way stands there when it starts again
+                self._keep(self.controller.boot)
             moved = self.body.moving
-        self._keep()
+        self._keep(self.controller.boot)
 
     def stop(self, *_: object) -> None:
         """Leave the loop."""
@@ -131,8 +127,9 @@ def main() -> None:
     parser.add_argument("--dir", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--tcp", type=int)
+    parser.add_argument("--baud", type=int, default=wire.BAUD, help="of the line; the arm's own is 4800")
     options = parser.parse_args()
-    simulator = Simulator(options.dir, options.seed, options.tcp)
+    simulator = Simulator(options.dir, options.seed, options.tcp, options.baud)
     signal.signal(signal.SIGTERM, simulator.stop)
     signal.signal(signal.SIGINT, simulator.stop)
     sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {simulator.camera.port}\n")

@@ -7,19 +7,20 @@ while it moves, and never executes one sequence number twice.
 import time
 from collections import OrderedDict
 from collections.abc import Callable
-from math import degrees, isfinite, radians
+from math import degrees, radians
 from typing import Any
 
-from robots.description import scara
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Flag, Frame, Instruction, Mode, Reply
-from robots.motion.scara import OutOfReach
 from simulators.common.faults import FaultBoard
 from simulators.common.journal import Journal
 from simulators.mercury.arm import AT_REST_M, Body, Pose
+from simulators.mercury.state import BOOTS
+from simulators.mercury.workspace import Workspace
 
 CALIBRATE_S = 1.2
 RESET_S = 0.3
+REMEMBERED = 32  # answers that are given again under the same number
 Send = Callable[[Frame], None]
 
 
@@ -34,55 +35,70 @@ class Controller:
         faults: FaultBoard,
         journal: Journal,
         boot: int,
+        switched_on: Callable[[int], None] = lambda boot: None,
     ) -> None:
-        self._arm = scara(description)
+        """`blow` (mm, mm, s) throws the sand; `switched_on` keeps a new boot number before it is spoken."""
+        self._space = Workspace(description)
         self._description = description
         self.body = body
         self._blow = blow
         self._faults = faults
         self._journal = journal
+        self._switched_on = switched_on
         self.boot = boot
         self._power_on()
 
     def _power_on(self) -> None:
         self.calibrated = False
         self.limit = False
-        self.newest = 0
+        self.newest: int | None = None
         self.mode = Mode.IDLE
         self._answers: OrderedDict[int, Frame] = OrderedDict()
         self._running: int | None = None
-        self._until = 0.0
+        self._since = self._until = 0.0
         self._speed = float(self._description["motion"]["speed"])
         self._quiet_until = 0.0
         self._settling = False
 
     def restart(self) -> None:
         """Lose power and come back: nothing is remembered but where the arm stands."""
-        self.boot = self.boot % 255 + 1
+        if self.mode == Mode.BLOWING:
+            self._end_burst(time.monotonic(), "power")
+        self.boot = (self.boot + 1) % BOOTS
+        self._switched_on(self.boot)
         self.body.line = None
         self._power_on()
         self._quiet_until = time.monotonic() + RESET_S
         self._journal.note("power_on", boot=self.boot)
 
+    def _deaf(self) -> bool:
+        return time.monotonic() < self._quiet_until or bool(self._faults.value("awol"))
+
+    def refuse_broken(self, seq: int, send: Send) -> None:
+        """Tell the number that a frame with a wrong checksum carries; nothing is remembered of it."""
+        if not self._deaf():
+            send(wire.pack_nak(seq, self.boot, Error.CHECKSUM))
+
     def handle(self, frame: Frame, send: Send) -> None:
-        """Answer one instruction."""
-        if time.monotonic() < self._quiet_until or self._faults.value("awol"):
+        """Answer one frame whose checksum is right."""
+        if self._deaf():
             return
         if frame.id == Instruction.STATUS:
-            send(self._state(frame.seq))
+            send(self._nak(frame.seq, Error.BAD_LENGTH) if frame.payload else self._state(frame.seq))
             return
-        known = self._answers.get(frame.seq)
-        if known is not None and not wire.newer(frame.seq, self.newest):
+        fresh = self.newest is None or wire.newer(frame.seq, self.newest)
+        if not fresh and (known := self._answers.get(frame.seq)):
             send(known)
             return
-        if self.newest and not wire.newer(frame.seq, self.newest):
+        if not fresh and frame.id != Instruction.HOLD:  # to rest is right under any number
             send(self._nak(frame.seq, Error.STALE_SEQUENCE))
             return
-        self.newest = frame.seq
-        error = self._begin(frame)
-        answer = self._nak(frame.seq, error) if error else Frame(Reply.ACK, frame.seq, bytes((self.boot,)))
+        if fresh:
+            self.newest = frame.seq
+        error = self._begin(frame, send)
+        answer = self._nak(frame.seq, error) if error else wire.pack_ack(frame.seq, self.boot)
         self._answers[frame.seq] = answer
-        while len(self._answers) > 32:
+        while len(self._answers) > REMEMBERED:
             self._answers.popitem(last=False)
         if self._faults.value("awol"):
             return
@@ -90,43 +106,49 @@ class Controller:
         if self._faults.take("double_ack"):
             send(answer)
 
-    def _begin(self, frame: Frame) -> Error | None:
+    def _begin(self, frame: Frame, send: Send) -> Error | None:
+        if frame.id not in wire.INSTRUCTIONS:
+            return Error.UNKNOWN_INSTRUCTION
         try:
-            match frame.id:
-                case Instruction.HOLD:
-                    self._hold()
-                    return None
-                case Instruction.RESET:
-                    self.restart()
-                    self.newest = frame.seq
-                    self._quiet_until = 0.0
-                    return None
-                case Instruction.SPEED:
-                    return self._set_speed(wire.unpack_scalar(frame.payload) / 1000)
-                case Instruction.CALIBRATE:
-                    return self._calibrate(frame.seq)
-                case Instruction.MOVE_XYZ:
-                    x, y, z = (value / 1000 for value in wire.unpack_xyz(frame.payload))
-                    return self._move(frame.seq, Pose(x, y, z, self.body.setpoint.theta))
-                case Instruction.MOVE_THETA:
-                    now = self.body.setpoint
-                    theta = radians(wire.unpack_scalar(frame.payload))
-                    return self._move(frame.seq, Pose(now.x, now.y, now.z, theta))
-                case Instruction.AIR:
-                    return self._air(frame.seq, wire.unpack_scalar(frame.payload))
+            values = wire.numbers(frame)
+        except wire.NumberError:
+            return Error.OUT_OF_RANGE
         except wire.FrameError:
             return Error.BAD_LENGTH
-        return Error.UNKNOWN_INSTRUCTION
+        here = self.body.setpoint
+        match frame.id:
+            case Instruction.HOLD:
+                self._hold(send)
+                return None
+            case Instruction.RESET:
+                self.restart()
+                self.newest = frame.seq
+                self._quiet_until = 0.0
+                return None
+            case Instruction.SPEED:
+                return self._set_speed(values[0] / 1000)
+            case Instruction.CALIBRATE:
+                return self._calibrate(frame.seq)
+            case Instruction.MOVE_XYZ:
+                x, y, z = (value / 1000 for value in values)
+                return self._move(frame.seq, self._space.moved(here, x, y, z))
+            case Instruction.MOVE_THETA:
+                return self._move(frame.seq, self._space.turned(here, radians(values[0])))
+            case _:
+                return self._air(frame.seq, values[0])
 
-    def _hold(self) -> None:
+    def _hold(self, send: Send) -> None:
         self._journal.note("hold", moving=self.body.moving)
         if self.body.moving:
             self.body.brake()
             self.mode = Mode.HOLDING
+        elif self.mode == Mode.BLOWING:
+            self._end_burst(time.monotonic(), "held")
+            self._finish(Reply.HELD, send)
 
     def _set_speed(self, speed: float) -> Error | None:
         low, high = self._description["motion"]["speed_range"]
-        if not (isfinite(speed) and low - 1e-6 <= speed <= high + 1e-6):
+        if not low - 1e-6 <= speed <= high + 1e-6:
             return Error.OUT_OF_RANGE
         self._speed = speed
         return None
@@ -146,28 +168,12 @@ class Controller:
             return Error.LIMIT_SWITCH
         return Error.BUSY if self.mode != Mode.IDLE else None
 
-    def _move(self, seq: int, target: Pose) -> Error | None:
-        if not all(isfinite(v) for v in target.as_tuple()):
-            return Error.OUT_OF_RANGE
-        sand = self._description["sand"]
-        slack = 1e-4
-        inside = (
-            sand["x"][0] - slack <= target.x <= sand["x"][1] + slack
-            and sand["y"][0] - slack <= target.y <= sand["y"][1] + slack
-        )
-        z = max(0.0, target.z) if target.z > -slack else target.z
-        if z < self._arm.q3.high + slack:
-            z = min(z, self._arm.q3.high)
-        try:
-            self._arm.inverse(target.x, target.y, z, target.theta)
-        except OutOfReach:
-            return Error.OUT_OF_RANGE
-        if not inside:
+    def _move(self, seq: int, target: Pose | None) -> Error | None:
+        if target is None:
             return Error.OUT_OF_RANGE
         error = self._ready()
         if error:
             return error
-        target.z = min(max(z, 0.0), self._arm.q3.high)
         drift = self._faults.value("drift") / 1000
         target.x, target.y = target.x + drift, target.y + drift
         self.mode, self._running = Mode.MOVING, seq
@@ -178,7 +184,7 @@ class Controller:
 
     def _air(self, seq: int, seconds: float) -> Error | None:
         low, high = self._description["air"]["burst_range_s"]
-        if not (isfinite(seconds) and low <= seconds <= high + 1e-6):
+        if not low - 1e-6 <= seconds <= high + 1e-6:
             return Error.OUT_OF_RANGE
         error = self._ready()
         if error:
@@ -186,17 +192,25 @@ class Controller:
         if self.body.setpoint.z > 0.001:
             return Error.OUT_OF_RANGE
         self.mode, self._running = Mode.BLOWING, seq
-        self._until = time.monotonic() + seconds
+        self._since = time.monotonic()
+        self._until = self._since + seconds
         self._journal.note("burst", seq=seq, seconds=seconds)
+        return None
+
+    def _end_burst(self, now: float, why: str) -> None:
+        """Shut the valve; the sand flies for as long as it was open."""
+        seconds = min(now, self._until) - self._since
+        self._journal.note("burst_end", seq=self._running, seconds=round(seconds, 4), why=why)
         x, y, _, _ = self.body.setpoint.as_tuple()
         self._blow(x * 1000, y * 1000, seconds)
-        return None
 
     def advance(self, now: float, send: Send) -> None:
         """Let time pass up to `now`; send what has ended."""
         if self._faults.take("power_cycle"):
             self.restart()
         self.body.advance_to(now)
+        if self.body.moving and (why := self._space.passed(self.body.setpoint)):
+            self._journal.note("passed", why=why)
         if self._faults.take("limit_hit") and self.body.moving:
             self.body.brake()
             self.limit = True
@@ -210,6 +224,8 @@ class Controller:
             self.calibrated = self.calibrated or self.mode == Mode.CALIBRATING
             if self.mode == Mode.CALIBRATING:
                 self.limit = False
+            else:
+                self._end_burst(now, "done")
             self._finish(Reply.DONE, send)
         if self._settling and not self.body.moving and self.body.amplitude() < AT_REST_M:
             self._settling = False
@@ -227,15 +243,13 @@ class Controller:
 
     def joints(self) -> tuple[float, float, float, float]:
         """Return the joints of the set-point: deg, deg, mm, deg."""
-        try:
-            q = self._arm.inverse(*self.body.setpoint.as_tuple())
-        except OutOfReach:  # between two poses a hair past a limit
-            q = self._arm.branches(*self.body.setpoint.as_tuple())[0]
+        q = self._space.joints(self.body.setpoint)
         return degrees(q[0]), degrees(q[1]), q[2] * 1000, degrees(q[3])
 
     def _state(self, seq: int) -> Frame:
         flags = (Flag.CALIBRATED if self.calibrated else Flag.NONE) | (Flag.LIMIT if self.limit else Flag.NONE)
-        return wire.pack_state(seq, wire.ControllerState(self.boot, self.mode, flags, self.newest, self.joints()))
+        state = wire.ControllerState(self.boot, self.mode, flags, self.newest or 0, self.joints())
+        return wire.pack_state(seq, state)
 
     def _nak(self, seq: int, error: Error) -> Frame:
-        return Frame(Reply.NAK, seq, bytes((self.boot, error)))
+        return wire.pack_nak(seq, self.boot, error)

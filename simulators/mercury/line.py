@@ -1,4 +1,4 @@
-"""The serial line: a pty, or a serial server on TCP, whose bytes go no faster than 4800 baud, and may be spoilt."""
+"""The serial line: a pty, or a serial server on TCP, whose bytes go no faster than its baud rate, and may be spoilt."""
 
 import contextlib
 import os
@@ -10,23 +10,36 @@ import tty
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
-from robots.drivers.mercury.protocol import BYTE_S, Frame
+from robots.drivers.mercury.protocol import BITS_A_BYTE, Frame
 from simulators.common.faults import FaultBoard
 
 TICK_S = 0.003
 IDLE_S = 0.02
+AHEAD = 128  # bytes that the line takes before it has carried them, as a small UART does
+
+
+class Arrived(NamedTuple):
+    """Bytes, and when the first and the last of them arrived (s, monotonic)."""
+
+    data: bytes
+    since: float
+    until: float
 
 
 class Line:
     """One end of the line; the other is the terminal named by `link`."""
 
-    def __init__(self, link: Path, faults: FaultBoard) -> None:
+    def __init__(self, link: Path, faults: FaultBoard, baud: int) -> None:
+        self._byte_s = BITS_A_BYTE / baud
+        self._room = AHEAD + int(4 * TICK_S / self._byte_s)
         self._open(link)
         self._faults = faults
         self._in: deque[tuple[float, int]] = deque()
         self._out: deque[tuple[float, int]] = deque()
         self._in_free = self._out_free = 0.0
+        self._more = False
 
     def _open(self, link: Path) -> None:
         self._master, self._slave = pty.openpty()
@@ -45,9 +58,9 @@ class Line:
         with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses such bytes too
             os.write(self._master, data)
 
-    def _receive(self) -> bytes:
+    def _receive(self, most: int) -> bytes:
         try:
-            return os.read(self._master, 4096)
+            return os.read(self._master, most)
         except OSError:
             return b""
 
@@ -58,12 +71,12 @@ class Line:
         late = self._faults.value("slow")
         at = max(self._out_free, time.monotonic() + late)
         for byte in self._spoil(frame.encode()):
-            at += BYTE_S
+            at += self._byte_s
             self._out.append((at, byte))
         self._out_free = at
 
-    def poll(self, busy: bool) -> bytes:
-        """Wait a moment; write what is due, return the bytes that have arrived."""
+    def poll(self, busy: bool) -> Arrived:
+        """Wait a moment; write what is due, return what has arrived."""
         waiting = bool(self._in or self._out)
         pause = TICK_S if busy or waiting else IDLE_S
         select.select(self._listened() if not waiting else [], [], [], pause)
@@ -74,18 +87,23 @@ class Line:
             due.append(self._out.popleft()[1])
         if due:
             self._write(bytes(due))
-        arrived = bytearray()
+        arrived, since, until = bytearray(), now, now
         while self._in and self._in[0][0] <= now:
-            arrived.append(self._in.popleft()[1])
-        return bytes(arrived)
+            until, byte = self._in.popleft()
+            since = since if arrived else until
+            arrived.append(byte)
+        return Arrived(bytes(arrived), since, until)
 
     def _read(self) -> None:
-        data = self._receive()
-        if not data:
+        """Take bytes as fast as the line carries them; a sender that is faster has to wait."""
+        room = self._room - len(self._in)
+        if room <= 0:
             return
-        at = max(self._in_free, time.monotonic())
+        data = self._receive(room)
+        at = self._in_free if self._more else max(self._in_free, time.monotonic())
+        self._more = len(data) == room  # what follows was waiting: the line was not silent meanwhile
         for byte in self._spoil(data):
-            at += BYTE_S
+            at += self._byte_s
             self._in.append((at, byte))
         self._in_free = at
 
@@ -108,12 +126,12 @@ class Line:
 class TcpLine(Line):
     """The same line behind a serial server: one client at a time, others are turned away."""
 
-    def __init__(self, link: Path, faults: FaultBoard, port: int, refused: Callable[[], None]) -> None:
+    def __init__(self, link: Path, faults: FaultBoard, baud: int, port: int, refused: Callable[[], None]) -> None:
         self._server = socket.create_server(("127.0.0.1", port))
         self._server.setblocking(False)
         self._client: socket.socket | None = None
         self._refused = refused
-        super().__init__(link, faults)
+        super().__init__(link, faults, baud)
 
     @property
     def port(self) -> int:
@@ -151,12 +169,12 @@ class TcpLine(Line):
         except OSError:
             self._drop()
 
-    def _receive(self) -> bytes:
+    def _receive(self, most: int) -> bytes:
         self._accept()
         if self._client is None:
             return b""
         try:
-            data = self._client.recv(4096)
+            data = self._client.recv(most)
         except BlockingIOError:
             return b""
         except OSError:

@@ -6,7 +6,14 @@ from robots.drivers.mercury.driver import Driver
 from robots.drivers.pa10.driver import Driver as ArmDriver
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Hand, allow, do
+from tests.faults.proof import Proof
 from tests.rig import ArmSimulator, Simulator
+
+
+@pytest.fixture
+def proof(request):
+    """The proof of the promise that a test is named after."""
+    return Proof.at(request.node)
 
 
 @pytest.fixture

@@ -24,6 +24,7 @@ from robots.drivers.errors import (
 )
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
+from robots.drivers.mercury.spelling import spell
 
 ANSWER_S = 0.30  # a question, a state reply already on its way, an answer, and some air
 HOLD_ANSWER_S = 0.20
@@ -42,8 +43,9 @@ class HostLine:
         self._replies: dict[int, Frame] = {}
         self._ends: dict[int, Frame] = {}
         self._states: dict[int, wire.ControllerState] = {}
+        self._spoilt: set[int] = set()  # numbers that arrived with a wrong checksum
         self._seq = self._poll_seq = 0
-        self._holds = 0
+        self._holds = self._malformed = 0
         self._gone: str | None = None
         self._reader: threading.Thread | None = None
         self.boot: int | None = None
@@ -98,7 +100,7 @@ class HostLine:
                 return
             for frame in receiver.feed(data, time.monotonic()) if data else ():
                 self._heard(frame)
-            self.broken = receiver.broken
+            self.broken = receiver.broken + self._malformed
 
     def _lose(self, why: str) -> None:
         with self._news:
@@ -106,14 +108,23 @@ class HostLine:
             self._news.notify_all()
 
     def _heard(self, frame: Frame) -> None:
+        """Take one reply; what does not fit its id, or holds a number that cannot be, was never said."""
+        if frame.id not in wire.REPLIES:
+            return
+        try:
+            wire.boot_of(frame)
+        except ValueError:
+            self._malformed += 1
+            return
         if self._trace:
-            self._trace("<", frame.encode(), _spell(frame))
+            self._trace("<", frame.encode(), spell(frame))
         with self._news:
             if frame.id == Reply.STATE:
-                with contextlib.suppress(wire.FrameError, ValueError):
-                    self._states[frame.seq] = wire.unpack_state(frame.payload)
+                self._states[frame.seq] = wire.unpack_state(frame.payload)
             elif frame.id in ENDS:
                 self._ends[frame.seq] = frame
+            elif frame.id == Reply.NAK and wire.unpack_nak(frame.payload)[1] == Error.CHECKSUM:
+                self._spoilt.add(frame.seq)
             else:
                 self._replies[frame.seq] = frame
             self._news.notify_all()
@@ -131,7 +142,7 @@ class HostLine:
                 self._lose(str(error))
                 raise LineGone("The robot's serial line is gone; the cable may be unplugged.") from error
         if self._trace:
-            self._trace(">", frame.encode(), _spell(frame))
+            self._trace(">", frame.encode(), spell(frame))
 
     def _exchange(
         self,
@@ -141,8 +152,13 @@ class HostLine:
         answer_s: float,
         on_sent: Callable[[], None] | None = None,
     ) -> T:
-        """Send until `found` finds the answer; the first try and ten more."""
+        """Send until `found` finds the answer; the first try and ten more.
+
+        A refused checksum is answered by the next try at once, silence after `answer_s`.
+        """
         for attempt in range(self._resends + 1):
+            with self._news:
+                self._spoilt.discard(frame.seq)
             self._send(frame, permit)
             if attempt == 0 and on_sent:
                 on_sent()
@@ -156,7 +172,7 @@ class HostLine:
                     if self._gone is not None:
                         raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
                     left = until - time.monotonic()
-                    if left <= 0:
+                    if left <= 0 or frame.seq in self._spoilt:
                         break
                     self._news.wait(left)
         raise LineSilent(f"The robot did not answer {self._resends + 1} tries on its serial line.")
@@ -199,13 +215,13 @@ class HostLine:
         return seq
 
     def _judge(self, answer: Frame, reset: bool) -> None:
-        boot = answer.payload[0] if answer.payload else None
+        boot = wire.boot_of(answer)
         if reset:
             self.boot = boot
         elif self.boot is not None and boot != self.boot:
             raise ControllerRestarted("The robot's controller has restarted by itself.")
         if answer.id == Reply.NAK:
-            code = answer.payload[1] if len(answer.payload) > 1 else 0
+            code = wire.unpack_nak(answer.payload)[1]
             text = wire.ERROR_TEXT[Error(code)] if code in set(Error) else f"error {code}"
             raise ControllerRefused(f"The robot's controller refused: {text}.")
 
@@ -232,21 +248,3 @@ class HostLine:
                     raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
                 self._news.wait(left)
             return self._ends[seq]
-
-
-def _spell(frame: Frame) -> str:
-    """Return a frame in words, for the live trace."""
-    names: type[Instruction] | type[Reply] = Reply if frame.id >= 0x80 else Instruction
-    name = names(frame.id).name
-    with contextlib.suppress(wire.FrameError, ValueError, IndexError):
-        if frame.id == Instruction.MOVE_XYZ:
-            x, y, z = wire.unpack_xyz(frame.payload)
-            return f"{name} #{frame.seq} x={x:.1f} y={y:.1f} z={z:.1f} mm"
-        if frame.id in (Instruction.AIR, Instruction.SPEED, Instruction.MOVE_THETA):
-            return f"{name} #{frame.seq} {wire.unpack_scalar(frame.payload):.3f}"
-        if frame.id == Reply.STATE:
-            state = wire.unpack_state(frame.payload)
-            return f"{name} #{frame.seq} {state.mode.name} boot={state.boot}"
-        if frame.id == Reply.NAK:
-            return f"{name} #{frame.seq} {Error(frame.payload[1]).name}"
-    return f"{name} #{frame.seq}"

@@ -4,21 +4,26 @@ Frame, both ways: ``id, length, data[length], checksum``, the paper's four parts
 (Goldberg et al. 1995, section 6.5: "instruction id, length, data and checksum", IEEE
 floats). Ours: the first data byte is a sequence number, floats are little-endian binary32
 and the checksum is a CRC-32, because a one-byte sum lets one broken frame in 256 pass.
-There is no start byte; a receiver finds its place again after a gap in the line.
+There is no start byte. Every number is bounded here, where it is read.
 """
 
 import struct
-import zlib
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
+from typing import Any
+
+from robots.drivers.mercury.framing import GAP_S as GAP_S
+from robots.drivers.mercury.framing import Frame as Frame
+from robots.drivers.mercury.framing import FrameError as FrameError
+from robots.drivers.mercury.framing import Receiver as Receiver
 
 BAUD = 4800
 BITS_A_BYTE = 10  # 8 data bits, start and stop bit
 BYTE_S = BITS_A_BYTE / BAUD
-GAP_S = 0.1  # silence after which a half-received frame is dropped (s)
-HEAD = 2
-CRC = struct.Struct("<I")
-MAX_DATA = 48
+
+
+class NumberError(FrameError):
+    """A number is not finite, or so large that it cannot be meant."""
 
 
 class Instruction(IntEnum):
@@ -87,70 +92,29 @@ class Flag(IntFlag):
     LIMIT = 2
 
 
-class FrameError(ValueError):
-    """The bytes are no frame: wrong length or checksum."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One frame: id, sequence number, payload (data without the sequence number)."""
-
-    id: int
-    seq: int
-    payload: bytes = b""
-
-    def encode(self) -> bytes:
-        """Return the bytes on the line."""
-        body = bytes((self.id, len(self.payload) + 1, self.seq)) + self.payload
-        return body + CRC.pack(zlib.crc32(body))
-
-
-class Receiver:
-    """Finds frames in a stream of bytes; broken ones are counted and dropped.
-
-    A frame with a bad checksum drops one byte and looks again, so a doubled or lost byte
-    costs no more than the frames it touched.
-    """
-
-    def __init__(self, known: frozenset[int]) -> None:
-        self._known = known
-        self._buffer = bytearray()
-        self._last = 0.0
-        self.broken = 0
-
-    def feed(self, data: bytes, at: float) -> list[Frame]:
-        """Return the frames completed by `data`, received at `at` (s, monotonic)."""
-        if self._buffer and at - self._last > GAP_S:
-            self.broken += 1
-            self._buffer.clear()
-        self._last = at
-        self._buffer += data
-        found: list[Frame] = []
-        while len(self._buffer) >= HEAD:
-            size = self._buffer[1]
-            if self._buffer[0] not in self._known or not 1 <= size <= MAX_DATA:
-                del self._buffer[0]
-                continue
-            if len(self._buffer) < HEAD + size + CRC.size:
-                break
-            body = bytes(self._buffer[: HEAD + size])
-            (sent,) = CRC.unpack_from(self._buffer, HEAD + size)
-            if zlib.crc32(body) != sent:
-                self.broken += 1
-                del self._buffer[0]
-                continue
-            del self._buffer[: HEAD + size + CRC.size]
-            found.append(Frame(body[0], body[2], body[3:]))
-        return found
-
-
 INSTRUCTIONS = frozenset(int(i) for i in Instruction)
 REPLIES = frozenset(int(r) for r in Reply)
 
 _XYZ = struct.Struct("<3f")
 _FLOAT = struct.Struct("<f")
-_JOINTS = struct.Struct("<4f")
-_STATE = struct.Struct("<BBBB4f")
+_NOTHING = struct.Struct("<")
+_BOOT = struct.Struct("<I")
+_REFUSAL = struct.Struct("<IB")
+_END = struct.Struct("<I4f")
+_STATE = struct.Struct("<IBBB4f")
+
+# What each instruction carries, and the greatest number that can be meant: mm, deg, s or mm/s.
+_CARRIES: dict[int, tuple[struct.Struct, float]] = {
+    Instruction.MOVE_XYZ: (_XYZ, 10_000.0),
+    Instruction.MOVE_THETA: (_FLOAT, 360.0),
+    Instruction.AIR: (_FLOAT, 60.0),
+    Instruction.SPEED: (_FLOAT, 10_000.0),
+    Instruction.RESET: (_NOTHING, 0.0),
+    Instruction.CALIBRATE: (_NOTHING, 0.0),
+    Instruction.STATUS: (_NOTHING, 0.0),
+    Instruction.HOLD: (_NOTHING, 0.0),
+}
+JOINTS_WITHIN = 10_000.0  # deg and mm
 
 
 def move_xyz(seq: int, x_mm: float, y_mm: float, z_mm: float) -> Frame:
@@ -163,19 +127,33 @@ def scalar(instruction: Instruction, seq: int, value: float) -> Frame:
     return Frame(instruction, seq, _FLOAT.pack(value))
 
 
-def unpack_xyz(payload: bytes) -> tuple[float, float, float]:
-    """Return (x, y, z) in mm. Raises FrameError for a wrong length."""
-    if len(payload) != _XYZ.size:
-        raise FrameError("length")
-    x, y, z = _XYZ.unpack(payload)
-    return x, y, z
+def numbers(frame: Frame) -> tuple[float, ...]:
+    """Return the numbers that a known instruction carries, each of them bounded.
+
+    Raises:
+        FrameError: the length does not fit the instruction.
+        NumberError: a number is not finite or beyond any that can be meant.
+
+    """
+    layout, greatest = _CARRIES[frame.id]
+    return _bounded(_unpacked(layout, frame.payload), greatest)
 
 
-def unpack_scalar(payload: bytes) -> float:
-    """Return the one float of the payload. Raises FrameError for a wrong length."""
-    if len(payload) != _FLOAT.size:
+def _unpacked(layout: struct.Struct, payload: bytes) -> tuple[Any, ...]:
+    if len(payload) != layout.size:
         raise FrameError("length")
-    return float(_FLOAT.unpack(payload)[0])
+    return layout.unpack(payload)
+
+
+def _bounded(values: tuple[float, ...], greatest: float) -> tuple[float, ...]:
+    if not all(-greatest <= value <= greatest for value in values):  # NaN is in no interval
+        raise NumberError("number")
+    return values
+
+
+def _joints(values: tuple[float, ...]) -> tuple[float, float, float, float]:
+    q1, q2, q3, q4 = _bounded(values, JOINTS_WITHIN)
+    return q1, q2, q3, q4
 
 
 @dataclass(frozen=True)
@@ -199,24 +177,50 @@ def pack_state(seq: int, state: ControllerState) -> Frame:
 
 
 def unpack_state(payload: bytes) -> ControllerState:
-    """Return the state in a STATE reply. Raises FrameError for a wrong length."""
-    if len(payload) != _STATE.size:
-        raise FrameError("length")
-    boot, mode, flags, newest, q1, q2, q3, q4 = _STATE.unpack(payload)
-    return ControllerState(boot, Mode(mode), Flag(flags), newest, (q1, q2, q3, q4))
+    """Return the state in a STATE reply. Raises FrameError, ValueError for an unknown mode."""
+    boot, mode, flags, newest, *joints = _unpacked(_STATE, payload)
+    return ControllerState(boot, Mode(mode), Flag(flags), newest, _joints(tuple(joints)))
+
+
+def pack_ack(seq: int, boot: int) -> Frame:
+    """Return an ACK reply."""
+    return Frame(Reply.ACK, seq, _BOOT.pack(boot))
+
+
+def pack_nak(seq: int, boot: int, error: Error) -> Frame:
+    """Return a NAK reply."""
+    return Frame(Reply.NAK, seq, _REFUSAL.pack(boot, error))
+
+
+def unpack_nak(payload: bytes) -> tuple[int, int]:
+    """Return (boot number, error) of a NAK reply. Raises FrameError for a wrong length."""
+    boot, error = _unpacked(_REFUSAL, payload)
+    return boot, error
 
 
 def pack_end(reply: Reply, seq: int, boot: int, joints: tuple[float, float, float, float]) -> Frame:
     """Return a DONE or HELD reply."""
-    return Frame(reply, seq, bytes((boot,)) + _JOINTS.pack(*joints))
+    return Frame(reply, seq, _END.pack(boot, *joints))
 
 
 def unpack_end(payload: bytes) -> tuple[float, float, float, float]:
-    """Return the joints in a DONE or HELD reply. Raises FrameError for a wrong length."""
-    if len(payload) != 1 + _JOINTS.size:
-        raise FrameError("length")
-    q1, q2, q3, q4 = _JOINTS.unpack(payload[1:])
-    return q1, q2, q3, q4
+    """Return the joints in a DONE or HELD reply. Raises FrameError."""
+    return _joints(_unpacked(_END, payload)[1:])
+
+
+def boot_of(answer: Frame) -> int:
+    """Return the boot number, with which every reply begins. Raises FrameError where a reply is malformed."""
+    match answer.id:
+        case Reply.ACK:
+            (boot,) = _unpacked(_BOOT, answer.payload)
+            return int(boot)
+        case Reply.NAK:
+            return unpack_nak(answer.payload)[0]
+        case Reply.STATE:
+            return unpack_state(answer.payload).boot
+        case _:
+            unpack_end(answer.payload)
+            return int(_END.unpack(answer.payload)[0])
 
 
 def newer(seq: int, than: int) -> bool:

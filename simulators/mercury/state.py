@@ -1,0 +1,45 @@
+"""What the simulator remembers when it is killed: where the arm stood, and how often it was switched on.
+
+Written beside and replaced, so that a file is whole whenever it is read.
+"""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from simulators.mercury.arm import Pose
+
+START = Pose(0.0, 0.42, 0.075, 0.0)
+BOOTS = 2**32
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The pose (m, rad) and the last boot number."""
+
+    pose: Pose
+    boot: int
+
+
+def restore(path: Path) -> Kept:
+    """Return what was kept in `path`.
+
+    Where nothing can be read the boot number goes on from the time of day in seconds, for
+    none may come twice.
+    """
+    try:
+        kept = json.loads(path.read_text())
+        x, y, z, theta = map(float, kept["pose"])
+        return Kept(Pose(x, y, z, theta), int(kept["boot"]) % BOOTS)
+    except FileNotFoundError:
+        return Kept(START, 0)
+    except (OSError, ValueError, TypeError, KeyError, OverflowError):
+        return Kept(START, int(time.time()) % BOOTS)
+
+
+def keep(path: Path, pose: Pose, boot: int) -> None:
+    """Write the state."""
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps({"pose": pose.as_tuple(), "boot": boot}))
+    part.replace(path)

@@ -1,0 +1,79 @@
+"""Where the arm may go: the sand, and the limits of all four joints on the whole way there.
+
+A joint does not jump: the tool's world angle is counted on past half a turn, so that the
+fourth joint follows from it without a step, and a way on which it would pass its limit is
+refused.
+"""
+
+from math import isfinite
+from typing import Any
+
+from robots.description import scara
+from robots.motion.scara import OutOfReach
+from simulators.mercury.arm import Pose
+
+SLACK_M = 1e-4
+PARTS = 24  # a straight line over the sand bends no joint's way more finely
+Joints = tuple[float, float, float, float]
+
+
+class Workspace:
+    """The arm's limits; every pose in m and rad."""
+
+    def __init__(self, description: dict[str, Any]) -> None:
+        self.arm = scara(description)
+        self._sand = description["sand"]
+
+    def joints(self, pose: Pose) -> Joints:
+        """Return the joints of a pose (rad, m), the fourth as far round as the pose says. Raises OutOfReach."""
+        branches = self.arm.branches(*pose.as_tuple())
+        if not branches:
+            raise OutOfReach("no branch of the elbow reaches that point")
+        q1, q2, q3, _ = branches[0]
+        return q1, q2, q3, pose.theta - q1 - q2 - self.arm.tool_angle
+
+    def passed(self, pose: Pose) -> str | None:
+        """Return a sentence naming the limit that a pose passes, or None."""
+        try:
+            q1, q2, q3, q4 = self.joints(pose)
+        except OutOfReach as error:
+            return str(error)
+        forgiven = [
+            min(max(v, limit.low), limit.high) if limit.contains(v, SLACK_M) else v
+            for v, limit in zip((q1, q2, q3, q4), (self.arm.q1, self.arm.q2, self.arm.q3, self.arm.q4), strict=True)
+        ]
+        return self.arm.broken_limit((forgiven[0], forgiven[1], forgiven[2], forgiven[3]))
+
+    def moved(self, start: Pose, x: float, y: float, z: float) -> Pose | None:
+        """Return the end of a straight line from `start` to a point, the world angle kept; None where it is refused."""
+        low, high = self.arm.q3.low, self.arm.q3.high
+        inside = self._in("x", x) and self._in("y", y) and low - SLACK_M <= z <= high + SLACK_M
+        if not inside:
+            return None
+        return self._way(start, Pose(x, y, min(max(z, low), high), start.theta))
+
+    def turned(self, start: Pose, theta: float) -> Pose | None:
+        """Return `start` with the tool turned to `theta`, counted on the way that joint 4 goes; None if refused."""
+        try:
+            q1, q2, _, q4 = self.arm.inverse(start.x, start.y, start.z, theta)
+        except OutOfReach:
+            return None
+        return self._way(start, Pose(start.x, start.y, start.z, q1 + q2 + q4 + self.arm.tool_angle))
+
+    def settled(self, pose: Pose) -> Pose | None:
+        """Return the pose with its angle counted as joint 4 stands; None for one that cannot be."""
+        if not all(isfinite(v) for v in pose.as_tuple()):
+            return None
+        turned = self.turned(pose, pose.theta)
+        return turned and self.moved(turned, turned.x, turned.y, turned.z)
+
+    def _in(self, axis: str, value: float) -> bool:
+        low, high = self._sand[axis]
+        return bool(low - SLACK_M <= value <= high + SLACK_M)
+
+    def _way(self, start: Pose, end: Pose) -> Pose | None:
+        pairs = list(zip(start.as_tuple(), end.as_tuple(), strict=True))
+        for i in range(1, PARTS + 1):
+            if self.passed(Pose(*(a + (b - a) * i / PARTS for a, b in pairs))):
+                return None
+        return end

@@ -1,0 +1,89 @@
+"""The Mercury arm's line spoken from its README alone: bytes, with nothing of the project's own protocol."""
+
+import os
+import select
+import struct
+import time
+import tty
+import zlib
+from pathlib import Path
+
+MOVE_XYZ, MOVE_THETA, AIR, RESET, CALIBRATE, STATUS, SPEED, HOLD = 1, 2, 0x10, 0x11, 0x12, 0x13, 0x14, 0x15
+ACK, NAK, DONE, HELD, STATE = 0x81, 0x82, 0x83, 0x84, 0x85
+CHECKSUM, UNKNOWN, LENGTH, RANGE, NOT_CALIBRATED, BUSY, STALE = range(1, 8)
+
+
+def frame(instruction: int, seq: int, data: bytes = b"") -> bytes:
+    body = bytes((instruction, len(data) + 1, seq)) + data
+    return body + struct.pack("<I", zlib.crc32(body))
+
+
+def floats(*values: float) -> bytes:
+    """Return binary32, little-endian; what is too large becomes infinite."""
+    out = b""
+    for value in values:
+        try:
+            out += struct.pack("<f", value)
+        except OverflowError:
+            out += struct.pack("<f", float("inf") if value > 0 else float("-inf"))
+    return out
+
+
+class Terminal:
+    """One program on the line; `heard` is what came back: (id, number, data)."""
+
+    def __init__(self, path: Path) -> None:
+        self.descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.descriptor)
+        self._rest = b""
+        self.heard: list[tuple[int, int, bytes]] = []
+
+    def close(self) -> None:
+        os.close(self.descriptor)
+
+    def write(self, data: bytes) -> None:
+        while data:
+            data = data[os.write(self.descriptor, data) :]
+
+    def hear(self, seconds: float) -> None:
+        """Listen once, at most so long."""
+        if select.select([self.descriptor], [], [], seconds)[0]:
+            self._rest += os.read(self.descriptor, 65536)
+        while len(self._rest) >= 2 and len(self._rest) >= self._rest[1] + 6:
+            size = self._rest[1]
+            body, self._rest = self._rest[: 2 + size], self._rest[6 + size :]
+            self.heard.append((body[0], body[2], body[3:]))
+
+    def until(self, met, seconds: float = 5.0):
+        """Listen until `met` says something true of what was heard; its value, or the last one at the end."""
+        end = time.monotonic() + seconds
+        while not (value := met(self.heard)) and time.monotonic() < end:
+            self.hear(0.2)
+        return value
+
+    def ask(self, instruction: int, seq: int, data: bytes = b""):
+        """Send a frame; return the answer under its number as (id, error)."""
+        self.heard.clear()
+        self.write(frame(instruction, seq, data))
+
+        def answer(heard):
+            return next((h for h in heard if h[1] == seq and h[0] in (ACK, NAK, STATE)), None)
+
+        found = self.until(answer)
+        assert found, f"{instruction:#x} number {seq} was not answered"
+        return found[0], found[2][-1] if found[0] == NAK else None
+
+    def calibrated(self, seq: int) -> int:
+        """Reset and calibrate under two numbers from `seq`; return the next one."""
+        assert self.ask(RESET, seq)[0] == ACK
+        assert self.ask(CALIBRATE, seq + 1)[0] == ACK
+        assert self.ended(seq + 1, 6.0)[0] == DONE
+        return seq + 2
+
+    def ended(self, seq: int, seconds: float = 6.0):
+        """Wait for DONE or HELD of a number."""
+        found = self.until(
+            lambda heard: next((h for h in heard if h[1] == seq and h[0] in (DONE, HELD)), None), seconds
+        )
+        assert found, f"number {seq} did not end"
+        return found

@@ -1,0 +1,146 @@
+"""The host's end of the Mercury arm's line against a controller that says anything."""
+
+import math
+import os
+import pty
+import struct
+import threading
+import time
+import tty
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robots.drivers.errors import ControllerRefused, LineSilent
+from robots.drivers.mercury import protocol as wire
+from robots.drivers.mercury.line import HostLine
+from robots.drivers.mercury.protocol import Instruction
+from tests.drivers.fuzzing import numbers, rounds
+from tests.drivers.mercury_wire import ACK, CHECKSUM, DONE, HELD, NAK, STATE, floats, frame
+
+BOOT = struct.pack("<I", 7)
+
+
+class Controller:
+    """The other end of a pty: `say` writes, `answer` is asked for each instruction (id, number, data)."""
+
+    def __init__(self):
+        self.master, slave = pty.openpty()
+        tty.setraw(slave)
+        self.path, self._slave = os.ttyname(slave), slave
+        self.heard, self.answer = [], lambda frame: b""
+        self._open = True
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def say(self, data):
+        os.write(self.master, data)
+
+    def _listen(self):
+        receiver = wire.Receiver(wire.INSTRUCTIONS)
+        while self._open:
+            try:
+                data = os.read(self.master, 4096)
+            except OSError:
+                return
+            for one in receiver.feed(data, time.monotonic()):
+                self.heard.append(one)
+                self.say(self.answer(one))
+
+    def close(self):
+        self._open = False
+        os.close(self._slave)
+        os.close(self.master)
+
+
+@pytest.fixture(scope="module")
+def ends():
+    controller = Controller()
+    seen = []
+    line = HostLine(controller.path, 10, lambda *what: seen.append(what))
+    line.open()
+    yield controller, line
+    line.close()
+    controller.close()
+
+
+def state(joints=(50.0, 100.0, 75.0, 0.0), mode=0):
+    return BOOT + bytes((mode, 1, 3)) + floats(*joints)
+
+
+def well(controller, line):
+    """The reader lives, and an honest answer is taken."""
+    controller.answer = lambda f: frame(STATE, f.seq, state())
+    line.boot = None
+    assert line.status().boot == 7
+    assert line.status().joints == pytest.approx((50.0, 100.0, 75.0, 0.0))
+
+
+ids = st.one_of(st.sampled_from([ACK, NAK, DONE, HELD, STATE]), st.integers(0, 255))
+said = st.one_of(
+    st.binary(max_size=60),
+    st.builds(frame, ids, st.integers(0, 255), st.binary(max_size=40)),
+    st.builds(lambda i, s, v: frame(i, s, BOOT + floats(*v)), ids, st.integers(0, 255), st.tuples(*[numbers()] * 4)),
+    st.builds(
+        lambda s, m, v: frame(STATE, s, state(v, m)),
+        st.integers(0, 255),
+        st.integers(0, 255),
+        st.tuples(*[numbers()] * 4),
+    ),
+)
+
+
+@rounds(200)
+@given(st.lists(said, max_size=12))
+def test_whatever_a_controller_says_the_host_listens_on(ends, rubbish):
+    controller, line = ends
+    controller.say(b"".join(rubbish))
+    well(controller, line)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1e30, 1e308])
+def test_joints_that_cannot_be_are_no_answer(ends, value):
+    controller, line = ends
+    controller.answer = lambda f: (
+        frame(STATE, f.seq, state((value, 0, 0, 0))) + frame(DONE, f.seq, BOOT + floats(value, 0, 0, 0))
+    )
+    line.boot = None
+    with pytest.raises(LineSilent):
+        line.status()
+    well(controller, line)
+
+
+def test_a_refused_checksum_is_answered_by_the_same_bytes_at_once(ends):
+    controller, line = ends
+    well(controller, line)
+    controller.heard.clear()
+    tries = iter(range(100))
+
+    def answer(f):
+        return frame(NAK, f.seq, BOOT + bytes((CHECKSUM,))) if next(tries) < 3 else frame(ACK, f.seq, BOOT)
+
+    controller.answer = answer
+    begun = time.process_time(), time.monotonic()
+    line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, 100.0), None)
+    assert len({f.encode() for f in controller.heard}) == 1
+    assert len(controller.heard) == 4
+    assert time.monotonic() - begun[1] < 3 * 0.3, "it did not wait for three silences"
+
+
+def test_checksums_refused_for_ever_end_after_eleven_tries(ends):
+    controller, line = ends
+    well(controller, line)
+    controller.heard.clear()
+    controller.answer = lambda f: frame(NAK, f.seq, BOOT + bytes((CHECKSUM,)))
+    with pytest.raises(LineSilent, match="11 tries"):
+        line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, 100.0), None)
+    assert len(controller.heard) == 11
+
+
+@pytest.mark.parametrize("error", [2, 3, 4, 8, 99])
+def test_other_refusals_end_it_in_words(ends, error):
+    controller, line = ends
+    well(controller, line)
+    controller.answer = lambda f: frame(NAK, f.seq, BOOT + bytes((error,)))
+    with pytest.raises(ControllerRefused, match="refused"):
+        line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, 100.0), None)

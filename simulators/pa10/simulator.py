@@ -23,6 +23,7 @@ from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.plant import Measured, Plant
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
+from simulators.pa10.setpoint import Reference
 from simulators.pa10.store import ProgramStore
 from simulators.pa10.watchdog import watch
 
@@ -31,6 +32,7 @@ JUDGE_EVERY = 5
 CATCH_UP = 25  # steps that are made up for after a stall; more than that is lost time
 LET_IN_S = 5e-5  # a loop that is behind rests at least so long, or it would never let the network in
 SLIP_STEPS = 150
+SLACK = 1e-4  # rad, rad/s
 LOOK_EVERY = 500  # steps between two looks at what has fallen
 FALLEN_M, FALLEN_LOOKS = -0.1, 3
 OBJECTS = tuple(name for name, _, _ in BLOCKS)
@@ -50,6 +52,7 @@ class Simulator:
         self.boot, self.late, self.steps = 0, 0, 0
         self.worst, self.error = 0.0, 0.0  # lateness of a step (s); distance of a joint from its reference (rad)
         self._fallen: dict[str, int] = {}
+        self._passed = False  # the set-point is outside its limits
         self._slips = 0  # steps for which the gripper gives way
         self._measured = self.plant.measured()
         self._reference = self._measured.q
@@ -174,6 +177,7 @@ class Simulator:
         self._measured, self._reference = measured, reference.q
         if self.app.moving:
             self.error = max(self.error, float(np.max(np.abs(reference.q - measured.q))))
+        self._judge_reference(reference)
         self._spoil()
         torque = self._controller.torques(reference.q, reference.v, reference.a, measured)
         self._slips = max(0, self._slips - 1)
@@ -184,6 +188,17 @@ class Simulator:
             self._tidy()
         if self.steps % SHARE_EVERY == 0:
             self._shared.write(self.plant.qpos)
+
+    def _judge_reference(self, reference: Reference) -> None:
+        """Note a set-point outside ranges or speeds, once each time: there must be none."""
+        limits = self._courses.planner.limits
+        if self.app.error:
+            return  # where it was pushed to
+        inside = np.all((reference.q > limits.low - SLACK) & (reference.q < limits.high + SLACK))
+        passed = not (inside and np.all(np.abs(reference.v) < limits.velocity + SLACK))  # also where it is NaN
+        if passed and not self._passed:
+            self.journal.note("passed", q=np.round(reference.q, 4).tolist(), v=np.round(reference.v, 4).tolist())
+        self._passed = passed
 
     def _spoil(self) -> None:
         """Disturb the arm (N m on S1) and let an object slip, as the fault board says."""

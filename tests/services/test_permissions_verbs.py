@@ -143,7 +143,6 @@ ROWS = {
     "queueing.remove": (ROBOT_STAFF, lambda do, w: do(turn(w).ticket, w.user, SYSTEM.now())),
     "queueing.end": (ROBOT_STAFF, lambda do, w: do(turn(w), w.user, SYSTEM.now())),
     "operatorlog.hand_in": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, {}, SYSTEM.now())),
-    "operatorlog.reason_for": (ANYBODY, lambda do, w: do(Visibility.PUBLISHED, "")),
     "operatorlog.write": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, SYSTEM.now())),
     "operatorlog.may_edit": (ANYBODY, lambda do, w: do(entry(w), w.user, SYSTEM.now())),
     "operatorlog.edit": (OPERATOR, lambda do, w: do(entry(w), w.user, "y", None, SYSTEM.now())),

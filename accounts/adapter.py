@@ -2,6 +2,7 @@
 
 import logging
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 from typing import Any
 
 from allauth.account.adapter import DefaultAccountAdapter
@@ -15,6 +16,15 @@ from django.http import HttpRequest
 log = logging.getLogger(__name__)
 # one sender a process: how long a mail server takes must tell nobody whether an address is known
 _sender = ThreadPoolExecutor(1, "mail")
+
+
+CONSOLE = "django.core.mail.backends.console.EmailBackend"
+LINK = "confirmation_link"
+
+
+def mails_stay_here() -> bool:
+    """Tell whether this is a demo whose mails go to the terminal, where who signs up may not look."""
+    return settings.EMAIL_BACKEND == CONSOLE and not settings.PUBLIC
 
 
 def _send(message: EmailMessage) -> None:
@@ -39,6 +49,22 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         known = people.values_list("pk", flat=True).first() if name else None
         return f"{get_ip(request)} {known or name}"
 
+    def send_confirmation_mail(self, request: HttpRequest, emailconfirmation: Any, signup: bool) -> None:
+        """Send the link; a demo keeps it for the next page of this very session too."""
+        super().send_confirmation_mail(request, emailconfirmation, signup)
+        if mails_stay_here():
+            request.session[LINK] = self.get_email_confirmation_url(request, emailconfirmation)
+
+    def send_account_already_exists_mail(self, email: str) -> None:
+        """Send no link; one of an earlier sign-up is not shown beside it."""
+        super().send_account_already_exists_mail(email)
+        self.request.session.pop(LINK, None)
+
+    def confirm_email(self, request: HttpRequest, email_address: Any) -> bool:
+        """Confirm the address; its link has done its work."""
+        request.session.pop(LINK, None)
+        return bool(super().confirm_email(request, email_address))
+
     def send_mail(self, template_prefix: str, email: str, context: dict[str, Any]) -> None:
         """Render a mail now, send it beside the answer."""
         message = self.render_mail(template_prefix, email, self._filled(email, context))
@@ -52,4 +78,8 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         from django.contrib.sites.shortcuts import get_current_site  # noqa: PLC0415
 
         request = context.request
-        return {"request": request, "email": email, "current_site": get_current_site(request), **given}
+        site = SimpleNamespace(name=settings.SITE_NAME, domain=get_current_site(request).domain)
+        return {
+            "request": request, "email": email, "current_site": site,
+            "site_address": f"{settings.ACCOUNT_DEFAULT_HTTP_PROTOCOL}://{site.domain}/", **given,
+        }  # fmt: skip

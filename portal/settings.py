@@ -183,6 +183,7 @@ ACCOUNT_EMAIL_SUBJECT_PREFIX = ""
 ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
 ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
 MAIL_IN_BACKGROUND = True
+SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # what mails call the site
 # attempts a network address (IPv6: its /64); "key" is the account and the address together (accounts/adapter.py),
 # or the mail address that is written to
 ACCOUNT_RATE_LIMITS = {

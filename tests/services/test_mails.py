@@ -1,0 +1,67 @@
+"""What mails say of the site, and the link that a demo shows on its page."""
+
+import re
+
+import pytest
+from django.core import mail
+from django.core.cache import cache
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+CONSOLE = "django.core.mail.backends.console.EmailBackend"
+LINK = re.compile(r"/accounts/confirm-email/[^\"\s]+/")
+
+
+@pytest.fixture(autouse=True)
+def no_count():
+    """Attempts of other tests do not count."""
+    cache.clear()
+
+
+def sign_up(client, name="newone", email="new@example.org"):
+    data = {"username": name, "email": email, "password1": "correct horse 42", "password2": "correct horse 42"}
+    return client.post("/accounts/signup/", data, follow=True).content.decode()
+
+
+@pytest.fixture
+def demo(settings, capfd):
+    settings.MAIL_IN_BACKGROUND = False
+    settings.EMAIL_BACKEND = CONSOLE
+
+
+def test_mails_greet_from_the_site_by_its_name(client, settings, robot, people):
+    settings.MAIL_IN_BACKGROUND = False
+    settings.SITE_NAME = "The Sand Museum"
+    sign_up(client)
+    client.post("/accounts/password/reset/", {"email": "new@example.org"})
+    sign_up(type(client)(), "third", "ada@example.org")
+    assert len(mail.outbox) == 3
+    for one in mail.outbox:
+        assert "Hello from The Sand Museum!" in one.body
+        assert "from testserver" not in one.body
+        assert "on testserver" not in one.body
+    assert LINK.search(mail.outbox[0].body)
+
+
+def test_a_demo_shows_the_link_on_the_page_after_signing_up(client, demo, robot):
+    html = sign_up(client)
+    link = LINK.search(html)[0]
+    assert LINK.search(type(client)().get("/accounts/confirm-email/").content.decode()) is None, "another session"
+    assert client.post(link).status_code == 302
+    assert LINK.search(client.get("/accounts/confirm-email/").content.decode()) is None, "once confirmed it is gone"
+
+
+def test_no_old_link_stands_beside_a_new_sign_up(client, demo, robot, people):
+    sign_up(client)
+    assert LINK.search(sign_up(client, "third", "ada@example.org")) is None
+
+
+@pytest.mark.parametrize(("public", "backend"), [(True, CONSOLE), (False, "django.core.mail.backends.locmem.EmailBackend"), (False, "django.core.mail.backends.smtp.EmailBackend")])  # fmt: skip
+def test_nobody_else_shows_it(client, settings, demo, robot, public, backend, monkeypatch):
+    from accounts import adapter
+
+    settings.PUBLIC, settings.EMAIL_BACKEND = public, backend
+    monkeypatch.setattr(adapter, "_send", lambda message: None)
+    settings.MAIL_IN_BACKGROUND = True  # no mail server is asked
+    html = sign_up(client)
+    assert LINK.search(html) is None
+    assert "confirmation_link" not in client.session

@@ -12,7 +12,9 @@ from django.db.models import F, Q, QuerySet
 
 from accounts import quiz
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
+from robots.drivers.errors import NotPermitted
 from robots.models import Robot
+from robots.previews import Job
 
 _random = random.SystemRandom()
 RULES = settings.FARHAND
@@ -54,6 +56,21 @@ def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
     if not robot.clearance_required:
         return True
     return Clearance.objects.filter(user=user, robot=robot, level__gte=level, revoked_at=None).exists()
+
+
+def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...], n: int = 0) -> Job:
+    """Return what is to be computed to tell a cleared person, or staff, where a command would lead.
+
+    Nothing moves, and no secret of the robot's is in it. `joints` (rad, m) are those to begin with.
+
+    Raises:
+        NotPermitted: not cleared for this robot.
+
+    """
+    if not cleared(user, robot) and not (user is not None and user.has_perm("robots.change_robot")):
+        raise NotPermitted("Pass the clearance test of this robot first.")
+    told = {name: value for name, value in robot.driver_settings().items() if name != "token"}
+    return Job(robot.driver, robot.address, told, kind, args, joints, n)
 
 
 def has_read(user: Any, robot: Robot) -> bool:

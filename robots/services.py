@@ -14,7 +14,7 @@ from django.db.models import F, Max, Q
 
 from robots import bus, programs
 from robots.clock import SYSTEM
-from robots.drivers.contract import Preview, Previews, make_driver
+from robots.drivers.contract import make_driver
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
 from robots.grants import cancel_queued, end_grant, held, open_grant, owner_alive, start_grant
 from robots.messages import Changed
@@ -171,22 +171,6 @@ def _write(
     except IntegrityError:
         return Issued(Command.objects.get(grant=grant, client_seq=client_seq), created=False)
     return Issued(command, created=True)
-
-
-def preview(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...]) -> Preview:
-    """Tell where a command would lead from `joints` (rad, m); nothing moves.
-
-    Raises:
-        NotPermitted: signed out. BadRequest: a robot that cannot say, bad values.
-        OutOfWorkspace: the robot must not or cannot go there.
-
-    """
-    if user is None or not user.is_authenticated:
-        raise NotPermitted("Sign in first.")
-    driver = make_driver(robot.driver, robot.address, robot.driver_settings())
-    if not isinstance(driver, Previews):
-        raise BadRequest("This robot cannot say where a command would lead.")
-    return driver.preview(kind, args, joints)
 
 
 def next_seq(grant: Grant) -> int:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from portal.live.messages import Accept, Command, Join, Leave, Plan, Release, RobotMessage, Stop, Trace
+from portal.live.messages import Accept, Command, Join, Leave, Release, RobotMessage, Stop, Trace
 from portal.live.people import current_user
 from queueing import services as queue
 from queueing.errors import QueueError
@@ -72,18 +72,3 @@ def _act(robot: Robot, user: Any, message: RobotMessage, rung: bool) -> Answer:
             return Answer(trace=message.on)
         case _:
             raise BadRequest("That request is unknown; reload the page.")
-
-
-def plan(scope: dict[str, Any], slug: str, message: Plan) -> dict[str, Any]:
-    """Answer where a target would lead: joints at its end, way of the hand, time on the way."""
-    try:
-        robot = Robot.objects.only("slug", "driver", "address", "speed", "boxes").get(slug=slug)
-        user = current_user(scope)
-        found = services.preview(robot, user, message.kind, dict(message.args), tuple(message.joints))
-    except RobotError as error:
-        return {"ok": False, "text": str(error)}
-    return {
-        "ok": True, "text": "", "joints": found.joints, "seconds": round(found.seconds, 2),
-        "hand": [[round(v, 4) for v in place] for place in found.hand],
-        "ways": [[round(v, 4) for v in q] for q in found.ways], "steps": found.steps,
-    }  # fmt: skip

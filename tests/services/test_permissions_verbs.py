@@ -101,7 +101,6 @@ ROWS = {
     "robots.resolve": (ANYBODY, lambda do, w: do(w.robot, w.user, "down", {})),
     "robots.grant_of": (OPERATOR, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "robots.issue": (OPERATOR, lambda do, w: do(w.robot.slug, w.user, "down", {}, 7)),
-    "robots.preview": (SIGNED_IN, lambda do, w: said(BadRequest, do, w.robot, w.user, "down", {}, ())),
     "robots.may_stop": (ANYBODY, lambda do, w: do(w.robot, w.user)),
     "robots.stop": (OPERATOR | ROBOT_STAFF, lambda do, w: do(w.robot, w.user)),
     "robots.release_stop": (OPERATOR | ROBOT_STAFF, lambda do, w: do(w.robot, w.user, True)),
@@ -125,6 +124,7 @@ ROWS = {
     "robots.approve": (
         ADMINS, lambda do, w: do(program(w, shared=True), w.user, True),
     ),
+    "accounts.preview_job": (CLEARED | ROBOT_STAFF, lambda do, w: do(w.robot, w.user, "down", {}, ())),
     "accounts.cleared": (CLEARED, lambda do, w: do(w.user, w.robot) or refused()),
     "accounts.has_read": (SIGNED_IN, lambda do, w: (w.user.pk and do(w.user, w.robot)) or signed(w)),
     "accounts.mark_read": (SIGNED_IN, lambda do, w: do(w.user, w.robot, SYSTEM.now())),

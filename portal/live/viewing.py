@@ -1,0 +1,148 @@
+"""Watching a robot over a socket: its frames, states and events, and the snapshot, read again when it is stale."""
+
+import asyncio
+import contextlib
+import json
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+from django.db import Error
+
+from accounts.services import cleared
+from portal.live.hub import Viewer, hub
+from portal.live.line import Line
+from portal.live.people import current_user
+from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Badge, Ending, badge_of, doorman
+from portal.live.snapshot import snapshot
+from portal.live.threads import ANYBODY, KNOWN, URGENT
+from portal.stores import down_text
+from queueing.sessions import Place, disconnect, session_over
+from robots import bus
+from robots.clock import SYSTEM
+from robots.messages import Changed
+from robots.models import Robot
+
+RESYNC_S = 1.0
+AGAIN_S = 2.0  # between two looks at a database that is away
+NOT_FOUND = 4404
+OTHERS_S = 0.6  # for other sessions of a person who has signed out to say that they go on
+
+
+class Viewing(Line):
+    """A socket on one robot, and what it was told last: who looks, and what they may do."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.slug = ""
+        self.viewer: Viewer | None = None
+        self.me = 0
+        self.grant = 0  # that this person operates under, as the snapshot said last; staff need none
+        self.known, self.placed, self.operating, self.may_stop = False, False, False, False
+        self._stale = asyncio.Event()
+        self._looking = False
+
+    async def view(self) -> Viewer:
+        """Begin to watch: the snapshot first, then what comes."""
+        viewer = self.viewer = Viewer(self.slug)
+        hub().attach(viewer)
+        await self.send_snapshot()
+        self.begin(self._forward(viewer))
+        self.begin(self._resync())
+        return viewer
+
+    async def orm(self, function: Callable[..., Any], *args: Any) -> Any:
+        """Ask the database, in threads that this person has a right to."""
+        return await (KNOWN if self.known else ANYBODY).orm(function, self.me)(*args)
+
+    def judge(self, user: Any) -> Ending | None:
+        """Return whether a clearance or a permission on which the socket hangs is gone; runs in a thread."""
+        if self.viewer is not None and self.viewer.trace and not user.has_perm("robots.change_robot"):
+            return NOT_STAFF
+        if self.placed and not cleared(user, Robot.objects.get(slug=self.slug)):
+            return UNCLEARED
+        return None
+
+    async def shut(self, ending: Ending) -> None:
+        """Close, and end the turn unless another session of the person goes on with it."""
+        if self.viewer is not None:
+            hub().detach(self.viewer)
+        person = self.badge.user if self.badge else 0  # a later snapshot knows nobody any more
+        await asyncio.gather(self.close(ending.code, ending.text), self._give_up(person, ending))
+
+    async def _give_up(self, person: int, ending: Ending) -> None:
+        if ending.place is Place.OTHERS:
+            await SESSIONS.orm(disconnect)(self.slug, person, SYSTEM.now())
+            doorman().ring(person)
+            await URGENT.run(bus.ring_session, person)
+            await asyncio.sleep(OTHERS_S)
+        await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
+
+    async def send_snapshot(self) -> None:
+        """Send everything, and remember what this person may do."""
+        try:
+            shown, badge = await self.orm(self._snapshot)
+        except Error as error:
+            await self.store_down(error)
+            return
+        except Robot.DoesNotExist:
+            await self.close(NOT_FOUND)
+            return
+        self.sign(badge)
+        await self.send(json.dumps(shown))
+
+    async def store_down(self, error: Exception) -> None:
+        """Say that the database is away, and look again soon."""
+        await self.send(json.dumps({"t": "store", "text": down_text(error)}))
+        if not self._looking:
+            self._looking = True
+            self.begin(self._look_again())
+
+    async def _look_again(self) -> None:
+        await asyncio.sleep(AGAIN_S)
+        self._looking = False
+        self._stale.set()
+
+    def _snapshot(self) -> tuple[dict[str, Any], Badge | None]:
+        user = current_user(self.scope)
+        shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
+        me = shown["me"]
+        self.me, self.operating = user.pk or 0, bool(me["operating"])
+        staff, turn = bool(me.get("staff")), shown["turn"]
+        self.grant = turn["grant"] if turn and self.operating and not staff else 0
+        self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, however old this knowledge is
+        self.placed = me["ticket"] is not None
+        self.known = self.may_stop or self.operating or self.placed
+        return shown, badge_of(self.scope, user)
+
+    async def _forward(self, viewer: Viewer) -> None:
+        """Send what the hub brings; without the link, read the database every second."""
+        while True:
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(RESYNC_S if not hub().link else 15.0):  # wait_for may swallow a cancellation
+                    await viewer.wake.wait()
+            viewer.wake.clear()
+            viewer.link = hub().link
+            if viewer.state is not None:
+                state, viewer.state = viewer.state, None
+                await self.send(bytes_data=state)
+            resync = viewer.resync or not viewer.link
+            viewer.resync = False
+            while viewer.events:
+                event = viewer.events.popleft()
+                if isinstance(event, Changed):
+                    resync = True
+                else:
+                    await self.send(msgspec.json.encode(event).decode())
+            while viewer.frames:
+                _, frame = viewer.frames.popitem()
+                await self.send(bytes_data=frame)
+            if resync:
+                self._stale.set()
+
+    async def _resync(self) -> None:
+        """Read everything again when it is stale; pictures and states do not wait for it."""
+        while True:
+            await self._stale.wait()
+            self._stale.clear()
+            await self.send_snapshot()

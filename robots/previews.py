@@ -1,0 +1,120 @@
+"""Where a command would lead, computed in a process of its own: `python -m robots.previews`.
+
+Jobs come on standard input, answers go to standard output, each as four bytes of length and
+a body. A job has bounds of processor time and memory; one that passes them ends this process,
+never the one that asked. Pure: no Django, no wire, no secret.
+"""
+
+import os
+import resource
+import signal
+import struct
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import msgspec
+
+from robots.drivers.contract import Previews, make_driver
+from robots.drivers.errors import BadRequest, RobotError
+
+CPU_S = 1.0  # for one job, many times what the drivers that ship need
+MEMORY = 256 * 2**20  # bytes more than before the job
+LARGEST = 2**20  # bytes of an answer
+LENGTH = struct.Struct("<I")
+TOO_MUCH = "That leads further than can be computed in advance; choose a nearer target or a shorter program."
+
+
+class Job(msgspec.Struct, frozen=True):
+    """A command that was not given: which robot, which command, from which joints (rad, m)."""
+
+    driver: str
+    address: str
+    settings: dict[str, Any]
+    kind: str
+    args: dict[str, Any]
+    joints: tuple[float, ...]
+    n: int = 0
+
+
+_DECODER = msgspec.msgpack.Decoder(Job)
+_JSON = msgspec.json.Encoder(enc_hook=float)  # drivers count in numpy's floats
+
+
+def compute(job: Job) -> dict[str, Any]:
+    """Answer where the command would lead, or why it leads nowhere."""
+    try:
+        driver = make_driver(job.driver, job.address, job.settings)
+        if not isinstance(driver, Previews):
+            raise BadRequest("This robot cannot say where a command would lead.")
+        found = driver.preview(job.kind, job.args, job.joints)
+    except RobotError as error:
+        return {"ok": False, "text": str(error)}
+    return {
+        "ok": True, "text": "", "joints": found.joints, "seconds": round(found.seconds, 2),
+        "hand": [[round(v, 4) for v in place] for place in found.hand],
+        "ways": [[round(v, 4) for v in q] for q in found.ways], "steps": found.steps,
+    }  # fmt: skip
+
+
+@contextmanager
+def bounds() -> Iterator[None]:
+    """Bound this process: over its processor time the kernel ends it, over its memory it is refused more."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, hard))
+    signal.setitimer(signal.ITIMER_PROF, CPU_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
+
+
+def answer(body: bytes) -> bytes:
+    """Return the message for the page, in JSON. Bounds this process meanwhile: call it in one of its own."""
+    job = _DECODER.decode(body)
+    try:
+        make_driver(job.driver, job.address, job.settings)  # what has to be loaded is loaded outside the bounds
+        with bounds():
+            said = _JSON.encode({"t": "plan", "n": job.n, **compute(job)})
+    except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:  # no reason to end
+        sys.stderr.write(f"a preview failed: {type(error).__name__}: {error}\n")
+        said = msgspec.json.encode({"t": "plan", "n": job.n, "ok": False, "text": TOO_MUCH})
+    if len(said) > LARGEST:
+        said = msgspec.json.encode({"t": "plan", "n": job.n, "ok": False, "text": TOO_MUCH})
+    return said
+
+
+def read(source: BinaryIO) -> bytes | None:
+    """Return the next body; None at the end."""
+    head = source.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        return None
+    (length,) = LENGTH.unpack(head)
+    body = source.read(length)
+    return body if len(body) == length else None
+
+
+def _warm(body: bytes) -> None:
+    with suppress(LookupError):
+        make_driver(*attrgetter("driver", "address", "settings")(_DECODER.decode(body)))
+
+
+def main() -> None:
+    """Answer jobs until nobody asks any more; everything else on the machine goes first."""
+    if (body := read(sys.stdin.buffer)) is not None:
+        _warm(body)  # at the usual priority: it is waited for
+    os.nice(10)
+    while body is not None:
+        said = answer(body)
+        sys.stdout.buffer.write(LENGTH.pack(len(said)) + said)
+        sys.stdout.buffer.flush()
+        body = read(sys.stdin.buffer)
+
+
+if __name__ == "__main__":
+    main()

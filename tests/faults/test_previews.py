@@ -1,0 +1,115 @@
+"""What a stranger may ask for never delays a command, a stop or presence: previews of the museum arm."""
+
+import json
+import os
+import signal
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from robots.description import load, posture
+from tests.conftest import wait_for
+from tests.faults.here import heard, line
+
+pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
+READY = list(map(float, posture(load("pa10"), "ready")))
+PATH = "/ws/robots/pa10/"
+
+
+def ask(one, n, kind="ready", **args):
+    one.send(json.dumps({"t": "plan", "n": n, "kind": kind, "args": args, "from": READY}))
+
+
+def count(web):
+    from portal.live.previews import previewer
+
+    return web.ask(lambda: previewer().computed)
+
+
+def child(web):
+    from portal.live.previews import previewer
+
+    return web.ask(lambda: previewer()._process and previewer()._process.pid)
+
+
+def busy():
+    from portal.live.previews import previewer
+
+    return previewer().computing
+
+
+def test_a_cleared_person_is_answered_and_nobody_else(web, people):
+    with line(web, people["ada"], PATH) as ada, line(web, people["eve"], PATH) as eve, line(web, path=PATH) as nobody:
+        for one in (ada, eve, nobody):
+            heard(one, "snapshot")
+            ask(one, 5)
+        assert heard(ada, "plan", 40)["ok"]
+        said = heard(eve, "plan")
+        assert (said["n"], said["ok"]) == (5, False)
+        assert "clearance test" in said["text"]
+        assert "Sign in" in heard(nobody, "plan")["text"]
+        assert count(web) == 1
+    web.nothing_left()
+
+
+def test_one_person_has_one_share_however_many_sockets(web, people):
+    """Of ten sockets at their limits the newest question alone is computed, and another person comes next."""
+    with ExitStack() as stack, line(web, people["bob"], PATH) as bob:
+        sockets = [stack.enter_context(line(web, people["ada"], PATH)) for _ in range(10)]
+        for one in [*sockets, bob]:
+            heard(one, "snapshot")
+        ask(bob, 1)
+        heard(bob, "plan", 40)
+        before = count(web)
+        for n in range(1, 26):
+            for one in sockets:
+                ask(one, n)
+        ask(bob, 2)
+        assert heard(bob, "plan")["n"] == 2
+        wait_for(lambda: count(web) > before + 1, 10, "ada's newest")
+        assert count(web) - before < 25  # of 250, with those that were computed while the rest came in
+        assert any(_newest(one) == 25 for one in sockets[-1:])
+    web.nothing_left()
+
+
+def _newest(one):
+    newest = 0
+    try:
+        while True:
+            newest = max(newest, heard(one, "plan", 1)["n"])
+    except TimeoutError:
+        return newest
+
+
+def test_a_preview_that_dies_or_hangs_is_answered_and_the_next_one_computed(web, people, monkeypatch):
+    monkeypatch.setattr("portal.live.previews.OVERRUN_S", 60.0)
+    with line(web, people["ada"], PATH) as ada, line(web, people["bob"], PATH) as bob:
+        heard(ada, "snapshot")
+        heard(bob, "snapshot")
+        ask(bob, 1)
+        assert heard(bob, "plan", 40)["ok"]
+        os.kill(child(web), signal.SIGSTOP)
+        ask(ada, 2)
+        wait_for(lambda: web.ask(busy), 5, "its being computed")
+        os.kill(child(web), signal.SIGKILL)
+        assert not heard(ada, "plan")["ok"]
+        ask(bob, 3)
+        assert heard(bob, "plan", 40)["ok"]
+        ask(ada, 4)
+        assert not heard(ada, "plan")["ok"]  # whose preview was cut off rests a moment
+    web.nothing_left()
+
+
+def test_the_process_ends_when_nobody_asks(web, people, monkeypatch):
+    monkeypatch.setattr("portal.live.previews.IDLE_S", 0.5)
+    with line(web, people["ada"], PATH) as ada:
+        heard(ada, "snapshot")
+        assert child(web) is None
+        ask(ada, 1)
+        assert heard(ada, "plan", 40)["ok"]
+        pid = child(web)
+        wait_for(lambda: child(web) is None, 5, "the end of the process")
+        wait_for(lambda: not Path(f"/proc/{pid}").exists(), 5, "its end in the process table")
+        ask(ada, 2)
+        assert heard(ada, "plan", 40)["ok"]

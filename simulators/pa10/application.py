@@ -26,7 +26,8 @@ from simulators.pa10.scene import STEP_S
 from simulators.pa10.setpoint import Reference, SetPoint
 from simulators.pa10.store import ProgramStore
 
-AHEAD_S = 0.06  # a blending target is planned from the reference so much later
+AHEAD_S, MOST_AHEAD_S = 0.06, 1.0  # a blending target is planned from the reference so much later, at least and at most
+PLANS = 4  # of one target, while the arm goes on
 STILL_RAD_S = 0.02  # below it the arm, not its set-point, rests
 MOST_BOXES = 32
 WAY_OUT = "only j 0 0 0 0 0 0 leads out of it"
@@ -50,6 +51,7 @@ class Application:
         self._leaving = ""  # the range error whose way out is under way
         self._gripper, self._gripped = gripper, 0  # until which step the fingers may be on their way
         self._ticks, self._now = 0, 0.0  # steps of the control loop, and its time in s
+        self._took = 0.0  # how long the newest plan took, in that time
         self.extra = extra  # boxes beside the arm's own
         self._holds = 0  # how many there were, so that what is older than one knows
         self.motion, self.program, self.step_of, self.note = 0, 0, 0, ""
@@ -114,22 +116,26 @@ class Application:
 
     def move(self, request: Request, asked: int, in_program: bool = False) -> int:
         """Plan and take up a motion; return its number. Raises Refused."""
-        for _ in range(3):
+        why = ""
+        for _ in range(PLANS):
             with self._lock:
                 self._none_came_first(asked)
                 moving, follows, motion = self._set.in_motion, self._set.follows(), self.motion
-                at = self._now + AHEAD_S
+                begun, at = self._now, self._now + min(MOST_AHEAD_S, max(AHEAD_S, 2 * self._took))
                 q, v = self._set.ahead(at)
             course = self._courses.plan(request, q, v)
             with self._lock:
+                self._took = self._now - begun
                 self._none_came_first(asked)
                 if (self._mode == Mode.PROG_EXEC) != in_program:
                     raise Refused("busy", f"program {self.program} began first")
-                same = self.motion == motion and self._set.follows() is follows
-                if not same or (moving and self._now > at):
-                    continue  # the arm went another way meanwhile, or planning took too long
-                return self._install(course, at if moving else self._now)
-        raise Refused("busy", "the arm moves too lively to change its target; hold it first")
+                if self.motion != motion or self._set.follows() is not follows:
+                    why = "another motion began while this one was planned"
+                elif moving and self._now > at:
+                    why = f"planning took {1000 * self._took:.0f} ms and the arm had gone on by then"
+                else:
+                    return self._install(course, at if moving else self._now)
+        raise Refused("busy", f"{why}, {PLANS} times; give the target again")
 
     def _install(self, course: Course, at: float) -> int:
         if self._set.on_path:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import ArmState, Request
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
@@ -20,6 +19,7 @@ from simulators.pa10.application import Application
 from simulators.pa10.cameras import SharedScene
 from simulators.pa10.client import Order
 from simulators.pa10.controllers import CONTROLLERS
+from simulators.pa10.planning import Planning
 from simulators.pa10.plant import Measured, Plant
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
@@ -45,7 +45,7 @@ class Simulator:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
         self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
-        self._courses = Courses()
+        self._courses = Planning(self.journal.note)
         self.plant = Plant(qpos=self._kept())
         self._controller = CONTROLLERS[controller]()
         self._judge, self.nearest = Judge(self.plant.model), (Judge.FAR, "")
@@ -233,4 +233,5 @@ class Simulator:
             time.sleep(STEP_S)
         self._running = False
         self.network.close()
+        self._courses.close()
         self._cameras.terminate()

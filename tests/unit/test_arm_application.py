@@ -8,6 +8,7 @@ from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import parse
 from robots.motion.planner import Refused
 from simulators.pa10.application import Application
+from simulators.pa10.scene import STEP_S
 from simulators.pa10.store import ProgramStore
 
 STILL = np.zeros(6)
@@ -60,3 +61,52 @@ def test_what_was_asked_before_a_hold_does_not_begin_after_it(app):
         app.take(parse("j 30 25 75 0 80 0"), asked)
     assert not app.moving
     assert app.take(parse("j 30 25 75 0 80 0"), app.asked).startswith("ok")
+
+
+def moved_while_planning(monkeypatch, courses, app, line, seconds):
+    """Begin a motion, then give a target whose planning takes so many seconds of the control loop, one for each try."""
+    q = posture(load("pa10"), "ready")
+    assert app.take(parse("j 60 25 75 0 80 0 0.1")).startswith("ok")
+    for _ in range(100):
+        q = app.step(q, STILL).q
+    planned, left, begun = courses.plan, list(seconds), []
+
+    def slow(*args):
+        nonlocal q
+        found = planned(*args)
+        begun.append(q)
+        for _ in range(round(left.pop(0) / STEP_S)):
+            q = app.step(q, STILL).q
+        return found
+
+    monkeypatch.setattr(courses, "plan", slow)
+    return app.take(parse(line)), len(begun)
+
+
+def test_the_controller_looks_ahead_by_what_planning_takes(monkeypatch, courses, app):
+    """A machine under load plans in a third of a second: the second try reckons with it, and so does the next target."""
+    said, tries = moved_while_planning(monkeypatch, courses, app, "j 30 20 75 0 80 0", [0.3] * 2)
+    assert (said, tries) == ("ok 2", 2)
+
+
+def test_a_target_that_comes_too_late_is_refused_for_that_reason(monkeypatch, courses, app):
+    with pytest.raises(Refused, match=r"planning took 1500 ms and the arm had gone on by then, 4 times"):
+        moved_while_planning(monkeypatch, courses, app, "j 30 20 75 0 80 0", [1.5] * 4)
+
+
+def test_a_target_that_others_overtake_is_refused_for_that_reason(monkeypatch, courses, app):
+    planned, others = courses.plan, iter(("j 20 20 75 0 80 0", "j 10 20 75 0 80 0") * 2)
+    q = posture(load("pa10"), "ready")
+
+    def overtaken(request, *args):
+        found = planned(request, *args)
+        with monkeypatch.context() as patch:
+            patch.setattr(courses, "plan", planned)
+            app.take(parse(next(others)))
+        for _ in range(50):
+            app.step(q, STILL)
+        return found
+
+    monkeypatch.setattr(courses, "plan", overtaken)
+    with pytest.raises(Refused, match="another motion began while this one was planned, 4 times"):
+        app.take(parse("j 30 20 75 0 80 0"))

@@ -1,0 +1,124 @@
+"""Planning in a process of its own, so that no step of the control loop waits for it.
+
+``python -m simulators.pa10.planning FD`` is that process; it speaks over the socket pair whose
+end it inherits, and ends when the other end does. Each question says everything that the answer
+depends on, also the boxes, so a process that was lost is begun again and asked once more.
+"""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from functools import lru_cache
+from multiprocessing.connection import Connection
+from typing import Any
+
+from robots.drivers.pa10.courses import Course, Courses
+from robots.drivers.pa10.protocol import Request
+from robots.motion.budget import Budget
+from robots.motion.chain import Joints
+from robots.motion.planner import Refused
+from robots.motion.zones import Box
+
+NICER = 5  # a plan may come later; a step of the control loop may not
+TRIES = 2
+KEPT = 8  # sets of boxes
+
+
+class Planning(Courses):
+    """The same as `Courses`; what takes its time is done in the other process, one question after the other."""
+
+    def __init__(self, note: Callable[..., None] = lambda *_, **__: None) -> None:
+        super().__init__()
+        self._note = note
+        self._extra: tuple[Box, ...] = ()
+        self._asking = threading.Lock()
+        self._line, self.process = self._begin()
+
+    @staticmethod
+    def _begin() -> "tuple[Connection, subprocess.Popen[bytes]]":
+        ours, theirs = socket.socketpair()
+        with theirs:
+            process = subprocess.Popen(  # noqa: S603 - our own program
+                [sys.executable, "-m", "simulators.pa10.planning", str(theirs.fileno())],
+                pass_fds=[theirs.fileno()],
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )
+        return Connection(ours.detach()), process
+
+    def forbid(self, extra: tuple[Box, ...]) -> None:
+        """Plan around these boxes too."""
+        super().forbid(extra)
+        self._extra = extra
+
+    def plan(self, request: Request, q: Joints, v: Joints, budget: Budget | None = None) -> Course:
+        """See `Courses`; each has the budget of one request."""
+        found: Course = self._ask("plan", request, q, v)
+        return found
+
+    def check(self, steps: list[Request], q: Joints, go_on: Callable[[], None] = lambda: None) -> float:
+        """See `Courses`; `go_on` is asked at the end, for the whole takes no longer than a budget lets it."""
+        found: float = self._ask("check", steps, q)
+        go_on()
+        return found
+
+    def _ask(self, what: str, *about: Any) -> Any:
+        """Ask the other process. Raises Refused."""
+        with self._asking:
+            for _ in range(TRIES):
+                try:
+                    self._line.send((what, self._extra, about))
+                    refused, found = self._line.recv()
+                    break
+                except (EOFError, OSError):
+                    self.close()
+                    self._note("planning_lost", code=self.process.returncode)
+                    self._line, self.process = self._begin()
+            else:
+                raise Refused("busy", "the arm's planner does not run; give the target again")
+        if refused:
+            raise Refused(*found)
+        return found
+
+    def close(self) -> None:
+        """End the other process."""
+        self._line.close()
+        self.process.kill()
+        self.process.wait()
+
+
+@lru_cache(KEPT)
+def _courses(extra: tuple[Box, ...]) -> Courses:
+    made = Courses()
+    made.forbid(extra)
+    return made
+
+
+def answer(what: str, extra: tuple[Box, ...], about: tuple[Any, ...]) -> tuple[bool, Any]:
+    """Return whether it is refused, and the answer or code and text of the refusal."""
+    try:
+        return False, getattr(_courses(extra), what)(*about)
+    except Refused as error:
+        return True, (error.code, str(error))
+
+
+def main() -> None:
+    """Answer until the other end is closed."""
+    os.nice(NICER)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever asks ends by it, and this then
+    courses = _courses(())
+    home = courses.home
+    courses.planner.inverse.nearest(courses.planner.chain.forward(home), home)  # the first is slow
+    line = Connection(int(sys.argv[1]))
+    while True:
+        try:
+            line.send(answer(*line.recv()))
+        except (EOFError, OSError):
+            return
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""The museum arm's planner in a process of its own: the same answers, the same refusals, begun again when lost."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from robots.description import load, posture
+from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.protocol import parse, program
+from robots.motion.planner import Refused
+from robots.motion.zones import Box
+from simulators.pa10.planning import Planning
+from tests.conftest import wait_for
+
+READY, STILL = posture(load("pa10"), "ready"), np.zeros(6)
+VASE = Box("the vase", (0.4, 0.1, 0.0), (0.6, 0.3, 0.3))
+
+
+@pytest.fixture(scope="module")
+def planning():
+    lost = []
+    made = Planning(lambda event, **details: lost.append(event))
+    made.lost = lost
+    yield made
+    made.close()
+
+
+def test_what_is_planned_there_is_what_would_be_planned_here(planning):
+    for line in ("j 30 10 60 0 50 0", "k 500 160 150 180 0 180", "l 500 100 200 180 0 180 0.3"):
+        there, here = (made.plan(parse(line), READY, STILL) for made in (planning, Courses()))
+        assert there.mode == here.mode
+        assert np.array_equal(there.plan.target, here.plan.target)
+        for t in np.linspace(0, here.plan.path.seconds, 20):
+            assert np.array_equal(there.plan.path.at(t), here.plan.path.at(t))
+    steps = program("g 1\nj 30 10 60 0 50 0\nd 2")
+    assert planning.check(steps, READY) == Courses().check(steps, READY)
+
+
+def test_refusals_come_over_in_their_own_words_and_boxes_are_known_there(planning):
+    with pytest.raises(Refused, match="the end effector would enter the table") as error:
+        planning.plan(parse("k 500 160 0 180 0 180"), READY, STILL)
+    assert error.value.code == "box"
+    planning.forbid((VASE,))
+    with pytest.raises(Refused, match="the vase"):
+        planning.plan(parse("k 500 160 150 180 0 180"), READY, STILL)
+    planning.forbid(())
+    planning.plan(parse("k 500 160 150 180 0 180"), READY, STILL)
+
+
+def test_a_planner_that_was_killed_is_begun_again(planning):
+    os.kill(planning.process.pid, signal.SIGKILL)
+    planning.process.wait()
+    assert planning.plan(parse("j 30 10 60 0 50 0"), READY, STILL).plan.path.seconds > 0
+    assert planning.lost == ["planning_lost"]
+
+
+def test_it_ends_with_whoever_asks():
+    made = Planning()
+    made._line.close()
+    wait_for(lambda: made.process.poll() is not None, 20, "the planner's end")
+    made.close()

@@ -38,13 +38,14 @@ class Allowed:
 
     def left(self, q: Joints) -> str:
         """Return what is wrong with where the arm is now, empty where nothing is; who moved away may not come back."""
-        zones = self._planner.zones
-        distances, outside = zones.distances(q), _outside(self._planner, q)
-        touch = zones.entered(distances + OFF_M, self._floor)
-        if touch is not None:
-            return str(touch)
+        zones, outside = self._planner.zones, _outside(self._planner, q)
+        if np.any(self._floor < 0.0) or not zones.clear(q):  # a quick look says most of the time that all is free
+            distances = zones.distances(q)
+            touch = zones.entered(distances + OFF_M, self._floor)
+            if touch is not None:
+                return str(touch)
+            self._floor = zones.raised(self._floor, distances)
         if np.any(outside > self._most):
             return self._planner.chain.broken_limit(q)
-        self._floor = zones.raised(self._floor, distances)
         self._most = np.minimum(self._most, outside + OFF_RAD)
         return ""

@@ -6,6 +6,7 @@ Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
 
 import argparse
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -15,7 +16,7 @@ from robots.description import load
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.simulator import Simulator
 
-SWITCH_S = 2e-4  # for so long the interpreter may stay with whoever plans; Python's own 5 ms are two steps and a half
+SWITCH_S = 2e-4  # for so long the interpreter may stay with another thread; Python's own 5 ms are two steps and a half
 
 
 def first_in_line() -> None:
@@ -44,6 +45,8 @@ def main() -> None:
     sys.stdout.write(f"listening on 127.0.0.1:{simulator.network.port}\n")
     sys.stdout.flush()
     sys.setswitchinterval(SWITCH_S)
+    gc.collect()
+    gc.freeze()  # what was made up to here stays: to look through all of it again takes longer than a step
     first_in_line()
     simulator.run()
 

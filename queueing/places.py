@@ -82,8 +82,9 @@ def _standing(ticket: Ticket, now: datetime) -> Standing | None:
     if state == "offered":
         return replace(found, until=ticket.offer_until)
     if state == "operating":
-        turn = ticket.turn
-        kept = None
+        turn, kept = getattr(ticket, "turn", None), None
+        if turn is None:  # its robot was deleted
+            return None
         if not turn.connected and not turn.classic:
             kept = min(turn.until, turn.last_seen + timedelta(seconds=RULES["RECONNECT_S"]))
         return replace(found, until=turn.until, kept_until=kept)

@@ -246,3 +246,16 @@ def test_who_is_not_signed_in_opens_no_socket(portal, visitor):
     one.page.wait_for_timeout(1500)
     assert opened == []
     assert one.page.locator(BAR).count() == 0
+
+
+def test_a_page_in_the_background_whose_timers_do_not_run_is_told_all_the_same(portal, cast):
+    ada = cast("ada")
+    ada.context.add_init_script("window.setInterval = () => 0;")
+    page = elsewhere(ada)
+    expect(page).to_have_title(re.compile("▶ Your turn!"))
+    page.evaluate(LISTEN)
+    Ticket.objects.update(offer_until=SYSTEM.now() + timedelta(seconds=24))
+    queue.announce(queue.queue_of(portal.robot))
+    twenty = ["assertive", "20 seconds left to take control of Mercury."]
+    wait_for(lambda: page.wait_for_timeout(50) or twenty in page.evaluate("heard"), 10, "the moment")
+    expect(page).to_have_title(re.compile("! Missed turn"), timeout=40_000)

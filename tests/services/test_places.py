@@ -7,7 +7,7 @@ from django.conf import settings
 
 from accounts.models import Clearance
 from queueing import services as queue
-from queueing.models import Ticket, TicketState, Turn
+from queueing.models import QueueRobot, Ticket, TicketState, Turn
 from queueing.places import standings
 from queueing.presence import dismiss, present
 from robots.models import Lease, Robot
@@ -137,3 +137,15 @@ def test_a_sign_of_life_from_elsewhere_lengthens_no_turn_and_nobody_elses_place(
         queue.tick(clock.now())
     assert Turn.objects.get(user=people["ada"]).end_reason == "connection lost"
     assert Ticket.objects.get(user=people["bob"]).last_seen == before
+
+
+@pytest.mark.parametrize("state", ["waiting", "operating"])
+def test_a_place_at_a_robot_that_was_deleted_fails_no_page(stage, state):
+    robot, people, clock = stage
+    QueueRobot.objects.filter(robot=another(people, clock)).update(queue=queue.queue_of(robot))
+    queue.join(robot, people["ada"], clock.now())
+    if state == "operating":
+        queue.tick(clock.now())
+        queue.accept(robot, people["ada"], clock.now())
+    robot.delete()
+    assert states(people["ada"], clock) == ([("waiting", "other")] if state == "waiting" else [])

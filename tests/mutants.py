@@ -94,6 +94,15 @@ MUTANTS = (
     Mutant(44, "an unfinished frame hides what follows it", "robots/drivers/mercury/framing.py",
            "        for i in range(first, len(self._buffer)):", "        for i in range(first, 1):",
            "tests/drivers/test_mercury_fuzz.py::test_promise_44_a_hostile_wire_client_changes_nothing"),
+    Mutant(44, "the museum arm's wire takes any number", "robots/drivers/pa10/protocol.py",
+           "if not value.low <= found <= value.high or (value.whole and found != int(found)):", "if found == 0.123:",
+           "tests/unit/test_pa10_protocol.py::test_no_number_outside_its_bounds_is_read"),
+    Mutant(44, "the end of the museum arm's connection does not hold", "simulators/pa10/server.py",
+           "        self._arm.hold()\n        self._note(\"disconnected\"", "        self._note(\"disconnected\"",
+           "tests/drivers/test_pa10_wire.py::test_the_end_of_the_only_clients_connection_holds_at_once"),
+    Mutant(44, "a hold waits for its place in the row", "simulators/pa10/server.py",
+           'if text.split() == ["h"] and self._present is client:', "if False:",
+           "tests/drivers/test_pa10_wire.py::test_a_hold_overtakes_a_row_of_lines_and_what_stood_before_it_does_not_begin"),
 )  # fmt: skip
 
 

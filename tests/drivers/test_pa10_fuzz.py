@@ -19,12 +19,12 @@ from tests.drivers.fuzzing import Watched, numbers, pieces, rounds, weighted
 from tests.faults.proof import Proof
 from tests.rig import ArmSimulator
 
-A_ROUND = 120  # lines, fewer than may wait for their answers
+A_ROUND = 200  # lines, fewer than may wait for their answers
 READY = (0.0, 25.0, 75.0, 0.0, 80.0, 0.0)
 NUMBERS = (1, 2, *range(20, 60))
 EPOCHS = 10**12  # the greatest that is claimed, so that a newer one always remains
 ANSWER_S = 60.0
-PARTS = 5  # each with a simulator and inputs of its own
+PARTS = 10  # each with a simulator and inputs of its own
 
 
 def written(values):
@@ -211,7 +211,7 @@ class Fuzz(Watched):
 @pytest.mark.parametrize("part", [0, *(at_length(n) for n in range(1, PARTS))])
 def test_promise_44_a_hostile_wire_client_changes_nothing(request, tmp_path, part):
     proof = Proof.at(request.node)
-    number = proof.count("lines and pieces of rubbish, museum arm", 2000 if part == 0 else 200, 100_000 // PARTS)
+    number = proof.count("lines and pieces of rubbish, museum arm", 2000 if part == 0 else 400, 100_000 // PARTS)
     sim = ArmSimulator(tmp_path, watchdog=600, nobody=600)  # a crowded machine makes the fuzzer itself slow
     fuzz = Fuzz(sim)
 

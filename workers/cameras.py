@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.drivers.errors import CameraFault
+from workers.patience import answer_within
 
 Picture = NDArray[np.uint8]
 TIMEOUT_S = 2.0
 LARGEST = 4_000_000
+ANSWER = answer_within(2 * TIMEOUT_S, TIMEOUT_S)
 
 
 class Camera(Protocol):
@@ -53,6 +55,7 @@ class SnapshotCamera:
         if self._connection is None:
             made = http.client.HTTPSConnection if self._parts.scheme == "https" else http.client.HTTPConnection
             self._connection = made(self._parts.netloc, timeout=TIMEOUT_S)
+            self._connection.response_class = ANSWER
         path = f"{self._parts.path or '/'}?{self._parts.query}&exposure={exposure_s:.6f}"
         self._connection.request("GET", path)
         answer = self._connection.getresponse()
@@ -71,7 +74,10 @@ class SnapshotCamera:
 def decode(data: bytes, colour: bool = False) -> Picture:
     """Return the picture in JPEG or PNG bytes, grey or blue-green-red. Raises CameraFault."""
     how = cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE
-    picture = cv2.imdecode(np.frombuffer(data, np.uint8), how) if data else None
+    try:
+        picture = cv2.imdecode(np.frombuffer(data, np.uint8), how) if data else None
+    except cv2.error:  # larger than any picture
+        picture = None
     if picture is None:
         raise CameraFault("The camera sent something that is no picture.")
     return np.asarray(picture, np.uint8)
@@ -104,23 +110,28 @@ class StreamCamera:
         self._newest: Picture | None = None
         self._at = 0.0
         self._error = ""
-        self._running = True
+        self._ended = threading.Event()
         threading.Thread(target=self._read, daemon=True, name="camera-stream").start()
 
     def _read(self) -> None:
         while self._running:
             try:
                 with self._open() as container:
-                    for frame in container.decode(video=0):
-                        picture = frame.to_ndarray(format=self._pixels)
-                        with self._news:
-                            self._newest, self._at, self._error = picture, time.monotonic(), ""
-                            self._news.notify_all()
-                        if not self._running:
-                            return
-            except (av.FFmpegError, OSError, ValueError) as error:
+                    self._follow(container)
+            except (av.FFmpegError, OSError, ValueError, LookupError) as error:
                 self._error = str(error)
-            time.sleep(0.5)
+            self._ended.wait(0.5)
+
+    def _follow(self, container: Any) -> None:
+        """Keep the newest picture; packets that hold none are looked at one by one, so that `close` is heard."""
+        for packet in container.demux(container.streams.video[0]):
+            for frame in packet.decode():
+                picture = frame.to_ndarray(format=self._pixels)
+                with self._news:
+                    self._newest, self._at, self._error = picture, time.monotonic(), ""
+                    self._news.notify_all()
+            if not self._running:
+                return
 
     def _open(self) -> Any:
         return av.open(self._source, format=self._form, timeout=(TIMEOUT_S, TIMEOUT_S))
@@ -136,7 +147,11 @@ class StreamCamera:
 
     def close(self) -> None:
         """Stop the thread."""
-        self._running = False
+        self._ended.set()
+
+    @property
+    def _running(self) -> bool:
+        return not self._ended.is_set()
 
 
 def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> Camera:

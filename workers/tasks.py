@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 import time
+from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -78,9 +79,8 @@ def _probe(robot: Robot) -> dict[str, Any]:
         return found | {"picture": "It has no camera."}
     try:
         view, colour = views(described)[0], bool(described["camera"].get("colour"))
-        camera = open_camera(robot.camera_address(0), robot.rig_dir, view, colour)
-        picture = camera.grab(1 / 150)
-        camera.close()
+        with closing(open_camera(robot.camera_address(0), robot.rig_dir, view, colour)) as camera:
+            picture = camera.grab(1 / 150)
         name = f"frames/{robot.slug}/probe-{frame_name()}.jpg"
         path = Path(settings.MEDIA_ROOT) / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,115 @@
+"""A test of cameras that hang, break off, dribble or answer garbage: it ends, says so, and leaves nothing behind."""
+
+import os
+import socket
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from robots.models import Robot
+from tests.conftest import wait_for
+from workers import tasks
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
+LONGEST_S = 12.0  # any of them
+
+
+def hang(line):
+    line.recv(4096)
+    time.sleep(30)
+
+
+def break_off(line):
+    line.recv(4096)
+    line.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nContent-Length: 100000\r\n\r\n\xff\xd8\xff")
+
+
+def garbage(line):
+    line.recv(4096)
+    line.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: video/x-motion-jpeg\r\n\r\n")
+    while True:
+        line.sendall(os.urandom(4096))
+        time.sleep(0.001)
+
+
+def dribble(line):
+    line.recv(4096)
+    line.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nContent-Length: 100000\r\n\r\n")
+    while True:
+        line.sendall(b"\xff")
+        time.sleep(0.2)
+
+
+def dribble_head(line):
+    line.recv(4096)
+    while True:
+        line.sendall(b"H")
+        time.sleep(0.2)
+
+
+def bomb(line):
+    """A picture of a few bytes that says it is 60000 points wide and high."""
+    line.recv(4096)
+    head = b"\xff\xd8\xff\xc0\x00\x0b\x08\xea\x60\xea\x60\x01\x01\x11\x00\xff\xd9"
+    line.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(head) + head)
+
+
+WAYS = (hang, break_off, garbage, dribble, dribble_head, bomb)
+ADDRESSES = (
+    "http://127.0.0.1:{port}/snapshot.jpg",
+    "http://127.0.0.1:{port}/stream.mjpg",
+    "rtsp://127.0.0.1:{port}/live",
+)
+
+
+@pytest.fixture
+def camera(request):
+    """A camera that behaves in the given way, on a port of its own."""
+    server = socket.create_server(("127.0.0.1", 0))
+    lines = []
+
+    def serve():
+        while True:
+            try:
+                line, _ = server.accept()
+            except OSError:
+                return
+            lines.append(line)
+            threading.Thread(target=answer, args=(line,), daemon=True, name="the camera itself").start()
+
+    def answer(line):
+        try:
+            request.param(line)
+        except OSError:
+            pass
+        finally:
+            line.close()
+
+    threading.Thread(target=serve, daemon=True, name="the camera itself").start()
+    yield server.getsockname()[1]
+    server.close()
+    for line in lines:
+        line.close()
+
+
+def descriptors():
+    return len(list(Path("/proc/self/fd").iterdir()))
+
+
+def ours():
+    return {t for t in threading.enumerate() if t.name != "the camera itself"}
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+@pytest.mark.parametrize("camera", WAYS, indirect=True, ids=lambda way: way.__name__)
+def test_a_probe_of_a_broken_camera_leaves_no_thread(robot, camera, address):
+    Robot.objects.update(address="tcp:127.0.0.1:9", camera=address.format(port=camera))
+    before, files, begun = ours(), descriptors(), time.monotonic()
+    found = tasks._probe(Robot.objects.get())
+    assert time.monotonic() - begun < LONGEST_S
+    assert found["picture"]
+    assert found["picture"] != "ok"
+    wait_for(lambda: ours() <= before, LONGEST_S, f"the end of {ours() - before}")
+    assert descriptors() <= files + 3  # the camera's own ends

@@ -218,12 +218,12 @@ export class RobotPage {
     } else if (s.turn) this.seq = Math.max(this.seq, s.turn.next_seq - 1);
     this.ladder.reset(s.commands);
     this.place.changed(s);
-    this.stopPress.heard(s);
     if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
     if (wasOperating && !s.me.operating && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
     if (!wasOperating && s.me.operating) byId("screen").focus({ preventScroll: true });
     this.log.draw(s.log, this.live.now());
+    this.stopPress.heard(s); // last: what became of a Stop is more than what else is noticed
   }
 
   private gotCommand(m: { t: "command" } & CommandInfo): void {

@@ -5,7 +5,6 @@ Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
 """
 
 import argparse
-import contextlib
 import gc
 import os
 import signal
@@ -14,18 +13,10 @@ from pathlib import Path
 
 from robots.description import load
 from simulators.pa10.controllers import CONTROLLERS
+from simulators.pa10.priority import first_in_line
 from simulators.pa10.simulator import Simulator
 
 SWITCH_S = 2e-4  # for so long the interpreter may stay with another thread; Python's own 5 ms are two steps and a half
-
-
-def first_in_line() -> None:
-    """Let the calling thread go before everything else that wants a processor, where the system allows it.
-
-    It rests in every step, so that nobody starves. Threads that it begins are ordinary ones again.
-    """
-    with contextlib.suppress(AttributeError, OSError):  # not known here; not allowed to an ordinary user
-        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(1))
 
 
 def main() -> None:

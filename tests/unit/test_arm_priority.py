@@ -1,0 +1,24 @@
+"""What the arm's control loop asks of the system's scheduler, in a process of its own."""
+
+import platform
+import subprocess
+import sys
+
+import pytest
+
+ASK = "import os; from simulators.pa10.priority import {0}; print({0}(), os.sched_getscheduler(0) & 0xFF, os.nice(0))"
+
+
+def asked(what, *before):
+    done = subprocess.run([*before, sys.executable, "-c", ASK.format(what)], capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+@pytest.mark.skipif(platform.system() != "Linux", reason="a call of Linux")
+def test_short_turns_change_neither_policy_nor_niceness():
+    assert asked("short_turns", "nice", "-n", "3") in (["True", "0", "3"], ["False", "0", "3"])
+
+
+def test_whatever_is_allowed_is_taken_and_nothing_is_raised():
+    how = " ".join(asked("first_in_line"))
+    assert how.startswith(("real time 2", "short turns 0", "none 0"))

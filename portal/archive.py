@@ -81,7 +81,9 @@ def write(path: Path) -> dict[str, Any]:
                 manifest["media"][name] = hashlib.sha256(data).hexdigest()
                 _add(tar, f"media/{name}", data)
             rows.seek(0)
-            _add(tar, "rows.jsonl", rows.read().encode())
+            lines = rows.read().encode()
+            manifest["rows_sha256"] = hashlib.sha256(lines).hexdigest()
+            _add(tar, "rows.jsonl", lines)
             _add(tar, "manifest.json", json.dumps(manifest, indent=1).encode())
     except OSError as error:
         part.unlink(missing_ok=True)

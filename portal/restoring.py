@@ -66,12 +66,7 @@ def read(path: Path, replace: bool = False) -> dict[str, Any]:
 def _inside(name: str) -> PurePosixPath:
     """Return the name as a path that stays in its folder. Raises ValueError."""
     path = PurePosixPath(name)
-    if (
-        path.is_absolute()
-        or not path.parts
-        or "\0" in name
-        or any(p in ("..", ".") or p[:1] == "." for p in path.parts)
-    ):
+    if path.is_absolute() or not path.parts or "\0" in name or any(part.startswith(".") for part in path.parts):
         raise ValueError(f"{name!r} does not belong in a backup")
     return path
 
@@ -101,6 +96,8 @@ def _checked(rows: Path, media: Path) -> dict[str, Any]:
     newer = set(manifest["migrations"]) - ours
     if newer:
         raise ArchiveError(f"The backup is of a newer version: it knows {sorted(newer)[0]}. Update first.")
+    if manifest.get("rows_sha256", _hash(rows / "rows.jsonl")) != _hash(rows / "rows.jsonl"):  # older ones have none
+        raise ArchiveError("The rows are not those of the backup's own list.")
     found = {str(p.relative_to(media)): _hash(p) for p in sorted(media.rglob("*")) if p.is_file()}
     wrong = {name for name, _ in found.items() ^ dict(manifest["media"]).items()}
     if wrong:

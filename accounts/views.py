@@ -16,6 +16,7 @@ from accounts.orientation import render as render_orientation
 from robots import description
 from robots.clock import SYSTEM
 from robots.models import Robot
+from robots.plain import whole
 
 
 def orientation(request: HttpRequest, slug: str) -> HttpResponse:
@@ -57,13 +58,12 @@ def clearance(request: HttpRequest, slug: str) -> HttpResponse:
 
 def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
     pk = request.POST.get("attempt", "")
-    attempt = get_object_or_404(Attempt, pk=int(pk) if pk.isdigit() else 0, user=request.user, robot=robot)
+    attempt = get_object_or_404(Attempt, pk=whole(pk) or 0, user=request.user, robot=robot)
     shown = services.questions(attempt)
     answers = {}
     for question in shown:
-        value = request.POST.get(f"q{question.id}", "")
-        if value.isdigit():
-            answers[question.id] = int(value)
+        if (value := whole(request.POST.get(f"q{question.id}", ""))) is not None:
+            answers[question.id] = value
     try:
         hint = services.grade(attempt, request.user, answers, SYSTEM.now())
     except services.NotNow as error:

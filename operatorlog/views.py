@@ -12,9 +12,9 @@ from operatorlog import services
 from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
 from queueing.models import Turn
 from robots.clock import SYSTEM
+from robots.plain import whole
 
 PAGE = 20
-LONGEST_NUMBER = 19  # digits of what fits a row number
 
 
 def log(request: HttpRequest) -> HttpResponse:
@@ -45,7 +45,7 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     text = request.POST.get("text")
     try:
         written, answered = services.hand_in(
-            turn, request.user, text, _number(request.POST.get("frame", "")), _answers(request), SYSTEM.now()
+            turn, request.user, text, whole(request.POST.get("frame", "")), _answers(request), SYSTEM.now()
         )
     except services.LogError as error:
         return _show(request, turn, str(error), status=403 if turn.user_id != request.user.pk else 422)
@@ -56,13 +56,8 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     return redirect(turn)
 
 
-def _number(text: str) -> int | None:
-    """Return a row's number; None for what cannot be one."""
-    return int(text) if text.isascii() and text.isdigit() and len(text) < LONGEST_NUMBER else None
-
-
 def _answers(request: HttpRequest) -> dict[int, str]:
-    named = ((_number(name[1:]), str(value)) for name, value in request.POST.items() if name[:1] == "s")
+    named = ((whole(name[1:]), str(value)) for name, value in request.POST.items() if name[:1] == "s")
     return {number: value for number, value in named if number is not None}
 
 
@@ -80,7 +75,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
         "writing": writing, "frames": frames,
-        "chosen": _number(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
+        "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],
         "commands": turn.grant.commands.order_by("id"),

@@ -1,6 +1,5 @@
 """The staff's side: add, test, enable, stop, lock out, reset, calibrate; nothing needs a shell."""
 
-import re
 from typing import Any
 
 from django import forms
@@ -13,42 +12,22 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import bus, description, grants, programs, services
+from robots.boxes import JSONField as BoxesField
+from robots.boxes import checked
 from robots.clock import SYSTEM
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
+from robots.plain import whole
 from robots.verbs import VERBS
-
-MOST_BOXES = 20
-
-
-def checked(found: Any) -> list[dict[str, Any]]:
-    """Return forbidden boxes with their corners in order. Raises ValidationError with a sentence."""
-    if not isinstance(found, list) or len(found) > MOST_BOXES:
-        raise forms.ValidationError(f"Write a list of at most {MOST_BOXES} boxes.")
-    tidy = []
-    for number, box in enumerate(found, 1):
-        name = box.get("name") if isinstance(box, dict) else None
-        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9 -]{1,30}", name):
-            raise forms.ValidationError(f"Box {number} needs a name of letters, digits and spaces.")
-        corners = [box.get("low"), box.get("high")]
-        if not all(isinstance(c, list) and len(c) == 3 and all(_metres(v) for v in c) for c in corners):
-            raise forms.ValidationError(f"{name}: low and high are corners of three numbers each, at most 5 m away.")
-        low, high = ([f(a, b) for a, b in zip(*corners, strict=True)] for f in (min, max))
-        if any(b - a < 0.001 for a, b in zip(low, high, strict=True)):
-            raise forms.ValidationError(f"{name} is flatter than a millimetre.")
-        tidy.append({"name": name, "low": low, "high": high})
-    return tidy
-
-
-def _metres(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 5
 
 
 class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
     """A robot's row; the driver must be installed."""
+
+    boxes = BoxesField(required=False, help_text=Robot._meta.get_field("boxes").help_text)
 
     class Meta:
         model = Robot
@@ -147,7 +126,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         self, request: HttpRequest, object_id: str, form_url: str = "", extra_context: dict[str, Any] | None = None
     ) -> HttpResponse:
         """Show the status above the form."""
-        robot = Robot.objects.filter(pk=object_id).first() if object_id.isdigit() else None
+        robot = Robot.objects.filter(pk=whole(object_id) or 0).first()
         if robot is not None and not self.has_view_permission(request, robot):
             raise PermissionDenied
         extra = {**(extra_context or {}), **(self._status(robot, request.user) if robot else {})}

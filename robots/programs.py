@@ -8,6 +8,7 @@ from django.db.models import Q, QuerySet
 
 from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Program, Robot
+from robots.plain import storable
 
 MOST = 50  # of one person for one robot
 LONGEST = 6000
@@ -38,6 +39,8 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
     if not user.is_authenticated:
         raise NotPermitted("Sign in to save programs.")
     name, text = " ".join(name.split()), text.replace("\r\n", "\n").strip()
+    if not storable(name + text):
+        raise BadRequest("The program holds characters that cannot be kept; use plain text.")
     if not 0 < len(name) <= 60:
         raise BadRequest("Give the program a name of at most 60 characters.")
     if not 0 < len(text) <= LONGEST:

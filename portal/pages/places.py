@@ -12,6 +12,7 @@ from portal.live.standing import act, places
 from queueing.places import standings
 from queueing.presence import present
 from robots.clock import SYSTEM
+from robots.plain import whole
 
 
 @never_cache
@@ -27,8 +28,7 @@ def my_places(request: HttpRequest) -> HttpResponseBase:
     if request.method != "POST":
         return JsonResponse(_places(request))
     wanted, robot = request.POST.get("do", ""), request.POST.get("robot", "")
-    ticket = request.POST.get("ticket", "")
-    number = int(ticket) if ticket.isascii() and ticket.isdigit() and len(ticket) < 18 else 0
+    number = whole(request.POST.get("ticket", "")) or 0
     wrong = act(request.user, wanted, robot.replace("\x00", ""), number, now)
     if request.accepts("text/html"):
         return _go_on(request, wanted, robot, wrong)

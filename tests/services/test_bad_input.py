@@ -1,0 +1,133 @@
+"""Bad input at every address: a sentence and a 4xx, never a 500."""
+
+import json
+from itertools import product
+
+import pytest
+from django.db import transaction
+
+from portal.seeding import seed_clearance
+from robots.plain import storable, whole
+from tests.conftest import at_length
+from tests.services.test_permissions_pages import GET
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+TEXTS = [
+    "²",
+    "٣",
+    "9" * 5000,
+    "1e308",
+    "-1",
+    "NaN",
+    "\0",
+    "a\0b",
+    "\ud800",
+    "\u202e",
+    "{" * 3000,
+    "[" * 3000,
+    "",
+    "%00",
+    "'\"<>",
+]
+FIELDS = ["page", "robot", "attempt", "frame", "text", "do", "x_mm", "y_mm", "small.x", "small.y", "ticket", "next",
+          "q1", "s1", "s²", "s" + "9" * 5000, "login", "email", "username", "password1", "password2", "note", "q", "o",
+          "action", "_selected_action", "id", "boxes", "speed", "turn_s", "address", "camera", "name", "visibility"]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["²", "٣", "9" * 19, "9" * 5000, "-1", "+1", "1.0", " 1", "1_0", "", "\0"])
+def test_what_is_no_whole_number_is_none(text):
+    assert whole(text) is None
+
+
+def test_whole_numbers_and_texts_that_can_be_kept():
+    assert (whole("0"), whole("007"), whole("9" * 18)) == (0, 7, 10**18 - 1)
+    assert storable("Grüße 🤖")
+    assert not any(storable(text) for text in ("\0", "\ud83e", "a\udfff"))
+
+
+def addresses(robot, turn):
+    for address, _ in GET.values():
+        if "logout" not in address:
+            yield address.format(turn=turn.pk, robot=robot.pk, user=turn.user_id)
+    yield f"/admin/robots/robot/{robot.pk}/change/"
+    yield "/admin/operatorlog/entry/"
+
+
+OTHERS = ("admin", "accounts", "media", "favicon.ico")
+
+
+def quoted(text):
+    return text.encode("utf-8", "surrogatepass")
+
+
+@pytest.mark.parametrize("rounds", [1, at_length(len(TEXTS))])
+def test_promise_36_bad_input_is_answered_in_words(robot, roles, client, rounds):
+    """Every field of every form gets a bad text, in each round another."""
+    from queueing.models import Turn
+
+    seed_clearance(robot)
+    client.raise_request_exception = False
+    failed = []
+    asked = list(addresses(robot, Turn.objects.get()))
+    if rounds == 1:  # Django's own pages of the admin and allauth's are asked at length
+        asked = [a for a in asked if a.startswith(f"/admin/robots/robot/{robot.pk}/") or a.split("/")[1] not in OTHERS]
+    for number, address in enumerate(asked):
+        for shift in range(rounds):
+            data = {f: quoted(TEXTS[(i + number + shift) % len(TEXTS)]) for i, f in enumerate(FIELDS)}
+            plain = {f: v for f, v in data.items() if storable(v.decode("utf-8", "surrogatepass"))}
+            for method, sent in (("get", plain), ("post", plain), ("post", data)):
+                client.force_login(roles["superuser" if "/admin/" in address else "operator"])
+                with transaction.atomic():
+                    answer = getattr(client, method)(address, sent)
+                    transaction.set_rollback(True)
+                if answer.status_code >= 500 and answer.status_code != 503:
+                    failed.append((method, address, shift, answer.status_code))
+    assert failed == []
+
+
+PATHS = ["/robots/{}/", "/turns/{}/", "/classic/mercury/{}/", "/classic/{}/", "/classic/mercury/{}.gif", "/media/frames/{}",
+         "/admin/robots/robot/{}/change/", "/admin/robots/robot/{}/status/", "/admin/robots/robot/{}/do/stop/",
+         "/admin/accounts/user/{}/change/", "/accounts/confirm-email/{}/", "/accounts/password/reset/key/{}-x/"]  # fmt: skip
+
+
+def test_promise_36_bad_addresses_are_answered_in_words(robot, roles, client):
+    client.raise_request_exception = False
+    client.force_login(roles["superuser"])
+    for path, text in product(
+        PATHS, ("%C2%B2", "9" * 5000, "%00", "a%00b", "%ED%A0%80", "-1", "..%2f..", "9223372036854775808")
+    ):
+        assert client.get(path.format(text)).status_code < 500, (path, text)
+
+
+@pytest.mark.parametrize("boxes", ["[" * 3000 + "]" * 3000, "[" + "9" * 5000 + "]", '[{"name": NaN}]', "{", "9" * 5000])
+def test_boxes_that_are_none_are_named(robot, client, admin_user, boxes):
+    client.force_login(admin_user)
+    answer = client.post(f"/admin/robots/robot/{robot.pk}/change/", {"name": "x", "boxes": boxes})
+    assert answer.status_code == 200
+    assert b"errorlist" in answer.content
+
+
+@pytest.mark.parametrize("name, text", [("\0", "x"), ("x", "a\0"), ("\ud800", "x"), ("x", "\udfff"), ("x" * 61, "x")])
+def test_programs_that_cannot_be_kept_are_refused(robot, people, client, name, text):
+    client.force_login(people["ada"])
+    body = json.dumps({"name": name, "text": text})
+    answer = client.post("/robots/mercury/programs/", body, content_type="application/json")
+    assert answer.status_code == 400
+    assert answer.json()["error"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "[" * 100_000,
+        '{"id": ' + "9" * 5000 + "}",
+        '{"id": 1e999}',
+        "\xff",
+        '{"id": ' + "9" * 300 + ', "name": "p", "text": "x"}',
+    ],
+)
+def test_json_that_is_none_is_refused(robot, people, client, body):
+    client.force_login(people["ada"])
+    answer = client.post("/robots/mercury/programs/", body, content_type="application/json")
+    assert answer.status_code in (400, 403)

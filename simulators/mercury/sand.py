@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
 from simulators.mercury.artifacts import ARTIFACTS, PIXEL_MM
+from simulators.mercury.slide import slide, steeper
 
 F32 = NDArray[np.float32]
+Window = tuple[int, int, int, int]  # first and last + 1 row, first and last + 1 column
 X0_MM, X1_MM, Y0_MM, Y1_MM = -320, 320, 220, 620  # the tray
 LEVEL_MM = 40.0  # mean height of the sand: Z = 0 is a hand's breadth above
-REPOSE = float(np.tan(np.radians(33.0)))
 JET_RADIUS_MM = 11.0
 JET_DEPTH_MM_S = 34.0  # depth dug at the middle by a second of air
+EDGE, GROWTH = 3, 40  # mm: what is too steep at the edge of a window slides on in a wider one
 REACH = 24  # mm that a shadow can reach
 COVER_MM = 0.25  # thinner sand than this no longer hides a thing
 LIGHT_DIRECTION = (-0.72, 0.69)  # where the light comes from, in the plane
@@ -62,7 +64,7 @@ class SandBed:
 
     def blow(self, x_mm: float, y_mm: float, seconds: float) -> float:
         """Throw sand out from under the nozzle; return the volume moved (mm3)."""
-        reach = 70
+        reach = 80
         r0, r1 = max(0, int(y_mm) - Y0_MM - reach), min(self.sand.shape[0], int(y_mm) - Y0_MM + reach)
         c0, c1 = max(0, int(x_mm) - X0_MM - reach), min(self.sand.shape[1], int(x_mm) - X0_MM + reach)
         sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
@@ -73,29 +75,23 @@ class SandBed:
         ring = np.exp(-(((distance - 2.6 * JET_RADIUS_MM) / (0.8 * JET_RADIUS_MM)) ** 2))
         thrown = ring * (float(taken.sum()) / float(ring.sum()))
         sand += thrown.astype(np.float32) - taken
-        self.relax(r0, r1, c0, c1)
-        self._shade(r0, r1, c0, c1)
+        self._shade(*self.relax(r0, r1, c0, c1))
         return float(taken.sum())
 
-    def relax(self, r0: int, r1: int, c0: int, c1: int, rounds: int = 300) -> None:
-        """Let the sand slide until no slope is steeper than its angle of repose.
+    def relax(self, r0: int, r1: int, c0: int, c1: int) -> Window:
+        """Let the sand slide from a window on, as far as it goes; return the window in which it may have moved.
 
         Sand moves between neighbours, none is made or lost; the rigid things stay.
         """
-        sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
-        for _ in range(rounds):
-            worst = 0.0
-            for axis in (0, 1):
-                low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
-                high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
-                step = sand[high] - sand[low]
-                over = np.sign(step) * np.maximum(np.abs(step) - REPOSE, 0.0) * 0.24
-                over = np.clip(over, -(sand[low] - rigid[low]) * 0.24, (sand[high] - rigid[high]) * 0.24)
-                sand[high] -= over
-                sand[low] += over
-                worst = max(worst, float(np.abs(over).max(initial=0.0)))
-            if worst < 0.01:
-                break
+        while True:
+            slide(self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1])
+            o0, o1, p0, p1 = self._grown(r0, r1, c0, c1, EDGE)
+            steep = steeper(self.sand[o0:o1, p0:p1])
+            steep[2 * EDGE : -2 * EDGE, 2 * EDGE : -2 * EDGE] = False
+            wider = self._grown(r0, r1, c0, c1, GROWTH)
+            if not steep.any() or wider == (r0, r1, c0, c1):
+                return r0, r1, c0, c1
+            r0, r1, c0, c1 = wider
 
     def _shade(self, r0: int, r1: int, c0: int, c1: int) -> None:
         """Work out the light of a window and of what its shadows can reach."""
@@ -113,7 +109,7 @@ class SandBed:
             2 * (i0 - r0) : 2 * (i1 - r0), 2 * (k0 - c0) : 2 * (k1 - c0)
         ]
 
-    def _grown(self, r0: int, r1: int, c0: int, c1: int, by: int) -> tuple[int, int, int, int]:
+    def _grown(self, r0: int, r1: int, c0: int, c1: int, by: int) -> Window:
         rows, columns = self.sand.shape
         return max(0, r0 - by), min(rows, r1 + by), max(0, c0 - by), min(columns, c1 + by)
 

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from simulators.mercury.artifacts import ARTIFACTS
 from simulators.mercury.camera import HEIGHT, WIDTH, expose
-from simulators.mercury.sand import COVER_MM, REPOSE, X0_MM, Y0_MM, SandBed
+from simulators.mercury.sand import COVER_MM, X0_MM, Y0_MM, SandBed
 
 
 @settings(deadline=None, max_examples=6)
@@ -17,15 +17,13 @@ def test_sand_is_moved_never_made_nor_lost(x, y, seconds):
     assert (bed.sand >= bed.rigid - 1e-3).all()
 
 
-def test_a_hole_is_dug_and_its_sides_slide_to_the_angle_of_repose():
+def test_a_hole_is_dug():
     bed = SandBed(2)
     before = bed.sand.copy()
     for _ in range(10):
         bed.blow(60, 420, 0.15)
     hole = bed.sand[420 - Y0_MM, 60 - X0_MM]
     assert hole < before[420 - Y0_MM, 60 - X0_MM] - 8
-    window = bed.sand[420 - Y0_MM - 40 : 420 - Y0_MM + 40, 60 - X0_MM - 40 : 60 - X0_MM + 40]
-    assert float(np.abs(np.diff(window, axis=0)).max()) < REPOSE * 1.25
 
 
 def test_everything_is_buried_at_first_and_one_can_be_laid_bare():

@@ -7,7 +7,7 @@ export default defineConfig({
     manifest: true,
     cssCodeSplit: true,
     rollupOptions: {
-      input: ["src/site.ts", "src/consoles/sand.ts", "src/consoles/arm.ts", "src/consoles/plain.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts"],
+      input: ["src/site.ts", "src/consoles/sand.ts", "src/consoles/arm.ts", "src/consoles/plain.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts", "src/pause.ts"],
     },
   },
 });

@@ -1,22 +1,38 @@
 /** The panel that says whose turn it is and what you can do about it. */
 import { type Part, show } from "./parts.ts";
 import type { Snapshot } from "./protocol.ts";
+import { Twice } from "./twice.ts";
 import { clock, span } from "./words.ts";
 
 type Send = (message: object) => boolean;
 
+const AGAIN = "Press again to end it";
+const FOLLOWS = "The arm goes home, the next person is offered it, and you can write down what you found. You cannot take it back.";
+
 export class Place {
+  private ending = new Twice();
+  private driving = false;
   private told = "";
 
   constructor(private box: HTMLElement, private send: Send) {
     box.addEventListener("click", (event) => {
       const action = (event.target as HTMLElement).closest<HTMLElement>("[data-do]")?.dataset["do"];
+      if (action === "leave" && this.driving && !this.ending.press()) return this.ask();
       if (action) this.send({ t: action });
     });
   }
 
+  /** The button asks at once, where it stands, not at the next tick. */
+  private ask(): void {
+    const button = this.box.querySelector('[data-do="leave"]');
+    if (button) button.textContent = AGAIN;
+    const said = document.getElementById("say");
+    if (said) said.textContent = `${AGAIN}. ${FOLLOWS}`;
+  }
+
   /** Draw the panel; called at each snapshot and each second. */
   draw(s: Snapshot, now: number, up: boolean): void {
+    this.driving = s.me.operating;
     show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, disabled: !up } : part)));
   }
 
@@ -25,6 +41,14 @@ export class Place {
     const told = `${me.operating} ${me.ticket?.state}`;
     if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
     this.told = told;
+  }
+
+  private endParts(): Part[] {
+    const { asking } = this.ending;
+    return [
+      { tag: "button", do: "leave", text: asking ? AGAIN : "End my turn" },
+      ...(asking ? [{ tag: "p", text: FOLLOWS } as Part] : []),
+    ];
   }
 
   private parts(s: Snapshot, now: number): Part[] {
@@ -36,7 +60,7 @@ export class Place {
         { tag: "h2", text: s.turn.staff ? "Maintenance turn" : "You drive" },
         { tag: "p", class: "timer", text: clock(left), timer: true },
         { tag: "p", text: s.turn.extra ? "Nobody waits, so your turn goes on." : "left in your turn" },
-        ...(s.turn.staff ? [] : [{ tag: "button", do: "leave", text: "End my turn" } as Part]),
+        ...(s.turn.staff ? [] : this.endParts()),
       ];
     }
     if (!me.signed_in)

@@ -65,6 +65,7 @@ def test_the_whole_way_without_scripts(portal, visitor):
     page.check("[name=checked]")
     page.click("button[value=release]")
     expect(page.locator(".messages")).to_contain_text("released")
+    page.click("summary")
     page.click("button[value=leave]")
     page.click("text=Write in the operator's log")
     page.fill("#text", "Driven without a single script.")

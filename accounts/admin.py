@@ -14,9 +14,10 @@ from accounts.models import Attempt, Choice, Clearance, Question, User
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
+from robots.inlines import NamedInline
 
 
-class ChoiceInline(admin.TabularInline):  # type: ignore[type-arg]
+class ChoiceInline(NamedInline):
     """The answers of a question."""
 
     model = Choice

@@ -11,6 +11,7 @@ from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from robots.clock import SYSTEM
 from robots.history import Guarded
+from robots.inlines import NamedInline, NamedRowsAdmin
 
 
 class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -78,14 +79,14 @@ class EntryAdmin(Guarded):
 
 
 @admin.register(SurveyQuestion)
-class SurveyQuestionAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class SurveyQuestionAdmin(NamedRowsAdmin):
     """The questions after a turn."""
 
     list_display = ("prompt", "kind", "position", "active")
     list_editable = ("position", "active")
 
 
-class AnswerInline(admin.TabularInline):  # type: ignore[type-arg]
+class AnswerInline(NamedInline):
     """One person's answers."""
 
     model = SurveyAnswer

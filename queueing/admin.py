@@ -9,9 +9,10 @@ from queueing import staff
 from queueing.models import Account, Queue, QueueRobot, Ticket, Turn
 from robots.clock import SYSTEM
 from robots.history import Kept
+from robots.inlines import NamedInline, NamedRowsAdmin
 
 
-class LinkInline(admin.TabularInline):  # type: ignore[type-arg]
+class LinkInline(NamedInline):
     """The robots that a queue serves."""
 
     model = QueueRobot
@@ -19,7 +20,7 @@ class LinkInline(admin.TabularInline):  # type: ignore[type-arg]
 
 
 @admin.register(Queue)
-class QueueAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class QueueAdmin(NamedRowsAdmin):
     """Pause a queue, choose its robots."""
 
     list_display = ("name", "paused")

@@ -142,7 +142,7 @@ class Visitor:
         # a colour half-way between two states is nobody's
         page.evaluate("() => Promise.allSettled(document.getAnimations().map((a) => a.finished))")
         found = page.evaluate(
-            "async () => (await axe.run(document, {resultTypes: ['violations']})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
+            "async () => (await axe.run(document, {resultTypes: ['violations'], rules: {'target-size': {enabled: true}}})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
         )
         assert found == [], f"{where} {page.url}: {found}"
 

@@ -1,0 +1,48 @@
+"""Rows of an admin's table whose fields have names: Django's own have column headings only, which nobody hears."""
+
+from typing import Any
+
+from django import forms
+from django.contrib import admin
+from django.forms.models import BaseInlineFormSet, BaseModelFormSet
+from django.http import HttpRequest
+
+
+def _name(form: "forms.BaseForm") -> None:
+    for field in form.fields.values():
+        widget = getattr(field.widget, "widget", field.widget)  # a field that leads to another model is wrapped
+        if not widget.is_hidden:
+            widget.attrs.setdefault("aria-label", str(field.label or ""))
+
+
+class NamedRows(BaseInlineFormSet):  # type: ignore[type-arg]
+    """Rows below a form."""
+
+    def add_fields(self, form: "forms.ModelForm[Any]", index: int | None) -> None:
+        """Name each field of the row, also the one that deletes it."""
+        super().add_fields(form, index)
+        _name(form)
+
+
+class NamedList(BaseModelFormSet):  # type: ignore[type-arg]
+    """Rows of a list that is edited in place."""
+
+    def add_fields(self, form: "forms.ModelForm[Any]", index: int | None) -> None:
+        """Name each field of the row."""
+        super().add_fields(form, index)
+        _name(form)
+
+
+class NamedRowsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+    """A list that is edited in place and names its fields."""
+
+    def get_changelist_formset(self, request: HttpRequest, **kwargs: Any) -> Any:
+        """Return the rows' forms."""
+        return super().get_changelist_formset(request, formset=NamedList, **kwargs)
+
+
+class NamedInline(admin.TabularInline):  # type: ignore[type-arg]
+    """A table of rows that each name their fields."""
+
+    formset = NamedRows
+    template = "admin/edit_inline/named.html"

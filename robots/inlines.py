@@ -10,7 +10,7 @@ from django.http import HttpRequest
 
 def _name(form: "forms.BaseForm") -> None:
     for field in form.fields.values():
-        widget = getattr(field.widget, "widget", field.widget)  # a field that leads to another model is wrapped
+        widget: Any = getattr(field.widget, "widget", field.widget)  # a field that leads to another model is wrapped
         if not widget.is_hidden:
             widget.attrs.setdefault("aria-label", str(field.label or ""))
 

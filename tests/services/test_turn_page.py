@@ -83,7 +83,7 @@ def test_a_text_that_comes_too_late_is_shown_for_copying(page, ended, people):  
 @pytest.mark.parametrize("name", ["frame", "s1", "s"])
 @pytest.mark.parametrize("value", ["²", "9" * 5000, "-1", "\x00", ""])
 def test_nonsense_in_a_field_is_no_500(page, name, value):
-    assert page(**{"text": "x", name: value}).status_code in (302, 422)
+    assert page(**{"text": "x", name: value}).status_code in (302, 400, 422)
 
 
 def test_pictures_keep_their_own_proportions(page, ended, client):  # noqa: F811

@@ -13,6 +13,7 @@ from channels.routing import ProtocolTypeRouter, URLRouter  # noqa: E402
 from channels.sessions import CookieMiddleware  # noqa: E402
 from django.urls import path, re_path  # noqa: E402
 
+from portal.limits.requests import Bounded  # noqa: E402
 from portal.live.consumers import RobotConsumer  # noqa: E402
 from portal.live.origins import OwnOrigin, Refused  # noqa: E402
 from portal.live.person import PersonConsumer  # noqa: E402
@@ -25,4 +26,4 @@ sockets = URLRouter(
         re_path("", nowhere),  # last
     ]
 )
-application = ProtocolTypeRouter({"http": pages, "websocket": OwnOrigin(CookieMiddleware(sockets))})
+application = Bounded(ProtocolTypeRouter({"http": pages, "websocket": OwnOrigin(CookieMiddleware(sockets))}))

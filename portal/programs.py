@@ -31,23 +31,13 @@ def redis_program() -> Program:
 
 
 def web_program(host: str, port: int) -> Program:
-    """Return the web process.
-
-    Without trusted proxies it is told to read no proxy's headers: uvicorn's default believes 127.0.0.1.
-    """
-    proxies = settings.TRUSTED_PROXIES
-    believed = ("--proxy-headers", "--forwarded-allow-ips", ",".join(proxies)) if proxies else ("--no-proxy-headers",)
+    """Return the web process."""
     return Program(
         "web",
-        (
-            PYTHON, "-m", "uvicorn", "portal.asgi:application", "--host", host, "--port", str(port),
-            "--ws", "websockets-sansio", "--ws-max-size", "65536", "--ws-ping-interval", "15", "--no-access-log",
-            "--lifespan", "off", "--log-level", "warning", "--timeout-graceful-shutdown", "3",
-            *believed,
-        ),
+        (PYTHON, "-m", "portal.serve", "--host", host, "--port", str(port)),
         {"FARHAND_ROLE": "web"},
         rank=0,
-    )  # fmt: skip
+    )
 
 
 def housekeeping_program() -> Program:

@@ -298,6 +298,19 @@ LOGGING = {
     },
 }
 
+# What one network address (IPv6: its /64) may have open in a web process, and the bounds of a request.
+LIMITS: dict[str, Any] = {
+    "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),
+    "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
+    "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),
+    "HEAD_S": env.float("FARHAND_HEAD_S", 10.0),
+    "BODY_S": env.float("FARHAND_BODY_S", 20.0),
+    "READ_S": env.float("FARHAND_READ_S", 60.0),
+    "BODY": env.int("FARHAND_BODY", 256_000),
+    "STAFF_BODY": 1_000_000,
+    "STAFF_BODY_S": 60.0,
+}
+
 # The rules of turns; each can be changed a robot on its admin page where a field says so.
 FARHAND = {
     "OFFER_S": env.int("FARHAND_OFFER_S", 30),

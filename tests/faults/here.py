@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import inspect
 import json
 import threading
 import time
@@ -13,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from benchmarks.command_round_trip import cookie
-from portal.programs import web_program
+from portal import serve
 from tests.conftest import wait_for
 from tests.rig import free_port
 
@@ -23,10 +22,7 @@ class WebHere:
 
     def __init__(self):
         self.port = free_port()
-        argv = list(web_program("127.0.0.1", self.port).argv[3:])
-        given = uvicorn.main.make_context("uvicorn", argv).params
-        known = set(inspect.signature(uvicorn.Config).parameters)
-        self.server = uvicorn.Server(uvicorn.Config(**{k: v for k, v in given.items() if k in known}))
+        self.server = uvicorn.Server(serve.config("127.0.0.1", self.port))
         self.url = f"http://localhost:{self.port}"
         self.loop = None
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -64,7 +60,7 @@ class WebHere:
                 "pictures": len(here._newest),
                 "robots listened to": sum(b":state" in name for name in pubsub),
                 "sockets": len(lines),
-                "tasks": sum(n.startswith(("RobotConsumer", "Line", "WebSocketsSansIOProtocol", "Hub._follow")) for n in names),
+                "tasks": sum(n.startswith(("RobotConsumer", "Line", "WebSocketsSansIOProtocol", "Ws", "Hub._follow")) for n in names),
                 "connections": len(self.server.server_state.connections),
             }  # fmt: skip
 

@@ -17,10 +17,11 @@ def seen():
     """Start uvicorn with the web process's own arguments, and ask it who it believes to be talking with."""
     made = []
 
-    def ask(**headers):
+    def ask(proxies, **headers):
         port = free_port()
-        argv = [a.replace("portal.asgi:", "tests.faults.echo:") for a in web_program("127.0.0.1", port).argv]
-        made.append(subprocess.Popen(argv, cwd=ROOT, env={**os.environ, "FORWARDED_ALLOW_IPS": "127.0.0.1"}))
+        argv = [*web_program("127.0.0.1", port).argv, "--app", "tests.faults.echo:application"]
+        env = {**os.environ, "FORWARDED_ALLOW_IPS": "127.0.0.1", "FARHAND_TRUSTED_PROXIES": ",".join(proxies)}
+        made.append(subprocess.Popen(argv, cwd=ROOT, env=env))
         request = urllib.request.Request(f"http://127.0.0.1:{port}/", headers=headers)
 
         def answer():
@@ -52,6 +53,8 @@ def seen():
         ),  # the left one is the client's own word
     ],
 )
-def test_only_a_trusted_proxy_tells_an_address(settings, seen, proxies, told, client, scheme):
-    settings.TRUSTED_PROXIES = proxies
-    assert seen(**{"X-Forwarded-For": told, "X-Forwarded-Proto": "https"}) == {"client": client, "scheme": scheme}
+def test_only_a_trusted_proxy_tells_an_address(seen, proxies, told, client, scheme):
+    assert seen(proxies, **{"X-Forwarded-For": told, "X-Forwarded-Proto": "https"}) == {
+        "client": client,
+        "scheme": scheme,
+    }

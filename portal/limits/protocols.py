@@ -1,0 +1,212 @@
+"""uvicorn's protocols with bounds that it has no setting for: slow heads, floods, peers that read nothing.
+
+A reverse proxy bounds most of this for its own connections; these hold without one too, and
+behind one that passes everything on.
+"""
+
+import asyncio
+import ipaddress
+from functools import cache
+from typing import Any
+
+from django.conf import settings
+from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import Frame
+
+from portal.limits.crowds import Crowd
+
+HEAD = 64 * 1024  # bytes of a request's line and headers
+UNSENT = 1024 * 1024  # bytes that may wait for a peer that answers none of our reading
+FRAMES_S, FRAMES = 20.0, 200.0  # frames a second that are no messages (pings, pieces), and at once
+FLUSH_S = 5.0  # for the last bytes of a connection that we close
+POLICY = 1008
+
+
+@cache
+def connections() -> Crowd:
+    """Return the count of this process's connections."""
+    return Crowd(settings.LIMITS["CONNECTIONS"])
+
+
+@cache
+def _proxies() -> tuple[Any, ...]:
+    return tuple(ipaddress.ip_network(network) for network in settings.TRUSTED_PROXIES)
+
+
+def through_proxy(address: str) -> bool:
+    """Tell whether the other end is one of our proxies: behind it are many people."""
+    try:
+        ip = ipaddress.ip_address(address)
+    except ValueError:
+        return False
+    return any(ip in network for network in _proxies())
+
+
+class Http(HttpToolsProtocol):
+    """A connection whose requests have to begin, arrive and be read within bounds."""
+
+    _late: asyncio.TimerHandle | None = None
+    _unread: asyncio.TimerHandle | None = None
+    _heading, _head = True, 0  # a head is awaited; bytes that came since the last one was complete
+    _heads = 0  # that were complete in what came last
+    _counted = ""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Count the connection, and wait for its first head."""
+        super().connection_made(transport)
+        address = self.client[0] if self.client else ""
+        if address and not through_proxy(address):
+            if not connections().enter(address):
+                self._refuse(503)
+                return
+            self._counted = address
+        self._await_head()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget it."""
+        self._cancel()
+        self.uncount()
+        super().connection_lost(exc)
+
+    def uncount(self) -> None:
+        """Count the connection no longer."""
+        if self._counted:
+            connections().leave(self._counted)
+            self._counted = ""
+
+    def data_received(self, data: bytes) -> None:
+        """Refuse a head that is too long; after one that was refused nothing is read."""
+        if self.transport.is_closing():
+            return
+        self._heads = 0
+        super().data_received(data)
+        self._head = 0 if self._heads else self._head + len(data)
+        if self._heading and self._head > HEAD:
+            self._refuse(431)
+
+    def on_headers_complete(self) -> None:
+        """The head is here; the body's time is kept by the application."""
+        self._heading = False
+        self._heads += 1
+        if self._late is not None:
+            self._late.cancel()
+            self._late = None
+        super().on_headers_complete()
+
+    def on_message_complete(self) -> None:
+        """The request is here; what comes now is the next one's head."""
+        self._heading = True
+        self._heads += 1
+        super().on_message_complete()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next head, without end neither."""
+        super().on_response_complete()
+        if self.transport.is_closing():
+            self.loop.call_later(settings.LIMITS["READ_S"], self.transport.abort)
+        elif self.cycle is None or self.cycle.response_complete:
+            self._await_head()
+
+    def handle_websocket_upgrade(self) -> None:
+        """Hand the connection over; its count goes with it."""
+        counted, self._counted = self._counted, ""
+        self._cancel()
+        super().handle_websocket_upgrade()
+        protocol: Any = self.transport.get_protocol()
+        if counted and isinstance(protocol, Ws) and not protocol.disconnected:
+            protocol.counted = counted
+        elif counted:
+            connections().leave(counted)
+
+    def pause_writing(self) -> None:
+        """Give who reads nothing a while."""
+        super().pause_writing()
+        self._unread = self.loop.call_later(settings.LIMITS["READ_S"], self.transport.abort)
+
+    def resume_writing(self) -> None:
+        """They read."""
+        super().resume_writing()
+        if self._unread is not None:
+            self._unread.cancel()
+            self._unread = None
+
+    def _await_head(self) -> None:
+        if self._late is not None:
+            self._late.cancel()
+        self._late = self.loop.call_later(settings.LIMITS["HEAD_S"], self._refuse, 408)
+
+    def _cancel(self) -> None:
+        for timer in (self._late, self._unread):
+            if timer is not None:
+                timer.cancel()
+        self._late = self._unread = None
+
+    def _refuse(self, status: int) -> None:
+        self._cancel()
+        if not self.transport.is_closing():
+            self.transport.write(STATUS_LINE[status] + b"connection: close\r\ncontent-length: 0\r\n\r\n")
+            self.transport.close()
+            self.loop.call_later(FLUSH_S, self.transport.abort)
+
+
+class Ws(WebSocketsSansIOProtocol):
+    """A socket whose pings and pieces are bounded, and which ends also where nobody reads its end."""
+
+    counted = ""
+    _room, _filled = FRAMES, 0.0
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Count it no longer."""
+        if self.counted:
+            connections().leave(self.counted)
+            self.counted = ""
+        super().connection_lost(exc)
+
+    def handle_ping(self) -> None:
+        """Answer, unless they come in floods or nobody reads the answers."""
+        if self._may():
+            super().handle_ping()
+
+    def handle_pong(self, event: Frame) -> None:
+        """Take the answer to a ping of ours."""
+        if self._may():
+            super().handle_pong(event)
+
+    def handle_cont(self, event: Frame) -> None:
+        """Take a piece of a message; a message in very many pieces is none of ours."""
+        if self._may():
+            super().handle_cont(event)
+
+    def _may(self) -> bool:
+        if self.close_sent or self.transport.is_closing():
+            return False
+        now = self.loop.time()
+        self._room = min(FRAMES, self._room + (now - self._filled) * FRAMES_S) - 1
+        self._filled = now
+        if self.transport.get_write_buffer_size() > UNSENT:
+            self.transport.abort()
+            return False
+        if self._room < 0:
+            self.conn.fail(POLICY, "too many frames")
+            self.handle_parser_exception()
+            self._flush()
+            return False
+        return True
+
+    def keepalive_timeout(self) -> None:
+        """Nobody answers: nobody will read a close either."""
+        super().keepalive_timeout()
+        self._flush()
+
+    def on_task_complete(self, task: "asyncio.Task[None]") -> None:
+        """The application is done with it; what cannot be delivered soon never will."""
+        super().on_task_complete(task)
+        self._flush()
+
+    def _flush(self) -> None:
+        self.loop.call_later(FLUSH_S, self._cut)
+
+    def _cut(self) -> None:
+        if not self.disconnected:
+            self.transport.abort()

@@ -1,0 +1,43 @@
+"""`python -m portal.serve`: the web process, uvicorn with the portal's bounds."""
+
+import argparse
+import os
+import resource
+
+os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
+
+import uvicorn
+from django.conf import settings
+
+from portal.limits.protocols import Http, Ws
+
+MESSAGE = 16_384  # bytes of a socket's message; the application takes half of it
+
+
+def config(host: str, port: int, app: str = "portal.asgi:application") -> uvicorn.Config:
+    """Return how the web process is served.
+
+    Without trusted proxies no proxy's headers are read: uvicorn's default believes 127.0.0.1.
+    """
+    proxies = settings.TRUSTED_PROXIES
+    return uvicorn.Config(
+        app, host=host, port=port, http=Http, ws=Ws, ws_max_size=MESSAGE, ws_ping_interval=15, ws_ping_timeout=20,
+        timeout_keep_alive=5, timeout_graceful_shutdown=3, lifespan="off", access_log=False, log_level="warning",
+        proxy_headers=bool(proxies), forwarded_allow_ips=proxies, server_header=False,
+    )  # fmt: skip
+
+
+def main() -> None:
+    """Serve until told to stop."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--host", default="127.0.0.1")
+    parser.add_argument("--port", type=int, default=8000)
+    parser.add_argument("--app", default="portal.asgi:application")
+    asked = parser.parse_args()
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))  # a socket is a file
+    uvicorn.Server(config(asked.host, asked.port, asked.app)).run()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,243 @@
+"""What is half sent, too large, too much or never read ends, at the real web process, over raw connections."""
+
+import contextlib
+import os
+import re
+import select
+import socket
+import struct
+import tempfile
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from benchmarks.command_round_trip import cookie
+from robots import bus
+from tests.conftest import wait_for
+from tests.rig import Web
+
+HEAD_S, BODY_S = 1.5, 1.5
+GET = b"GET /livez HTTP/1.1\r\nHost: localhost\r\n"
+POST = b"POST /accounts/login/ HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/x-www-form-urlencoded\r\n"
+UPGRADE = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+
+
+@pytest.fixture
+def start(transactional_db, redis_server, robot, people):
+    bus.connection().flushall()
+    made = []
+
+    def web(**env):
+        made.append(Web(FARHAND_HEAD_S=str(HEAD_S), FARHAND_BODY_S=str(BODY_S), FARHAND_READ_S="2", **env))
+        return made[-1]
+
+    yield web
+    for one in made:
+        assert one.alive(), one.said()
+        assert "Traceback" not in one.said()
+        one.kill()
+
+
+def raw(web, said=b"", source="127.0.0.1"):
+    one = socket.create_connection(("127.0.0.1", web.port), timeout=10, source_address=(source, 0))
+    one.sendall(said)
+    return one
+
+
+def ended(one, seconds=15):
+    """Read to the end of a connection; return what was said."""
+    said, until = b"", time.monotonic() + seconds
+    with one, contextlib.suppress(ConnectionError):
+        while True:
+            one.settimeout(max(0.01, until - time.monotonic()))
+            part = one.recv(65536)
+            if not part:
+                break
+            said += part
+    return said
+
+
+def handshake(web, path="/ws/robots/mercury/", source="127.0.0.1", who=None):
+    more = f"Cookie: {cookie(who)}\r\n" if who else ""
+    head = (
+        f"GET {path} HTTP/1.1\r\nHost: localhost:{web.port}\r\nOrigin: http://localhost:{web.port}\r\n{more}".encode()
+    )
+    one = raw(web, head + UPGRADE + b"\r\n", source)
+    answer = b""
+    while b"\r\n\r\n" not in answer:
+        answer += one.recv(1)
+    return one, int(answer.split()[1])
+
+
+def serves(web):
+    with urllib.request.urlopen(f"{web.url}/status/", timeout=10) as answer:
+        return answer.status == 200
+
+
+def descriptors(web):
+    return len(list(Path(f"/proc/{web.pid}/fd").iterdir()))
+
+
+def memory_mb(web):
+    status = Path(f"/proc/{web.pid}/status").read_text()
+    return int(re.search(r"VmRSS:\s+(\d+)", status)[1]) / 1024
+
+
+HALVES = {
+    "nothing": b"", "a line": b"GET / HTTP/1.1\r\n", "a head": GET + b"X-A: b\r\n", "empty lines": b"\r\n\r\n\r\n",
+    "a body": POST + b"Content-Length: 1000\r\n\r\nlogin=", "a chunk": POST + b"Transfer-Encoding: chunked\r\n\r\n40\r\nabc",
+    "an answer first": GET + b"\r\n" + b"GET /livez HT",
+}  # fmt: skip
+
+
+def test_three_hundred_half_sent_requests_do_not_stay_open(start):
+    web = start()
+    before = descriptors(web)
+    said = list(HALVES.values())
+    held = [raw(web, said[n % len(said)]) for n in range(300)]
+    assert serves(web)
+    for one in held:
+        ended(one)
+    wait_for(lambda: descriptors(web) <= before + 5, 10, "their end")
+
+
+def test_a_head_that_trickles_ends(start):
+    web = start()
+    one = raw(web, GET)
+    begun = time.monotonic()
+    with contextlib.suppress(OSError):
+        while time.monotonic() - begun < 15:
+            one.sendall(b"X-A: b\r\n")
+            if select.select([one], [], [], 0.1)[0]:
+                break
+    assert b"408" in ended(one)
+
+
+def test_a_body_that_trickles_ends(start):
+    web = start()
+    one = raw(web, POST + b"Content-Length: 200000\r\n\r\n")
+    begun = time.monotonic()
+    with contextlib.suppress(OSError):
+        while time.monotonic() - begun < 15:
+            one.sendall(b"x")
+            if select.select([one], [], [], 0.1)[0]:
+                break
+    assert b" 408 " in ended(one)
+
+
+@pytest.mark.parametrize(
+    ("head", "status"),
+    [(b"Content-Length: 314572800\r\n\r\n", b" 413 "), (b"Content-Length: 9999999999999999999\r\n\r\n", b" 4"),
+     (b"Transfer-Encoding: chunked\r\n\r\n", b" 413 ")],
+)  # fmt: skip
+def test_a_body_of_300_mib_is_refused_before_it_is_stored(start, head, status):
+    web = start()
+    memory, free = memory_mb(web), os.statvfs(tempfile.gettempdir()).f_bavail
+    one = raw(web, POST + head)
+    sent = 0
+    chunk = b"10000\r\n" + b"x" * 65536 + b"\r\n" if b"chunked" in head else b"x" * 65536
+    with contextlib.suppress(OSError):
+        while sent < 300 * 2**20 and not select.select([one], [], [], 0)[0]:
+            sent += one.send(chunk)
+    assert sent < 8 * 2**20
+    answer = b""
+    with contextlib.suppress(OSError):  # what was not read resets the connection
+        answer = ended(one)
+    assert not answer or status in answer.split(b"\r\n")[0] + b" "
+    assert memory_mb(web) - memory < 20
+    assert free - os.statvfs(tempfile.gettempdir()).f_bavail < 5000
+    assert serves(web)
+
+
+def test_an_endless_head_is_refused(start):
+    web = start()
+    memory = memory_mb(web)
+    one, sent = raw(web, GET), 0
+    with contextlib.suppress(OSError):
+        while sent < 50 * 2**20 and not select.select([one], [], [], 0)[0]:
+            sent += one.send(b"X-A: " + b"b" * 8000 + b"\r\n")
+    assert sent < 4 * 2**20
+    assert memory_mb(web) - memory < 20
+    ended(one)
+    assert serves(web)
+
+
+def ping(data=b"x" * 125):
+    return struct.pack("!BB4s", 0x89, 0x80 | len(data), b"\0\0\0\0") + data
+
+
+@pytest.mark.parametrize(
+    "what", [ping(), struct.pack("!BB4s", 0x8A, 0x80, b"\0\0\0\0"), struct.pack("!BB4s", 0x00, 0x80, b"\0\0\0\0")]
+)
+def test_a_flood_of_frames_at_a_socket_that_never_reads_ends_it(start, what):
+    web = start()
+    memory = memory_mb(web)
+    one, status = handshake(web)
+    assert status == 101
+    if what[0] == 0:  # pieces belong to a message that has begun
+        one.sendall(struct.pack("!BB4s", 0x01, 0x80, b"\0\0\0\0"))
+    sent = 0
+    with contextlib.suppress(OSError):
+        while sent < 40 * 2**20:
+            sent += one.send(what * 200)
+    assert sent < 40 * 2**20
+    one.close()
+    assert memory_mb(web) - memory < 20
+    assert serves(web)
+
+
+def test_a_page_that_is_never_read_does_not_stay_open(start):
+    web = start()
+    before = descriptors(web)
+    ask = b"GET /robots/mercury/ HTTP/1.1\r\nHost: localhost\r\n\r\n" * 200
+    held = []
+    for _ in range(20):
+        one = socket.socket()
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        one.connect(("127.0.0.1", web.port))
+        one.sendall(ask)
+        held.append(one)
+    wait_for(lambda: descriptors(web) <= before + 10, 40, "their end")
+    for one in held:
+        one.close()
+
+
+def test_one_address_has_so_many_sockets_and_the_next_address_its_own(start):
+    web = start(FARHAND_SOCKETS_PER_ADDRESS="5")
+    mine = [handshake(web) for _ in range(5)]
+    assert [status for _, status in mine] == [101] * 5
+    assert handshake(web)[1] == 429
+    other, status = handshake(web, source="127.0.0.2")
+    assert status == 101
+    mine[0][0].close()
+    wait_for(lambda: handshake(web)[1] == 101, 5, "room for another")
+    for one, _ in mine:
+        one.close()
+    other.close()
+    assert serves(web)
+
+
+def test_one_address_has_so_many_requests_and_connections_at_once(start):
+    web = start(FARHAND_REQUESTS_PER_ADDRESS="4", FARHAND_CONNECTIONS_PER_ADDRESS="8")
+    half = POST + b"Content-Length: 1000\r\n\r\nlogin="
+    held = [raw(web, half) for _ in range(4)]
+    time.sleep(0.3)
+    assert b" 429 " in ended(raw(web, GET + b"Connection: close\r\n\r\n"))
+    assert b" 200 " in ended(raw(web, GET + b"Connection: close\r\n\r\n", source="127.0.0.3"))
+    idle = [raw(web) for _ in range(8)]
+    said = [ended(one) for one in idle]
+    assert sum(b" 503 " in one for one in said) >= 4
+    for one in held:
+        assert b" 408 " in ended(one)
+    wait_for(lambda: serves(web), 5, "room")
+
+
+def test_a_school_class_behind_one_address_is_served(start, people):
+    web = start()
+    sockets = [handshake(web, path) for _ in range(150) for path in ("/ws/robots/mercury/", "/ws/robots/mercury/")]
+    assert {status for _, status in sockets} == {101}
+    assert serves(web)
+    for one, _ in sockets:
+        one.close()

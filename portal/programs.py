@@ -6,6 +6,7 @@ from pathlib import Path
 from django.conf import settings
 
 from portal.supervisor import Program
+from robots import bus
 from robots.description import simulator_module
 from robots.models import Robot
 
@@ -41,12 +42,13 @@ def web_program(host: str, port: int) -> Program:
 
 
 def housekeeping_program() -> Program:
-    """Return the housekeeping worker with the scheduler inside."""
+    """Return the housekeeping worker with the scheduler inside: a thread for each of its queues."""
     return Program(
         "housekeeping",
         (
-            PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "2", "-Q",
-            "housekeeping", "-n", "housekeeping@%h", "-B", "-s", str(settings.VAR / "beat-schedule"),
+            PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "3", "-Q",
+            f"{bus.TICKS},{bus.PROBES},{bus.HOUSEKEEPING}", "-n", "housekeeping@%h",
+            "-B", "-s", str(settings.VAR / "beat-schedule"),
             "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
         ),
         {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", **QUIET},

@@ -151,7 +151,8 @@ CELERY_WORKER_HIJACK_ROOT_LOGGER = False
 CELERY_TASK_DEFAULT_QUEUE = "housekeeping"
 CELERY_TIMEZONE = "UTC"
 CELERY_BEAT_SCHEDULE = {
-    "queue-tick": {"task": "queueing.tick", "schedule": 1.0, "options": {"expires": 5}},
+    "queue-tick": {"task": "queueing.tick", "schedule": 1.0, "options": {"expires": 5, "queue": "ticks"}},
+    "probes": {"task": "robots.probe", "schedule": 60.0, "options": {"expires": 30, "queue": "probes"}},
     "clean": {"task": "robots.clean", "schedule": 3600.0},
 }
 

@@ -8,7 +8,6 @@ import logging
 import re
 from collections import Counter
 from functools import cache
-from typing import Any
 
 import redis
 from celery import current_app
@@ -20,6 +19,8 @@ from robots.messages import Event, StandingChanged, encode
 log = logging.getLogger(__name__)
 failures: Counter[str] = Counter()
 RING_TASK = "robots.look"
+PROBE_TASK = "robots.probe"
+HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
 
 
@@ -203,10 +204,10 @@ def alive() -> bool:
         return False
 
 
-def send_housekeeping(task: str, *args: Any) -> bool:
-    """Queue a task for the housekeeping worker."""
+def ring_probes() -> bool:
+    """Tell the housekeeping worker that a test of a robot was asked for; it finds out which."""
     try:
-        current_app.send_task(task, args=args, queue="housekeeping", ignore_result=True, retry=False)
+        current_app.send_task(PROBE_TASK, queue=PROBES, ignore_result=True, retry=False)
     except Exception:  # noqa: BLE001 - see ring
         failures["housekeeping"] += 1
         return False

@@ -67,6 +67,8 @@ class Robot(models.Model):
     calibration = models.JSONField(default=dict, blank=True, editable=False)
     calibrated_at = models.DateTimeField(null=True, blank=True, editable=False)
     probe = models.JSONField(default=dict, blank=True, editable=False)
+    probe_asked_at = models.DateTimeField(null=True, blank=True, editable=False)  # while a test is asked for
+    probe_begun_at = models.DateTimeField(null=True, blank=True, editable=False)  # while it runs
     clearance_required = models.BooleanField(default=True)
 
     class Meta:

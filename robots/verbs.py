@@ -5,7 +5,8 @@ from functools import wraps
 
 from django.http import HttpRequest
 
-from robots import bus, services
+from robots import probes, services
+from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.permissions import need_staff
 
@@ -92,8 +93,7 @@ def test(robot: Robot, request: HttpRequest) -> str:
     if robot.enabled:
         services.staff_command(robot, request.user, "still")
         return "The robot is on: a new picture was asked for; see the command history."
-    if not bus.send_housekeeping("robots.probe", robot.slug):
-        raise services.RobotOffline("The test needs the live link (Redis), which is down.")
+    probes.ask(robot, request.user, SYSTEM.now())
     return "The connection is being tested; the answer appears below in some seconds."
 
 

@@ -1,12 +1,21 @@
 """The admin's test of a connection, through the housekeeping worker as in life."""
 
 import shutil
+import socket
+import threading
+import time
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 from django.conf import settings
+from django.contrib.auth import get_user_model
 
-from robots import bus
+from queueing import services as queue
+from queueing.models import Ticket, TicketState
+from robots import bus, probes
+from robots.clock import SYSTEM
+from robots.drivers.errors import NotPermitted
 from robots.models import Robot
 from tests.conftest import wait_for
 from tests.rig import Simulator, housekeeping
@@ -25,7 +34,7 @@ def broom(transactional_db, redis_server, robot, people):
 
 def probe(robot):
     Robot.objects.filter(pk=robot.pk).update(probe={})
-    bus.send_housekeeping("robots.probe", robot.slug)
+    probes.ask(robot, get_user_model().objects.get(username="kim"), SYSTEM.now())
     found = {}
 
     def done():
@@ -67,3 +76,49 @@ def test_a_controller_that_is_silent_is_named(broom, robot):
         assert found["picture"] == "ok"
     finally:
         sim.stop()
+
+
+@pytest.fixture
+def silent():
+    """A camera's address where somebody listens and says nothing, and who called."""
+    server, calls = socket.create_server(("127.0.0.1", 0), backlog=64), []
+
+    def serve():
+        while True:
+            try:
+                calls.append(server.accept()[0])
+            except OSError:
+                return
+
+    threading.Thread(target=serve, daemon=True).start()
+    yield server.getsockname()[1], calls
+    server.close()
+
+
+def test_thirty_tests_that_hang_run_one_by_one_and_delay_no_queue(broom, robot, people, silent):
+    port, calls = silent
+    many = [
+        Robot.objects.create(
+            slug=f"r{i}", name=f"R{i}", driver="mercury", address="tcp:127.0.0.1:9",
+            camera=f"http://127.0.0.1:{port}/snapshot.jpg",
+        )
+        for i in range(30)
+    ]  # fmt: skip
+    for one in many:
+        probes.ask(one, people["kim"], SYSTEM.now())
+    with pytest.raises(NotPermitted, match="running"):
+        probes.ask(many[-1], people["kim"], SYSTEM.now())
+    wait_for(lambda: Robot.objects.exclude(probe_begun_at=None).exists(), 30, "the first test")
+    Robot.objects.filter(pk=robot.pk).update(enabled=True)
+    robot.refresh_from_db()
+    late = []
+    for name in ("ada", "bob") * 3:  # a tick takes out who was away too long
+        ticket = queue.join(robot, people[name], SYSTEM.now())
+        Ticket.objects.filter(pk=ticket.pk).update(last_seen=SYSTEM.now() - timedelta(days=1))
+        asked = time.monotonic()
+        wait_for(lambda pk=ticket.pk: Ticket.objects.get(pk=pk).state == TicketState.EXPIRED, 10, "a tick")
+        late.append(time.monotonic() - asked)
+        assert Robot.objects.exclude(probe_begun_at=None).count() <= 1, "one at a time"
+    assert Robot.objects.exclude(probe_asked_at=None).count() > 10, "they still wait"
+    assert max(late) < 5, late
+    assert calls

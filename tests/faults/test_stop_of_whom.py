@@ -19,6 +19,17 @@ def latched(rig):
     return Robot.objects.get().stop_latched or (settings.VAR / "run" / f"{rig.robot.slug}.stopped").exists()
 
 
+def quiet(heard, seconds=1.5):
+    """Wait until nothing more is told, so that what comes after is told by nobody."""
+
+    def still():
+        before = len(heard)
+        time.sleep(seconds)
+        return not any(m["t"] in ("snapshot", "changed") for m in heard[before:])
+
+    wait_for(still, 20, "quiet")
+
+
 def release(rig):
     wait_for(lambda: latched(rig), 5, "the stop")
     wait_for(lambda: Robot.objects.get().stop_latched, 5, "the row follows")
@@ -68,6 +79,7 @@ def test_the_page_of_the_operator_stops_and_one_that_missed_the_end_of_its_turn_
             wait_for(lambda: any(m.get("me", {}).get("operating") for m in heard), 10, "the snapshot")
             ada.send(json.dumps({"t": "stop"}))
             release(rig)
+            quiet(heard)
             spoken = bus.connection().pubsub()
             spoken.subscribe(bus.stop_channel(rig.robot.slug))
             # her turn ends in the rows alone: no event tells her page

@@ -111,6 +111,7 @@ ROWS = {
         ROBOT_STAFF, lambda do, w: (over(w), do(w.robot, w.user, "soft_reset")),
     ),
     "robots.set_enabled": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, False)),
+    "robots.ask": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "robots.close_incident": (
         ROBOT_STAFF,
         lambda do, w: do(Incident.objects.create(robot=w.robot, at=SYSTEM.now()), w.user),
@@ -213,6 +214,7 @@ def allowed(world, call):
 @pytest.fixture
 def world(robot, roles, monkeypatch):
     monkeypatch.setattr(bus, "ring_stop", lambda slug, grant=0: True)
+    monkeypatch.setattr(bus, "ring_probes", lambda: True)
     return SimpleNamespace(robot=robot, cast=roles, root=roles["superuser"], user=None)
 
 
@@ -235,7 +237,7 @@ def test_promise_35_services_by_roles(world):
 @pytest.mark.parametrize("verb", verbs.VERBS)
 def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):
     sent = []
-    monkeypatch.setattr(bus, "send_housekeeping", lambda *a, **k: sent.append(a) or True)
+    monkeypatch.setattr(bus, "ring_probes", lambda: sent.append("probe") or True)
     over(world)
     type(world.robot).objects.update(enabled=enabled, **({"cycle": "locked_out"} if verb == "maintenance" else {}))
     before = type(world.robot).objects.values().get(), Command.objects.count()

@@ -1,0 +1,59 @@
+"""Tests of robots that no worker owns: asked for by staff, carried out one after another.
+
+A row that says so is the truth, the message behind it only a bell: a lost one is made up for by the
+next press or the next start of the housekeeping worker, a doubled one finds nothing to do.
+"""
+
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.db.models import Q
+
+from robots import bus
+from robots.drivers.errors import NotPermitted
+from robots.messages import Changed
+from robots.models import Robot
+from robots.permissions import need_staff
+from robots.services import RobotOffline
+
+LIMIT_S = 120.0  # one that has not ended by then died with its process
+
+
+def ask(robot: Robot, user: Any, now: datetime) -> None:
+    """Ask for a test of the robot's connection and camera.
+
+    Raises:
+        NotStaff: who asks may not.
+        NotPermitted: a test of this robot is asked for already.
+        RobotOffline: nobody can be told now.
+
+    """
+    need_staff(user)
+    free = Q(probe_asked_at=None) | Q(probe_begun_at__lte=now - timedelta(seconds=LIMIT_S))
+    new = Robot.objects.filter(free, pk=robot.pk).update(probe_asked_at=now, probe_begun_at=None)
+    if not bus.ring_probes():
+        Robot.objects.filter(pk=robot.pk, probe_begun_at=None).update(probe_asked_at=None)
+        raise RobotOffline("The test needs the live link (Redis), which is down.")
+    if not new:
+        raise NotPermitted("A test of this robot is running; wait for its answer below.")
+
+
+def claim(now: datetime) -> Robot | None:
+    """Return the robot whose test is to be carried out next, claimed; nothing where none waits."""
+    waiting = Robot.objects.filter(probe_begun_at=None).exclude(probe_asked_at=None)
+    for robot in waiting.order_by("probe_asked_at", "pk"):
+        if waiting.filter(pk=robot.pk).update(probe_begun_at=now):
+            return robot
+    return None
+
+
+def waiting() -> bool:
+    """Tell whether a test waits to be carried out."""
+    return Robot.objects.filter(probe_begun_at=None).exclude(probe_asked_at=None).exists()
+
+
+def finish(robot: Robot, found: dict[str, Any], now: datetime) -> None:
+    """Write down what a test found."""
+    found = {**found, "at": now.isoformat()}
+    Robot.objects.filter(pk=robot.pk).update(probe=found, probe_asked_at=None, probe_begun_at=None)
+    bus.publish(robot.slug, Changed("robot"))

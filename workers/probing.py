@@ -1,0 +1,101 @@
+"""Test robots that no worker owns: connection, state, first picture. One at a time in a process."""
+
+import logging
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from django.conf import settings
+
+from robots import probes
+from robots.clock import SYSTEM
+from robots.description import simulator_module, views
+from robots.drivers.contract import make_driver
+from robots.drivers.errors import CameraFault, RobotError
+from robots.models import Lease, Robot, frame_name
+from workers.cameras import open_camera
+from workers.pictures import jpeg
+
+log = logging.getLogger(__name__)
+_slot = threading.Lock()
+
+
+def all_that_wait(give_up: Callable[[], bool]) -> None:
+    """Carry out every test that is asked for; return at once where that is being done already."""
+    while probes.waiting() and not give_up():
+        if not _slot.acquire(blocking=False):
+            return  # whoever has it looks once more after letting go
+        try:
+            while not give_up() and (robot := probes.claim(SYSTEM.now())) is not None:
+                _one(robot)
+        finally:
+            _slot.release()
+
+
+def _one(robot: Robot) -> None:
+    found: dict[str, Any] = {
+        "connection": "The test broke off; the log of the housekeeping worker has why.",
+        "picture": "",
+    }
+    try:
+        simulator = _start_simulator(robot)
+        try:
+            found = probe(robot)
+        finally:
+            if simulator is not None:
+                simulator.terminate()
+                simulator.wait(10)
+    except Exception:
+        log.exception("the test of %s broke off", robot.slug)
+    finally:
+        probes.finish(robot, found, SYSTEM.now())
+
+
+def _start_simulator(robot: Robot) -> "subprocess.Popen[bytes] | None":
+    kind, _, name = robot.address.partition(":")
+    if kind != "sim" or robot.enabled:
+        return None
+    signs = [robot.rig_dir / sign for sign in ("tty", "camera")[: 1 + bool(views(robot.description()))]]
+    for sign in signs:
+        sign.unlink(missing_ok=True)
+    module = simulator_module(name)
+    process = subprocess.Popen([sys.executable, "-m", module, "--dir", str(robot.rig_dir)])  # noqa: S603
+    until = time.monotonic() + 20
+    while time.monotonic() < until and not all(sign.exists() for sign in signs):
+        time.sleep(0.1)
+    return process
+
+
+def probe(robot: Robot) -> dict[str, Any]:
+    """Return what the robot and its first camera answered."""
+    found: dict[str, Any] = {"connection": "", "picture": ""}
+    lease = Lease.objects.filter(robot=robot).first()
+    driver = make_driver(robot.driver, robot.wire_address, robot.driver_settings(lease.epoch if lease else 0))
+    try:
+        state = driver.connect()
+        found["connection"] = "ok"
+        found["state"] = {"pose": [round(v, 4) for v in state.pose], "ready": state.ready}
+    except RobotError as error:
+        found["connection"] = str(error)
+    finally:
+        driver.close()
+    described = robot.description()
+    if not views(described):
+        return found | {"picture": "It has no camera."}
+    try:
+        view, colour = views(described)[0], bool(described["camera"].get("colour"))
+        with closing(open_camera(robot.camera_address(0), robot.rig_dir, view, colour)) as camera:
+            picture = camera.grab(1 / 150)
+        name = f"frames/{robot.slug}/probe-{frame_name()}.jpg"
+        path = Path(settings.MEDIA_ROOT) / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(jpeg(picture))
+        found["picture"], found["file"] = "ok", name
+    except (CameraFault, OSError) as error:
+        found["picture"] = str(error)
+    return found

@@ -18,10 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from robots.brownout import Brownout
 from simulators.common.faults import FaultBoard
 
 Take = Callable[[float], NDArray[np.uint8]]
 STREAM_S = 0.1
+LEAST_OFTEN_S = 1.0  # a still is taken from the stream as well, and must not wait for long
 BOUNDARY = "frame"
 
 
@@ -100,12 +102,16 @@ class CameraServer:
         request.send_header("Connection", "close")
         request.end_headers()
         request.close_connection = True
+        brownout = Brownout()
         while not self._faults.value("cam_gone"):
             body = self.picture(exposure)
             head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(body)}\r\n\r\n"
             request.wfile.write(head.encode() + body + b"\r\n")
             request.wfile.flush()
-            time.sleep(STREAM_S)
+            wait = min(brownout.every_s(STREAM_S), LEAST_OFTEN_S)
+            begun = time.monotonic()
+            time.sleep(wait)
+            brownout.feel(time.monotonic() - begun - wait, time.monotonic())
 
     def picture(self, exposure: float) -> bytes:
         """Return one JPEG, spoilt as the fault board says."""

@@ -20,7 +20,7 @@ HEAD = 64 * 1024  # bytes of a request's line and headers
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that answers none of our reading
 FRAMES_S, FRAMES = 20.0, 200.0  # frames a second that are no messages (pings, pieces), and at once
 FLUSH_S = 5.0  # for the last bytes of a connection that we close
-POLICY = 1008
+NO_TEXT, POLICY = 1007, 1008
 
 
 @cache
@@ -178,6 +178,16 @@ class Ws(WebSocketsSansIOProtocol):
         if self._may():
             super().handle_cont(event)
 
+    def send_receive_event_to_app(self) -> None:
+        """Pass a message on; a text that is none ends the socket without a page in the log."""
+        if self.curr_msg_data_type == "text" and not self.close_sent:
+            try:
+                b"".join(self.frames).decode()
+            except UnicodeDecodeError:
+                self._fail(NO_TEXT, "no UTF-8")
+                return
+        super().send_receive_event_to_app()
+
     def _may(self) -> bool:
         if self.close_sent or self.transport.is_closing():
             return False
@@ -188,11 +198,15 @@ class Ws(WebSocketsSansIOProtocol):
             self.transport.abort()
             return False
         if self._room < 0:
-            self.conn.fail(POLICY, "too many frames")
-            self.handle_parser_exception()
-            self._flush()
+            self._fail(POLICY, "too many frames")
             return False
         return True
+
+    def _fail(self, code: int, reason: str) -> None:
+        self.frames = []
+        self.conn.fail(code, reason)
+        self.handle_parser_exception()
+        self._flush()
 
     def keepalive_timeout(self) -> None:
         """Nobody answers: nobody will read a close either."""

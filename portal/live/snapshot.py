@@ -33,7 +33,11 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."
     if robot.cycle in (Cycle.READY, Cycle.OFFERED) and under_upkeep(robot):
-        return "handover", "Staff command running", "A command of staff runs; then the next person is offered it."
+        return (
+            "handover",
+            "Staff command running",
+            "Staff run a command now; the robot is offered again when that has ended.",
+        )
     return robot.cycle, Cycle(robot.cycle).label, ""
 
 

@@ -46,7 +46,7 @@ check: setup-test
 	$(PY) -m mypy .
 	.venv/bin/lint-imports
 	FARHAND_VAR=$$(mktemp -d) $(PY) manage.py makemigrations --check --dry-run
-	FARHAND_VAR=$$(mktemp -d) FARHAND_PUBLIC=1 ALLOWED_HOSTS=robots.example.org $(PY) manage.py check --deploy --fail-level WARNING
+	FARHAND_VAR=$$(mktemp -d) FARHAND_PUBLIC=1 ALLOWED_HOSTS=robots.example.org EMAIL_URL=smtp://localhost:25 $(PY) manage.py check --deploy --fail-level WARNING
 
 # make bench NAME=click_to_image
 bench: setup-test

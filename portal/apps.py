@@ -1,7 +1,9 @@
 """The portal app: templates, static files, commands, checks."""
 
 from django.apps import AppConfig
+from django.core import checks
 
+from portal.checks import mail_leaves
 from portal.logs import security
 
 
@@ -15,5 +17,6 @@ class PortalConfig(AppConfig):
         """Begin to write the security log, and to ring where sockets hang on what changed."""
         from portal.live import changes  # noqa: PLC0415 - models are there only now
 
+        checks.register(mail_leaves)
         security.listen()
         changes.listen()

@@ -84,6 +84,7 @@ MIDDLEWARE = [
     "allauth.account.middleware.AccountMiddleware",
     "portal.logs.security.RefusalLog",
     "portal.pages.plain.PlainText",
+    "portal.pages.private.PrivatePages",
 ]
 ROOT_URLCONF = "portal.urls"
 ASGI_APPLICATION = "portal.asgi.application"

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from django.conf import settings
-from django.core.validators import RegexValidator
 from django.db import models
 from django.db.models import Q
 
 from robots import description
 from robots.drivers.contract import Features, make_driver
+from robots.rules import a_turn, camera_addresses, positive, robot_address
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
 
 
@@ -26,23 +26,13 @@ class Robot(models.Model):
     driver = models.CharField(max_length=40, default="mercury", help_text="Name of the driver package.")
     address = models.CharField(
         max_length=200,
-        validators=[
-            RegexValidator(
-                r"^(sim:[a-z0-9_]+|serial:/dev/[\w./-]+|tcp:[\w.\[\]:-]+:\d+)$",
-                "Use sim:NAME, serial:/dev/PORT or tcp:HOST:PORT.",
-            )
-        ],
+        validators=[robot_address],
         help_text="sim:mercury, serial:/dev/ttyUSB0 or tcp:host:port",
     )
     camera = models.TextField(
         blank=True,
         max_length=1000,
-        validators=[
-            RegexValidator(
-                r"^(https?://\S+|rtsp://\S+|v4l2:/dev/video\d+)(\s+(https?://\S+|rtsp://\S+|v4l2:/dev/video\d+))*\s*$",
-                "Use http(s)://…, rtsp://… or v4l2:/dev/videoN, one camera a line.",
-            )
-        ],
+        validators=[camera_addresses],
         help_text="Empty for a simulated robot; http://…/snapshot.jpg, rtsp://… or v4l2:/dev/video0, one camera a "
         "line in the order of the robot's cameras.",
     )
@@ -56,14 +46,20 @@ class Robot(models.Model):
     stop_latched = models.BooleanField(default=False, editable=False)
     releases = models.PositiveIntegerField(default=0, db_default=0, editable=False)  # how often a stop was released
     stopped_at = models.DateTimeField(null=True, blank=True, editable=False)
-    speed = models.FloatField(null=True, blank=True, help_text="m/s; empty for the driver's default.")
-    stability_threshold = models.FloatField(null=True, blank=True, help_text="Grey levels; empty: default.")
-    delivery_exposure_s = models.FloatField(null=True, blank=True, help_text="s; empty: 1/150.")
+    speed = models.FloatField(
+        null=True, blank=True, validators=[positive], help_text="m/s; empty for the driver's default."
+    )
+    stability_threshold = models.FloatField(
+        null=True, blank=True, validators=[positive], help_text="Grey levels; empty: default."
+    )
+    delivery_exposure_s = models.FloatField(null=True, blank=True, validators=[positive], help_text="s; empty: 1/150.")
     boxes = models.JSONField(
         default=list, blank=True,
         help_text="Forbidden boxes beside the robot's own, in its base's frame: name, two corners in m.",
     )  # fmt: skip
-    turn_s = models.PositiveIntegerField(null=True, blank=True, help_text="Seconds a turn; empty: default.")
+    turn_s = models.PositiveIntegerField(
+        null=True, blank=True, validators=[a_turn], help_text="Seconds a turn; empty: default."
+    )
     calibration = models.JSONField(default=dict, blank=True, editable=False)
     calibrated_at = models.DateTimeField(null=True, blank=True, editable=False)
     probe = models.JSONField(default=dict, blank=True, editable=False)

@@ -3,6 +3,7 @@
 from datetime import datetime
 from typing import Any
 
+from django.contrib.auth import get_user_model
 from django.db import IntegrityError, transaction
 from django.db.models import Q, QuerySet
 
@@ -49,13 +50,15 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
     program = own.filter(pk=pk).first() if pk is not None else Program(robot=robot, author=user)
     if program is None:
         raise NotPermitted("That program is not yours; save it under a name of your own.")
-    if program.pk is None and own.count() >= MOST:
-        raise NotPermitted(f"You have {MOST} programs for this robot; delete one first.")
     if (program.name, program.text) != (name, text):
         program.approved, program.approved_by = False, None
     program.name, program.text, program.shared, program.changed_at = name, text, shared, now
     try:
         with transaction.atomic():
+            # one at a time a person: two that count at once would both find room
+            get_user_model().objects.select_for_update().filter(pk=user.pk).first()
+            if program.pk is None and own.count() >= MOST:
+                raise NotPermitted(f"You have {MOST} programs for this robot; delete one first.")
             program.save()
     except IntegrityError as error:
         raise BadRequest("You have a program of that name already.") from error

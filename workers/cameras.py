@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robots import addresses
 from robots.drivers.errors import CameraFault
 from workers.patience import answer_within
 
@@ -56,6 +57,13 @@ class SnapshotCamera:
             made = http.client.HTTPSConnection if self._parts.scheme == "https" else http.client.HTTPConnection
             self._connection = made(self._parts.netloc, timeout=TIMEOUT_S)
             self._connection.response_class = ANSWER
+            try:
+                addresses.check_resolved(self._connection.host, self._connection.port)
+                self._connection.connect()
+                addresses.check_host(str(self._connection.sock.getpeername()[0]))  # before anything is sent
+            except addresses.AddressError as error:
+                self.close()
+                raise CameraFault(str(error)) from error
         path = f"{self._parts.path or '/'}?{self._parts.query}&exposure={exposure_s:.6f}"
         self._connection.request("GET", path)
         answer = self._connection.getresponse()
@@ -134,7 +142,12 @@ class StreamCamera:
                 return
 
     def _open(self) -> Any:
-        return av.open(self._source, format=self._form, timeout=(TIMEOUT_S, TIMEOUT_S))
+        parts = urlsplit(self._source)
+        options = {}
+        if parts.hostname:
+            addresses.check_resolved(parts.hostname, parts.port or 80)
+            options = {"max_redirects": "0"} if parts.scheme.startswith("http") else {}
+        return av.open(self._source, format=self._form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
 
     def grab(self, exposure_s: float) -> Picture:
         """Return the first picture that arrives from now on; the exposure is the camera's own."""

@@ -77,10 +77,11 @@ def probe(robot: Robot) -> dict[str, Any]:
     lease = Lease.objects.filter(robot=robot).first()
     driver = make_driver(robot.driver, robot.wire_address, robot.driver_settings(lease.epoch if lease else 0))
     try:
+        addresses.check_robot_now(robot.address)
         state = driver.connect()
         found["connection"] = "ok"
         found["state"] = {"pose": [round(v, 4) for v in state.pose], "ready": state.ready}
-    except RobotError as error:
+    except (RobotError, addresses.AddressError) as error:
         found["connection"] = str(error)
     finally:
         driver.close()

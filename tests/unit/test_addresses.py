@@ -1,33 +1,110 @@
-"""Networks of trusted proxies, and what counts as one network address."""
+"""Where robots and cameras may be."""
+
+import http.server
+import socket
+import threading
 
 import pytest
 
-from portal.limits.addresses import network_of, proxy_networks
+from robots import addresses
+from robots.drivers.errors import CameraFault
+
+FORBIDDEN = [
+    "169.254.169.254", "169.254.0.1", "[fe80::1]", "[fe80::1%eth0]", "[::ffff:169.254.169.254]", "[fd00:ec2::254]",
+    "100.100.100.200", "0.0.0.0", "[::]", "224.0.0.1", "2852039166", "0xA9FEA9FE", "0251.0376.0251.0376", "169.254.43518",
+    "-x", "a..b", "a b", "a\0b", "user@host", "",
+]  # fmt: skip
 
 
-def test_networks_and_single_addresses_are_taken():
-    assert proxy_networks(["127.0.0.1", " 10.0.3.0/28 ", "", "2001:db8::/64"]) == [
-        "127.0.0.1/32", "10.0.3.0/28", "2001:db8::/64",
-    ]  # fmt: skip
-    assert proxy_networks([]) == []
+@pytest.mark.parametrize("address", [
+    "sim:mercury", "serial:/dev/ttyUSB0", "serial:/dev/serial/by-id/usb-FTDI_1-if00-port0", "tcp:127.0.0.1:4001",
+    "tcp:arm.example.org:8101", "tcp:192.168.1.20:1", "tcp:[fd12::1]:65535", "tcp:[::1]:7",
+])  # fmt: skip
+def test_robots_addresses(address):
+    addresses.check_robot(address)
 
 
-@pytest.mark.parametrize("entry", ["0", "1", "2"])
-def test_the_old_number_of_hops_is_refused_with_what_to_write(entry):
-    with pytest.raises(ValueError, match="no longer a number of hops.*name the addresses"):
-        proxy_networks([entry])
+@pytest.mark.parametrize("address", [
+    "", "sim:", "sim:../x", "http://x", "file:///etc/passwd", "serial:/etc/passwd", "serial:/dev/../etc/passwd",
+    "serial:/dev/shm/x", "serial:/dev/stdin/../../etc/passwd", "serial:/dev/fd/0/x y", "serial:dev/ttyUSB0", "tcp:host", "tcp:host:0",
+    "tcp:host:65536", "tcp:host:²", "tcp:host:" + "9" * 5000, "tcp::1", "socket://x:1", *(f"tcp:{h}:80" for h in FORBIDDEN),
+])  # fmt: skip
+def test_what_is_no_robots_address(address):
+    with pytest.raises(addresses.AddressError):
+        addresses.check_robot(address)
 
 
-@pytest.mark.parametrize("entry", ["*", "0.0.0.0/0", "::/0", "proxy.example.org", "10.0.3.1/28", "10.0.0", "²"])
-def test_what_is_no_network_or_trusts_everybody_is_refused(entry):
-    with pytest.raises(ValueError, match="FARHAND_TRUSTED_PROXIES"):
-        proxy_networks([entry])
+def test_a_port_that_leads_out_of_dev_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(addresses.Path, "resolve", lambda self: tmp_path / "x")
+    with pytest.raises(addresses.AddressError, match="no device"):
+        addresses.check_robot("serial:/dev/ttyUSB0")
 
 
-def test_one_ipv6_network_counts_as_one_address():
-    assert network_of("2001:db8:1:2::1") == network_of("2001:db8:1:2:ffff:ffff:ffff:ffff") == "2001:db8:1:2::/64"
-    assert network_of("2001:db8:1:3::1") != network_of("2001:db8:1:2::1")
-    assert network_of("::ffff:192.0.2.7") == network_of("192.0.2.7") == "192.0.2.7"
-    assert network_of("fe80::1%eth0") == "fe80::/64"
-    assert network_of("unix:") == "unix:"
-    assert len(network_of("x" * 10_000)) == 64
+@pytest.mark.parametrize(
+    "text", ["", "v4l2:/dev/video0", "http://cam.example.org/snapshot.jpg\nrtsp://192.168.1.9:554/live"]
+)
+def test_cameras_addresses(text):
+    addresses.check_cameras(text)
+
+
+@pytest.mark.parametrize("text", [
+    "file:///etc/passwd", "gopher://x/", "v4l2:/dev/video0/../sda", "http://", "http://[", "http://x:99999/",
+    "http://a/ http://169.254.169.254/latest", "concat:http://x", *(f"http://{h}/" for h in FORBIDDEN if h and " " not in h and "@" not in h),
+])  # fmt: skip
+def test_what_is_no_cameras_address(text):
+    with pytest.raises(addresses.AddressError):
+        addresses.check_cameras(text)
+
+
+def test_a_name_that_leads_there_is_refused_when_it_is_opened(monkeypatch):
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *a, **k: [(2, 1, 6, "", ("169.254.169.254", 80))])
+    with pytest.raises(addresses.AddressError):
+        addresses.check_resolved("innocent.example.org", 80)
+
+
+class Redirects(http.server.BaseHTTPRequestHandler):
+    target, asked = "", []
+
+    def do_GET(self):
+        type(self).asked.append(self.path)
+        self.send_response(302)
+        self.send_header("Location", self.target)
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture
+def redirecting():
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Redirects)
+    Redirects.target, Redirects.asked = f"http://127.0.0.1:{server.server_port}/secret", []
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.mark.parametrize("path", ["/snapshot.jpg", "/stream.mjpg"])
+def test_no_redirect_of_a_camera_is_followed(redirecting, tmp_path, path):
+    from workers.cameras import open_camera
+
+    camera = open_camera(redirecting + path, tmp_path)
+    try:
+        with pytest.raises(CameraFault):
+            camera.grab(0.01)
+    finally:
+        camera.close()
+    assert Redirects.asked
+    assert not [p for p in Redirects.asked if p.startswith("/secret")]
+
+
+def test_a_camera_whose_name_leads_there_is_sent_nothing(monkeypatch, tmp_path):
+    from workers.cameras import SnapshotCamera
+
+    sent = []
+    monkeypatch.setattr(addresses, "check_resolved", lambda *a: (_ for _ in ()).throw(addresses.AddressError("no")))
+    monkeypatch.setattr(socket, "create_connection", lambda *a, **k: sent.append(a))
+    with pytest.raises(CameraFault):
+        SnapshotCamera("http://innocent.example.org/snapshot.jpg").grab(0.01)
+    assert not sent

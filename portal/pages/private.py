@@ -1,0 +1,24 @@
+"""What is drawn for a person is kept by no cache, shared or the browser's own."""
+
+from collections.abc import Callable
+
+from django.conf import settings
+from django.http import HttpRequest, HttpResponse
+from django.utils.cache import add_never_cache_headers
+
+OWN = ("/accounts/", "/admin/", "/me/")
+
+
+class PrivatePages:
+    """Middleware: `no-store` on every answer to somebody signed in, unless its view says how it may be kept."""
+
+    def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
+        self._get_response = get_response
+
+    def __call__(self, request: HttpRequest) -> HttpResponse:
+        """Answer, and say that it is to be forgotten."""
+        answer = self._get_response(request)
+        private = settings.SESSION_COOKIE_NAME in request.COOKIES or request.path.startswith(OWN)
+        if private and not answer.has_header("Cache-Control"):
+            add_never_cache_headers(answer)
+        return answer

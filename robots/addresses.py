@@ -1,0 +1,98 @@
+"""Where a robot and its cameras may be: checked when staff save an address, and again when it is opened.
+
+A portal asks what staff write down, from a machine that may stand in a cloud or beside other devices: the addresses
+where machines answer for themselves (link-local, cloud metadata) and files outside /dev are never asked.
+"""
+
+import ipaddress
+import re
+import socket
+from pathlib import Path
+from urllib.parse import urlsplit
+
+METADATA = frozenset({"fd00:ec2::254", "100.100.100.200", "168.63.129.16"})  # clouds whose service is not link-local
+SHAPE = "Use sim:NAME, serial:/dev/PORT or tcp:HOST:PORT."
+CAMERA_SHAPE = "Use http(s)://…, rtsp://… or v4l2:/dev/videoN, one camera a line."
+FORBIDDEN = "{} is an address where machines answer for themselves; robots and cameras are elsewhere."
+
+
+class AddressError(ValueError):
+    """The address may not be used; says why."""
+
+
+def check_host(host: str) -> None:
+    """Refuse a numeric address that is never a robot's; names pass until they are looked up. Raises AddressError."""
+    text = host.strip("[]").partition("%")[0]
+    try:
+        ip = ipaddress.ip_address(text)
+    except ValueError:
+        _check_name(text)
+        return
+    ip = getattr(ip, "ipv4_mapped", None) or ip
+    if ip.is_link_local or ip.is_multicast or ip.is_unspecified or str(ip) in METADATA:
+        raise AddressError(FORBIDDEN.format(host))
+
+
+def _check_name(name: str) -> None:
+    """Refuse numbers in disguise (2852039166, 0xA9FEA9FE, 0251.0376…), which systems read as addresses."""
+    if re.fullmatch(r"(0[xX][0-9a-fA-F]*|[0-9]+)(\.(0[xX][0-9a-fA-F]*|[0-9]+)){0,3}", name):
+        raise AddressError(f"Write {name} as four numbers with dots, or as a name.")
+    if not re.fullmatch(r"[A-Za-z0-9]([\w-]*[A-Za-z0-9])?(\.[A-Za-z0-9]([\w-]*[A-Za-z0-9])?)*\.?", name, re.ASCII):
+        raise AddressError(f"{name!r} is no name of a machine.")
+
+
+def check_resolved(host: str, port: int) -> None:
+    """Look a name up and refuse it where it leads to what `check_host` refuses. Raises AddressError."""
+    check_host(host)
+    try:
+        found = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_STREAM)
+    except OSError:
+        return  # whoever opens it says that it is not there
+    for *_, place in found:
+        check_host(str(place[0]))
+
+
+def check_robot(address: str) -> None:
+    """Refuse what is no address of a robot. Raises AddressError."""
+    kind, _, rest = address.partition(":")
+    if kind == "sim" and re.fullmatch(r"[a-z0-9_]+", rest):
+        return
+    if kind == "serial" and re.fullmatch(r"/dev/[\w.:/+-]+", rest, re.ASCII):
+        _check_device(rest)
+        return
+    host, _, port = rest.rpartition(":")
+    if kind != "tcp" or not host or not re.fullmatch(r"[0-9]{1,5}", port) or not 0 < int(port) < 65_536:
+        raise AddressError(SHAPE)
+    check_host(host)
+
+
+def check_robot_now(address: str) -> None:
+    """Check an address again right before it is opened, its name looked up. Raises AddressError."""
+    check_robot(address)
+    kind, _, rest = address.partition(":")
+    if kind == "tcp":
+        host, _, port = rest.rpartition(":")
+        check_resolved(host, int(port))
+
+
+def _check_device(path: str) -> None:
+    if ".." in path.split("/"):
+        raise AddressError("The port's path may not lead upwards (..).")
+    real = Path(path).resolve()
+    if Path("/dev") not in real.parents or Path("/dev/shm") in real.parents:  # noqa: S108 - refused, not used
+        raise AddressError(f"{path} leads to {real}, which is no device under /dev.")
+
+
+def check_cameras(text: str) -> None:
+    """Refuse what is no list of camera addresses. Raises AddressError."""
+    for address in text.split():
+        if re.fullmatch(r"v4l2:/dev/video[0-9]{1,3}", address):
+            continue
+        try:
+            parts = urlsplit(address)
+            host, _ = parts.hostname, parts.port
+        except ValueError as error:
+            raise AddressError(CAMERA_SHAPE) from error
+        if parts.scheme not in ("http", "https", "rtsp") or not host:
+            raise AddressError(CAMERA_SHAPE)
+        check_host(host)

@@ -1,0 +1,39 @@
+"""What staff may write into a robot's row: each rule is one function for Django's fields."""
+
+from collections.abc import Callable
+from math import isfinite
+
+from django.core.exceptions import ValidationError
+
+from robots import addresses
+
+TURN_S = (10, 86_400)
+
+
+def _in_words(check: Callable[[str], None], text: str) -> None:
+    try:
+        check(text)
+    except addresses.AddressError as error:
+        raise ValidationError(str(error)) from error
+
+
+def robot_address(text: str) -> None:
+    """Refuse what is no address of a robot. Raises ValidationError."""
+    _in_words(addresses.check_robot, text)
+
+
+def camera_addresses(text: str) -> None:
+    """Refuse what is no list of camera addresses. Raises ValidationError."""
+    _in_words(addresses.check_cameras, text)
+
+
+def positive(value: float) -> None:
+    """Refuse zero, negative numbers and what is none. Raises ValidationError."""
+    if not (isfinite(value) and value > 0):
+        raise ValidationError("Write a number greater than zero, or leave it empty.")
+
+
+def a_turn(seconds: int) -> None:
+    """Refuse a turn nobody can use. Raises ValidationError."""
+    if not TURN_S[0] <= seconds <= TURN_S[1]:
+        raise ValidationError(f"A turn takes {TURN_S[0]} to {TURN_S[1]} seconds.")

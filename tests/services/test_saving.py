@@ -1,0 +1,100 @@
+"""What is checked when it is saved, what is kept by no cache, and what a public portal refuses to be."""
+
+import os
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from django.db import connection
+
+from robots import programs
+from robots.clock import SYSTEM
+from robots.drivers.errors import NotPermitted
+from robots.models import Program
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.django_db(transaction=True)
+def test_fifty_programs_are_fifty(robot, people):
+    ada, together = people["ada"], threading.Barrier(10)
+    Program.objects.bulk_create(
+        Program(robot=robot, author=ada, name=f"p{n}", text="x", changed_at=SYSTEM.now())
+        for n in range(programs.MOST - 3)
+    )
+
+    def save(number):
+        together.wait(10)
+        try:
+            programs.save(robot, ada, f"new {number}", "x", False, SYSTEM.now())
+        except NotPermitted:
+            return 0
+        finally:
+            connection.close()
+        return 1
+
+    with ThreadPoolExecutor(10) as pool:
+        saved = sum(pool.map(save, range(10)))
+    assert (saved, Program.objects.filter(author=ada).count()) == (3, programs.MOST)
+
+
+GOOD = {"name": "Second", "slug": "second", "driver": "mercury", "address": "sim:mercury", "boxes": "[]"}
+
+
+@pytest.mark.parametrize("field, value", [
+    ("address", "serial:/dev/../etc/passwd"), ("address", "tcp:169.254.169.254:80"), ("address", "file:///etc/passwd"),
+    ("camera", "http://169.254.169.254/latest"), ("camera", "file:///etc/passwd"), ("speed", "0"), ("speed", "-1"),
+    ("speed", "nan"), ("speed", "1e999"), ("turn_s", "0"), ("turn_s", "5"), ("turn_s", "99999999"),
+    ("stability_threshold", "-3"), ("delivery_exposure_s", "0"),
+])  # fmt: skip
+def test_a_robot_that_cannot_be_is_not_saved(robot, client, admin_user, field, value):
+    client.force_login(admin_user)
+    answer = client.post("/admin/robots/robot/add/", GOOD | {field: value})
+    assert answer.status_code == 200
+    assert b"errorlist" in answer.content
+    assert type(robot).objects.count() == 1
+
+
+def test_a_robot_that_can_be_is_saved(robot, client, admin_user):
+    client.force_login(admin_user)
+    more = {
+        "address": "tcp:arm.example.org:8101",
+        "camera": "http://cam.example.org/a.jpg",
+        "speed": "0.1",
+        "turn_s": "60",
+    }
+    assert client.post("/admin/robots/robot/add/", GOOD | more).status_code == 302
+
+
+@pytest.mark.parametrize("address", [
+    "/", "/log/", "/me/", "/robots/mercury/", "/robots/mercury/orientation/", "/robots/mercury/clearance/", "/turns/{}/",
+    "/admin/", "/admin/robots/robot/", "/accounts/email/", "/accounts/password/change/", "/accounts/reauthenticate/",
+])  # fmt: skip
+def test_what_is_drawn_for_a_person_is_kept_by_no_cache(roles, client, address):
+    from queueing.models import Turn
+
+    client.force_login(roles["superuser" if "admin" in address else "operator"])
+    answer = client.get(address.format(Turn.objects.get().pk))
+    assert "no-store" in answer["Cache-Control"]
+    assert "private" in answer["Cache-Control"]
+
+
+def test_pages_for_everybody_may_be_kept(robot, client):
+    assert not client.get("/story/").has_header("Cache-Control")
+    assert "public" in client.get("/robots/mercury/model.urdf").get("Cache-Control", "public")
+
+
+@pytest.mark.parametrize("mail, status", [("consolemail://", 1), ("dummymail://", 1), ("smtp://localhost:25", 0)])
+def test_a_public_portal_that_sends_no_mails_does_not_start(tmp_path, mail, status):
+    env = {
+        **os.environ, "FARHAND_VAR": str(tmp_path), "FARHAND_PUBLIC": "1", "ALLOWED_HOSTS": "robots.example.org",
+        "EMAIL_URL": mail, "DATABASE_URL": "sqlite:///:memory:",
+    }  # fmt: skip
+    env.pop("DJANGO_ALLOW_ASYNC_UNSAFE", None)  # of the tests themselves
+    done = subprocess.run([sys.executable, "manage.py", "check", "--deploy"], cwd=ROOT, env=env, capture_output=True, text=True)  # fmt: skip
+    assert done.returncode == status, done.stderr
+    assert ("has to send mails" in done.stderr) == bool(status)

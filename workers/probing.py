@@ -12,7 +12,7 @@ from typing import Any
 
 from django.conf import settings
 
-from robots import probes
+from robots import addresses, probes
 from robots.clock import SYSTEM
 from robots.description import simulator_module, views
 from robots.drivers.contract import make_driver

@@ -7,7 +7,7 @@ from django.db import migrations, models
 class Migration(migrations.Migration):
 
     dependencies = [
-        ('robots', '0006_one_command_of_staff'),
+        ('robots', '0007_probes'),
     ]
 
     operations = [

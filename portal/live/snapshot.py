@@ -90,7 +90,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "operator": turn.user.username if turn else ("staff" if grant and grant.kind in BY_STAFF else None),
         "queue": waiting(robot),
         "turn": _turn(turn, grant, mine),
-        "me": _me(robot, user, now, mine),
+        "me": {**_me(robot, user, now, mine), "grant": grant.pk if grant is not None and mine else 0},
         "still": still_info(frame),
         "before": still_info(before),
         "commands": [

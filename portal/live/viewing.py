@@ -108,8 +108,8 @@ class Viewing(Line):
         shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
         me = shown["me"]
         self.me, self.operating = user.pk or 0, bool(me["operating"])
-        staff, turn = bool(me.get("staff")), shown["turn"]
-        self.grant = turn["grant"] if turn and self.operating and not staff else 0
+        staff = bool(me.get("staff"))
+        self.grant = 0 if staff else me["grant"]
         self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, however old this knowledge is
         self.placed = me["ticket"] is not None
         self.known = self.may_stop or self.operating or self.placed

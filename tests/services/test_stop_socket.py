@@ -1,0 +1,66 @@
+"""What a page's socket says when Stop is pressed: the grant of which it was told last."""
+
+import asyncio
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from portal.live import consumers, viewing
+from portal.live.messages import Stop
+from robots import bus, services
+from robots.drivers.errors import NotPermitted
+from robots.models import Robot
+from robots.states import GrantKind
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+
+@pytest.fixture
+def page(robot, people, monkeypatch):
+    """Return a function that makes a person's socket, as it is after its first snapshot."""
+
+    def of(name):
+        monkeypatch.setattr(viewing, "current_user", lambda scope: people[name])
+        monkeypatch.setattr(viewing, "badge_of", lambda scope, user: None)
+        made = consumers.RobotConsumer()
+        made.slug, made.scope = robot.slug, {}
+        made._snapshot()
+        return made
+
+    return of
+
+
+@pytest.fixture
+def rung(monkeypatch):
+    words = []
+    monkeypatch.setattr(bus, "_publish", lambda channel, data: words.append(data) or True)
+    return words
+
+
+def press(page):
+    asyncio.run(page.take(Stop()))
+
+
+def begin(robot, person):
+    now = datetime.now(UTC)
+    return services.start_grant(robot, GrantKind.TURN, now, person, now + timedelta(minutes=5))
+
+
+def test_a_page_that_missed_the_end_of_its_turn_names_that_turn(robot, people, owned, page, rung):
+    before = begin(robot, people["ada"])
+    ada = page("ada")
+    services.end_grant(before, "over", datetime.now(UTC))
+    begin(robot, people["bob"])
+    press(ada)  # it was kept from reading, so it knows no better
+    assert [bus.heard_stop(word) for word in rung] == [before.pk]
+    with pytest.raises(NotPermitted):
+        services.stop(robot, people["ada"], rung=True)
+    assert not Robot.objects.get().stop_latched
+
+
+def test_staff_stop_whoever_operates_and_others_ring_nothing(robot, people, owned, page, rung):
+    begin(robot, people["ada"])
+    press(page("kim"))
+    assert rung == [b"stop"]
+    press(page("bob"))
+    assert rung == [b"stop"]

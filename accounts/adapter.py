@@ -13,6 +13,8 @@ from django.core.mail import EmailMessage
 from django.db.models import Q
 from django.http import HttpRequest
 
+from accounts import handles
+
 log = logging.getLogger(__name__)
 # one sender a process: how long a mail server takes must tell nobody whether an address is known
 _sender = ThreadPoolExecutor(1, "mail")
@@ -38,6 +40,13 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
     """Everything else is allauth's own."""
 
     username_blacklist_case_insensitive = True
+
+    def clean_username(self, username: str, shallow: bool = False) -> str:
+        """Return a new handle as it is kept. Raises ValidationError where it is refused or taken."""
+        handle = handles.normal(username)
+        if not shallow and get_user_model().objects.filter(handle_key=handles.key(handle)).exists():
+            raise self.validation_error("username_taken")
+        return str(super().clean_username(handle, shallow))
 
     def _get_login_attempts_cache_key(self, request: HttpRequest, **credentials: Any) -> str:
         """Return what failed attempts are counted by: the account and the network address together.

@@ -7,9 +7,10 @@ from django import forms
 from django.contrib import admin, messages
 from django.contrib.admin.helpers import ActionForm
 from django.contrib.auth.admin import UserAdmin
+from django.contrib.auth.forms import AdminUserCreationForm, UserChangeForm
 from django.http import HttpRequest
 
-from accounts import staff
+from accounts import handles, staff
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
@@ -88,9 +89,32 @@ class AttemptAdmin(Kept):
     fields = ("user", "robot", "drawn", "started_at", "finished_at", "answers", "score", "passed")
 
 
+class HandleRules(forms.ModelForm):  # type: ignore[type-arg]
+    """A handle that is new or changed keeps the rules; one from before them stays."""
+
+    def clean_username(self) -> str:
+        """Return the handle as it is kept."""
+        handle = handles.normal(self.cleaned_data["username"])
+        if handle != self.initial.get("username"):
+            handles.validate(handle)
+            if User.objects.filter(handle_key=handles.key(handle)).exclude(pk=self.instance.pk).exists():
+                raise forms.ValidationError("That handle is taken, or looks like one that is.")
+        return handle
+
+
+class PersonForm(HandleRules, UserChangeForm):  # type: ignore[type-arg]
+    """An account."""
+
+
+class NewPersonForm(HandleRules, AdminUserCreationForm):  # type: ignore[type-arg]
+    """A new account."""
+
+
 @admin.register(User)
 class PersonAdmin(UserAdmin):  # type: ignore[type-arg]
     """People. Only a superuser hands out rights, so that nobody gives them to themselves."""
+
+    form, add_form = PersonForm, NewPersonForm
 
     def get_readonly_fields(self, request: HttpRequest, obj: Any = None) -> tuple[str, ...]:
         """Lock the rights for staff who are no superusers."""

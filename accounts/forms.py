@@ -7,9 +7,15 @@ from allauth.account.forms import SignupForm as BaseSignupForm
 from django.db import transaction
 from django.http import HttpRequest, HttpResponse
 
+from accounts import handles
+
 
 class SignupForm(BaseSignupForm):  # type: ignore[misc]
     """Allauth's form, whose answer takes as long for a known address as for a new one."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.fields["username"].help_text = handles.RULES
 
     def try_save(self, request: HttpRequest) -> tuple[Any, HttpResponse | None]:
         """Make the account; for a known address make one that is undone, then mail that there is one."""

@@ -6,6 +6,8 @@ from django.core.validators import RegexValidator
 from django.db import models
 from django.db.models import Q
 
+from accounts.handles import HandleKey
+
 
 class User(AbstractUser):
     """A person; the username is the handle shown to others."""
@@ -18,6 +20,7 @@ class User(AbstractUser):
         help_text="Shown to others when you drive. 2 to 30 letters, digits, . - _",
         error_messages={"unique": "That handle is taken."},
     )
+    handle_key = HandleKey(max_length=90, unique=True, null=True, editable=False)
     email = models.EmailField("email address", unique=True)
 
     def __str__(self) -> str:

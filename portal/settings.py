@@ -184,6 +184,7 @@ ACCOUNT_PREVENT_ENUMERATION = True
 ACCOUNT_LOGOUT_ON_GET = False
 ACCOUNT_EMAIL_SUBJECT_PREFIX = ""
 ACCOUNT_ADAPTER = "accounts.adapter.AccountAdapter"
+ACCOUNT_USERNAME_VALIDATORS = "accounts.handles.VALIDATORS"
 ACCOUNT_FORMS = {"signup": "accounts.forms.SignupForm"}
 MAIL_IN_BACKGROUND = True
 SITE_NAME = env.str("FARHAND_SITE_NAME", "Farhand")  # what mails call the site

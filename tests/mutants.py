@@ -93,7 +93,7 @@ MUTANTS = (
            "tests/drivers/test_mercury_wire.py::test_no_number_is_believed_that_cannot_be_meant"),
     Mutant(44, "an unfinished frame hides what follows it", "robots/drivers/mercury/framing.py",
            "        for i in range(first, len(self._buffer)):", "        for i in range(first, 1):",
-           "tests/drivers/test_mercury_fuzz.py::test_promise_44_a_hostile_wire_client_changes_nothing"),
+           "tests/drivers/test_mercury_fuzz.py::test_promise_44_a_hostile_wire_client_changes_nothing[1]"),
     Mutant(44, "the museum arm's wire takes any number", "robots/drivers/pa10/protocol.py",
            "if not value.low <= found <= value.high or (value.whole and found != int(found)):", "if found == 0.123:",
            "tests/unit/test_pa10_protocol.py::test_no_number_outside_its_bounds_is_read"),

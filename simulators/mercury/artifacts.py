@@ -28,6 +28,8 @@ class Artifact:
     thick_mm: float
     turn_deg: float
     draw: Callable[[Draw, int, int], None]
+    gloss: float = 0.0  # share of a lamp's light that it throws back as a mirror does
+    dome_mm: float = 0.0  # how much its middle stands above its rim
 
     def sprite(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return (albedo 0..1, mask 0..1), each of shape (rows, columns), y up."""
@@ -133,13 +135,13 @@ def _gasburner(d: Draw, w: int, h: int) -> None:
 
 
 ARTIFACTS = (
-    Artifact("watch", -150, 470, 34, 44, 9, 6, 14, _watch),
+    Artifact("watch", -150, 470, 34, 44, 9, 6, 14, _watch, gloss=0.8, dome_mm=5),
     Artifact("whist card", 40, 500, 30, 42, 7, 1.5, -22, _card),
     Artifact("elephant", 165, 455, 46, 36, 12, 8, 6, _elephant),
-    Artifact("engine", -60, 345, 50, 32, 10, 8, -8, _engine),
+    Artifact("engine", -60, 345, 50, 32, 10, 8, -8, _engine, gloss=0.25, dome_mm=6),
     Artifact("banknote", -185, 350, 56, 30, 8, 1.5, 31, _banknote),
     Artifact("ticket", 110, 350, 44, 28, 8, 1.5, -14, _ticket),
     Artifact("calendar leaf", 5, 420, 32, 36, 11, 1.5, 9, _leaf),
     Artifact("bag", -70, 520, 42, 34, 13, 9, -5, _bag),
-    Artifact("gas burner", 205, 525, 22, 40, 10, 6, 40, _gasburner),
+    Artifact("gas burner", 205, 525, 22, 40, 10, 6, 40, _gasburner, gloss=0.5, dome_mm=5),
 )

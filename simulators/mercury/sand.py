@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
 from simulators.mercury.artifacts import ARTIFACTS, PIXEL_MM
+from simulators.mercury.light import REACH, illuminate
 from simulators.mercury.slide import slide, steeper
 
 F32 = NDArray[np.float32]
@@ -20,10 +21,7 @@ LEVEL_MM = 40.0  # mean height of the sand: Z = 0 is a hand's breadth above
 JET_RADIUS_MM = 11.0
 JET_DEPTH_MM_S = 34.0  # depth dug at the middle by a second of air
 EDGE, GROWTH = 3, 40  # mm: what is too steep at the edge of a window slides on in a wider one
-REACH = 24  # mm that a shadow can reach
 COVER_MM = 0.25  # thinner sand than this no longer hides a thing
-LIGHT_DIRECTION = (-0.72, 0.69)  # where the light comes from, in the plane
-LIGHT_SLOPE = float(np.tan(np.radians(33.0)))
 
 
 class SandBed:
@@ -47,18 +45,24 @@ class SandBed:
         """Lay the things: `rigid` is the surface under the sand, `skin` its brightness."""
         self.rigid = np.zeros_like(self.sand)
         self.skin: F32 = np.zeros_like(self.grain)
+        self.gloss: F32 = np.zeros_like(self.grain)
         for thing in ARTIFACTS:
             albedo, mask = thing.sprite()
             r = int((thing.y_mm - Y0_MM) / PIXEL_MM) - mask.shape[0] // 2
             c = int((thing.x_mm - X0_MM) / PIXEL_MM) - mask.shape[1] // 2
             spot = self.skin[r : r + mask.shape[0], c : c + mask.shape[1]]
             spot[mask > 0.5] = albedo[mask > 0.5]
+            self.gloss[r : r + mask.shape[0], c : c + mask.shape[1]][mask > 0.5] = thing.gloss
             coarse = zoom(mask, 0.5, order=1) > 0.5
             r, c = r // 2, c // 2
             surface = self.sand[r : r + coarse.shape[0], c : c + coarse.shape[1]]
             top = float(np.median(surface)) - thing.depth_mm
             edge = gaussian_filter(coarse.astype(np.float32), 1.0)
-            rise = (top - thing.thick_mm + thing.thick_mm * np.clip(edge * 1.6, 0, 1)).astype(np.float32)
+            v, u = (np.linspace(-1, 1, n) for n in coarse.shape)
+            low = thing.thick_mm * (1 - np.clip(edge * 1.6, 0, 1)) + thing.dome_mm * np.clip(
+                v[:, None] ** 2 + u**2, 0, 1
+            )
+            rise = (top - low).astype(np.float32)
             under = self.rigid[r : r + coarse.shape[0], c : c + coarse.shape[1]]
             under[coarse] = rise[coarse]
 
@@ -103,7 +107,7 @@ class SandBed:
         fine = (slice(2 * r0, 2 * r1), slice(2 * c0, 2 * c1))
         showing = (_finer(bare.astype(np.float32)) > 0.5) & (self.skin[fine] > 0)
         albedo = np.where(showing, self.skin[fine], self.grain[fine])
-        light = albedo * _illuminate(height)
+        light = illuminate(height, albedo, np.where(showing, self.gloss[fine], 0.0))
         i0, i1, k0, k1 = inner
         self.light[2 * i0 : 2 * i1, 2 * k0 : 2 * k1] = light[
             2 * (i0 - r0) : 2 * (i1 - r0), 2 * (k0 - c0) : 2 * (k1 - c0)
@@ -136,16 +140,3 @@ class SandBed:
 def _finer(field: F32) -> F32:
     """Return the field on the half-millimetre grid, cells aligned whatever the window."""
     return np.asarray(zoom(field, 2, order=1, mode="nearest", grid_mode=True), np.float32)
-
-
-def _illuminate(height: F32) -> F32:
-    """Return how bright a surface lies under the lamp: Lambert's law, ambient light, cast shadows."""
-    slope_y, slope_x = np.gradient(height, PIXEL_MM)
-    lx, ly = LIGHT_DIRECTION
-    lambert = (LIGHT_SLOPE - lx * slope_x - ly * slope_y) / np.sqrt(1 + slope_x**2 + slope_y**2)
-    lambert = np.clip(lambert / LIGHT_SLOPE, 0.0, 1.7)
-    shadow = np.zeros(height.shape, np.float32)
-    for step in range(2, 30, 2):  # half millimetres towards the light
-        other = np.roll(height, (-round(step * ly), -round(step * lx)), (0, 1))
-        shadow = np.maximum(shadow, np.clip(other - step * PIXEL_MM * LIGHT_SLOPE - height, 0, 1.2) / 1.2)
-    return np.asarray(0.34 + 0.66 * lambert * (1 - 0.72 * shadow), np.float32)

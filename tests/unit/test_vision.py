@@ -95,7 +95,7 @@ def test_brightness_neither_jumps_nor_blacks_out_over_sand_and_things(dug):
             assert abs(state.gain / gain_before - 1) <= STEP + 1e-9
             still = np.abs(raw.astype(float).mean() - raw_before.astype(float).mean())
             jump = abs(shown.astype(float).mean() - shown_before.astype(float).mean())
-            assert jump <= 1.6 * still + 8, "the light jumped"
+            assert jump <= GAIN_HIGH * still + 8, "the light jumped"
         before, shown_before = (state.gain, raw), shown
 
 

@@ -1,0 +1,50 @@
+"""The light on the sand: one row of lamps from the side, the ceiling all round, and what gleams in it.
+
+The paper's lamps are fluorescent ones on the ceiling and two more "to reduce shadows and
+raise the overall ambient light levels" (Goldberg et al. 1995, section 6.6).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulators.mercury.artifacts import PIXEL_MM
+
+F32 = NDArray[np.float32]
+REACH = 24  # mm that a shadow can reach
+DIRECTION = (-0.72, 0.69)  # where the light comes from, in the plane
+SLOPE = float(np.tan(np.radians(33.0)))  # how steeply it falls
+LAMP = 30.0  # how much brighter than white paper a lamp is in a mirror
+SHINE = 50  # how sharply a glossy surface mirrors it (Blinn and Phong's exponent)
+
+
+def illuminate(height: F32, albedo: F32, gloss: F32) -> F32:
+    """Return how bright a surface lies there, seen from above: 1 is white paper lying flat.
+
+    Heights in mm on the half-millimetre grid. Lambert's law, ambient light and cast
+    shadows; a glossy surface shows the lamp where it is tilted half-way towards it.
+    """
+    slope_y, slope_x = np.gradient(height, PIXEL_MM)
+    steep = np.sqrt(1 + slope_x**2 + slope_y**2)
+    lx, ly = DIRECTION
+    lambert = np.clip((SLOPE - lx * slope_x - ly * slope_y) / steep / SLOPE, 0.0, 1.7)
+    lit = 1 - 0.72 * _shadow(height)
+    hx, hy, hz = _half_way()
+    mirrored = np.clip((hz - hx * slope_x - hy * slope_y) / steep, 0.0, 1.0) ** SHINE
+    return np.asarray(albedo * (0.34 + 0.66 * lambert * lit) + LAMP * gloss * mirrored * lit, np.float32)
+
+
+def _half_way() -> tuple[float, float, float]:
+    """Return the unit vector half-way between the light and the camera above."""
+    light = np.array([*DIRECTION, SLOPE])
+    half = light / np.linalg.norm(light) + np.array([0.0, 0.0, 1.0])
+    x, y, z = half / np.linalg.norm(half)
+    return float(x), float(y), float(z)
+
+
+def _shadow(height: F32) -> F32:
+    shadow = np.zeros(height.shape, np.float32)
+    lx, ly = DIRECTION
+    for step in range(2, 30, 2):  # half millimetres towards the light
+        other = np.roll(height, (-round(step * ly), -round(step * lx)), (0, 1))
+        shadow = np.maximum(shadow, np.clip(other - step * PIXEL_MM * SLOPE - height, 0, 1.2) / 1.2)
+    return shadow

@@ -1,0 +1,80 @@
+"""Light in the simulated camera: brightness follows the exposure, what gleams draws streaks (section 6.6)."""
+
+import numpy as np
+import pytest
+
+from robots.vision.brightness import TARGET, Brightness
+from simulators.mercury.artifacts import ARTIFACTS
+from simulators.mercury.camera import expose
+from simulators.mercury.sand import SandBed
+
+EXPOSURES = (1 / 200, 1 / 150, 1 / 100, 1 / 64)
+WATCH = next(a for a in ARTIFACTS if a.name == "watch")
+AT = (WATCH.x_mm / 1000, WATCH.y_mm / 1000, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def bed():
+    return SandBed(3)
+
+
+@pytest.fixture(scope="module")
+def bare():
+    """The watch laid bare."""
+    bed = SandBed(3)
+    for _ in range(10):
+        for dx, dy in ((-9, 10), (9, 10), (9, -9), (-9, -9), (0, 0)):
+            bed.blow(WATCH.x_mm + dx, WATCH.y_mm + dy, 0.2)
+    return bed
+
+
+def shot(bed, pose, exposure):
+    return expose(bed, [pose], exposure, np.random.default_rng(1)).astype(float)
+
+
+def test_brightness_follows_the_exposure(bed):
+    """Twice the time is twice the light, from 1/200 to 1/64 s, until the picture is white."""
+    pictures = {e: shot(bed, (0.0, 0.42, 0.075, 0.0), e) for e in EXPOSURES}
+    longest = pictures[EXPOSURES[-1]]
+    inside = longest < 245
+    assert inside.mean() > 0.9
+    for exposure, picture in pictures.items():
+        ratio = float(picture[inside].mean() / longest[inside].mean())
+        assert ratio == pytest.approx(exposure * 64, rel=0.02)
+
+
+def test_no_exposure_of_the_camera_shows_plain_sand_white_or_black(bed):
+    for exposure in EXPOSURES:
+        picture = shot(bed, (0.0, 0.42, 0.075, 0.0), exposure)
+        assert (picture > 250).mean() < 0.01
+        assert (picture < 8).mean() < 0.01
+
+
+def test_the_delivered_picture_is_lifted_to_an_even_grey(bed):
+    picture = shot(bed, (0.0, 0.42, 0.075, 0.0), 1 / 150).astype(np.uint8)
+    shown, state = Brightness().correct(picture)
+    assert abs(float(np.median(shown)) - TARGET) < 15
+    again, _ = state.correct(picture)
+    assert abs(float(again.mean()) - float(shown.mean())) < 2, "the first picture does not differ from the second"
+
+
+def streak_px(bare, bed, exposure):
+    """How many rows of the brightest column are lighter than with the watch under the sand, beyond the watch itself."""
+    shown, hidden = shot(bare, AT, exposure), shot(bed, AT, exposure)
+    column = int(np.argmax((shown >= 254).sum(0)))
+    beside = np.r_[column - 16 : column - 9, column + 10 : column + 17]
+    lighter = shown[:, column] - np.median(shown[:, beside], axis=1)
+    return int((lighter > 12).sum())
+
+
+def test_what_gleams_draws_a_streak_along_its_column_the_longer_the_exposure(bare, bed):
+    short, long = (streak_px(bare, bed, e) for e in (1 / 150, 1 / 64))
+    assert long > 1.5 * short
+    assert long > 100, "over most of the picture's 165 rows"
+
+
+def test_sand_and_paper_draw_none(bed):
+    for exposure in (1 / 150, 1 / 64):
+        picture = shot(bed, (0.0, 0.42, 0.0, 0.0), exposure)
+        columns = picture.mean(0)
+        assert np.abs(columns - np.convolve(columns, np.ones(9) / 9, "same"))[8:-8].max() < 6

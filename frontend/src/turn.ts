@@ -1,6 +1,6 @@
 /** The page after a turn: a draft of all that is typed or chosen, kept on this device until the server has it. */
 
-const turn = document.querySelector<HTMLElement>("[data-turn]")?.dataset["turn"] ?? "";
+const turn = document.querySelector<HTMLElement>("[data-drafts-of]")?.dataset["draftsOf"] ?? "";
 const form = document.querySelector<HTMLFormElement>("form[data-draft]");
 const nameOf = (draft: string): string => `draft-${draft}`;
 

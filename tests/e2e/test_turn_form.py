@@ -66,7 +66,7 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
     expect(page.locator(".messages")).to_contain_text("your answers are kept")
     assert Entry.objects.get().text == "A watch."
     assert SurveyAnswer.objects.count() == 2
-    assert page.evaluate("() => Object.keys(localStorage).filter((k) => k.startsWith('draft'))") == []
+    page.wait_for_function("() => !Object.keys(localStorage).some((k) => k.startsWith('draft'))")  # its script has run
     shown = page.locator(".entry img").evaluate(
         "(i) => [i.clientWidth / i.clientHeight, i.naturalWidth / i.naturalHeight]"
     )

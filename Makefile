@@ -6,7 +6,7 @@ TEST = PYTHONPATH=. $(PY) -m pytest
 # most of a fault test is waiting, so several run side by side; what judges by fractions of a second runs alone
 BESIDE = -n 3 -m
 
-.PHONY: run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants soak shots lock clean
+.PHONY: run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
 run: setup
 	@exec $(PY) manage.py demo --port $(PORT)
@@ -59,6 +59,10 @@ proofs: setup-test
 # Broken variants of the promises' code: each must turn its test red.
 mutants: setup-test
 	PYTHONPATH=. $(PY) -m tests.mutants $(P)
+
+# The table of security requirements, from the tests' marks.
+asvs: setup-test
+	PYTHONPATH=. $(PY) -m tests.asvs
 
 # Simulated people over all robots with faults sprinkled in: make soak HOURS=1
 soak: setup-test

@@ -48,7 +48,7 @@ class Plant:
 
     def measured(self) -> Measured:
         """Return positions, velocities, applied torques."""
-        opening = max(0.0, float(np.mean(self.data.qpos[self._fingers])))  # pads that press give way a little
+        opening = float(np.mean(self.data.qpos[self._fingers]))
         return Measured(self.data.qpos[self._at].copy(), self.data.qvel[self._dof].copy(), self._torque.copy(), opening)
 
     def step(self, torque: Joints, gripper: int) -> None:

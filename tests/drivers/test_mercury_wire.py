@@ -164,6 +164,7 @@ def test_a_boot_number_never_comes_twice(sim):
     assert sim.status()["boot"] == 256, "it does not begin again at one"
 
 
+@pytest.mark.asvs("1.3.3", "1.4.2")
 def test_a_flood_waits_in_the_senders_buffer(line, sim):
     """The line takes no more than it can carry, so nobody fills the controller's memory."""
     os.set_blocking(line.descriptor, False)

@@ -75,6 +75,7 @@ def test_half_a_line_is_no_command(shared, hand):
     assert len(journal(shared, "motion")) == before
 
 
+@pytest.mark.asvs("1.3.3", "1.4.2")
 @pytest.mark.parametrize(
     "line",
     [
@@ -99,6 +100,7 @@ def test_a_program_word_is_no_command_of_its_own(hand, shared, line):
     assert hand.ask("w") == "a", "the client is still served, and nothing runs"
 
 
+@pytest.mark.asvs("1.3.3")
 @pytest.mark.parametrize(
     "raw", [b"\x00", b"j 0 0\x00 0 0 0 0", b"\xff\xfe", b"w\x0bw", b"\xc3\x28", b"j " + b"1" * 5000, b"\x1b[2J", b"j 1_0 0 0 0 0 0"]
 )  # fmt: skip
@@ -108,6 +110,7 @@ def test_bytes_that_are_no_line_are_answered_and_the_next_line_is_heard(hand, ra
     assert hand.hear() == "a"
 
 
+@pytest.mark.asvs("16.5.2")
 @pytest.mark.parametrize("line", ["p 1", "J 0 0 0 0 0 20", "j 60 25 75 0 80 0 0.1", "l 500 160 300 180 0 180 0.05"])
 def test_the_end_of_the_only_clients_connection_holds_at_once(hand, shared, line):
     """A reset, the hardest end that a client can make."""
@@ -130,6 +133,7 @@ def test_the_end_of_the_only_clients_connection_holds_at_once(hand, shared, line
     assert shared.status()["mode"] == "NO_CTRL"
 
 
+@pytest.mark.asvs("2.3.3")
 def test_an_upload_that_is_cut_off_changes_nothing(hand, shared):
     hand.say("u 50", "g 0", "g 1", ".")
     assert hand.hear() == "ok program 50 2 lines"

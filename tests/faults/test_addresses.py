@@ -39,6 +39,7 @@ def seen():
         one.wait()
 
 
+@pytest.mark.asvs("4.1.3", "15.3.4")
 @pytest.mark.parametrize(
     ("proxies", "told", "client", "scheme"),
     [

@@ -107,6 +107,7 @@ class Honest:
         self._line.close()
 
 
+@pytest.mark.asvs("1.4.3")
 @pytest.mark.parametrize("round_", [1, at_length(2), at_length(3), at_length(4)])
 def test_promise_45_a_hostile_socket_leaves_nothing_behind(web, people, owned, robot, proof, caplog, round_):
     asked = proof.count("messages", 3000, 25_000, 100_000)
@@ -173,6 +174,7 @@ def test_promise_45_a_hostile_socket_leaves_nothing_behind(web, people, owned, r
                 f"p95 {during:.0f} ms late ({before:.0f} ms idle)")  # fmt: skip
 
 
+@pytest.mark.asvs("15.2.2")
 def test_promise_46_strangers_delay_no_command_stop_or_presence(web, people, owned, robot, proof):
     """Everything that strangers can use is taken and does not come back: what must not wait is done all the same."""
     from asgiref.sync import sync_to_async
@@ -217,6 +219,7 @@ def test_promise_46_strangers_delay_no_command_stop_or_presence(web, people, own
     proof.holds("20 commands, a stop, presence and a leave done while every thread of strangers' stood still")
 
 
+@pytest.mark.asvs("15.2.2")
 def test_one_persons_sockets_take_no_more_than_their_share_of_the_threads(web, people, owned, robot):
     from portal.live.threads import EACH, KNOWN
 

@@ -92,6 +92,7 @@ HALVES = {
 }  # fmt: skip
 
 
+@pytest.mark.asvs("15.2.2")
 def test_three_hundred_half_sent_requests_do_not_stay_open(start):
     web = start()
     before = descriptors(web)
@@ -103,6 +104,7 @@ def test_three_hundred_half_sent_requests_do_not_stay_open(start):
     wait_for(lambda: descriptors(web) <= before + 5, 10, "their end")
 
 
+@pytest.mark.asvs("15.2.2")
 def test_a_head_that_trickles_ends(start):
     web = start()
     one = raw(web, GET)
@@ -115,6 +117,7 @@ def test_a_head_that_trickles_ends(start):
     assert b"408" in ended(one)
 
 
+@pytest.mark.asvs("15.2.2")
 def test_a_body_that_trickles_ends(start):
     web = start()
     one = raw(web, POST + b"Content-Length: 200000\r\n\r\n")
@@ -127,6 +130,7 @@ def test_a_body_that_trickles_ends(start):
     assert b" 408 " in ended(one)
 
 
+@pytest.mark.asvs("5.2.1")
 @pytest.mark.parametrize(
     ("head", "status"),
     [(b"Content-Length: 314572800\r\n\r\n", b" 413 "), (b"Content-Length: 9999999999999999999\r\n\r\n", b" 4"),
@@ -151,6 +155,7 @@ def test_a_body_of_300_mib_is_refused_before_it_is_stored(start, head, status):
     assert serves(web)
 
 
+@pytest.mark.asvs("15.2.2")
 def test_an_endless_head_is_refused(start):
     web = start()
     memory = memory_mb(web)
@@ -168,6 +173,7 @@ def ping(data=b"x" * 125):
     return struct.pack("!BB4s", 0x89, 0x80 | len(data), b"\0\0\0\0") + data
 
 
+@pytest.mark.asvs("15.2.2")
 @pytest.mark.parametrize(
     "what", [ping(), struct.pack("!BB4s", 0x8A, 0x80, b"\0\0\0\0"), struct.pack("!BB4s", 0x00, 0x80, b"\0\0\0\0")]
 )
@@ -188,6 +194,7 @@ def test_a_flood_of_frames_at_a_socket_that_never_reads_ends_it(start, what):
     assert serves(web)
 
 
+@pytest.mark.asvs("15.2.2")
 def test_a_page_that_is_never_read_does_not_stay_open(start):
     web = start()
     before = descriptors(web)
@@ -204,6 +211,7 @@ def test_a_page_that_is_never_read_does_not_stay_open(start):
         one.close()
 
 
+@pytest.mark.asvs("2.4.1")
 def test_one_address_has_so_many_sockets_and_the_next_address_its_own(start):
     web = start(FARHAND_SOCKETS_PER_ADDRESS="5")
     mine = [handshake(web) for _ in range(5)]
@@ -219,6 +227,7 @@ def test_one_address_has_so_many_sockets_and_the_next_address_its_own(start):
     assert serves(web)
 
 
+@pytest.mark.asvs("2.4.1")
 def test_one_address_has_so_many_requests_and_connections_at_once(start):
     web = start(FARHAND_REQUESTS_PER_ADDRESS="4", FARHAND_CONNECTIONS_PER_ADDRESS="8")
     half = POST + b"Content-Length: 1000\r\n\r\nlogin="

@@ -79,6 +79,7 @@ def test_a_missed_offer_is_told_and_dismissed_for_all_pages(web, people, robot):
         told(other, "")
 
 
+@pytest.mark.asvs("8.2.2")
 def test_answers_count_as_presence_for_ones_own_places_only(web, people, robot):
     for name in ("ada", "bob"):
         queue.join(robot, people[name], SYSTEM.now() - timedelta(seconds=80))
@@ -95,6 +96,7 @@ def test_answers_count_as_presence_for_ones_own_places_only(web, people, robot):
     assert Ticket.objects.get(user=people["ada"]).state == TicketState.WAITING
 
 
+@pytest.mark.asvs("7.4.1", "7.4.2", "7.4.3")
 def test_a_stranger_and_who_signs_out_are_closed(web, people, robot):
     with line(web, path="/ws/me/") as one:
         assert closed(one)[0] == 4401

@@ -39,6 +39,7 @@ def busy():
     return previewer().computing
 
 
+@pytest.mark.asvs("2.4.1", "15.2.2")
 def test_a_cleared_person_is_answered_and_nobody_else(web, people):
     with line(web, people["ada"], PATH) as ada, line(web, people["eve"], PATH) as eve, line(web, path=PATH) as nobody:
         for one in (ada, eve, nobody):
@@ -53,6 +54,7 @@ def test_a_cleared_person_is_answered_and_nobody_else(web, people):
     web.nothing_left()
 
 
+@pytest.mark.asvs("2.4.1", "15.2.2")
 def test_one_person_has_one_share_however_many_sockets(web, people):
     """Of ten sockets at their limits the newest question alone is computed, and another person comes next."""
     with ExitStack() as stack, line(web, people["bob"], PATH) as bob:

@@ -95,6 +95,7 @@ def silent():
     server.close()
 
 
+@pytest.mark.asvs("15.2.2")
 def test_thirty_tests_that_hang_run_one_by_one_and_delay_no_queue(broom, robot, people, silent):
     port, calls = silent
     many = [

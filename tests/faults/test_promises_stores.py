@@ -62,6 +62,7 @@ def works(rig, seconds=15.0):
     return time.monotonic() - begun
 
 
+@pytest.mark.asvs("2.3.3")
 def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
     """FLUSHALL and kills of everything at random moments, under commands and log entries."""
     dice = random.Random(21)
@@ -118,6 +119,7 @@ def write_down(rig, text):
     return log.write(turn, eve, text, None, now).pk
 
 
+@pytest.mark.asvs("16.5.2")
 @pytest.mark.alone  # judged by seconds
 def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
     """Killed and started again: pages answer, the banner is shown, work goes on within 15 s."""
@@ -146,6 +148,7 @@ def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
     proof.holds(f"{times} restarts: pages 200, banner shown and gone; working again {slowest:.1f} s after, at most")
 
 
+@pytest.mark.asvs("16.5.2")
 @pytest.mark.alone  # judged by seconds
 @pytest.mark.tenth
 @pytest.mark.parametrize("how", ["cut", at_length("reset"), at_length("stall")])

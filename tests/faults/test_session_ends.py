@@ -85,6 +85,7 @@ CAUSES = {
 }
 
 
+@pytest.mark.asvs("7.4.1", "7.4.2", "7.4.3")
 @pytest.mark.parametrize("with_redis", [True, False])
 @pytest.mark.parametrize("cause", CAUSES)
 def test_promise_34_the_session_ends_and_with_it_sockets_and_turn(
@@ -145,6 +146,7 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
         second_process.stop()
 
 
+@pytest.mark.asvs("7.4.1", "7.4.2", "7.4.3")
 def test_the_wire_trace_ends_with_the_permission(web, people):
     kim = people["kim"]
     with line(web, kim) as one:

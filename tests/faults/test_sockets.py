@@ -18,6 +18,7 @@ MALFORMED = [
 ]  # fmt: skip
 
 
+@pytest.mark.asvs("1.5.2", "2.2.1")
 @pytest.mark.parametrize("said", MALFORMED)
 def test_a_malformed_message_is_answered_and_leaves_no_viewer(web, said):
     with line(web) as one:
@@ -41,6 +42,7 @@ def test_what_no_page_sends_closes_the_socket(web, said):
     web.nothing_left()
 
 
+@pytest.mark.asvs("1.5.2", "2.2.1")
 def test_a_burst_closes_the_socket_once(web):
     with line(web) as one:
         heard(one, "snapshot")
@@ -58,6 +60,7 @@ def test_the_watch_keys_end_with_the_last_viewer(web):
     wait_for(lambda: not bus.connection().keys("farhand:*:watch:*"), bus.WATCH_S + 1, "the end of the watch keys")
 
 
+@pytest.mark.asvs("1.5.2", "2.2.1")
 def test_a_line_cut_anywhere_leaves_nothing(web, people):
     head = (
         f"GET /ws/robots/mercury/ HTTP/1.1\r\nHost: localhost:{web.port}\r\nOrigin: http://localhost:{web.port}\r\n"
@@ -88,6 +91,7 @@ def refusal(web, path="/ws/robots/mercury/", **more):
     return refused.value.response.status_code
 
 
+@pytest.mark.asvs("8.2.1")
 def test_an_unknown_address_of_a_socket_is_answered(web):
     own = f"http://127.0.0.1:{web.port}"
     for path in (
@@ -104,6 +108,7 @@ def test_an_unknown_address_of_a_socket_is_answered(web):
     web.nothing_left()
 
 
+@pytest.mark.asvs("4.4.2")
 def test_promise_33_foreign_null_and_missing_origins_are_refused(web, proof):
     own = f"127.0.0.1:{web.port}"
     strange = [

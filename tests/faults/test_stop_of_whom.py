@@ -23,6 +23,7 @@ def release(rig):
     wait_for(lambda: not latched(rig), 5, "the release")
 
 
+@pytest.mark.asvs("8.3.1")
 @BOTH_AT_LENGTH
 def test_the_stop_of_a_turn_that_is_over_stops_nobody_else(rig):
     rig.owner()

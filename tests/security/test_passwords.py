@@ -119,3 +119,38 @@ def test_a_mailed_link_resets_a_password_once(ada, client, settings):
     client.logout()
     again = client.get(link, follow=True).content.decode()
     assert 'name="password1"' not in again
+
+
+@pytest.mark.asvs("6.3.2", "6.4.1", "13.2.3")
+def test_promise_42_the_first_account_has_a_password_that_nobody_knows(django_user_model):
+    from portal.seeding import seed
+
+    with pytest.raises(django_user_model.DoesNotExist):
+        django_user_model.objects.get(username="admin")
+    password = seed()
+    assert len(password) >= 16
+    admin = django_user_model.objects.get()
+    assert admin.check_password(password)
+    assert not any(admin.check_password(word) for word in ("", "admin", "farhand", "password", "changeme"))
+    django_user_model.objects.all().delete()
+    assert seed() != password
+    assert seed() is None, "it is told once"
+
+
+@pytest.mark.asvs("8.2.3", "15.3.3")
+def test_staff_who_change_people_give_nobody_rights(people, client, django_user_model):
+    from django.contrib.auth.models import Permission
+
+    kim, eve = people["kim"], people["eve"]
+    kim.user_permissions.add(*Permission.objects.filter(codename__in=["change_user", "view_user"]))
+    client.force_login(django_user_model.objects.get(pk=kim.pk))
+    form = client.get(f"/admin/accounts/user/{eve.pk}/change/")
+    assert form.status_code == 200
+    data = {"username": "eve", "email": "eve@example.org", "is_active": "on", "is_superuser": "on", "is_staff": "on"}
+    client.post(f"/admin/accounts/user/{eve.pk}/change/", {**data, "user_permissions": ["1", "2"]})
+    client.post(f"/admin/accounts/user/{kim.pk}/change/", {**data, "username": "kim", "email": "kim@example.org"})
+    for person in (eve, kim):
+        person.refresh_from_db()
+        assert not person.is_superuser
+    assert not eve.is_staff
+    assert not eve.user_permissions.exists()

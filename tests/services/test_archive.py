@@ -95,6 +95,7 @@ BROKEN = {
 }  # fmt: skip
 
 
+@pytest.mark.asvs("5.3.2")
 @pytest.mark.parametrize("how", BROKEN)
 def test_a_broken_backup_changes_nothing(backup, media, how, tmp_path):
     Robot.objects.update(name="As it is now")
@@ -107,6 +108,7 @@ def test_a_broken_backup_changes_nothing(backup, media, how, tmp_path):
     assert {p.name for p in media.iterdir()} == {"frames"}
 
 
+@pytest.mark.asvs("5.3.2")
 def test_a_backup_cut_off_changes_nothing(backup, media):
     Robot.objects.update(name="As it is now")
     before = everything(media)
@@ -144,10 +146,12 @@ def others(path):
     return stat.S_IMODE(path.stat().st_mode) & 0o077
 
 
+@pytest.mark.asvs("13.3.1")
 def test_backups_are_for_their_owner_alone(backup):
     assert others(backup) == 0
 
 
+@pytest.mark.asvs("13.3.1")
 def test_existing_files_are_tightened_and_links_are_left(tmp_path):
     outside = tmp_path / "outside"
     outside.write_text("x")
@@ -162,6 +166,7 @@ def test_existing_files_are_tightened_and_links_are_left(tmp_path):
     assert (others(var), others(var / "db"), others(outside)) == (0, 0, 0o044)
 
 
+@pytest.mark.asvs("13.3.1")
 def test_a_process_of_the_portal_writes_for_its_owner_alone(tmp_path):
     var = tmp_path / "var"
     var.mkdir(mode=0o755)

@@ -61,6 +61,7 @@ def quoted(text):
     return text.encode("utf-8", "surrogatepass")
 
 
+@pytest.mark.asvs("2.2.1", "16.5.1")
 @pytest.mark.parametrize("rounds", [1, at_length(len(TEXTS))])
 def test_promise_36_bad_input_is_answered_in_words(robot, roles, client, rounds):
     """Every field of every form gets a bad text, in each round another."""
@@ -91,6 +92,7 @@ PATHS = ["/robots/{}/", "/turns/{}/", "/classic/mercury/{}/", "/classic/{}/", "/
          "/admin/accounts/user/{}/change/", "/accounts/confirm-email/{}/", "/accounts/password/reset/key/{}-x/"]  # fmt: skip
 
 
+@pytest.mark.asvs("2.2.1", "16.5.1")
 def test_promise_36_bad_addresses_are_answered_in_words(robot, roles, client):
     client.raise_request_exception = False
     client.force_login(roles["superuser"])

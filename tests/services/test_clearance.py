@@ -33,6 +33,7 @@ def begin(user, robot, clock):
     return services.begin(user, robot, clock.now())
 
 
+@pytest.mark.asvs("2.3.1")
 def test_the_orientation_comes_first(bank, people, clock):
     with pytest.raises(services.NotNow, match="orientation"):
         services.begin(people["eve"], bank, clock.now())
@@ -103,6 +104,7 @@ def test_questions_that_went_meanwhile_make_no_easier_test(bank, people, clock):
     assert not services.cleared(people["eve"], bank)
 
 
+@pytest.mark.asvs("2.3.1", "2.4.1")
 @pytest.mark.django_db(transaction=True)
 def test_many_requests_at_once_open_one_attempt(bank, people, clock):
     services.mark_read(people["eve"], bank, clock.now())
@@ -145,6 +147,7 @@ def test_reloading_draws_no_new_questions(bank, people, clock):
     assert services.begin(people["eve"], bank, clock.go(5)).pk == attempt.pk
 
 
+@pytest.mark.asvs("2.3.1")
 def test_withdrawn_is_not_earned_again_until_staff_lift_it(bank, people, clock, admin_user):
     ada, held = people["ada"], Clearance.objects.get(user=people["ada"])
     open_one = begin(ada, bank, clock)

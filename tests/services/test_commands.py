@@ -91,6 +91,7 @@ def test_staff_may_stop(robot, people, grant):
     assert robot.stop_latched
 
 
+@pytest.mark.asvs("2.2.1", "2.2.2")
 @pytest.mark.parametrize(
     ("kind", "args", "error"),
     [
@@ -131,6 +132,7 @@ def test_a_click_is_mapped_by_the_calibration_of_its_own_picture(robot, people, 
     assert command.args["x"] == pytest.approx(a * 54.5 + b * -42 + c)
 
 
+@pytest.mark.asvs("2.2.3")
 def test_a_click_in_an_old_picture_is_refused(robot, people, grant):
     frame = _still(robot)
     _still(robot)
@@ -193,6 +195,7 @@ def test_a_maintenance_turn_runs_under_lock_out_only(robot, people, owned):
     assert services.issue(robot.slug, people["kim"], "home", {}, 1).created
 
 
+@pytest.mark.asvs("2.3.2", "2.4.1")
 def test_too_many_waiting_commands_are_refused(robot, people, grant, monkeypatch):
     monkeypatch.setattr(services, "PENDING", 3)
     for seq in range(1, 4):

@@ -27,6 +27,7 @@ def let_in(answer):
     return answer.status_code == 302
 
 
+@pytest.mark.asvs("6.1.1", "6.3.1", "6.3.4")
 def test_five_wrong_passwords_close_the_door_for_that_account_from_that_address(people):
     for _ in range(5):
         assert not let_in(sign_in("ada", WRONG))
@@ -45,6 +46,7 @@ def test_one_address_tries_many_names_in_vain(people):
     assert let_in(sign_in("ada", "correct horse 42", "192.0.2.2"))
 
 
+@pytest.mark.asvs("6.3.1")
 def test_addresses_of_one_ipv6_network_count_as_one(people):
     for number in range(10):
         sign_in(f"name{number}", WRONG, f"2001:db8:1:2::{number + 1:x}")
@@ -52,6 +54,7 @@ def test_addresses_of_one_ipv6_network_count_as_one(people):
     assert let_in(sign_in("ada", "correct horse 42", "2001:db8:1:3::1"))
 
 
+@pytest.mark.asvs("4.1.3", "15.3.4")
 def test_what_a_client_says_of_its_address_changes_nothing(people):
     for number in range(5):
         Client(REMOTE_ADDR="192.0.2.1", HTTP_X_FORWARDED_FOR=f"198.51.100.{number}").post(
@@ -60,6 +63,7 @@ def test_what_a_client_says_of_its_address_changes_nothing(people):
     assert not let_in(sign_in("ada", "correct horse 42"))
 
 
+@pytest.mark.asvs("6.3.1", "6.3.4")
 def test_the_admin_has_no_door_of_its_own(people):
     for data in ({"username": "kim", "password": "correct horse 42"}, {"login": "kim", "password": WRONG}):
         client = Client()
@@ -70,6 +74,7 @@ def test_the_admin_has_no_door_of_its_own(people):
     assert answer["Location"] == "/admin/" or "confirm-email" in answer["Location"]
 
 
+@pytest.mark.asvs("6.6.3")
 @pytest.mark.parametrize("url, data, times", [
     ("/accounts/signup/", {"password1": "x"}, 10), ("/accounts/password/reset/", {"email": "n{}@example.org"}, 10),
 ])  # fmt: skip
@@ -82,6 +87,7 @@ def test_other_doors_close_too(db, url, data, times):
     assert statuses[-1] == 429
 
 
+@pytest.mark.asvs("2.4.1")
 def test_reset_mails_to_one_person_are_few_wherever_they_are_asked_for(people, mailoutbox):
     for number in range(8):
         Client(REMOTE_ADDR=f"192.0.2.{number + 1}").post("/accounts/password/reset/", {"email": "ada@example.org"})
@@ -106,10 +112,12 @@ def counted_elsewhere():
     return int(done.stdout)
 
 
+@pytest.mark.asvs("6.3.1", "6.3.4")
 def test_two_processes_share_one_count(redis_server):
     assert [counted_elsewhere(), counted_elsewhere()] == [6, 4]
 
 
+@pytest.mark.asvs("6.3.1", "6.3.4")
 def test_without_redis_limits_hold_in_each_process_and_no_page_fails(people, redis_server):
     redis_server.stop()
     try:

@@ -55,6 +55,7 @@ def test_no_old_link_stands_beside_a_new_sign_up(client, demo, robot, people):
     assert LINK.search(sign_up(client, "third", "ada@example.org")) is None
 
 
+@pytest.mark.asvs("6.4.3")
 @pytest.mark.parametrize(("public", "backend"), [(True, CONSOLE), (False, "django.core.mail.backends.locmem.EmailBackend"), (False, "django.core.mail.backends.smtp.EmailBackend")])  # fmt: skip
 def test_nobody_else_shows_it(client, settings, demo, robot, public, backend, monkeypatch):
     from accounts import adapter

@@ -57,6 +57,7 @@ def test_admin_verbs_are_refused_to_everybody_else(robot, people, client, verb, 
     assert robot.cycle == "ready"
 
 
+@pytest.mark.asvs("3.5.3")
 def test_a_get_of_an_admin_verb_does_nothing(robot, people, client):
     client.force_login(people["kim"])
     client.get(f"/admin/robots/robot/{robot.pk}/do/stop/")
@@ -106,6 +107,7 @@ def test_unknown_addresses_say_so(robot, client):
     assert b"There is nothing here" in answer.content
 
 
+@pytest.mark.asvs("5.3.2")
 @pytest.mark.parametrize("path", ["../secret_key", "..%2f..%2fsecret_key", "/etc/passwd", "x/../../secret_key"])
 def test_media_serves_frames_only(robot, client, path):
     assert client.get(f"/media/frames/{path}").status_code in (404, 400)
@@ -164,6 +166,7 @@ def test_classic_token_spent_moves_once(robot, people, client, owned, monkeypatc
     assert anonymous.post(fresh, {"do": "down"})["Location"].startswith("/accounts/login/")
 
 
+@pytest.mark.asvs("3.5.1")
 def test_forms_want_a_csrf_token(robot, people):
     from django.test import Client
 

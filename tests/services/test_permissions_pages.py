@@ -125,6 +125,7 @@ def generated():
             yield stem + tail, site, action
 
 
+@pytest.mark.asvs("8.2.1")
 def test_promise_35_every_address_is_in_the_table():
     found = [*routes(get_resolver().url_patterns)]
     listed = [*GET, *(route for route, _, _ in generated())]
@@ -167,6 +168,7 @@ def test_promise_35_posts_by_roles(robot, clients):
 WANTS = {"changelist": "view", "history": "view", "change": "view", "add": "add", "delete": "delete"}
 
 
+@pytest.mark.asvs("8.2.1")
 def test_promise_35_admin_by_roles(robot, roles, clients):
     """A person without the permission gets no page of the admin; who has it gets it, and history is never added to."""
     for route, site, action in generated():
@@ -198,6 +200,7 @@ ACTIONS = [
 ]  # fmt: skip
 
 
+@pytest.mark.asvs("8.2.1")
 def test_promise_35_actions_without_the_permission_are_refused(roles, clients):
     for where, action in ACTIONS:
         answer = clients["viewer"].post(f"/admin/{where}/", {"action": action, "_selected_action": ["1"]})

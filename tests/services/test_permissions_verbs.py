@@ -195,6 +195,7 @@ def of_a_person():
 FOUND = of_a_person()
 
 
+@pytest.mark.asvs("8.2.2", "8.3.1")
 def test_every_function_that_is_told_who_asks_has_a_row():
     assert set(FOUND) == set(ROWS) | OWN
 
@@ -224,6 +225,7 @@ def of_role(world, role):
     return world
 
 
+@pytest.mark.asvs("8.2.2", "8.3.1")
 def test_promise_35_services_by_roles(world):
     let_in = {
         name: {role for role in ROLES if allowed(of_role(world, role), partial(call, FOUND[name]))}
@@ -233,6 +235,7 @@ def test_promise_35_services_by_roles(world):
 
 
 # every verb of the admin; each is for robot staff, whatever state the robot is in
+@pytest.mark.asvs("8.2.1", "8.3.1")
 @pytest.mark.parametrize("enabled", [True, False])
 @pytest.mark.parametrize("verb", verbs.VERBS)
 def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):

@@ -80,6 +80,7 @@ def test_the_most_urgent_comes_first(stage):
     assert states(people["ada"], clock) == [("offered", robot.slug), ("waiting", "other")]
 
 
+@pytest.mark.asvs("8.2.2")
 def test_a_missed_offer_is_told_until_it_is_dismissed_by_its_owner(stage):
     robot, people, clock = stage
     ticket = queue.join(robot, people["ada"], clock.now())
@@ -124,6 +125,7 @@ def test_who_reads_another_page_is_present_and_gets_the_offer(stage):
     assert states(people["ada"], clock) == [("offered", robot.slug)]
 
 
+@pytest.mark.asvs("2.3.2")
 def test_a_sign_of_life_from_elsewhere_lengthens_no_turn_and_nobody_elses_place(stage):
     robot, people, clock = stage
     queue.join(robot, people["ada"], clock.now())

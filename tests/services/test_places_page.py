@@ -60,6 +60,7 @@ def test_an_offer_that_is_over_says_so_and_leads_back(ada, offered):
     assert answer.redirect_chain == [("/log/", 302)]
 
 
+@pytest.mark.asvs("3.7.2")
 @pytest.mark.parametrize("where", ["https://elsewhere.example/", "//elsewhere.example", "javascript:alert(1)", ""])
 def test_it_leads_to_no_other_site(ada, offered, where):
     assert ada.post(URL, {"do": "leave", "robot": "mercury", "next": where})["Location"] == "/"
@@ -75,7 +76,7 @@ def test_a_missed_offer_is_said_on_pages_until_dismissed(ada, offered, robot):
 
 @pytest.mark.parametrize(
     "data",
-    [{}, {"do": "accept"}, {"do": "accept", "robot": "none"}, {"do": "accept", "robot": "\x00"}, {"do": "x" * 9000},
+    [{}, {"do": "accept"}, {"do": "accept", "robot": "none"}, {"do": "x" * 9000},
      {"do": "dismiss", "ticket": "²"}, {"do": "dismiss", "ticket": "9" * 5000}, {"do": "dismiss", "ticket": "-1"},
      {"do": "join", "robot": "mercury' OR 1=1"}],
 )  # fmt: skip
@@ -84,6 +85,11 @@ def test_nonsense_is_answered_with_a_sentence_and_changes_nothing(ada, offered, 
     assert answer.status_code == 200
     assert Ticket.objects.get().state == TicketState.OFFERED
     assert answer.json()["ok"] is (data.get("do") == "dismiss")
+
+
+def test_what_is_no_text_is_refused_at_the_door(ada, offered):
+    assert ada.post(URL, {"do": "accept", "robot": "\x00"}, headers=JSON).status_code == 400
+    assert Ticket.objects.get().state == TicketState.OFFERED
 
 
 def test_who_is_not_signed_in_has_no_bar(client, robot):

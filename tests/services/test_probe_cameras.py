@@ -102,6 +102,7 @@ def ours():
     return {t for t in threading.enumerate() if t.name != "the camera itself"}
 
 
+@pytest.mark.asvs("1.4.3", "15.2.2")
 @pytest.mark.parametrize("address", ADDRESSES)
 @pytest.mark.parametrize("camera", WAYS, indirect=True, ids=lambda way: way.__name__)
 def test_a_probe_of_a_broken_camera_leaves_no_thread(robot, camera, address):

@@ -56,6 +56,7 @@ def test_the_whole_way_of_a_turn(stage):
     assert Ticket.objects.get().state == TicketState.DONE
 
 
+@pytest.mark.asvs("2.3.1")
 def test_only_cleared_people_join(stage):
     robot, people, clock = stage
     with pytest.raises(NotCleared):
@@ -211,6 +212,7 @@ def test_who_has_driven_much_waits_behind_who_has_not(stage):
     assert Account.objects.get(user=people["ada"]).finish_tag == pytest.approx(200)
 
 
+@pytest.mark.asvs("2.3.4")
 def test_the_database_itself_refuses_a_second_operator(stage):
     robot, people, clock = stage
     turn = drive(robot, people["ada"], clock)
@@ -224,6 +226,7 @@ def test_the_database_itself_refuses_a_second_operator(stage):
         )  # fmt: skip
 
 
+@pytest.mark.asvs("2.3.4")
 def test_a_double_accept_is_one_turn(stage):
     robot, people, clock = stage
     first = drive(robot, people["ada"], clock)

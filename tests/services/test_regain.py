@@ -61,6 +61,7 @@ def lapse(owner):
     owner.gate.link_seen = owner.clock.monotonic()
 
 
+@pytest.mark.asvs("16.5.3")
 def test_an_earlier_permit_refuses_for_good(owner):
     permits = [owner.gate.bound(owner.lease.epoch)]
     permits[0]()

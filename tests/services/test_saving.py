@@ -19,6 +19,7 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.asvs("2.3.2", "2.3.4")
 @pytest.mark.django_db(transaction=True)
 def test_fifty_programs_are_fifty(robot, people):
     ada, together = people["ada"], threading.Barrier(10)
@@ -45,6 +46,7 @@ def test_fifty_programs_are_fifty(robot, people):
 GOOD = {"name": "Second", "slug": "second", "driver": "mercury", "address": "sim:mercury", "boxes": "[]"}
 
 
+@pytest.mark.asvs("1.3.6", "15.3.2")
 @pytest.mark.parametrize("field, value", [
     ("address", "serial:/dev/../etc/passwd"), ("address", "tcp:169.254.169.254:80"), ("address", "file:///etc/passwd"),
     ("camera", "http://169.254.169.254/latest"), ("camera", "file:///etc/passwd"), ("speed", "0"), ("speed", "-1"),
@@ -70,6 +72,7 @@ def test_a_robot_that_can_be_is_saved(robot, client, admin_user):
     assert client.post("/admin/robots/robot/add/", GOOD | more).status_code == 302
 
 
+@pytest.mark.asvs("14.3.2")
 @pytest.mark.parametrize("address", [
     "/", "/log/", "/me/", "/robots/mercury/", "/robots/mercury/orientation/", "/robots/mercury/clearance/", "/turns/{}/",
     "/admin/", "/admin/robots/robot/", "/accounts/email/", "/accounts/password/change/", "/accounts/reauthenticate/",

@@ -102,6 +102,7 @@ def featured(ended, people, clock):  # noqa: F811
     return entry
 
 
+@pytest.mark.asvs("2.3.1")
 @pytest.mark.parametrize("change", ["text", "picture"])
 def test_what_was_featured_and_then_changed_is_featured_no_more(featured, people, clock, client, change):
     """Otherwise its author could put any words into the place that a moderator chose for others."""

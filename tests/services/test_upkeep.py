@@ -98,6 +98,7 @@ def test_a_maintenance_turn_outlives_its_commands(robot, people, owned):
     assert (services.open_grant(robot), grant.kind) == (grant, GrantKind.STAFF)
 
 
+@pytest.mark.asvs("2.3.3")
 def test_from_the_click_of_staff_to_the_next_turn_no_place_is_lost(robot, people, owned):
     ada, bob = people["ada"], people["bob"]
     now = SYSTEM.now()

@@ -24,6 +24,7 @@ def test_robots_addresses(address):
     addresses.check_robot(address)
 
 
+@pytest.mark.asvs("1.3.6", "15.3.2")
 @pytest.mark.parametrize("address", [
     "", "sim:", "sim:../x", "http://x", "file:///etc/passwd", "serial:/etc/passwd", "serial:/dev/../etc/passwd",
     "serial:/dev/shm/x", "serial:/dev/stdin/../../etc/passwd", "serial:/dev/fd/0/x y", "serial:dev/ttyUSB0", "tcp:host", "tcp:host:0",
@@ -47,6 +48,7 @@ def test_cameras_addresses(text):
     addresses.check_cameras(text)
 
 
+@pytest.mark.asvs("1.3.6", "15.3.2")
 @pytest.mark.parametrize("text", [
     "file:///etc/passwd", "gopher://x/", "v4l2:/dev/video0/../sda", "http://", "http://[", "http://x:99999/",
     "http://a/ http://169.254.169.254/latest", "concat:http://x", *(f"http://{h}/" for h in FORBIDDEN if h and " " not in h and "@" not in h),
@@ -85,6 +87,7 @@ def redirecting():
     server.server_close()
 
 
+@pytest.mark.asvs("1.3.6", "15.3.2")
 @pytest.mark.parametrize("path", ["/snapshot.jpg", "/stream.mjpg"])
 def test_no_redirect_of_a_camera_is_followed(redirecting, tmp_path, path):
     from workers.cameras import open_camera
@@ -99,6 +102,7 @@ def test_no_redirect_of_a_camera_is_followed(redirecting, tmp_path, path):
     assert not [p for p in Redirects.asked if p.startswith("/secret")]
 
 
+@pytest.mark.asvs("1.3.6", "15.3.2")
 def test_a_camera_whose_name_leads_there_is_sent_nothing(monkeypatch, tmp_path):
     from workers.cameras import SnapshotCamera
 

@@ -97,6 +97,7 @@ def _warm():
     driver("pa10").preview("line", {"x": 0.5, "y": 0.1, "z": 0.3, "roll": math.pi, "pitch": 0, "yaw": math.pi}, READY)
 
 
+@pytest.mark.asvs("2.4.1", "15.2.2")
 @pytest.mark.parametrize("examples", NUMBERS)
 @pytest.mark.parametrize("name", DRIVERS)
 def test_no_values_at_all_take_long_or_raise_anything_but_our_own_errors(name, examples):
@@ -116,6 +117,7 @@ def test_no_values_at_all_take_long_or_raise_anything_but_our_own_errors(name, e
     go()
 
 
+@pytest.mark.asvs("2.4.1", "15.2.2")
 @pytest.mark.parametrize("examples", NUMBERS)
 def test_no_program_takes_long_to_look_through(examples):
     courses, made = Courses(), driver("pa10")

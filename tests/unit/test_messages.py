@@ -41,6 +41,7 @@ def test_events_survive_the_bus(event):
     assert messages.decode(messages.encode(event)) == event
 
 
+@pytest.mark.asvs("1.5.2", "15.3.3")
 @pytest.mark.parametrize("data", [b"{}", b'{"t":"changed"}', b'{"t":"changed","what":"x","more":1}', b"\xff", b'{"t":"nope"}'])  # fmt: skip
 def test_unknown_fields_and_messages_are_refused(data):
     with pytest.raises(msgspec.MsgspecError):

@@ -36,6 +36,7 @@ STRANGE = [
 ]  # fmt: skip
 
 
+@pytest.mark.asvs("4.4.2")
 @pytest.mark.parametrize("origin", STRANGE)
 def test_everybody_elses_may_not(origin):
     assert not may_open(scope(origin))

@@ -90,6 +90,7 @@ def test_a_line_that_is_no_state():
             ArmState.decode(line)
 
 
+@pytest.mark.asvs("1.3.3", "1.4.2")
 @pytest.mark.parametrize("letter", [letter for letter, form in FORMS.items() if form.values])
 @given(data=st.data())
 def test_no_number_outside_its_bounds_is_read(letter, data):

@@ -106,6 +106,7 @@ def greedy(tmp_path, child):
     return lambda: child(PYTHONPATH=str(tmp_path))
 
 
+@pytest.mark.asvs("2.4.1", "15.2.2")
 def test_what_runs_away_ends_the_process_and_what_eats_memory_is_refused(greedy):
     one = greedy()
     assert one.ask("greedy", "ok", {}, ())["ok"]

@@ -56,6 +56,7 @@ def chance(bank, topics, tries, runs=2000):
     return sum(attack(rng, bank, topics, tries) is not None for _ in range(runs)) / runs
 
 
+@pytest.mark.asvs("2.3.1", "2.4.1")
 @pytest.mark.parametrize("folder", FOLDERS[:3], ids=lambda f: f.name)
 def test_an_attacker_who_eliminates_answers_seldom_gets_through(folder):
     """Ten tries cost eight and a half hours of pauses, twenty more than a week; reading takes three minutes."""

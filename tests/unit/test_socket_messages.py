@@ -50,6 +50,7 @@ def test_what_the_pages_send_is_understood(said, meant):
     assert ROBOT.decode(json.dumps(said)) == meant
 
 
+@pytest.mark.asvs("1.4.2", "15.3.5")
 @pytest.mark.parametrize("said", WRONG)
 def test_what_is_out_of_bounds_is_answered_in_words(said):
     with pytest.raises(NotUnderstood, match="reload the page") as refused:

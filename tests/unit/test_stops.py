@@ -25,6 +25,7 @@ def test_the_table(grant, newest, ended, heeded):
     assert stops(grant, newest, ended) is heeded
 
 
+@pytest.mark.asvs("8.3.1")
 @given(st.lists(st.booleans(), max_size=12), GRANTS, st.data())
 def test_no_stop_of_the_grant_that_is_open_is_ever_lost(story, grant, data):
     """Grants open one after another, the owner hears of some openings and some ends: it never knows too much."""

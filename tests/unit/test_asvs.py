@@ -1,0 +1,40 @@
+"""The table of security requirements and the page of threats say what is true of the tests."""
+
+import ast
+import re
+
+from tests.asvs.__main__ import PAGE, page
+from tests.asvs.marks import TESTS, functions_of, marked, requirements
+
+THREATS = TESTS.parent / "docs" / "explanation" / "threats.md"
+
+
+def test_each_requirement_has_a_test_a_place_or_a_gap():
+    known, tests = requirements(), marked()
+    silent = [n for n, one in known["applies"].items() if n not in tests and not {"where", "gap"} & set(one)]
+    assert silent == []
+    both = [n for n, one in known["applies"].items() if "gap" in one and n in tests and "in full" not in one["gap"]]
+    assert both == [], "a requirement with a test is not a gap, or the gap says what is missing in full"
+
+
+def test_each_number_is_one_of_the_standard_and_stands_once():
+    known = requirements()
+    applies, absent = set(known["applies"]), set(known["absent"])
+    assert set(marked()) <= applies
+    assert applies <= set(known["levels"])
+    for number in known["levels"]:
+        inside = [one for one in absent if number == one or number.startswith(f"{one}.")]
+        assert (number in applies) + len(inside) == 1, number
+
+
+def test_the_table_is_as_the_marks_are():
+    assert PAGE.read_text() == page(), "write it anew with `make asvs`"
+
+
+def test_each_test_that_the_page_of_threats_names_exists():
+    named = set(re.findall(r"`(tests/[\w/]+\.py)::([\w:]+)`", THREATS.read_text()))
+    assert named
+    for file, test in sorted(named):
+        path = TESTS.parent / file
+        assert path.exists(), file
+        assert test in {name for name, _ in functions_of(ast.parse(path.read_text()))}, f"{file}::{test}"

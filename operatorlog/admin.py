@@ -91,7 +91,7 @@ class AnswerInline(NamedInline):
 
     model = SurveyAnswer
     extra = 0
-    readonly_fields = ("question", "value")
+    fields = readonly_fields = ("question", "value")
     can_delete = False
 
 

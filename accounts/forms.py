@@ -4,8 +4,10 @@ import secrets
 from typing import Any
 
 from allauth.account.forms import SignupForm as BaseSignupForm
-from django.db import transaction
+from django.contrib import messages
+from django.db import IntegrityError, transaction
 from django.http import HttpRequest, HttpResponse
+from django.shortcuts import redirect
 
 from accounts import handles
 
@@ -19,9 +21,14 @@ class SignupForm(BaseSignupForm):  # type: ignore[misc]
 
     def try_save(self, request: HttpRequest) -> tuple[Any, HttpResponse | None]:
         """Make the account; for a known address make one that is undone, then mail that there is one."""
-        if self.account_already_exists:
-            self._rehearse(request)
-        found: tuple[Any, HttpResponse | None] = super().try_save(request)
+        try:
+            if self.account_already_exists:
+                self._rehearse(request)
+            with transaction.atomic():
+                found: tuple[Any, HttpResponse | None] = super().try_save(request)
+        except IntegrityError:  # somebody took the handle between the check and the row
+            messages.error(request, "Somebody has just taken that handle; choose another one.")
+            return None, redirect("account_signup")
         return found
 
     def _rehearse(self, request: HttpRequest) -> None:

@@ -46,6 +46,14 @@ def clock() -> FakeClock:
     return FakeClock()
 
 
+@pytest.fixture(autouse=True)
+def no_attempts_counted():
+    """What a test before counted (sign-ups, wrong passwords) limits nobody in this one."""
+    from django.core.cache import cache
+
+    cache.clear()
+
+
 @pytest.fixture(scope="session")
 def redis_server():
     """A Redis of the tests' own; stopped and started again by those that need it dead."""

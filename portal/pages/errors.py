@@ -40,6 +40,15 @@ def server_error(request: HttpRequest) -> HttpResponse:
     return response
 
 
+def software_missing(request: HttpRequest, robot: str) -> HttpResponse:
+    """503 for a robot whose package is not installed on this portal."""
+    return _page(
+        request, 503, f"{robot} cannot be shown now",
+        "The software for this robot is not installed on this portal. Staff have to install its package; "
+        "the other robots work as before.",
+    )  # fmt: skip
+
+
 def csrf_failure(request: HttpRequest, reason: str = "") -> HttpResponse:
     """403 for a form that is too old or came from elsewhere."""
     return _page(

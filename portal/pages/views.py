@@ -15,6 +15,7 @@ from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
 from portal.classic.panel import drawable
 from portal.live.snapshot import status_of
+from portal.pages.errors import software_missing
 from queueing.models import Turn
 from queueing.places import waiting
 from queueing.services import open_turn
@@ -56,7 +57,10 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     """Show one robot: everybody watches, the operator drives."""
     robot = get_object_or_404(Robot, slug=slug)
     turn = open_turn(robot)
-    described = robot.description()
+    try:
+        described, facts = robot.description(), console_facts(robot)
+    except (LookupError, ImportError, OSError):
+        return software_missing(request, robot.name)
     console = described.get("console", "plain")
     context = {
         **_shown(robot),
@@ -67,7 +71,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "operator": turn.user.username if turn else "",
         "still": newest_still(robot),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
-        "description_json": console_facts(robot),
+        "description_json": facts,
         "views": description.views(described),
         "classic": drawable(described),
     }
@@ -95,7 +99,7 @@ def model(request: HttpRequest, slug: str) -> HttpResponse:
     robot = get_object_or_404(Robot, slug=slug)
     try:
         text = description.text_of(robot.driver, "model.urdf")
-    except FileNotFoundError as error:
+    except (ImportError, OSError) as error:
         raise Http404("This robot has no model.") from error
     response = HttpResponse(text, content_type="application/xml")
     response["Cache-Control"] = "public, max-age=300"

@@ -76,3 +76,26 @@ def test_an_account_from_before_with_a_shared_key_can_be_saved(people, django_us
     old.save()
     old.refresh_from_db()
     assert old.handle_key == f"ada#{old.pk}"
+
+
+def test_a_handle_that_somebody_takes_in_the_same_moment_is_told_in_words(client, django_user_model, monkeypatch):
+    from accounts.forms import SignupForm
+
+    whole = SignupForm.clean
+
+    def slow(self):
+        found = whole(self)
+        django_user_model.objects.create_user("quick", "quick@example.org", "correct horse 42")
+        return found
+
+    monkeypatch.setattr(SignupForm, "clean", slow)
+    data = {
+        "username": "quick",
+        "email": "late@example.org",
+        "password1": "correct horse 42",
+        "password2": "correct horse 42",
+    }
+    answer = client.post("/accounts/signup/", data, follow=True)
+    assert answer.status_code == 200
+    assert b"Somebody has just taken that handle" in answer.content
+    assert django_user_model.objects.filter(username="quick").count() == 1

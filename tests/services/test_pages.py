@@ -249,3 +249,14 @@ def test_a_robot_whose_package_is_gone_takes_no_other_page_down(robot, client, a
     html = client.get(address).content.decode()
     assert "Gone" in html
     assert "No camera" not in html
+
+
+@pytest.mark.parametrize("driver", ["gone", "so101"])
+def test_the_page_of_a_robot_whose_package_is_gone_says_so(robot, client, driver):
+    type(robot).objects.create(slug="lost", name="Lost one", driver=driver, address=f"sim:{driver}", enabled=True)
+    answer = client.get("/robots/lost/")
+    if driver == "so101" and answer.status_code == 200:
+        return  # LeRobot is installed here
+    assert answer.status_code == 503
+    assert b"Lost one cannot be shown now" in answer.content
+    assert client.get("/robots/lost/model.urdf").status_code == 404

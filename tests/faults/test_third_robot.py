@@ -25,7 +25,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
     bus.connection().flushall()
     robot = add_robot("turntable")
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)  # a stop is remembered there
-    assert Question.objects.filter(robot=robot).count() == 5
+    assert Question.objects.filter(robot=robot).count() == 15
     children = []
     try:
         for program in robot_programs(robot):

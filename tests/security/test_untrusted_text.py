@@ -56,7 +56,7 @@ def test_promise_41_text_is_text_on_every_page(robot, people, owned, client, tex
     Robot.objects.filter(pk=robot.pk).update(
         name=text[:80], tagline=text, story=text, reason=text[:300], lockout_note=text, probe={"connection": text}
     )
-    people["ada"].__class__.objects.filter(pk=people["ada"].pk).update(username=text[:150])
+    people["ada"].__class__.objects.filter(pk=people["ada"].pk).update(username=text[:30])
     root = people["ada"].__class__.objects.create_superuser("root", "root@example.org", "correct horse 42")
     client.force_login(root)
     admin = f"/admin/robots/robot/{robot.pk}"

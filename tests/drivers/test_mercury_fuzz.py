@@ -84,7 +84,7 @@ class Memory:
             assert answer == (NAK, STALE)
             return
         if instruction == RESET and not data:
-            assert answer[0] == ACK
+            assert answer[0] == ACK, (instruction, answer, self.tried, self.line.heard[-4:])
             self.answers.clear()
             self.newest = None
         self.newest = seq if fresh or self.newest is None else self.newest
@@ -153,10 +153,11 @@ class Fuzz(Watched):
     def calibrate(self):
         """Begin where motions are accepted, under numbers that are new."""
         for instruction in (RESET, CALIBRATE):
-            self.seq = (self.seq + 1) % 256
+            # the numbers of STATUS are not remembered, so ours may have run ahead by half the circle
+            self.seq = ((self.seq if self.memory.newest is None else self.memory.newest) + 1) % 256
             answer = self.line.ask(instruction, self.seq)
             self.memory.judge(instruction, self.seq, b"", answer)
-            assert answer[0] == ACK
+            assert answer[0] == ACK, (instruction, answer, self.tried, self.line.heard[-4:])
         self.line.ended(self.seq, 60)
 
 

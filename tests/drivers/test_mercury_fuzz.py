@@ -187,7 +187,7 @@ def test_promise_44_a_hostile_wire_client_changes_nothing(fuzz, proof, part):
     play()
     fuzz.assert_well()
     assert fuzz.tried >= number * 0.9
-    assert fuzz.sim.count("motion") > number / 1500, "it moved, so that there was something to spoil"
+    assert fuzz.sim.count("motion") > number / 500, "it moved, so that there was something to spoil"
     proof.holds(
         f"{fuzz.figure()}; {fuzz.sim.count('motion')} motions, {fuzz.sim.count('burst')} bursts, {fuzz.sim.count('hold')} holds"
     )

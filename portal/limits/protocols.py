@@ -11,6 +11,7 @@ from typing import Any
 
 from django.conf import settings
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
+from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import Frame
 
@@ -154,7 +155,26 @@ class Ws(WebSocketsSansIOProtocol):
     """A socket whose pings and pieces are bounded, and which ends also where nobody reads its end."""
 
     counted = ""
+    _broken = False  # by the peer's fault; uvicorn calls what is sent afterwards a fault of the application
     _room, _filled = FRAMES, 0.0
+
+    def handle_parser_exception(self) -> None:
+        """End the socket over what cannot be read."""
+        self._broken = True
+        super().handle_parser_exception()
+
+    async def send(self, message: Any) -> None:
+        """Send for the application, which cannot know yet that the peer broke the protocol."""
+        if self._broken:
+            raise ClientDisconnected
+        await super().send(message)
+
+    def data_received(self, data: bytes) -> None:
+        """Take what comes; who sends frames before the handshake is answered is no WebSocket client (RFC 6455, 4.1)."""
+        if self.handshake_initiated and not self.handshake_complete:
+            self.transport.abort()
+            return
+        super().data_received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Count it no longer."""

@@ -87,6 +87,15 @@ def line(web, person=None, path="/ws/robots/mercury/", headers=None, **more):
     return connect(f"ws://{where}{path}", origin=f"http://{where}", additional_headers=headers, max_size=None, **more)
 
 
+def handshake(web, path="/ws/robots/mercury/", cookie=None):
+    """Return the bytes that open a socket."""
+    more = f"Cookie: {cookie}\r\n" if cookie else ""
+    return (
+        f"GET {path} HTTP/1.1\r\nHost: localhost:{web.port}\r\nOrigin: http://localhost:{web.port}\r\n{more}Upgrade: websocket\r\n"
+        "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    ).encode()
+
+
 def heard(one, what, seconds=10):
     """Read until a message `what` comes; return it."""
     until = time.monotonic() + seconds

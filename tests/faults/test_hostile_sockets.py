@@ -19,7 +19,7 @@ from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.states import GrantKind
 from tests.conftest import at_length, wait_for
-from tests.faults.here import heard, line
+from tests.faults.here import handshake, heard, line
 
 ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=30),
@@ -137,14 +137,9 @@ def test_promise_45_a_hostile_socket_leaves_nothing_behind(web, people, owned, r
             return
         sockets += 1
         path = "/ws/me/" if where == "me" else f"/ws/robots/{where}/"
-        more = f"Cookie: {cookies[who]}\r\n" if cookies[who] else ""
-        head = (
-            f"GET {path} HTTP/1.1\r\nHost: localhost:{web.port}\r\nOrigin: http://localhost:{web.port}\r\n{more}Upgrade: websocket\r\n"
-            "Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-        ).encode()
         one = socket.create_connection(("127.0.0.1", web.port), timeout=20)
         try:
-            one.sendall(head)
+            one.sendall(handshake(web, path, cookies[who]))
             if end:
                 one.recv(100)
             for number, data in frames:

@@ -10,7 +10,7 @@ from websockets.sync.client import connect
 from benchmarks.command_round_trip import cookie
 from robots import bus
 from tests.conftest import wait_for
-from tests.faults.here import closed, heard, line
+from tests.faults.here import closed, handshake, heard, line
 
 MALFORMED = [
     {"t": "command", "kind": [], "seq": 1}, {"t": "command", "kind": {}, "seq": 1}, {"t": "watch", "cameras": [[]]},
@@ -50,6 +50,19 @@ def test_a_burst_closes_the_socket_once(web):
             one.send(json.dumps({"t": "ping", "n": n}))
         assert closed(one)[0] == 4429
     web.nothing_left()
+
+
+def test_frames_sent_before_the_handshake_is_answered_end_the_connection(web, caplog):
+    """RFC 6455, 4.1: a client waits for the answer. What came too early once ended in an assertion of uvicorn."""
+    for early in (b"\x83\x80\0\0\0\0", b"\x89\x80\0\0\0\0", b"\x88\x80\0\0\0\0", b"\xff" * 30):
+        for n in range(20):
+            with socket.create_connection(("127.0.0.1", web.port), timeout=20) as one:
+                one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                one.sendall(handshake(web))
+                time.sleep(n / 5000)
+                one.sendall(early)
+    web.nothing_left()
+    assert not [r for r in caplog.records if r.levelname == "ERROR"], caplog.text
 
 
 def test_the_watch_keys_end_with_the_last_viewer(web):

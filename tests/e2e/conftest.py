@@ -207,7 +207,7 @@ def session(visitor, user):
 
     store = SessionStore()
     store[SESSION_KEY] = str(user.pk)
-    store[BACKEND_SESSION_KEY] = "django.contrib.auth.backends.ModelBackend"
+    store[BACKEND_SESSION_KEY] = "accounts.backends.OneLook"
     store[HASH_SESSION_KEY] = user.get_session_auth_hash()
     store.save()
     visitor.context.add_cookies(

@@ -161,3 +161,23 @@ def test_promise_38_signing_up_does_the_same_work_for_a_known_address(people, ma
     assert known[2].replace(b"ada@", b"new@") == fresh[2]
     assert [m.to for m in mailoutbox] == [["ada@example.org"], ["new@example.org"]]
     assert not type(people["ada"]).objects.filter(username="newone").exists()
+
+
+@pytest.mark.asvs("6.3.8")
+def test_promise_38_signing_in_hashes_one_password_whoever_it_is(people, monkeypatch):
+    from allauth.account.models import EmailAddress
+    from django.contrib.auth import hashers
+
+    EmailAddress.objects.create(user=people["ada"], email="ada@example.org", verified=True, primary=True)
+    hashed = []
+    real = hashers.MD5PasswordHasher.encode
+    monkeypatch.setattr(
+        hashers.MD5PasswordHasher, "encode", lambda self, *a, **k: hashed.append(1) or real(self, *a, **k)
+    )
+    for number, name in enumerate(("ada", "ada@example.org", "nobody", "nobody@example.org", "ADA", "a" * 200)):
+        hashed.clear()
+        sign_in(name, WRONG, f"192.0.2.{number + 1}")
+        assert len(hashed) == 1, name
+    hashed.clear()
+    assert let_in(sign_in("ada@example.org", "correct horse 42", "192.0.2.99"))
+    assert len(hashed) == 1

@@ -20,7 +20,7 @@ def main() -> None:
     from robots.drivers.mercury.driver import Driver
     from robots.vision.stability import settle
     from tests.rig import Simulator
-    from workers.cameras import open_camera
+    from workers.cameras.source import open_camera
 
     camera_about = load("mercury")["camera"]
     rows = {}

@@ -2,7 +2,7 @@
 
 Only a worker with FARHAND_ROBOT in its environment owns a robot; the housekeeping worker
 is an ordinary one. The lease is taken before the consumer exists, so a worker that waits
-swallows no bell.
+swallows no wake-up.
 """
 
 import contextlib
@@ -15,10 +15,10 @@ from celery import bootsteps
 from celery.worker import state
 
 from robots import bus
-from workers.runtime import Runtime
+from workers.wiring import Owner
 
 log = logging.getLogger(__name__)
-runtime: Runtime | None = None
+owner: Owner | None = None
 
 
 def listen(worker: Any, queue: str, on: bool) -> None:
@@ -49,18 +49,18 @@ class OwnRobot(bootsteps.StartStopStep):
 
     def start(self, worker: Any) -> None:
         """Wait for the lease, then open the robot and listen to its own queue."""
-        global runtime
-        made = Runtime(self.slug, listen=partial(listen, worker))
+        global owner
+        made = Owner(self.slug, listen=partial(listen, worker))
         if not made.own(lambda: state.should_stop is not None or state.should_terminate is not None):
             raise SystemExit(0)
         worker.app.amqp.queues.select_add(bus.queue_name(self.slug, made.lease.epoch))
         made.start()
-        runtime = made
+        owner = made
 
     def stop(self, worker: Any) -> None:
         """Hold the robot first; Celery shuts down after."""
-        if runtime is not None:
-            runtime.stop()
+        if owner is not None:
+            owner.stop()
 
     def terminate(self, worker: Any) -> None:
         """Hold the robot first."""

@@ -4,11 +4,23 @@ from collections.abc import Callable
 from typing import Any
 
 from robots.drivers.contract import Driver, Permit
+from robots.models import Robot
 from robots.vision.calibration import RESPONSE, NotCalibrated, Picture, Shift, entry, find_change, measure_shift
 from robots.vision.stability import Verdict
+from workers.cameras.pictures import Pictures
+from workers.owned import OwnedRobot
 
 STEPS_M = ((0.018, 0.0), (0.0, 0.018), (-0.018, 0.0), (0.0, -0.018), (0.014, 0.014), (-0.014, 0.014))
 HEIGHTS = ("up", "down")
+
+
+def calibrate_and_keep(owned: OwnedRobot, pictures: Pictures, permit: Permit) -> dict[str, Any]:
+    """Measure the calibration, store it in the robot's row and return it. Raises as `calibrate` does."""
+    found = calibrate(owned.driver, pictures.settle, permit)
+    Robot.objects.filter(pk=owned.robot.pk).update(calibration=found, calibrated_at=owned.now())
+    owned.robot.refresh_from_db()
+    pictures.configure(owned.robot)
+    return found
 
 
 def calibrate(driver: Driver, settle: Callable[[], Verdict], permit: Permit) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 import logging
 from datetime import timedelta
-from typing import TYPE_CHECKING
 
 from robots.drivers.contract import Permit, RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, NotPermitted, RobotError, StaleEpoch
@@ -10,83 +9,99 @@ from robots.grants import end_grant, open_grant, start_grant
 from robots.models import Grant
 from robots.states import Cycle, GrantKind
 from robots.vision.calibration import NotCalibrated
-from workers import ledger
-from workers.calibrate import calibrate
-
-if TYPE_CHECKING:
-    from workers.runtime import Runtime
+from workers.calibrate import calibrate_and_keep
+from workers.cameras.pictures import Pictures
+from workers.connection import Connection
+from workers.incidents import incident
+from workers.owned import OwnedRobot
+from workers.safety.gate import Gate
+from workers.safety.latch import StopLatch
+from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
 LIMIT_S = 180
 
 
-def hand_over(runtime: "Runtime") -> None:
-    """Put the robot in order under a grant of its own; ready, or a fault with a reason."""
-    robot = runtime.robot
-    grant = open_grant(robot)
-    if grant is not None and grant.kind == GrantKind.HANDOVER:  # an earlier owner's, interrupted
-        end_grant(grant, "owner restarted", runtime.now())
-        grant = None
-    if grant is not None:
-        return
-    now = runtime.now()
-    try:
-        grant = start_grant(robot, GrantKind.HANDOVER, now, until=now + timedelta(seconds=LIMIT_S))
-    except NotPermitted:
-        return
-    try:
-        _put_in_order(runtime, grant)
-    except StaleEpoch:  # nothing is wrong with the robot: it is done once more when it is ours again
-        end_grant(grant, "the owner's lease ran out", runtime.now())
-    except (RobotError, NotCalibrated) as error:
-        end_grant(grant, "could not be verified", runtime.now())
-        ledger.incident(robot, getattr(error, "code", "calibration"), str(error), runtime.now(), remedy="Not offered.")
-        runtime.set_cycle(Cycle.FAULT, f"It could not be put in order: {error}", Cycle.HANDOVER)
-        runtime.reach.later(10.0)
-    else:
-        end_grant(grant, "in order", runtime.now())
-        runtime.set_cycle(Cycle.READY, "", Cycle.HANDOVER)
+class Handover:
+    """Puts one robot in order under a grant of its own."""
 
+    def __init__(
+        self, owned: OwnedRobot, lease: OwnerLease, latch: StopLatch, gate: Gate,
+        pictures: Pictures, connection: Connection,
+    ) -> None:  # fmt: skip
+        self._owned, self._lease, self._latch, self._gate = owned, lease, latch, gate
+        self._pictures, self._connection = pictures, connection
 
-def _put_in_order(runtime: "Runtime", grant: Grant) -> None:
-    runtime.gate.open_for(grant, runtime.now())
-    driver, permit = runtime.driver, runtime.gate.bound(runtime.lease.epoch)
-    runtime.pictures.still_id = 0
-    state = driver.state()
-    if runtime.latch.latched:
-        # A stop outlives the turn: nothing moves, and the next operator must look and
-        # release it. At rest and in the picture is all that is verified.
-        if state.moving:
-            raise HardwareFault("The robot moves although it is stopped.")
-    else:
-        if not state.ready:
-            state = driver.recover(permit)
+    def hand_over(self) -> None:
+        """Put the robot in order; it ends ready, or faulty with a reason."""
+        owned, robot, now = self._owned, self._owned.robot, self._owned.now
+        grant = open_grant(robot)
+        if grant is not None and grant.kind == GrantKind.HANDOVER:  # an earlier owner's, interrupted
+            end_grant(grant, "owner restarted", now())
+            grant = None
+        if grant is not None:
+            return
         try:
-            state = _home(runtime, permit) or state
+            grant = start_grant(robot, GrantKind.HANDOVER, now(), until=now() + timedelta(seconds=LIMIT_S))
+        except NotPermitted:
+            return
+        try:
+            self._put_in_order(grant)
+        except StaleEpoch:  # nothing is wrong with the robot: it is done once more when it is ours again
+            end_grant(grant, "the owner's lease ran out", now())
+        except (RobotError, NotCalibrated) as error:
+            end_grant(grant, "could not be verified", now())
+            incident(robot, getattr(error, "code", "calibration"), str(error), now(), remedy="Not offered.")
+            owned.set_cycle(Cycle.FAULT, f"It could not be put in order: {error}", Cycle.HANDOVER)
+            self._connection.later(10.0)
+        else:
+            end_grant(grant, "in order", now())
+            owned.set_cycle(Cycle.READY, "", Cycle.HANDOVER)
+
+    def _put_in_order(self, grant: Grant) -> None:
+        owned, pictures = self._owned, self._pictures
+        self._gate.open_for(grant, owned.now())
+        permit = self._gate.bound(self._lease.epoch)
+        pictures.still_id = 0
+        state = owned.driver.state()
+        if self._latch.latched:
+            # A stop outlives the turn: nothing moves, and the next operator must look and
+            # release it. At rest and in the picture is all that is verified.
+            if state.moving:
+                raise HardwareFault("The robot moves although it is stopped.")
+        else:
+            state = self._homed(state, permit)
+        owned.remember(state)
+        if not pictures.cameras:
+            return
+        frame, verdict = pictures.still(state, grant, None)
+        if verdict.reason in ("black", "frozen", "camera stopped"):
+            raise CameraFault(f"The camera is {verdict.reason}.")
+        if frame is None:
+            raise CameraFault("The picture could not be kept: the disk may be full.")
+
+    def _homed(self, state: RobotState, permit: Permit) -> RobotState:
+        """Bring the robot home from `state`, reset and calibrated where that is needed."""
+        owned = self._owned
+        if not state.ready:
+            state = owned.driver.recover(permit)
+        try:
+            state = self._home(permit) or state
         except HardwareFault as error:
             log.warning("homing failed, resetting: %s", error)
-            driver.recover(permit)
-            state = _home(runtime, permit) or state
-        if not runtime.robot.calibration and _can_calibrate(runtime):
-            runtime.keep_calibration(calibrate(driver, runtime.pictures.settle, permit))
-            state = _home(runtime, permit) or state
-    runtime.remember(state)
-    if not runtime.pictures.eyes:
-        return
-    frame, verdict = runtime.pictures.still(state, grant, None)
-    if verdict.reason in ("black", "frozen", "camera stopped"):
-        raise CameraFault(f"The camera is {verdict.reason}.")
-    if frame is None:
-        raise CameraFault("The picture could not be kept: the disk may be full.")
+            owned.driver.recover(permit)
+            state = self._home(permit) or state
+        if not owned.robot.calibration and self._can_calibrate():
+            calibrate_and_keep(owned, self._pictures, permit)
+            state = self._home(permit) or state
+        return state
 
+    def _home(self, permit: Permit) -> RobotState | None:
+        driver, state = self._owned.driver, None
+        for kind in driver.features.handover:
+            state = driver.execute(kind, {}, permit, lambda _: None).state
+        return state
 
-def _home(runtime: "Runtime", permit: Permit) -> RobotState | None:
-    driver, state = runtime.driver, None
-    for kind in driver.features.handover:
-        state = driver.execute(kind, {}, permit, lambda _: None).state
-    return state
-
-
-def _can_calibrate(runtime: "Runtime") -> bool:
-    kinds = {c.kind for c in runtime.driver.features.commands}
-    return {"up", "down", "air", "move"} <= kinds
+    def _can_calibrate(self) -> bool:
+        kinds = {c.kind for c in self._owned.driver.features.commands}
+        return {"up", "down", "air", "move"} <= kinds

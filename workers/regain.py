@@ -2,43 +2,53 @@
 
 import contextlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from robots import bus
 from robots.drivers.errors import RobotError
 from robots.messages import Notice
-from workers import ledger
-
-if TYPE_CHECKING:
-    from workers.runtime import Runtime
+from workers.commands import claim
+from workers.connection import Connection
+from workers.owned import OwnedRobot
+from workers.safety.lane import Lane
+from workers.safety.lease import OwnerLease
+from workers.safety.watch import Watch
 
 Listen = Callable[[str, bool], None]
 BACK = "The robot's worker lost the robot for a moment and has it again. Look at the picture, then go on."
 
 
-def regain(runtime: "Runtime", listen: Listen) -> None:
-    """Get the robot back, called by the control loop while no command runs; leave where another has it.
+class Regain:
+    """Takes the lease again; `listen` switches the Celery queue of an epoch on or off."""
 
-    In this order: the old queue is let go, the robot is held, the epoch is raised, what was begun
-    ends `unknown`, the driver is opened anew, the new queue is listened to.
-    """
-    lease, old = runtime.lease, bus.queue_name(runtime.robot.slug, runtime.lease.epoch)
-    listen(old, False)
-    state = runtime.driver.latest()
-    moved = state is None or state.moving
-    if moved and runtime.reach.connected:
-        with contextlib.suppress(RobotError):
-            runtime.driver.hold()
-    if not lease.regain():
-        runtime.guard.leave()
-        return
-    interrupted = ledger.abandon(runtime.robot, runtime.now())
-    runtime.driver.close()
-    runtime.reach.connected = False
-    runtime.renew_driver()
-    with runtime.taking(30.0):
-        runtime.reach.connect(untouched=not (moved or interrupted))
-    ledger.tidy(runtime.robot, lease.epoch, runtime.now())
-    listen(bus.queue_name(runtime.robot.slug, lease.epoch), True)
-    if interrupted or moved:
-        bus.publish(runtime.robot.slug, Notice(BACK, "warning"))
+    def __init__(
+        self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, connection: Connection, watch: Watch, listen: Listen
+    ) -> None:
+        self._owned, self._lease, self._lane = owned, lease, lane
+        self._connection, self._watch, self._listen = connection, watch, listen
+
+    def regain(self) -> None:
+        """Get the robot back, called by the control loop while no command runs; leave where another has it.
+
+        In this order: the old queue is left, the robot is held, the epoch is raised, what was begun
+        ends `unknown`, the driver is opened anew, the new queue is listened to.
+        """
+        owned, lease, slug = self._owned, self._lease, self._owned.robot.slug
+        self._listen(bus.queue_name(slug, lease.epoch), False)
+        state = owned.driver.latest()
+        moved = state is None or state.moving
+        if moved and self._connection.connected:
+            with contextlib.suppress(RobotError):
+                owned.driver.hold()
+        if not lease.regain():
+            self._watch.leave()
+            return
+        interrupted = claim.abandon(owned.robot, owned.now())
+        owned.driver.close()
+        self._connection.connected = False
+        owned.renew_driver()
+        with self._lane.taking(30.0):
+            self._connection.connect(untouched=not (moved or interrupted))
+        claim.tidy(owned.robot, lease.epoch, owned.now())
+        self._listen(bus.queue_name(slug, lease.epoch), True)
+        if interrupted or moved:
+            bus.publish(slug, Notice(BACK, "warning"))

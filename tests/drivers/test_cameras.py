@@ -9,7 +9,7 @@ import pytest
 
 from robots.drivers.errors import CameraFault
 from robots.vision.stability import settle
-from workers.cameras import SnapshotCamera, StreamCamera, fitted, open_camera
+from workers.cameras.source import SnapshotCamera, StreamCamera, fitted, open_camera
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from robots.drivers.pa10.driver import features
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import FakeClock
-from workers.runtime import Runtime
+from workers.wiring import Owner
 
 
 class Arm:
@@ -47,11 +47,11 @@ def made_owner(robot, people, **options):
     Robot.objects.update(cycle=Cycle.OPERATING)
     Lease.objects.get_or_create(robot=robot)
     clock = FakeClock()
-    made = Runtime(robot.slug, clock, **{"on_lost": lambda: None, **options})
+    made = Owner(robot.slug, clock, **{"on_lost": lambda: None, **options})
     made.lease.measure_offset = lambda: None
-    made.driver, made.running = Arm(), True
+    made.owned.driver, made.owned.running = Arm(), True
     assert made.lease._try()
     made.gate.link_seen = clock.monotonic()
-    made.pictures.eyes = []
+    made.pictures.cameras = []
     services.start_grant(robot, GrantKind.TURN, clock.now(), people["ada"], clock.now() + timedelta(seconds=60))
     return made

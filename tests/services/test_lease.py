@@ -8,7 +8,7 @@ from django.db import connection
 
 from robots.clock import SYSTEM
 from robots.models import Lease
-from workers.lease import OwnerLease
+from workers.safety.lease import OwnerLease
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 

@@ -24,8 +24,8 @@ from robots.drivers.mercury.driver import features
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import CALIBRATION, FakeClock
-from workers import ledger
-from workers.runtime import Runtime
+from workers.commands import claim
+from workers.wiring import Owner
 
 DEATHS = (None, None, None, "before_claim", "after_claim", "before_send", "after_send", "after_ack", "before_finish")
 SLOW = "slow"  # alive and still the owner, but long on the way from claim to line
@@ -110,22 +110,22 @@ class MotionMachine(RuleBasedStateMachine):
         self.ada = User.objects.create_user("ada", "ada@example.org")
         self.kim = User.objects.create_superuser("kim", "kim@example.org")
         self.arm = Arm(self)
-        self.owners: list[Runtime] = []
+        self.owners: list[Owner] = []
         self.seq = self.asked = 0
         self.stopped = False
         self.told: list[int] = []
 
     @rule()
     def start_worker(self):
-        owner = Runtime("mercury", self.clock, on_lost=lambda: None)
+        owner = Owner("mercury", self.clock, on_lost=lambda: None)
         owner.lease.measure_offset = lambda: None
-        owner.driver = Wire(self.arm)
-        owner.driver.owner = owner
+        owner.owned.driver = Wire(self.arm)
+        owner.owned.driver.owner = owner
         Lease.objects.get_or_create(robot=self.robot)
         if owner.lease._try():
-            owner.running = True
+            owner.owned.running = True
             owner.gate.link_seen = self.clock.monotonic()
-            ledger.abandon(owner.robot, owner.now())
+            claim.abandon(owner.owned.robot, owner.owned.now())
             self.owners.append(owner)
         else:
             self._bury(owner)
@@ -226,7 +226,7 @@ class MotionMachine(RuleBasedStateMachine):
     @rule(index=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)), times=st.integers(1, 3))
     def ring(self, index, dies, times):
         owner = self._one(index)
-        owner.driver.dies = dies
+        owner.owned.driver.dies = dies
         try:
             for _ in range(times):
                 self._work(owner, dies)
@@ -234,41 +234,41 @@ class MotionMachine(RuleBasedStateMachine):
             self._bury(owner)
 
     def _work(self, owner, dies):
-        for command in ledger.due(owner.robot, owner.lease.epoch).select_related("grant"):
+        for command in claim.due(owner.owned.robot, owner.lease.epoch).select_related("grant"):
             if dies == "before_claim":
                 raise Killed
-            command.robot = owner.robot
-            if not ledger.claim(command, owner.lease.epoch, owner.now()):
+            command.robot = owner.owned.robot
+            if not claim.claim(command, owner.lease.epoch, owner.owned.now()):
                 continue
             if dies == "after_claim":
                 raise Killed
             if dies == "before_finish":
-                owner.executor._end = lambda *a: (_ for _ in ()).throw(Killed())
-            owner.executor.run(command)
+                owner.runner._end = lambda *a: (_ for _ in ()).throw(Killed())
+            owner.runner.run(command)
 
     @precondition(lambda self: self.owners and self.told)
     @rule(index=st.integers(0, 3), which=st.integers(0, 999))
     def deliver_again_and_late(self, index, which):
         """A bell names no command, but a worker that was frozen may hold one in its hands."""
         owner = self._one(index)
-        owner.driver.dies = None
+        owner.owned.driver.dies = None
         command = Command.objects.select_related("grant").get(pk=self.told[which % len(self.told)])
-        command.robot = owner.robot
-        if ledger.claim(command, owner.lease.epoch, owner.now()):
-            owner.executor.run(command)
+        command.robot = owner.owned.robot
+        if claim.claim(command, owner.lease.epoch, owner.owned.now()):
+            owner.runner.run(command)
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3))
     def sweep(self, index):
         owner = self._one(index)
         if owner.lease.valid:
-            ledger.tidy(owner.robot, owner.lease.epoch, owner.now())
+            claim.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now())
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3))
     def follow(self, index):
-        self._one(index).guard._follow_stop()
-        self._one(index).guard._follow_grant()
+        self._one(index).stopping.follow()
+        self._one(index).follower.follow_grant()
 
     @rule()
     def stop(self):
@@ -279,10 +279,10 @@ class MotionMachine(RuleBasedStateMachine):
     @rule(index=st.integers(0, 3))
     def stop_that_only_the_owner_hears(self, index):
         owner = self._one(index)
-        owner.guard.halt("bus")
+        owner.stopping.halt("bus")
         if owner.lease.valid and not self.stopped:
             self.stopped = True
-            owner.guard._follow_stop()  # the row follows within a tenth of a second
+            owner.stopping.follow()  # the row follows within a tenth of a second
 
     @rule(checked=st.booleans())
     def release(self, checked):
@@ -293,7 +293,7 @@ class MotionMachine(RuleBasedStateMachine):
             return
         self.stopped = False
         for owner in self.owners:
-            owner.guard._follow_stop()
+            owner.stopping.follow()
 
     @rule()
     def lock_out(self):
@@ -307,7 +307,7 @@ class MotionMachine(RuleBasedStateMachine):
         )
         self.stopped = Robot.objects.get().stop_latched
         for owner in self.owners:
-            owner.guard._follow_stop()
+            owner.stopping.follow()
 
     @invariant()
     def at_most_one_open_grant(self):
@@ -333,7 +333,7 @@ class MotionMachine(RuleBasedStateMachine):
         self.clock.go(30)
         self.start_worker()
         if self.owners:
-            ledger.tidy(self.owners[0].robot, self.owners[0].lease.epoch, self.owners[0].now())
+            claim.tidy(self.owners[0].owned.robot, self.owners[0].lease.epoch, self.owners[0].owned.now())
             assert not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), "a command never ends"
             self._bury(self.owners[0])
 

@@ -10,7 +10,7 @@ import pytest
 
 from robots.models import Robot
 from tests.conftest import wait_for
-from workers import probing
+from workers.housekeeping import probe
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 LONGEST_S = 12.0  # any of them
@@ -108,7 +108,7 @@ def ours():
 def test_a_probe_of_a_broken_camera_leaves_no_thread(robot, camera, address):
     Robot.objects.update(address="tcp:127.0.0.1:9", camera=address.format(port=camera))
     before, files, begun = ours(), descriptors(), time.monotonic()
-    found = probing.probe(Robot.objects.get())
+    found = probe.probe(Robot.objects.get())
     assert time.monotonic() - begun < LONGEST_S
     assert found["picture"]
     assert found["picture"] != "ok"

@@ -10,7 +10,6 @@ from robots.drivers.errors import StaleEpoch
 from robots.models import Command, Lease
 from robots.states import CommandState
 from tests.services.owner import Arm, made_owner
-from workers.regain import regain
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -35,23 +34,23 @@ def owner(robot, people, told, monkeypatch):
         def close(self):
             told.append("close")
 
-    monkeypatch.setattr("workers.runtime.make_driver", lambda *_: Opened())
-    made.driver = Opened()
-    made.reach.connected = True
+    monkeypatch.setattr("workers.owned.make_driver", lambda *_: Opened())
+    made.owned.driver = Opened()
+    made.connection.connected = True
     return made
 
 
 def again(owner):
-    regain(owner, owner._listen)
+    owner.regain.regain()
 
 
 def issue(owner, people, seq, kind="ready"):
-    return services.issue(owner.robot.slug, people["ada"], kind, {}, seq, owner.now()).command
+    return services.issue(owner.owned.robot.slug, people["ada"], kind, {}, seq, owner.owned.now()).command
 
 
 def run(owner, command):
     command = Command.objects.select_related("grant", "robot").get(pk=command.pk)
-    owner._one(command)
+    owner.control.run_one(command)
     command.refresh_from_db()
     return command
 
@@ -88,13 +87,13 @@ def test_a_renewal_that_comes_too_late_brings_nothing_back(owner, monkeypatch):
 
 def test_what_ran_ends_unknown_and_what_waited_is_not_begun(owner, people, told):
     running, waiting = issue(owner, people, 1), issue(owner, people, 2)
-    owner.driver.on_the_way = lambda: lapse(owner)
+    owner.owned.driver.on_the_way = lambda: lapse(owner)
     assert run(owner, running).state == "unknown"
     old = owner.lease.epoch
     again(owner)
     waiting.refresh_from_db()
     assert (waiting.state, "anew" in waiting.reason) == ("expired", True)
-    slug = owner.robot.slug
+    slug = owner.owned.robot.slug
     assert told == [
         (bus.queue_name(slug, old), False), "close", ("connect", old + 1), (bus.queue_name(slug, old + 1), True),
     ]  # fmt: skip
@@ -111,7 +110,7 @@ def test_what_was_claimed_and_not_yet_said_was_not_carried_out(owner, people):
             permit()
             spoken.append(kind)
 
-    owner.driver = Silent()
+    owner.owned.driver = Silent()
     assert (run(owner, command).state, spoken) == ("rejected", [])
     assert "not carried out" in command.__class__.objects.get(pk=command.pk).reason
 
@@ -126,23 +125,23 @@ def test_an_end_that_is_heard_after_the_lease_ran_out_is_unknown_too(owner, peop
             lapse(owner)
             return Outcome({}, RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True))
 
-    owner.driver = Late()
+    owner.owned.driver = Late()
     assert run(owner, issue(owner, people, 1)).state == "unknown"
 
 
 def test_who_finds_another_owner_holds_and_leaves(owner, told):
     lapse(owner)
-    Lease.objects.update(epoch=owner.lease.epoch + 1, pid=1, expires_at=owner.now() + timedelta(seconds=3))
+    Lease.objects.update(epoch=owner.lease.epoch + 1, pid=1, expires_at=owner.owned.now() + timedelta(seconds=3))
     again(owner)
-    assert (told[-1], owner.running, owner.lease.valid) == ("left", False, False)
+    assert (told[-1], owner.owned.running, owner.lease.valid) == ("left", False, False)
 
 
 def test_a_robot_at_rest_stays_as_it_was(owner, people):
-    before = services.open_grant(owner.robot)
+    before = services.open_grant(owner.owned.robot)
     lapse(owner)
     again(owner)
-    owner.robot.refresh_from_db()
-    assert (owner.robot.cycle, services.open_grant(owner.robot)) == ("operating", before)
+    owner.owned.robot.refresh_from_db()
+    assert (owner.owned.robot.cycle, services.open_grant(owner.owned.robot)) == ("operating", before)
 
 
 def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeypatch):
@@ -152,8 +151,8 @@ def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeyp
     def lost(*_):
         raise OperationalError("locked")
 
-    monkeypatch.setattr("workers.ledger.advance", lost)
-    owner.driver.on_the_way = owner.latch.forbid
+    monkeypatch.setattr("workers.commands.finish.advance", lost)
+    owner.owned.driver.on_the_way = owner.latch.forbid
     try:
         assert run(owner, issue(owner, people, 1)).state == CommandState.CANCELLED
     finally:

@@ -90,7 +90,7 @@ def redirecting():
 @pytest.mark.asvs("1.3.6", "15.3.2")
 @pytest.mark.parametrize("path", ["/snapshot.jpg", "/stream.mjpg"])
 def test_no_redirect_of_a_camera_is_followed(redirecting, tmp_path, path):
-    from workers.cameras import open_camera
+    from workers.cameras.source import open_camera
 
     camera = open_camera(redirecting + path, tmp_path)
     try:
@@ -104,7 +104,7 @@ def test_no_redirect_of_a_camera_is_followed(redirecting, tmp_path, path):
 
 @pytest.mark.asvs("1.3.6", "15.3.2")
 def test_a_camera_whose_name_leads_there_is_sent_nothing(monkeypatch, tmp_path):
-    from workers.cameras import SnapshotCamera
+    from workers.cameras.source import SnapshotCamera
 
     sent = []
     monkeypatch.setattr(addresses, "check_resolved", lambda *a: (_ for _ in ()).throw(addresses.AddressError("no")))

@@ -12,13 +12,14 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from django.conf import settings
-from django.db import connection
+from django.db import Error, close_old_connections, connection
 
 from robots.clock import SYSTEM, Clock
 from robots.grants import take_epoch
 from robots.models import Lease, Robot
 
 log = logging.getLogger(__name__)
+RENEW_S = 0.75  # three tries within a lease of three seconds
 
 
 def process_start(pid: int) -> str:
@@ -162,6 +163,18 @@ class OwnerLease:
                 self._lapsed = True
             else:
                 self._until = begun + self._seconds
+
+    def keep(self, running: Callable[[], bool]) -> None:
+        """Renew again and again while `running`; a database that does not answer is asked again soon."""
+        while running():
+            begun = self._clock.monotonic()
+            try:
+                self.renew()
+            except Error:
+                close_old_connections()
+                self._clock.sleep(0.1)
+                continue
+            self._clock.sleep(max(0.1, begun + RENEW_S - self._clock.monotonic()))
 
     def give_back(self) -> None:
         """End the lease at once, so that the next owner need not wait.

@@ -9,8 +9,8 @@ from robots.clock import Clock
 from robots.drivers.contract import Permit
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.models import Command, Grant
-from workers.latch import StopLatch
-from workers.lease import OwnerLease
+from workers.safety.latch import StopLatch
+from workers.safety.lease import OwnerLease
 
 BEFORE_S = 0.5  # so long before its deadline a command is said at the latest: it has to be planned, too
 LAPSED = "The robot's worker lost the robot for a moment; this was not carried out."

@@ -1,4 +1,4 @@
-"""The owner's side of command rows."""
+"""Claiming, advancing and ending command rows."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from robots import services
 from robots.models import Command
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState, GrantKind
-from workers import ledger
+from workers.commands import claim, finish
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 NOW = datetime.now(UTC)
@@ -22,43 +22,43 @@ def command(robot, people, owned):
 
 
 def test_a_command_is_claimed_once_however_often_it_is_delivered(command):
-    claims = [ledger.claim(Command.objects.get(pk=command.pk), 5, NOW) for _ in range(5)]
+    claims = [claim.claim(Command.objects.get(pk=command.pk), 5, NOW) for _ in range(5)]
     assert claims == [True, False, False, False, False]
 
 
 def test_another_epoch_claims_nothing(command):
-    assert not ledger.claim(command, 4, NOW)
-    assert not ledger.claim(command, 6, NOW)
+    assert not claim.claim(command, 4, NOW)
+    assert not claim.claim(command, 6, NOW)
 
 
 def test_a_late_command_is_not_claimed_and_expires(command, robot):
     late = NOW + timedelta(seconds=services.START_S + 0.1)
-    assert not ledger.claim(command, 5, late)
-    assert ledger.tidy(robot, 5, late) == 1
+    assert not claim.claim(command, 5, late)
+    assert claim.tidy(robot, 5, late) == 1
     command.refresh_from_db()
     assert (command.state, "too late" in command.reason) == ("expired", True)
 
 
 def test_a_command_for_an_owner_that_is_gone_expires(command, robot):
-    assert ledger.tidy(robot, 6, NOW) == 1
+    assert claim.tidy(robot, 6, NOW) == 1
     command.refresh_from_db()
     assert command.state == "expired"
 
 
 def test_what_was_begun_by_an_owner_that_died_is_unknown(command, robot):
-    ledger.claim(command, 5, NOW)
-    ledger.advance(command, CommandState.SENT, NOW)
-    assert [c.pk for c in ledger.abandon(robot, NOW)] == [command.pk]
+    claim.claim(command, 5, NOW)
+    finish.advance(command, CommandState.SENT, NOW)
+    assert [c.pk for c in claim.abandon(robot, NOW)] == [command.pk]
     command.refresh_from_db()
     assert command.state == "unknown"
-    assert not ledger.claim(command, 5, NOW)
+    assert not claim.claim(command, 5, NOW)
 
 
 def test_a_final_state_is_final(command):
-    ledger.claim(command, 5, NOW)
-    assert ledger.finish(command, CommandState.COMPLETED, NOW)
-    assert not ledger.finish(command, CommandState.FAILED, NOW, "later")
-    ledger.advance(command, CommandState.SENT, NOW)
+    claim.claim(command, 5, NOW)
+    assert finish.finish(command, CommandState.COMPLETED, NOW)
+    assert not finish.finish(command, CommandState.FAILED, NOW, "later")
+    finish.advance(command, CommandState.SENT, NOW)
     command.refresh_from_db()
     assert command.state == "completed"
 

@@ -18,8 +18,8 @@ from robots.description import simulator_module, views
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import CameraFault, RobotError
 from robots.models import Lease, Robot, frame_name
-from workers.cameras import open_camera
-from workers.pictures import jpeg
+from workers.cameras.pictures import jpeg
+from workers.cameras.source import open_camera
 
 log = logging.getLogger(__name__)
 _slot = threading.Lock()

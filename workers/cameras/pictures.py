@@ -1,6 +1,5 @@
 """Pictures of one robot: live ones while somebody watches, stills when a command needs one."""
 
-import contextlib
 import logging
 import threading
 from pathlib import Path
@@ -20,7 +19,7 @@ from robots.messages import Changed, picture_packet
 from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.brightness import Brightness
 from robots.vision.stability import Picture, Verdict, settle
-from workers.cameras import Camera, fitted, open_camera
+from workers.cameras.camera import Camera
 
 log = logging.getLogger(__name__)
 
@@ -28,49 +27,6 @@ log = logging.getLogger(__name__)
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
     """Return the picture as JPEG."""
     return bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
-
-
-class Eye:
-    """One camera of the robot: opened when it is needed, let go when it fails."""
-
-    def __init__(self, robot: Robot, index: int, name: str) -> None:
-        self._description = robot.description()["camera"]
-        self.index, self.name = index, name
-        self.lock = threading.RLock()
-        self._address, self._rig = robot.camera_address(index), robot.rig_dir
-        self._camera: Camera | None = None
-        self._number = 0
-
-    def configure(self, robot: Robot) -> None:
-        """Follow a changed address."""
-        if robot.camera_address(self.index) != self._address:
-            self._drop()
-            self._address = robot.camera_address(self.index)
-
-    def grab(self, exposure_s: float) -> Picture:
-        """Return one picture. Raises CameraFault."""
-        with self.lock:
-            try:
-                if self._camera is None:
-                    colour = bool(self._description.get("colour"))
-                    self._camera = open_camera(self._address, self._rig, self.name, colour)
-                described = int(self._description["width"]), int(self._description["height"])
-                picture = fitted(self._camera.grab(exposure_s), *described)
-            except CameraFault:
-                self._drop()
-                raise
-            return picture
-
-    def next(self) -> int:
-        """Number a picture where it is taken, so that a late one is known for one."""
-        self._number += 1
-        return self._number
-
-    def _drop(self) -> None:
-        with self.lock, contextlib.suppress(Exception):
-            if self._camera is not None:
-                self._camera.close()
-            self._camera = None
 
 
 def grey(picture: Picture) -> Picture:
@@ -84,7 +40,7 @@ class Pictures:
     def __init__(self, robot: Robot, clock: Clock) -> None:
         self._robot, self._clock = robot, clock
         self._description = robot.description().get("camera", {})
-        self.eyes = [Eye(robot, i, name) for i, name in enumerate(views(robot.description()))]
+        self.cameras = [Camera(robot, i, name) for i, name in enumerate(views(robot.description()))]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
         self._brightness = Brightness()
@@ -92,13 +48,13 @@ class Pictures:
 
     def configure(self, robot: Robot) -> None:
         """Take over changed settings."""
-        for eye in self.eyes:
-            eye.configure(robot)
+        for camera in self.cameras:
+            camera.configure(robot)
         self._robot = robot
 
     def grab(self, exposure_s: float) -> Picture:
         """Return one picture of the first camera. Raises CameraFault."""
-        return self.eyes[0].grab(exposure_s)
+        return self.cameras[0].grab(exposure_s)
 
     def _corrected(self, picture: Picture) -> Picture:
         """Return the picture with its brightness levelled; a colour camera does that itself."""
@@ -120,12 +76,12 @@ class Pictures:
         """
         self._wanted.set()
         try:
-            with self.eyes[0].lock:
+            with self.cameras[0].lock:
                 verdict = self.settle()
                 low, high = self._description["exposure_range_s"]
                 exposure = self._robot.delivery_exposure_s or float(self._description["delivery_exposure_s"])
                 picture = self.grab(min(max(exposure, low), high))
-                number = self.eyes[0].next()
+                number = self.cameras[0].next()
             shown = self._corrected(picture)
             data = jpeg(shown)
             at = self._clock.now()
@@ -164,7 +120,7 @@ class Pictures:
 
     def live_once(self, state: RobotState | None, camera: int = 0) -> None:
         """Send one live picture of that camera if somebody watches it; called in a loop."""
-        eye = self.eyes[camera]
+        source = self.cameras[camera]
         first = camera == 0
         if (first and self._wanted.is_set()) or state is None:
             return
@@ -174,11 +130,11 @@ class Pictures:
         except (redis.RedisError, OSError):
             return
         try:
-            with eye.lock:
+            with source.lock:
                 if first and self._wanted.is_set():
                     return  # a still was begun while we waited for the camera
-                picture = eye.grab(float(self._description["delivery_exposure_s"]))
-                number, still = eye.next(), self.still_id
+                picture = source.grab(float(self._description["delivery_exposure_s"]))
+                number, still = source.next(), self.still_id
         except CameraFault:
             return
         shown = self._corrected(picture)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from robots import addresses
 from robots.drivers.errors import CameraFault
-from workers.patience import answer_within
+from workers.cameras.response import answer_within
 
 Picture = NDArray[np.uint8]
 TIMEOUT_S = 2.0
@@ -24,14 +24,14 @@ LARGEST = 4_000_000
 ANSWER = answer_within(2 * TIMEOUT_S, TIMEOUT_S)
 
 
-class Camera(Protocol):
+class Source(Protocol):
     """A source of pictures, shape (rows, columns), or (rows, columns, 3) where colour was wanted."""
 
     def grab(self, exposure_s: float) -> Picture:
         """Return a picture that was begun after this call. Raises CameraFault."""
 
     def close(self) -> None:
-        """Let go of the camera."""
+        """Release the camera."""
 
 
 class SnapshotCamera:
@@ -167,7 +167,7 @@ class StreamCamera:
         return not self._ended.is_set()
 
 
-def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> Camera:
+def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> Source:
     """Return the camera for an address; empty means the simulated one of `rig` that is called `view`.
 
     Raises:

@@ -7,7 +7,7 @@ from robots import grants, services
 from robots.models import Grant
 from robots.states import GrantKind
 from tests.services.owner import made_owner
-from workers import ledger
+from workers.commands import claim
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 
@@ -18,8 +18,8 @@ def owner(robot, people):
 
 
 def run(owner, people):
-    command = services.issue(owner.robot.slug, people["ada"], "ready", {}, 1, owner.now()).command
-    owner._one(command)
+    command = services.issue(owner.owned.robot.slug, people["ada"], "ready", {}, 1, owner.owned.now()).command
+    owner.control.run_one(command)
     command.refresh_from_db()
     return command
 
@@ -31,9 +31,9 @@ def test_a_newer_target_that_cannot_be_read_breaks_nothing_off(owner, people, mo
 
     def ring():
         owner.look()
-        monkeypatch.setattr(ledger, "due", gone)
+        monkeypatch.setattr(claim, "due", gone)
 
-    owner.driver.on_the_way = ring
+    owner.owned.driver.on_the_way = ring
     assert run(owner, people).state == "completed"
 
 
@@ -42,30 +42,34 @@ def test_what_breaks_off_in_mid_motion_is_held_and_its_end_is_unknown(owner, peo
     def gone():
         raise OperationalError("gone")
 
-    owner.driver.on_the_way = gone
+    owner.owned.driver.on_the_way = gone
     command = run(owner, people)
-    assert owner.driver.holds == 1
+    assert owner.owned.driver.holds == 1
     assert (command.state, "Look at the new picture" in command.reason) == ("unknown", True)
-    assert ledger.tidy(owner.robot, owner.lease.epoch, owner.now()) == 0
+    assert claim.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now()) == 0
 
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(owner, people, monkeypatch):
     """A turn's first command begins in the very moment in which the end of the hand-over is read."""
-    turn = services.open_grant(owner.robot)
+    turn = services.open_grant(owner.owned.robot)
     earlier = Grant.objects.create(
-        robot=owner.robot, kind=GrantKind.HANDOVER, opened_at=owner.now(), until=owner.now(), ended_at=owner.now()
+        robot=owner.owned.robot,
+        kind=GrantKind.HANDOVER,
+        opened_at=owner.owned.now(),
+        until=owner.owned.now(),
+        ended_at=owner.owned.now(),
     )
-    owner.gate.open_for(earlier, owner.now())
+    owner.gate.open_for(earlier, owner.owned.now())
     read = grants.open_grant
 
     def and_meanwhile(robot):
         found = read(robot)
-        owner.gate.open_for(turn, owner.now())
+        owner.gate.open_for(turn, owner.owned.now())
         return found
 
-    monkeypatch.setattr("workers.guard.open_grant", and_meanwhile)
-    owner.guard._follow_grant()
+    monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
+    owner.follower.follow_grant()
     monkeypatch.undo()
     owner.gate.check()
     assert run(owner, people).state == "completed"
@@ -73,16 +77,16 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkeypatch):
-    turn = services.open_grant(owner.robot)
-    earlier = Grant(pk=turn.pk + 1, until=owner.now())
-    owner.gate.open_for(earlier, owner.now())
+    turn = services.open_grant(owner.owned.robot)
+    earlier = Grant(pk=turn.pk + 1, until=owner.owned.now())
+    owner.gate.open_for(earlier, owner.owned.now())
 
     def and_meanwhile(robot):
-        owner.gate.open_for(turn, owner.now())
+        owner.gate.open_for(turn, owner.owned.now())
         return earlier
 
-    monkeypatch.setattr("workers.guard.open_grant", and_meanwhile)
-    owner.guard._follow_grant()
+    monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
+    owner.follower.follow_grant()
     monkeypatch.undo()
     owner.gate.check()
 
@@ -90,17 +94,17 @@ def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkey
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_command_is_seen_to_run_only_when_its_grant_is_let_through(owner, people):
     """Who watches must not hold it by the grant before."""
-    earlier = Grant(pk=9999, until=owner.now())
-    owner.gate.open_for(earlier, owner.now())
+    earlier = Grant(pk=9999, until=owner.owned.now())
+    owner.gate.open_for(earlier, owner.owned.now())
     owner.gate.revoke(earlier.pk)
     seen = []
 
-    class Watched(type(owner)):
+    class Watched(type(owner.lane)):
         def __setattr__(self, name, value):
             super().__setattr__(name, value)
             if name == "current" and value is not None:
                 seen.append(self.gate.grant_over)
 
-    owner.__class__ = Watched
+    owner.lane.__class__ = Watched
     assert run(owner, people).state == "completed"
     assert seen == [False]

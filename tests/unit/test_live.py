@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 from robots.brownout import Brownout
 from tests.conftest import FakeClock
-from workers.broadcast import Broadcast
+from workers.cameras.live import send_live
 
 
 class Restless(FakeClock):
@@ -29,13 +29,10 @@ def taken(clock, seconds, grab_s=0.0, every_s=0.1):
     def live_once(state, camera):
         at.append(clock.t)
         clock.t += grab_s
-        runtime.running = clock.t < end
+        owned.running = clock.t < end
 
-    runtime = SimpleNamespace(
-        clock=clock, running=True, brownout=Brownout(), driver=SimpleNamespace(latest=lambda: None),
-        pictures=SimpleNamespace(every_s=every_s, live_once=live_once),
-    )  # fmt: skip
-    Broadcast(runtime).pictures()
+    owned = SimpleNamespace(clock=clock, running=True, driver=SimpleNamespace(latest=lambda: None))
+    send_live(owned, SimpleNamespace(every_s=every_s, live_once=live_once), Brownout())
     return at
 
 

@@ -1,0 +1,51 @@
+"""One camera of a robot: opened when it is needed, closed when it fails."""
+
+import contextlib
+import threading
+
+from robots.drivers.errors import CameraFault
+from robots.models import Robot
+from workers.cameras.source import Picture, Source, fitted, open_camera
+
+
+class Camera:
+    """Takes pictures in the size that the robot's description names."""
+
+    def __init__(self, robot: Robot, index: int, name: str) -> None:
+        self._description = robot.description()["camera"]
+        self.index, self.name = index, name
+        self.lock = threading.RLock()
+        self._address, self._rig = robot.camera_address(index), robot.rig_dir
+        self._source: Source | None = None
+        self._number = 0
+
+    def configure(self, robot: Robot) -> None:
+        """Follow a changed address."""
+        if robot.camera_address(self.index) != self._address:
+            self._drop()
+            self._address = robot.camera_address(self.index)
+
+    def grab(self, exposure_s: float) -> Picture:
+        """Return one picture. Raises CameraFault."""
+        with self.lock:
+            try:
+                if self._source is None:
+                    colour = bool(self._description.get("colour"))
+                    self._source = open_camera(self._address, self._rig, self.name, colour)
+                described = int(self._description["width"]), int(self._description["height"])
+                picture = fitted(self._source.grab(exposure_s), *described)
+            except CameraFault:
+                self._drop()
+                raise
+            return picture
+
+    def next(self) -> int:
+        """Number a picture where it is taken, so that a late one is known for one."""
+        self._number += 1
+        return self._number
+
+    def _drop(self) -> None:
+        with self.lock, contextlib.suppress(Exception):
+            if self._source is not None:
+                self._source.close()
+            self._source = None

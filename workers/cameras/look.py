@@ -1,0 +1,40 @@
+"""The picture of where the robot rests, as the result of a command."""
+
+import logging
+from typing import Any
+
+from django.db import Error, close_old_connections
+
+from robots.drivers.contract import RobotState
+from robots.drivers.errors import CameraFault
+from robots.models import Command
+from workers.cameras.pictures import Pictures
+from workers.owned import OwnedRobot
+
+log = logging.getLogger(__name__)
+
+
+def look(owned: OwnedRobot, pictures: Pictures, state: RobotState, command: Command | None) -> dict[str, Any]:
+    """Take the new stable picture; a camera that fails does not undo the motion."""
+    try:
+        owned.remember(state)
+        if not pictures.cameras:
+            return {"verdict": "no camera"}
+        frame, verdict = pictures.still(state, command.grant if command else None, command)
+    except CameraFault as error:
+        return {"picture": None, "verdict": "no picture", "note": str(error)}
+    except Error as error:
+        log.warning("a picture is lost: %s", error)
+        close_old_connections()
+        return {"picture": None, "verdict": "no picture", "note": "The database did not take the picture."}
+    result: dict[str, Any] = {
+        "verdict": verdict.reason,
+        "stable": verdict.stable,
+        "tries": verdict.tries,
+        "difference": round(verdict.difference, 2),
+    }
+    if frame is None:
+        result["note"] = "The picture could not be kept: the disk may be full."
+    else:
+        result |= {"picture": frame.url, "still": frame.pk}
+    return result

@@ -1,0 +1,67 @@
+"""Which command rows wait for this owner, which one it takes, and which can no longer begin or end."""
+
+from datetime import datetime
+
+from django.db.models import QuerySet
+
+from robots import bus
+from robots.grants import stage_event
+from robots.models import Command, Robot
+from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState
+from workers.commands.finish import finish
+from workers.safety.gate import TOO_LATE
+
+INTERRUPTED = (
+    "The robot's worker was interrupted; what became of this command is not known. "
+    "Look at the new picture before you go on."
+)
+RESTARTED = "The robot's worker had to take the robot anew before this began; it was not carried out."
+BROKEN_OFF = "The database broke off before it began; it was not carried out."
+
+
+def due(robot: Robot, epoch: int) -> QuerySet[Command]:
+    """Return the commands that wait for this owner, in order."""
+    return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch).order_by("id")
+
+
+def claim(command: Command, epoch: int, now: datetime) -> bool:
+    """Take a command for execution; False if somebody else did, or it is too late."""
+    done = Command.objects.filter(pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now).update(
+        state=CommandState.ACCEPTED, accepted_at=now
+    )
+    if done:
+        command.state, command.accepted_at = CommandState.ACCEPTED, now
+        bus.publish(command.robot.slug, stage_event(command))
+    return bool(done)
+
+
+def tidy(robot: Robot, epoch: int, now: datetime) -> int:
+    """End what can no longer begin or end; called while no command runs here. Return how many.
+
+    Too late, meant for an owner that is gone, or claimed in words that the database lost:
+    the last was not begun, for this owner begins only what it knows it has claimed.
+    """
+    ended = 0
+    for command in Command.objects.filter(robot=robot).exclude(state__in=COMMAND_FINAL).order_by("id"):
+        command.robot = robot
+        ours = command.epoch == epoch
+        if command.state == CommandState.QUEUED and (not ours or command.deadline <= now):
+            ended += finish(command, CommandState.EXPIRED, now, TOO_LATE if ours else RESTARTED)
+        elif command.state in COMMAND_RUNNING:
+            state, reason = (CommandState.CANCELLED, BROKEN_OFF) if ours else (CommandState.UNKNOWN, INTERRUPTED)
+            ended += finish(command, state, now, reason)
+    return ended
+
+
+def abandon(robot: Robot, now: datetime) -> list[Command]:
+    """End as `unknown` what an earlier owner had begun: never repeated."""
+    left = list(Command.objects.filter(robot=robot, state__in=COMMAND_RUNNING))
+    for command in left:
+        command.robot = robot
+        finish(
+            command,
+            CommandState.UNKNOWN,
+            now,
+            INTERRUPTED,
+        )
+    return left

@@ -1,0 +1,51 @@
+"""Advance a claimed command and end it. Each step is one conditional UPDATE."""
+
+from contextlib import nullcontext
+from datetime import datetime
+from typing import Any
+
+from django.db import transaction
+
+from robots import bus
+from robots.grants import end_upkeep, stage_event
+from robots.models import Command
+from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState, GrantKind
+
+STAMPS = {
+    CommandState.ACCEPTED: "accepted_at",
+    CommandState.SENT: "sent_at",
+    CommandState.ACKNOWLEDGED: "acknowledged_at",
+}
+
+
+def advance(command: Command, state: CommandState, now: datetime) -> None:
+    """Record that a claimed command reached a stage."""
+    if state not in COMMAND_NEXT[command.state]:
+        return
+    stamp = STAMPS[state]
+    done = Command.objects.filter(pk=command.pk, state=command.state).update(**{"state": state, stamp: now})
+    if done:
+        command.state = state
+        setattr(command, stamp, now)
+        bus.publish(command.robot.slug, stage_event(command))
+
+
+def finish(
+    command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None
+) -> bool:
+    """End a command, and a grant that was for it alone; a final state is never changed."""
+    alone = command.grant.kind == GrantKind.UPKEEP
+    with transaction.atomic() if alone else nullcontext():
+        done = (
+            Command.objects.filter(pk=command.pk)
+            .exclude(state__in=COMMAND_FINAL)
+            .update(state=state, reason=reason[:300], ended_at=now, result=result or {})
+        )
+        if done:
+            command.state, command.reason, command.ended_at = state, reason[:300], now
+            command.result = result or {}
+            if alone:
+                end_upkeep(command, now)
+    if done:
+        bus.publish(command.robot.slug, stage_event(command))
+    return bool(done)

@@ -1,0 +1,23 @@
+"""Remove pictures past their time that nothing refers to."""
+
+import shutil
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from django.conf import settings
+
+from robots.models import Frame
+
+
+def old_frames(now: datetime) -> int:
+    """Remove frames that are not kept, their files and folders left empty; return how many."""
+    before = now - timedelta(days=settings.FRAME_KEEP_DAYS)
+    removed = 0
+    for frame in Frame.objects.filter(taken_at__lt=before, kept=False).iterator():
+        (Path(settings.MEDIA_ROOT) / frame.file).unlink(missing_ok=True)
+        frame.delete()
+        removed += 1
+    for folder in Path(settings.MEDIA_ROOT).glob("frames/*/*"):
+        if folder.is_dir() and not any(folder.iterdir()):
+            shutil.rmtree(folder, ignore_errors=True)
+    return removed

@@ -1,0 +1,62 @@
+"""The robot of this process: its row and its driver, for those who serve it."""
+
+from collections.abc import Callable
+from datetime import datetime
+from typing import Any
+
+from robots import bus
+from robots.clock import Clock
+from robots.drivers.contract import Driver, RobotState, make_driver
+from robots.messages import Changed
+from robots.models import Lease, Robot
+from robots.states import Cycle
+from workers.safety.lease import OwnerLease
+
+PublishFrame = Callable[[str, bytes, str, Any], None]
+
+
+class OwnedRobot:
+    """Row and driver of one robot; `running` from the owner's start to its end."""
+
+    def __init__(self, robot: Robot, lease: OwnerLease, clock: Clock, trace: PublishFrame) -> None:
+        self.robot, self.clock = robot, clock
+        self.running = False
+        self._lease, self._trace = lease, trace
+        self.driver: Driver = self._make_driver()
+
+    def now(self) -> datetime:
+        """Return the database's time."""
+        return self._lease.now()
+
+    def renew_driver(self) -> None:
+        """Make the driver anew, for the epoch that we own the robot with; some controllers want to be told it."""
+        self.driver = self._make_driver()
+
+    def _make_driver(self) -> Driver:
+        settings = self.robot.driver_settings(self._lease.epoch)
+        return make_driver(self.robot.driver, self.robot.wire_address, settings, self._frame)
+
+    def _frame(self, way: str, data: bytes, words: str) -> None:
+        self._trace(way, data, words, getattr(self.driver, "line", None))
+
+    def refresh(self) -> bool:
+        """Follow changes of the row; True where they made a new driver, which has to be connected."""
+        old, self.robot = self.robot, Robot.objects.get(pk=self.robot.pk)
+        new = self.robot
+        if (new.address, new.speed, new.boxes) == (old.address, old.speed, old.boxes):
+            return False
+        self.driver.close()
+        self.renew_driver()
+        return True
+
+    def set_cycle(self, cycle: Cycle, reason: str, was: str) -> bool:
+        """Advance the robot's turn cycle by a conditional update."""
+        done = Robot.objects.filter(pk=self.robot.pk, cycle=was).update(cycle=cycle, reason=reason[:300])
+        if done:
+            bus.publish(self.robot.slug, Changed("robot"))
+        return bool(done)
+
+    def remember(self, state: RobotState) -> None:
+        """Keep the state where the staff's page reads it."""
+        kept = {"joints": list(state.joints), "pose": list(state.pose), "moving": state.moving, "ready": state.ready}
+        Lease.objects.filter(robot=self.robot, epoch=self._lease.epoch).update(state=kept, state_at=self.now())

@@ -1,0 +1,44 @@
+"""The loop that hears stops, keep-alives and wake-ups on channels of their own."""
+
+import contextlib
+
+import redis
+
+from robots import bus
+from workers.owned import OwnedRobot
+from workers.safety.deadman import DeadManTimer
+from workers.safety.lane import Lane
+from workers.safety.stop import Stop
+
+
+class Listener:
+    """Hands on what is published for one robot."""
+
+    def __init__(self, owned: OwnedRobot, stop: Stop, lane: Lane, deadman: DeadManTimer) -> None:
+        self._owned, self._stop, self._lane, self._deadman = owned, stop, lane, deadman
+        self._pubsub: redis.client.PubSub | None = None
+
+    def loop(self) -> None:
+        """Listen for as long as the owner runs, or until the connection breaks."""
+        owned, slug, gate = self._owned, self._owned.robot.slug, self._lane.gate
+        try:
+            self._pubsub = bus.listener().pubsub(ignore_subscribe_messages=True)
+            bell, held = bus.bell_channel(slug), bus.held_channel(slug)
+            self._pubsub.subscribe(bus.stop_channel(slug), bell, held)
+            while owned.running:
+                message = self._pubsub.get_message(timeout=1.0)
+                channel = message["channel"].decode() if message else ""
+                if message and channel == bell:
+                    self._lane.look()
+                elif message and channel == held:
+                    self._deadman.hear(*bus.heard_keep(message["data"]))
+                elif message and gate.heeds_stop_of(bus.heard_stop(message["data"])):
+                    self._stop.halt("bus")
+        except (redis.RedisError, OSError, ValueError):
+            owned.clock.sleep(0.2)
+
+    def close(self) -> None:
+        """Close the connection to Redis."""
+        if self._pubsub is not None:
+            with contextlib.suppress(OSError):
+                self._pubsub.close()

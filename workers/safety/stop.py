@@ -1,0 +1,69 @@
+"""The stop: hold the hardware, latch on disk; the row follows."""
+
+import logging
+import threading
+
+from robots import bus
+from robots.drivers.errors import RobotError
+from robots.messages import Changed
+from robots.models import Robot
+from workers.incidents import incident
+from workers.owned import OwnedRobot
+from workers.safety.latch import StopLatch
+
+log = logging.getLogger(__name__)
+
+
+class Stop:
+    """Stops one robot, and keeps latch and row together."""
+
+    def __init__(self, owned: OwnedRobot, latch: StopLatch) -> None:
+        self._owned, self._latch = owned, latch
+        self._halting = threading.Lock()
+        self._releases: int | None = None  # how many releases the row told of last
+        self._at_rest = False  # the hold of the stop that is latched was confirmed
+        self._trouble = ""  # a stop that the robot did not confirm, until it is written down
+
+    def halt(self, source: str) -> None:
+        """Hold the hardware and latch on disk. No store is asked here."""
+        latch = self._latch
+        with self._halting:
+            if latch.latched and self._at_rest:
+                return  # pressed twice; a press that is heard late must not undo a release
+            first = not latch.latched
+            latch.forbid(self._releases)
+            kept = threading.Thread(target=latch.keep, name="latch")  # a slow disk must not delay the hold
+            kept.start()
+            try:
+                self._at_rest = not self._owned.driver.hold().moving
+            except RobotError as error:
+                self._at_rest = False
+                log.error("a stop could not be confirmed: %s", error)
+                self._trouble = f"A stop could not be confirmed: {error}"
+            kept.join()
+        if first:
+            log.info("stopped by %s", source)
+            bus.publish(self._owned.robot.slug, Changed("stop"))
+
+    def follow(self) -> None:
+        """Compare latch and row once: the robot is latched if either says so, until a release undoes both."""
+        robot, latch = self._owned.robot, self._latch
+        if self._trouble:
+            incident(robot, "stop_failed", self._trouble, self._owned.now())
+            self._trouble = ""
+        in_row, releases = Robot.objects.values_list("stop_latched", "releases").get(pk=robot.pk)
+        released = latch.releases is not None and releases > latch.releases
+        self._releases = releases
+        if in_row and not latch.latched:
+            self.halt("row")
+        elif in_row:
+            latch.row_pending = False
+        elif latch.latched and latch.row_pending and not released:
+            Robot.objects.filter(pk=robot.pk).update(stop_latched=True)
+            latch.row_pending = False
+            bus.publish(robot.slug, Changed("stop"))
+        elif latch.latched:
+            with self._halting:  # not in the middle of a hold
+                latch.release()
+                self._at_rest = False
+            bus.publish(robot.slug, Changed("stop"))

@@ -1,0 +1,73 @@
+"""The loop that holds what may no longer move, and feeds the heartbeat.
+
+It asks no store: a database that stalls or a Redis that is gone cannot keep it waiting.
+What it judges by is memory, written by the loops that do ask.
+"""
+
+import contextlib
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+from robots.brownout import Brownout
+from robots.drivers.errors import RobotError
+from workers.owned import OwnedRobot
+from workers.safety.deadman import DeadManTimer
+from workers.safety.lane import Lane
+from workers.safety.lease import OwnerLease
+
+log = logging.getLogger(__name__)
+WATCH_S = 0.05
+
+
+class Watch:
+    """Holds the robot without a lease, a link, a grant or an operator's keep-alives."""
+
+    def __init__(
+        self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, deadman: DeadManTimer,
+        brownout: Brownout, heartbeat: Path, on_lost: Callable[[], None],
+    ) -> None:  # fmt: skip
+        self._owned, self._lease, self._lane, self._deadman = owned, lease, lane, deadman
+        self._brownout, self._heartbeat, self._on_lost = brownout, heartbeat, on_lost
+        self._held = 0  # the command that was held last
+
+    def loop(self) -> None:
+        """Watch for as long as the owner runs."""
+        owned, clock, ours = self._owned, self._owned.clock, True
+        while owned.running:
+            if self._lease.lost:
+                self.leave()
+                return
+            valid = self._lease.valid
+            if ours and not valid:  # whatever the robot does: nobody may be told that it is ours
+                log.warning("the lease of %s ran out: holding", owned.robot.slug)
+                with contextlib.suppress(RobotError, OSError):
+                    owned.driver.hold()
+            ours = valid
+            self._hold_what_is_forbidden(valid)
+            if self._lane.sound:
+                with contextlib.suppress(OSError):
+                    self._heartbeat.touch()
+            begun = clock.monotonic()
+            clock.sleep(WATCH_S)
+            woken = clock.monotonic()
+            self._brownout.feel(woken - begun - WATCH_S, woken)
+
+    def _hold_what_is_forbidden(self, ours: bool) -> None:
+        gate, state, command = self._lane.gate, self._owned.driver.latest(), self._lane.current
+        running = command is not None and command.pk != self._held
+        forbidden = not ours or gate.link_down or gate.grant_over or self._deadman.ended
+        if forbidden and (running or (state is not None and state.moving)):
+            self._held = command.pk if command is not None else self._held
+            with contextlib.suppress(RobotError):
+                self._owned.driver.hold()
+
+    def leave(self) -> None:
+        """Leave the robot to the owner that has taken it."""
+        owned = self._owned
+        log.error("the lease of %s is lost to another owner: holding and leaving", owned.robot.slug)
+        owned.running = False
+        with contextlib.suppress(RobotError, OSError):
+            owned.driver.hold()
+        owned.driver.close()
+        self._on_lost()

@@ -1,0 +1,50 @@
+"""The loop that publishes the robot's state, and asks for it where the wire has been quiet."""
+
+import time
+
+from robots import bus
+from robots.drivers.contract import RobotState
+from robots.drivers.errors import HardwareFault
+from robots.messages import state_packet
+from workers.connection import Connection
+from workers.owned import OwnedRobot
+from workers.safety.latch import StopLatch
+from workers.trace import WireTrace
+
+STATE_HZ = 4  # where the description says nothing
+TRACE_S = 0.25
+ASK_S = 0.5
+
+
+class States:
+    """Publishes the newest state, some times a second."""
+
+    def __init__(self, owned: OwnedRobot, connection: Connection, latch: StopLatch, trace: WireTrace) -> None:
+        self._owned, self._connection, self._latch, self._trace = owned, connection, latch, trace
+        self._number = 0
+
+    def loop(self) -> None:
+        """Publish for as long as the owner runs."""
+        owned, asked, looked = self._owned, 0.0, 0.0
+        every = 1.0 / float(owned.robot.description().get("motion", {}).get("state_hz", STATE_HZ))
+        while owned.running:
+            time.sleep(every)
+            if time.monotonic() - looked >= TRACE_S:
+                looked = time.monotonic()
+                self._trace.look()
+            heard = owned.driver.latest()
+            quiet = heard is None or time.monotonic() - heard.at >= ASK_S
+            if self._connection.connected and quiet and time.monotonic() - asked >= ASK_S:
+                asked = time.monotonic()
+                try:
+                    owned.driver.state()
+                except HardwareFault as error:
+                    self._connection.lost_while_idle(error)
+            state = owned.driver.latest()
+            if state is not None:
+                self._publish(state)
+
+    def _publish(self, state: RobotState) -> None:
+        self._number += 1
+        at_ms = int((self._owned.clock.now().timestamp() - (time.monotonic() - state.at)) * 1000)
+        bus.publish_state(self._owned.robot.slug, state_packet(self._number, at_ms, state, self._latch.latched))

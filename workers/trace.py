@@ -1,0 +1,32 @@
+"""The trace of the wire: every frame sent and received, published while staff look."""
+
+from typing import Any
+
+import redis
+
+from robots import bus
+from robots.clock import Clock
+from robots.messages import Trace
+
+
+class WireTrace:
+    """Publishes frames of one robot's wire while `watched`."""
+
+    def __init__(self, slug: str, clock: Clock) -> None:
+        self._slug, self._clock = slug, clock
+        self._watched = False
+
+    def look(self) -> None:
+        """Ask whether somebody looks at the trace."""
+        try:
+            self._watched = bus.watched(self._slug, "trace")
+        except (redis.RedisError, OSError):
+            self._watched = False
+
+    def publish(self, way: str, data: bytes, words: str, line: Any) -> None:
+        """Publish one frame; `line` counts what was sent again and what arrived broken, or is None."""
+        if not self._watched:
+            return
+        at_ms = int(self._clock.now().timestamp() * 1000)
+        resent, broken = getattr(line, "resent", 0), getattr(line, "broken", 0)
+        bus.publish_trace(self._slug, Trace(way, data.hex(" "), words, at_ms, resent, broken))

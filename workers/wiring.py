@@ -1,0 +1,137 @@
+"""The owner of one robot: which part takes which. Only the bootstep imports this file.
+
+Threads: `control` claims and executes; `watch` holds what may no longer move; `listen` hears
+stops; `link`, `follow` and `renew` ask the stores; `state` and `camera` publish.
+"""
+
+import contextlib
+import os
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from django.conf import settings
+
+from robots import bus
+from robots.brownout import Brownout
+from robots.clock import SYSTEM, Clock
+from robots.drivers.errors import RobotError
+from robots.grants import newest_grant
+from robots.messages import Notice
+from robots.models import Robot
+from workers.cameras.live import send_live
+from workers.cameras.pictures import Pictures
+from workers.commands import claim
+from workers.commands.run import Runner
+from workers.connection import Connection
+from workers.control import Control
+from workers.handover import Handover
+from workers.owned import OwnedRobot
+from workers.recovery import Recovery
+from workers.regain import Listen, Regain
+from workers.safety.deadman import DeadManTimer
+from workers.safety.follow import Follower
+from workers.safety.gate import Gate
+from workers.safety.lane import Lane
+from workers.safety.latch import StopLatch
+from workers.safety.lease import OwnerLease
+from workers.safety.listen import Listener
+from workers.safety.stop import Stop
+from workers.safety.watch import Watch
+from workers.states import States
+from workers.threads import Threads
+from workers.trace import WireTrace
+
+LOST = 3  # exit status that says: another owner has the robot
+INTERRUPTED = "The robot's worker was interrupted and is back. Look at the picture, then go on."
+
+
+class Owner:
+    """The parts of one owner process, from the lease to its end."""
+
+    def __init__(
+        self, slug: str, clock: Clock = SYSTEM, on_lost: Callable[[], None] | None = None,
+        listen: Listen = lambda queue, on: None,
+    ) -> None:  # fmt: skip
+        robot = Robot.objects.get(slug=slug)
+        run = Path(settings.VAR) / "run"
+        run.mkdir(parents=True, exist_ok=True)
+        self.clock, self._brownout = clock, Brownout()
+        self.latch = StopLatch(run / f"{slug}.stopped")
+        self.lease = OwnerLease(robot, run / f"{slug}.lock", clock)
+        self.gate = Gate(self.lease, self.latch, clock, float(settings.FARHAND["REDIS_GONE_S"]))
+        self.lane = Lane(self.gate, clock)
+        self.deadman = DeadManTimer(clock)
+        trace = WireTrace(slug, clock)
+        self.owned = OwnedRobot(robot, self.lease, clock, trace.publish)
+        self.threads = Threads(self.owned)
+        self.pictures = Pictures(robot, clock)
+        self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
+        recovery = Recovery(self.owned, self.lease, self.gate, self.pictures)
+        self.connection = Connection(self.owned, self.lease, self.lane, recovery)
+        self.states = States(self.owned, self.connection, self.latch, trace)
+        self.regain = Regain(self.owned, self.lease, self.lane, self.connection, self.watch, listen)
+        self._wire_commands()
+
+    def _wire_safety(self, heartbeat: Path, on_lost: Callable[[], None]) -> None:
+        owned, lane = self.owned, self.lane
+        self.stopping = Stop(owned, self.latch)
+        self.watch = Watch(owned, self.lease, lane, self.deadman, self._brownout, heartbeat, on_lost)
+        self.follower = Follower(owned, self.gate, self.stopping)
+        self.listener = Listener(owned, self.stopping, lane, self.deadman)
+
+    def _wire_commands(self) -> None:
+        owned, lease, lane, pictures, connection = self.owned, self.lease, self.lane, self.pictures, self.connection
+        self.runner = Runner(owned, lease, lane, self.deadman, pictures, connection)
+        handover = Handover(owned, lease, self.latch, self.gate, pictures, connection)
+        self.control = Control(owned, lease, lane, self.runner, connection, self.regain, handover, pictures)
+
+    def own(self, give_up: Callable[[], bool]) -> bool:
+        """Wait for the lease; nothing is opened before. False if `give_up` said so."""
+        owned = self.lease.acquire(give_up)
+        self.owned.renew_driver()
+        return owned
+
+    def start(self) -> None:
+        """Ask the hardware, end what was interrupted, then begin to serve."""
+        owned, robot, begin = self.owned, self.owned.robot, self.threads.begin
+        owned.running = True
+        self.gate.link_seen = self.clock.monotonic()
+        self.gate.know_newest(newest_grant(robot))
+        begin("renew", self._renew)  # a line that is slow to open must not cost the lease
+        interrupted = claim.abandon(robot, owned.now())
+        self.connection.connect()
+        if interrupted:
+            bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
+        begin("watch", self.watch.loop)
+        begin("listen", self.listener.loop)
+        begin("link", self.follower.link)
+        begin("follow", self.follower.rows)
+        begin("control", self.control.loop)
+        begin("state", self.states.loop)
+        for camera in self.pictures.cameras:
+            begin(f"camera {camera.name}", partial(send_live, owned, self.pictures, self._brownout, camera.index))
+
+    def _renew(self) -> None:
+        self.lease.keep(lambda: self.owned.running)
+
+    def stop(self) -> None:
+        """Hold the robot, then release everything."""
+        owned = self.owned
+        if not owned.running:
+            self.lease.give_back()
+            return
+        owned.running = False
+        self.lane.look()
+        with contextlib.suppress(RobotError):
+            state = owned.driver.latest()
+            if self.connection.connected and (state is None or state.moving or self.lane.current is not None):
+                owned.driver.hold()
+        self.threads.join("control", 8.0)
+        self.listener.close()
+        owned.driver.close()
+        self.lease.give_back()
+
+    def look(self) -> None:
+        """Answer the wake-up: command rows may wait."""
+        self.lane.look()

@@ -11,8 +11,9 @@ def main() -> None:
     import numpy as np
     from PIL import Image
 
-    from portal.classic.panel import compose
-    from robots.description import load, scara
+    from robots.description import load
+    from robots.drivers.mercury.panel import compose
+    from robots.drivers.mercury.scara import scara
     from simulators.mercury.camera import expose
     from simulators.mercury.sand import SandBed
 

@@ -5,12 +5,9 @@ from functools import cache
 from importlib.metadata import entry_points
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from math import radians
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from robots.motion.scara import Limits, Scara
 
 if TYPE_CHECKING:
     from robots.motion.chain import Chain
@@ -19,11 +16,17 @@ if TYPE_CHECKING:
 
 
 @cache
-def folder(driver: str) -> Traversable:
-    """Return the robot's folder: where its driver's entry point lies, or among those that ship."""
+def package(driver: str) -> str:
+    """Return the name of the robot's package: where its driver's entry point lies, or among those that ship."""
     for point in entry_points(group="farhand.drivers", name=driver):
-        return files(point.module.rpartition(".")[0] or point.module)
-    return files(f"robots.drivers.{driver}")
+        return point.module.rpartition(".")[0] or point.module
+    return f"robots.drivers.{driver}"
+
+
+@cache
+def folder(driver: str) -> Traversable:
+    """Return the robot's folder. Raises ImportError where its package is not installed."""
+    return files(package(driver))
 
 
 def simulator_module(name: str) -> str:
@@ -65,20 +68,6 @@ def programs_of(driver: str) -> list[tuple[str, str]]:
         head, _, text = file.read_text("utf-8").partition("\n")
         found.append((head.removeprefix("#").strip(), text.strip()))
     return found
-
-
-def scara(description: dict[str, Any]) -> Scara:
-    """Return the arm's kinematics from its description (SI units)."""
-    arm = description["arm"]
-    return Scara(
-        link1=arm["link1"],
-        link2=arm["link2"],
-        q1=Limits(*map(radians, arm["q1_deg"])),
-        q2=Limits(*map(radians, arm["q2_deg"])),
-        q3=Limits(*arm["q3"]),
-        q4=Limits(*map(radians, arm["q4_deg"])),
-        tool_angle=radians(arm["tool_angle_deg"]),
-    )
 
 
 @cache

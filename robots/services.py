@@ -16,12 +16,12 @@ from robots import bus, programs
 from robots.clock import SYSTEM
 from robots.drivers.contract import make_driver
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
+from robots.drivers.mercury import calibration
 from robots.grants import cancel_queued, end_grant, held, open_grant, owner_alive, start_grant
 from robots.messages import Changed
 from robots.models import Command, Frame, Grant, Incident, Robot
 from robots.permissions import need_staff
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
-from robots.vision import calibration
 
 START_S = 10.0  # a command that has not begun by then never will
 PENDING = 128

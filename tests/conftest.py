@@ -139,7 +139,7 @@ def installed(monkeypatch):
 
     monkeypatch.syspath_prepend(str(TURNTABLE))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(TURNTABLE), os.environ.get("PYTHONPATH", "")]))
-    caches = (description.folder, description.load, contract._factory)
+    caches = (description.package, description.folder, description.load, contract._factory)
     for cache in caches:
         cache.cache_clear()
     yield

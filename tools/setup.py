@@ -192,7 +192,8 @@ def build_frontend(node: Path) -> None:
         npm(node, "ci", "--loglevel=error", "--no-audit", "--no-fund", cwd=FRONTEND)
         stamp.write_text(mark)
     stamp = FRONTEND / "dist" / ".farhand.stamp"
-    mark = digest(FRONTEND / "src", FRONTEND / "vite.config.ts", FRONTEND / "tsconfig.json") + mark
+    consoles = (ROOT / "robots" / "drivers").glob("*/console")
+    mark = digest(FRONTEND / "src", *sorted(consoles), FRONTEND / "vite.config.ts", FRONTEND / "tsconfig.json") + mark
     if not done_before(stamp, mark):
         say("building the front end")
         npm(node, "run", "--silent", "build", cwd=FRONTEND)

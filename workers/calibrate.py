@@ -4,8 +4,16 @@ from collections.abc import Callable
 from typing import Any
 
 from robots.drivers.contract import Driver, Permit
+from robots.drivers.mercury.calibration import (
+    RESPONSE,
+    NotCalibrated,
+    Picture,
+    Shift,
+    entry,
+    find_change,
+    measure_shift,
+)
 from robots.models import Robot
-from robots.vision.calibration import RESPONSE, NotCalibrated, Picture, Shift, entry, find_change, measure_shift
 from robots.vision.stability import Verdict
 from workers.cameras.pictures import Pictures
 from workers.owned import OwnedRobot

@@ -5,10 +5,10 @@ from datetime import timedelta
 
 from robots.drivers.contract import Permit, RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, NotPermitted, RobotError, StaleEpoch
+from robots.drivers.mercury.calibration import NotCalibrated
 from robots.grants import end_grant, open_grant, start_grant
 from robots.models import Grant
 from robots.states import Cycle, GrantKind
-from robots.vision.calibration import NotCalibrated
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.pictures import Pictures
 from workers.connection import Connection

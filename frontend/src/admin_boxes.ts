@@ -1,6 +1,7 @@
 /** The admin's editor of forbidden boxes: a table beside the arm in three dimensions, over the field that is sent. */
-import { ArmView, type ForbiddenBox } from "./consoles/arm_view.ts";
-import type { ArmDescription } from "./consoles/arm_types.ts";
+import "./arm/arm.css";
+import { ArmView, type ForbiddenBox } from "./arm/view.ts";
+import type { ArmDescription } from "./arm/types.ts";
 
 interface Facts extends ArmDescription { posture: number[] }
 const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
@@ -69,7 +70,7 @@ export async function edit(field: HTMLTextAreaElement, facts: Facts): Promise<vo
 async function preview(holder: HTMLElement, facts: Facts): Promise<ArmView | null> {
   try {
     const answer = await fetch(facts.model);
-    const names = facts.joints.map((j) => j.name);
+    const names = facts.joints.map((j) => [j.name]);
     const view = new ArmView(holder, await answer.text(), names, facts.tip, facts.boxes, () => undefined);
     view.joints(facts.posture);
     return view;

@@ -12,7 +12,7 @@ export function stick(pad: Pick<Gamepad, "axes" | "buttons" | "connected"> | nul
   return Math.hypot(x, y) < STICK ? null : [Math.max(-1, Math.min(1, x)), Math.max(-1, Math.min(1, y))];
 }
 
-/** How a gamepad's two sticks would move a hand; null at rest. Up on the left stick is away from the base. */
+/** How a gamepad's two sticks would move a tool; null at rest. Up on the left stick is away from the base. */
 export function twist(pad: Pick<Gamepad, "axes" | "connected"> | null): Record<string, number> | null {
   if (!pad?.connected) return null;
   const pull = (i: number): number => {

@@ -7,6 +7,7 @@ import { Ladder } from "./ladder.ts";
 import { guard } from "./leaving.ts";
 import { Live } from "./live.ts";
 import { LogList } from "./log_list.ts";
+import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, RobotFacts, Snapshot, StatePacket, Still } from "./protocol.ts";
 import "./stop_in_view.ts";
@@ -103,7 +104,8 @@ export class RobotPage {
   on(name: string, act: () => void): void {
     for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
       button.addEventListener("click", () => {
-        if (button.getAttribute("aria-disabled") === "true") return this.notice(button.dataset["why"] ?? "", "warning");
+        const why = refusal(button);
+        if (why) return this.notice(why, "warning");
         act();
       });
   }

@@ -70,6 +70,17 @@ export function say(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/** Let a control be pressed, or say why not; its place and the focus stay. The reason is shown where it is pressed. */
+export function allow(control: HTMLElement, why: string): void {
+  control.setAttribute("aria-disabled", String(why !== ""));
+  control.dataset["why"] = why;
+}
+
+/** Why a control cannot be pressed now; empty where it can. */
+export function refusal(control: HTMLElement): string {
+  return control.getAttribute("aria-disabled") === "true" ? control.dataset["why"] || "That does not work now." : "";
+}
+
 /** Have exactly these elements in the box, in this order; those that are in their place are not touched. */
 export function arrange(box: Element, elements: readonly Element[]): void {
   const wanted = new Set(elements);

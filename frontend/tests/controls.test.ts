@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { forward, nozzlePixel, onSand, reach, target } from "../src/arm.ts";
-import { type SandFacts as Facts, whyNot } from "../src/consoles/sand_rules.ts";
+import { forward, nozzlePixel, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
+import { type SandFacts as Facts, whyNot } from "../../robots/drivers/mercury/console/rules.ts";
 import { blocked, tooLively } from "../src/controls.ts";
 import { decode } from "../src/protocol.ts";
 import { ago, clock, span } from "../src/words.ts";

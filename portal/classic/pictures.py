@@ -15,7 +15,7 @@ from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404
 from django.utils.crypto import constant_time_compare, salted_hmac
 
-from portal.classic.panel import compose, drawable
+from robots.drivers.panels import panel_of
 from robots.models import Frame, Robot
 
 NAME = re.compile(r"([0-9]{1,18})-[0-9a-f]{64}\Z")
@@ -25,7 +25,7 @@ KEEP = "private, max-age=86400, immutable"
 def drawn(robot: Robot) -> bool:
     """Tell whether the classic console can draw this robot; one whose package is gone it cannot."""
     try:
-        return drawable(robot.description())
+        return panel_of(robot.driver) is not None
     except (ImportError, OSError):
         return False
 
@@ -47,9 +47,11 @@ def picture(request: HttpRequest, slug: str, name: str) -> HttpResponse:
     found = NAME.match(name)
     number = int(found[1]) if found else 0
     frame = Frame.objects.filter(robot=robot, pk=number).first()
-    if not constant_time_compare(name, name_of(robot, frame, request.user)) or not drawn(robot):
+    panel = panel_of(robot.driver) if drawn(robot) else None
+    if panel is None or not constant_time_compare(name, name_of(robot, frame, request.user)):
         raise Http404("There is no such picture.")
     path = Path(settings.MEDIA_ROOT) / frame.file if frame else None
-    response = HttpResponse(compose(path, robot.description(), frame.joints if frame else []), content_type="image/gif")
+    drawing = panel.compose(path, robot.description(), frame.joints if frame else [])
+    response = HttpResponse(drawing, content_type="image/gif")
     response["Cache-Control"] = KEEP if frame else "no-store"
     return response

@@ -13,8 +13,8 @@ from django.views.decorators.cache import never_cache
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
-from portal.classic.panel import WIDTH, Press, press
 from portal.classic.pictures import drawn, name_of
+from portal.consoles.console import classic
 from portal.live.snapshot import status_of
 from queueing import services as queue
 from queueing import tokens
@@ -24,6 +24,7 @@ from queueing.places import place, wait_range
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
+from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
 from robots.models import Command, Robot
 from robots.services import newest_still
@@ -32,7 +33,6 @@ WAIT_S = 20.0
 POLL_S = 0.1
 REFRESH_S = 30
 PIXEL = re.compile(r"[0-9]{1,5}\Z")
-DISCRETE = frozenset({"up", "down", "air"})
 
 
 @never_cache
@@ -59,17 +59,18 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
 def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
     """Show the page that fits the person now; a request counts as presence."""
     robot = get_object_or_404(Robot, slug=slug)
-    if not drawn(robot):
+    panel = panel_of(robot.driver) if drawn(robot) else None
+    if panel is None:
         return _without(request, robot)
     if request.method == "POST":
-        return _act(request, robot, token)
+        return _act(request, robot, panel, token)
     now = SYSTEM.now()
     if request.user.is_authenticated:
         queue.seen(robot, request.user, now, classic=True)
-    return render(request, "classic/page.html", _context(request, robot, now))
+    return render(request, "classic/page.html", _context(request, robot, panel, now))
 
 
-def _context(request: HttpRequest, robot: Robot, now: datetime) -> dict[str, Any]:
+def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) -> dict[str, Any]:
     state, label, why = status_of(robot, now)
     ticket = queue.open_ticket(robot, request.user)
     turn = queue.open_turn(robot)
@@ -89,25 +90,26 @@ def _context(request: HttpRequest, robot: Robot, now: datetime) -> dict[str, Any
         "age_s": round((now - still.taken_at).total_seconds()) if still else None,
         "left_s": round((turn.until - now).total_seconds()) if turn else None,
         "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
-        "double": WIDTH * 2, "unwritten": unwritten,
+        "sizes": {"large": (panel.WIDTH * 2, panel.HEIGHT * 2), "small": (panel.WIDTH, panel.HEIGHT)},
+        "buttons": classic(robot.driver), "unwritten": unwritten,
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
     }  # fmt: skip
 
 
-def _act(request: HttpRequest, robot: Robot, token: str) -> HttpResponse:
+def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpResponse:
     """Carry out one press; a token is good for one motion at most."""
     if not request.user.is_authenticated:
         return redirect(f"/accounts/login/?next=/classic/{robot.slug}/")
     now = SYSTEM.now()
     queue.seen(robot, request.user, now, classic=True)
     try:
-        _perform(request, robot, token, now)
+        _perform(request, robot, panel, token, now)
     except (RobotError, QueueError) as error:
         messages.warning(request, str(error))
     return redirect(_address(robot, request))
 
 
-def _perform(request: HttpRequest, robot: Robot, token: str, now: datetime) -> None:
+def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
     user = request.user
     what = request.POST.get("do", "")
     if what == "join":
@@ -123,13 +125,13 @@ def _perform(request: HttpRequest, robot: Robot, token: str, now: datetime) -> N
         services.release_stop(robot, user, request.POST.get("checked") == "yes")
         messages.success(request, "The stop is released. Nothing moves until you give a command.")
     else:
-        _press(request, robot, token, now)
+        _press(request, robot, panel, token, now)
 
 
-def _press(request: HttpRequest, robot: Robot, token: str, now: datetime) -> None:
-    wanted = _wanted(request, robot)
+def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: datetime) -> None:
+    wanted = _wanted(request, robot, panel)
     if wanted is None:
-        messages.warning(request, "Nothing was pressed. Click in the camera image, in the map, or on a button.")
+        messages.warning(request, "Nothing was pressed. Click in the picture or on a button.")
         return
     if wanted.kind == "stop":
         services.stop(robot, request.user, now)
@@ -139,30 +141,20 @@ def _press(request: HttpRequest, robot: Robot, token: str, now: datetime) -> Non
     if spent is None:
         messages.warning(request, "That page was used already, so nothing moved. This is the current one.")
         return
-    args = {**wanted.args, "still": spent.still} if wanted.kind == "click" else wanted.args
+    args = {**wanted.args, "still": spent.still} if "still" in wanted.args else wanted.args
     grant = grant_of(robot, request.user, now)
     command = services.issue(robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now).command
     _tell(request, _until_final(command))
 
 
-def _wanted(request: HttpRequest, robot: Robot) -> Press | None:
-    what = request.POST.get("do", "")
-    if what in DISCRETE:
-        return Press(what, {})
-    if what == "move":
-        return Press("move", {k: _mm(request.POST.get(f"{k}_mm", "")) for k in ("x", "y")})
+def _wanted(request: HttpRequest, robot: Robot, panel: Panel) -> Press | None:
+    if (asked := panel.form(request.POST.dict())) is not None:
+        return asked
     for name, scale in (("small", 1), ("large", 2)):
         x, y = request.POST.get(f"{name}.x", ""), request.POST.get(f"{name}.y", "")
         if PIXEL.match(x) and PIXEL.match(y):
-            return press(int(x), int(y), 0, robot.description(), scale)
+            return panel.press(int(x), int(y), 0, robot.description(), scale)
     return None
-
-
-def _mm(text: str) -> float | str:
-    try:
-        return float(text) / 1000
-    except ValueError:
-        return text  # the service names what is wrong with it
 
 
 def _until_final(command: Command) -> Command:

@@ -13,7 +13,8 @@ from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
-from portal.classic.panel import drawable
+from portal.classic.pictures import drawn
+from portal.consoles.console import console_of
 from portal.live.snapshot import status_of
 from portal.pages.errors import software_missing
 from queueing.models import Turn
@@ -58,22 +59,18 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     robot = get_object_or_404(Robot, slug=slug)
     turn = open_turn(robot)
     try:
-        described, facts = robot.description(), console_facts(robot)
+        described, facts, console = robot.description(), console_facts(robot), console_of(robot.driver)
     except (LookupError, ImportError, OSError):
         return software_missing(request, robot.name)
-    console = described.get("console", "plain")
     context = {
         **_shown(robot),
-        "console": f"consoles/{console}.html",
-        "side": f"consoles/{console}_side.html",
-        "keys": f"consoles/{console}_keys.html",
-        "script": f"src/consoles/{console}.ts",
+        **asdict(console),
         "operator": turn.user.username if turn else "",
         "still": newest_still(robot),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": facts,
         "views": description.views(described),
-        "classic": drawable(described),
+        "classic": drawn(robot),
     }
     return render(request, "pages/robot.html", context)
 
@@ -82,7 +79,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
     """Return what the robot's console in the browser has to know of it."""
     described = robot.description()
     features = robot.features()
-    facts: dict[str, Any] = {k: described[k] for k in ("arm", "sand") if k in described}
+    facts: dict[str, Any] = {name: described[name] for name in described.get("console", {}).get("tables", ())}
     facts |= {
         "names": features.joints,
         "cameras": len(description.views(described)),

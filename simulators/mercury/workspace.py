@@ -8,8 +8,7 @@ refused.
 from math import isfinite
 from typing import Any
 
-from robots.description import scara
-from robots.motion.scara import OutOfReach
+from robots.drivers.mercury.scara import OutOfReach, scara
 from simulators.mercury.arm import Pose
 
 SLACK_M = 1e-4

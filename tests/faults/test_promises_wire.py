@@ -6,9 +6,10 @@ import time
 
 import pytest
 
-from robots.description import load, scara
+from robots.description import load
 from robots.drivers.errors import RobotError
 from robots.drivers.mercury.driver import Driver
+from robots.drivers.mercury.scara import scara
 from robots.models import Command, Frame, Incident, Robot
 from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
 

@@ -4,10 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.description import load, scara
+from robots.description import load
 from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.drivers.mercury.driver import Driver
 from robots.drivers.mercury.limits import check_target
+from robots.drivers.mercury.scara import scara
 
 D = load("mercury")
 wild = st.one_of(

@@ -5,8 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from portal.classic.panel import BUTTONS_TOP, HEIGHT, WIDTH, at, compose, press
-from robots.description import load, scara
+from robots.description import load
+from robots.drivers.mercury.panel import BUTTONS_TOP, HEIGHT, WIDTH, at, compose, press
+from robots.drivers.mercury.scara import scara
 
 D = load("mercury")
 

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from robots.description import load, scara
-from robots.motion.scara import OutOfReach, wrap
+from robots.description import load
+from robots.drivers.mercury.scara import OutOfReach, scara, wrap
 
 D = load("mercury")
 ARM = scara(D)

@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.drivers.errors import CameraFault
-from robots.vision.brightness import GAIN_HIGH, GAIN_LOW, STEP, Brightness
-from robots.vision.calibration import NotCalibrated, Shift, entry, find_change, fit, measure_shift, target
+from robots.drivers.mercury.brightness import GAIN_HIGH, GAIN_LOW, STEP, Brightness
+from robots.drivers.mercury.calibration import NotCalibrated, Shift, entry, find_change, fit, measure_shift, target
 from robots.vision.stability import difference, settle
 from simulators.mercury.camera import expose
 from simulators.mercury.sand import SandBed

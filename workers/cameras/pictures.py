@@ -15,9 +15,9 @@ from robots.clock import Clock
 from robots.description import views
 from robots.drivers.contract import RobotState
 from robots.drivers.errors import CameraFault
+from robots.drivers.mercury.brightness import Brightness
 from robots.messages import Changed, picture_packet
 from robots.models import Command, Frame, Grant, Robot, frame_name
-from robots.vision.brightness import Brightness
 from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
 

@@ -17,10 +17,10 @@ from robots.drivers.errors import (
     RobotError,
     TooLate,
 )
+from robots.drivers.mercury.calibration import NotCalibrated
 from robots.models import Command
 from robots.services import RUNTIME_KINDS
 from robots.states import CommandState, GrantKind
-from robots.vision.calibration import NotCalibrated
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures

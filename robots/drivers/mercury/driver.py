@@ -4,7 +4,7 @@ import time
 from math import degrees, hypot, radians
 from typing import Any
 
-from robots.description import load, scara
+from robots.description import load
 from robots.drivers.contract import (
     Argument,
     CommandKind,
@@ -20,6 +20,7 @@ from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
+from robots.drivers.mercury.scara import scara
 from robots.drivers.permits import until_held
 from robots.drivers.values import known, number, within
 

@@ -3,9 +3,8 @@
 from math import hypot, isfinite, radians
 from typing import Any
 
-from robots.description import scara
 from robots.drivers.errors import BadRequest, OutOfWorkspace
-from robots.motion.scara import OutOfReach
+from robots.drivers.mercury.scara import OutOfReach, scara
 
 SLACK = 1e-6
 FAR_M = 10.0  # farther away the distance itself says nothing

@@ -1,7 +1,7 @@
 /** The map from above: base, links, sand, what the camera sees, and a ghost of the target. */
-import { forward, onSand, reach, target, type Arm, type Description } from "./arm.ts";
-import type { Still } from "./protocol.ts";
-import { set, shape } from "./svg.ts";
+import { forward, onSand, reach, target, type Arm, type Description } from "./scara.ts";
+import type { Still } from "../../../../frontend/src/protocol.ts";
+import { set, shape } from "../../../../frontend/src/svg.ts";
 
 const MM = 1000;
 

@@ -1,5 +1,5 @@
 /** The controls of the arm over sand: enabled, or saying why not. */
-import { blocked, type Facts } from "../controls.ts";
+import { blocked, type Facts } from "../../../../frontend/src/controls.ts";
 
 export interface SandFacts extends Facts { aim: "none" | "good" | "refused" | "old" }
 

@@ -1,9 +1,8 @@
 /** A program's steps as blocks (Blockly); loaded when the program mode is opened. */
-import * as Blockly from "blockly/core";
-import * as en from "blockly/msg/en";
+import { Blockly, workspace } from "../../../../frontend/src/blockly.ts";
 import type { Step } from "./program_text.ts";
 
-const HAND = ["x", "y", "z", "roll", "pitch", "yaw"];
+const POSE = ["x", "y", "z", "roll", "pitch", "yaw"];
 type BlockState = { type: string; fields?: Record<string, unknown>; inputs?: Record<string, { block: BlockState }>; next?: { block: BlockState } };
 
 const number = (name: string, low: number, high: number, value = 0, precision = 0.1): object => ({
@@ -21,8 +20,8 @@ function define(axes: string[]): void {
       args1: [...axes.slice(3).map((name) => number(name, -270, 270)), number("speed", 5, 100, 50, 5)],
     },
     {
-      ...stacked, type: "hand", colour: 195, tooltip: "Move the hand (mm, degrees).",
-      message0: "hand %1 x %2 y %3 z %4",
+      ...stacked, type: "tool", colour: 195, tooltip: "Move the tool (mm, degrees).",
+      message0: "tool %1 x %2 y %3 z %4",
       args0: [
         { type: "field_dropdown", name: "path", options: [["to", "k"], ["straight to", "l"]] },
         number("x", -1600, 1600, 500), number("y", -1600, 1600), number("z", -1600, 1600, 150),
@@ -43,63 +42,17 @@ function define(axes: string[]): void {
   ]);
 }
 
-/** Blockly writes `<style>` elements, which the page's content policy forbids; its rules are adopted instead. */
-function adopting<T>(run: () => T): T {
-  const make = document.createElement;
-  const made: HTMLElement[] = [];
-  document.createElement = ((name: string, options?: ElementCreationOptions) => {
-    const element = make.call(document, name.toLowerCase() === "style" ? "blockly-rules" : name, options);
-    if (name.toLowerCase() === "style") made.push(element);
-    return element;
-  }) as typeof document.createElement;
-  try {
-    return run();
-  } finally {
-    document.createElement = make;
-    for (const element of made) {
-      const sheet = new CSSStyleSheet();
-      sheet.replaceSync(element.textContent ?? "");
-      document.adoptedStyleSheets.push(sheet);
-      element.remove();
-    }
-  }
-}
-
-/** The page's own colours, which follow its scheme by themselves. */
-const THEME = Blockly.Theme.defineTheme("farhand", {
-  name: "farhand",
-  base: Blockly.Themes.Zelos,
-  componentStyles: {
-    workspaceBackgroundColour: "var(--card)", toolboxBackgroundColour: "var(--paper)", toolboxForegroundColour: "var(--ink)",
-    flyoutBackgroundColour: "var(--paper)", flyoutForegroundColour: "var(--ink)", flyoutOpacity: 0.97,
-    scrollbarColour: "var(--quiet)", scrollbarOpacity: 0.6,
-  },
-});
-
 export class Blocks {
   private workspace: Blockly.WorkspaceSvg;
   private quiet = false;
 
   constructor(box: HTMLElement, private axes: string[], changed: (steps: Step[]) => void) {
-    Blockly.setLocale(en as unknown as Record<string, string>);
     define(axes);
-    const category = (name: string, colour: string, types: string[]): object => ({
-      kind: "category", name, colour, contents: types.map((type) => ({ kind: "block", type })),
-    });
-    this.workspace = adopting(() =>
-      Blockly.inject(box, {
-        toolbox: {
-          kind: "categoryToolbox",
-          contents: [category("Move", "195", ["hand", "joints"]), category("Gripper", "25", ["grip"]), category("Wait", "60", ["wait"]), category("Repeat", "130", ["repeat"])],
-        } as Blockly.utils.toolbox.ToolboxDefinition,
-        trashcan: false, sounds: false, modalInputs: false, theme: THEME, scrollbars: true, horizontalLayout: true, renderer: "zelos",
-        zoom: { startScale: 0.75, controls: false, wheel: false }, move: { scrollbars: true, drag: true, wheel: false },
-      }),
-    );
-    this.workspace.addChangeListener((event) => {
-      if (!this.quiet && !event.isUiEvent && event.type !== Blockly.Events.FINISHED_LOADING && !this.workspace.isDragging()) changed(this.steps());
-    });
-    new ResizeObserver(() => Blockly.svgResize(this.workspace)).observe(box);
+    const categories = [
+      { name: "Move", colour: "195", types: ["tool", "joints"] }, { name: "Gripper", colour: "25", types: ["grip"] },
+      { name: "Wait", colour: "60", types: ["wait"] }, { name: "Repeat", colour: "130", types: ["repeat"] },
+    ];
+    this.workspace = workspace(box, categories, () => this.quiet || changed(this.steps()));
   }
 
   /** Show these steps, without telling of a change. */
@@ -123,7 +76,7 @@ export class Blocks {
     const share = (speed?: number): number => Math.round((speed ?? 0.5) * 100);
     switch (step.do) {
       case "joints": return { type: "joints", fields: { ...named(this.axes, step.values), speed: share(step.speed) } };
-      case "hand": return { type: "hand", fields: { path: step.straight ? "l" : "k", ...named(HAND, step.values), speed: share(step.speed) } };
+      case "pose": return { type: "tool", fields: { path: step.straight ? "l" : "k", ...named(POSE, step.values), speed: share(step.speed) } };
       case "grip": return { type: "grip", fields: { closed: step.closed ? "1" : "0" } };
       case "wait": return { type: "wait", fields: { seconds: step.seconds } };
       case "line": return { type: "line", fields: { text: step.text } };
@@ -149,7 +102,7 @@ export class Blocks {
     const speed = value("speed") === 50 ? {} : { speed: value("speed") / 100 };
     switch (block.type) {
       case "joints": return { do: "joints", values: this.axes.map(value), ...speed };
-      case "hand": return { do: "hand", straight: block.getFieldValue("path") === "l", values: HAND.map(value), ...speed };
+      case "tool": return { do: "pose", straight: block.getFieldValue("path") === "l", values: POSE.map(value), ...speed };
       case "grip": return { do: "grip", closed: block.getFieldValue("closed") === "1" };
       case "wait": return { do: "wait", seconds: value("seconds") };
       case "repeat": return { do: "repeat", times: value("times"), steps: this.from(block.getInputTargetBlock("steps")) };

@@ -1,9 +1,10 @@
 /** Joint mode: a slider for each axis with its limits, and arrows that turn it while held. */
 import { Jog, named } from "../jog.ts";
 import type { RobotPage } from "../page.ts";
+import { allow } from "../parts.ts";
 import type { StatePacket } from "../protocol.ts";
 import { byId } from "../svg.ts";
-import { deg, type JointInfo, type Judge, rad, type Target } from "./arm_types.ts";
+import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
 
 export class Joints {
   private sliders: HTMLInputElement[] = [];
@@ -12,7 +13,7 @@ export class Joints {
   private touched = false;
   private box = byId("joints");
 
-  constructor(page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number) {
+  constructor(page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number, kind: string) {
     this.box.append(...infos.map((info) => this.row(info)));
     document.querySelector('[data-fill="joints"]')?.addEventListener("click", () => this.take(page.state?.joints ?? []));
     new Jog<Record<string, number>>(this.box, {
@@ -20,7 +21,7 @@ export class Joints {
       arrows: {},
       stick: () => null,
       whyNot: () => console.whyNot("jog", page.facts()),
-      begin: (way) => page.issue("jog_joints", way),
+      begin: (way) => page.issue(kind, way),
       ...page.hand,
     });
   }
@@ -96,7 +97,7 @@ export class Joints {
 
   enable(why: string): void {
     const busy = this.box.classList.contains("held");
-    for (const button of this.box.querySelectorAll("[data-jog]")) button.setAttribute("aria-disabled", String(why !== "" && !busy));
+    for (const button of this.box.querySelectorAll<HTMLElement>("[data-jog]")) allow(button, busy ? "" : why);
   }
 }
 

@@ -1,10 +1,11 @@
-/** Position mode: where the hand shall be and how it is turned; arrows that move it while held. */
+/** Position mode: where the tool shall be and how it is turned; arrows that move it while held. */
 import { twist } from "../gamepad.ts";
 import { Jog, named } from "../jog.ts";
 import type { RobotPage } from "../page.ts";
+import { allow } from "../parts.ts";
 import { byId } from "../svg.ts";
-import { held } from "./arm_joints.ts";
-import { deg, type Judge, rad, type Target } from "./arm_types.ts";
+import { held } from "./joints.ts";
+import { deg, type Judge, rad, type Target } from "./types.ts";
 
 type Twist = Record<string, number>;
 
@@ -13,22 +14,22 @@ const PLACE = [
   ["roll", "°", "about x"], ["pitch", "°", "about y"], ["yaw", "°", "about z"],
 ] as const;
 const ARROWS = [
-  ["x,1", "x +", "Move the hand away from the base"], ["x,-1", "x −", "Move the hand towards the base"],
-  ["y,1", "y +", "Move the hand to the left"], ["y,-1", "y −", "Move the hand to the right"],
-  ["z,1", "z +", "Move the hand up"], ["z,-1", "z −", "Move the hand down"],
-  ["roll,1", "roll +", "Turn the hand about x"], ["roll,-1", "roll −", "Turn the hand back about x"],
-  ["pitch,1", "pitch +", "Turn the hand about y"], ["pitch,-1", "pitch −", "Turn the hand back about y"],
-  ["yaw,1", "yaw +", "Turn the hand about z"], ["yaw,-1", "yaw −", "Turn the hand back about z"],
+  ["x,1", "x +", "Move the tool away from the base"], ["x,-1", "x −", "Move the tool towards the base"],
+  ["y,1", "y +", "Move the tool to the left"], ["y,-1", "y −", "Move the tool to the right"],
+  ["z,1", "z +", "Move the tool up"], ["z,-1", "z −", "Move the tool down"],
+  ["roll,1", "roll +", "Turn the tool about x"], ["roll,-1", "roll −", "Turn the tool back about x"],
+  ["pitch,1", "pitch +", "Turn the tool about y"], ["pitch,-1", "pitch −", "Turn the tool back about y"],
+  ["yaw,1", "yaw +", "Turn the tool about z"], ["yaw,-1", "yaw −", "Turn the tool back about z"],
 ] as const;
 const OVER_M = 0.15;
 
 export class Position {
   private inputs: HTMLInputElement[] = [];
   private straight = byId<HTMLInputElement>("straight");
-  private pad = byId("hand-jog");
+  private pad = byId("tool-jog");
 
   constructor(
-    page: RobotPage, private console: Judge, private speed: () => number, private hand: () => number[] | null,
+    page: RobotPage, private console: Judge, private speed: () => number, private tool: () => number[] | null, kind: string,
   ) {
     byId("pose").append(...PLACE.map(([name, unit, hint]) => this.field(name, unit, hint)));
     this.straight.addEventListener("change", () => console.ask());
@@ -42,7 +43,7 @@ export class Position {
       },
       stick: twist,
       whyNot: () => console.whyNot("jog", page.facts()),
-      begin: (way) => page.issue("jog_hand", way),
+      begin: (way) => page.issue(kind, way),
       ...page.hand,
     });
   }
@@ -63,13 +64,13 @@ export class Position {
     return label;
   }
 
-  /** Fill in where the hand is. */
+  /** Fill in where the tool is. */
   take(): void {
-    const here = this.hand();
+    const here = this.tool();
     if (here) this.set([...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)]);
   }
 
-  /** Fill in a place on the table (m), some way above it, the hand pointing down. */
+  /** Fill in a place on the table (m), some way above it, the tool pointing down. */
   place(x: number, y: number): void {
     this.set([x * 1000, y * 1000, OVER_M * 1000, 180, 0, 180]);
   }
@@ -98,6 +99,6 @@ export class Position {
 
   enable(why: string): void {
     const busy = this.pad.classList.contains("held");
-    for (const button of this.pad.querySelectorAll("[data-jog]")) button.setAttribute("aria-disabled", String(why !== "" && !busy));
+    for (const button of this.pad.querySelectorAll<HTMLElement>("[data-jog]")) allow(button, busy ? "" : why);
   }
 }

@@ -6,32 +6,21 @@ bytes that nobody sees (section 6.6).
 """
 
 import io
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
-from robots.description import scara
+from robots.drivers.mercury.scara import scara
+from robots.drivers.panels import Press
 
 CAMERA = (0, 0, 192, 165)
 SCHEMATIC = (192, 0, 336, 165)
 BUTTONS_TOP, WIDTH, HEIGHT = 165, 336, 194
-BUTTONS = ("up", "down", "air", "stop")
+DISCRETE = ("up", "down", "air")
+BUTTONS = (*DISCRETE, "stop")
 DOWN_M = 0.001
-
-
-@dataclass(frozen=True)
-class Press:
-    """What a click in the panel means: a kind and its values."""
-
-    kind: str
-    args: dict[str, Any]
-
-
-def drawable(description: dict[str, Any]) -> bool:
-    """Tell whether the robot says that it can be drawn here: a SCARA arm over an area, with a map of both."""
-    return {"classic", "camera", "sand", "arm"} <= description.keys() and "link1" in description["arm"]
 
 
 def press(x: int, y: int, still: int, description: dict[str, Any], scale: int = 1) -> Press | None:
@@ -49,6 +38,23 @@ def press(x: int, y: int, still: int, description: dict[str, Any], scale: int = 
     u, v = (px - SCHEMATIC[0]) / (SCHEMATIC[2] - SCHEMATIC[0]), py / (SCHEMATIC[3] - 1)
     x0, y0, x1, y1 = description["classic"]["map"]
     return Press("move", {"x": x0 + u * (x1 - x0), "y": y1 - v * (y1 - y0)})
+
+
+def form(fields: Mapping[str, str]) -> Press | None:
+    """Return what the buttons below the picture ask for; x and y of a move are in mm."""
+    what = fields.get("do", "")
+    if what in DISCRETE:
+        return Press(what, {})
+    if what == "move":
+        return Press("move", {name: _metres(fields.get(f"{name}_mm", "")) for name in ("x", "y")})
+    return None
+
+
+def _metres(text: str) -> float | str:
+    try:
+        return float(text) / 1000
+    except ValueError:
+        return text  # the service names what is wrong with it
 
 
 def compose(picture: Path | None, description: dict[str, Any], joints: list[float], greys: int = 64) -> bytes:

@@ -1,11 +1,11 @@
 /** The console of a robot nobody wrote one for: its controls draw themselves from what the driver says it takes. */
-import { CameraView } from "../camera.ts";
-import { blocked, type Facts } from "../controls.ts";
-import { Jog, named } from "../jog.ts";
-import { type Console, facts, RobotPage, text } from "../page.ts";
-import { fill } from "../parts.ts";
-import type { ArgumentInfo, CommandSpec, StatePacket, Still } from "../protocol.ts";
-import { byId } from "../svg.ts";
+import { CameraView } from "./camera.ts";
+import { blocked, type Facts } from "./controls.ts";
+import { Jog, named } from "./jog.ts";
+import { type Console, facts, RobotPage, text } from "./page.ts";
+import { allow, fill, refusal } from "./parts.ts";
+import type { ArgumentInfo, CommandSpec, StatePacket, Still } from "./protocol.ts";
+import { byId } from "./svg.ts";
 import { OneCamera } from "./one_camera.ts";
 
 const page = new RobotPage();
@@ -32,7 +32,8 @@ class PlainConsole extends OneCamera implements Console {
     form.append(...fields.map(([label]) => label), button);
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      if (button.getAttribute("aria-disabled") === "true") return page.notice(button.dataset["why"] ?? "", "warning");
+      const why = refusal(button);
+      if (why) return page.notice(why, "warning");
       const args: Record<string, number | string> = {};
       for (const [, input, argument] of fields) {
         if (argument.text ? input.value : Number.isFinite(input.valueAsNumber)) args[argument.name] = argument.text ? input.value : input.valueAsNumber;
@@ -106,8 +107,7 @@ class PlainConsole extends OneCamera implements Console {
     const why = this.whyNot("", f);
     for (const button of this.buttons) {
       const held = button.parentElement?.classList.contains("held") ?? false;
-      button.setAttribute("aria-disabled", String(why !== "" && !held));
-      button.dataset["why"] = why;
+      allow(button, held ? "" : why);
     }
   }
 }

@@ -1,4 +1,4 @@
-/** The arm in three dimensions: as it is, as a target would have it, the way between, the forbidden boxes. */
+/** The arm in three dimensions: as it is, as a target would have it, the path between, the forbidden boxes. */
 import {
   AmbientLight, BoxGeometry, BufferGeometry, Color, DirectionalLight, EdgesGeometry, Euler, GridHelper, Group, Line,
   LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, type Object3D, PerspectiveCamera, Plane,
@@ -25,7 +25,7 @@ export class ArmView {
   private forbidden = new Group();
   private arm: URDFRobot;
   private ghost: URDFRobot;
-  private way = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0x0c8a9a }));
+  private path = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0x0c8a9a }));
   private from: number[] = [];
   private to: number[] = [];
   private since = 0;
@@ -38,8 +38,9 @@ export class ArmView {
   private bad = false;
   private playing = 0;
 
+  /** `names`: for each value of the state, the joints of the URDF that it moves. */
   constructor(
-    private holder: HTMLElement, urdf: string, private names: string[], private tip: string, boxes: ForbiddenBox[],
+    private holder: HTMLElement, urdf: string, private names: string[][], private tip: string, boxes: ForbiddenBox[],
     onTable: (x: number, y: number) => void,
   ) {
     this.renderer = new WebGLRenderer({ antialias: !this.slow, alpha: true });
@@ -56,7 +57,7 @@ export class ArmView {
     this.ghost = new URDFLoader().parse(urdf);
     paint(this.ghost);
     this.ghost.visible = false;
-    this.world.add(this.arm, this.ghost, this.way, this.forbidden);
+    this.world.add(this.arm, this.ghost, this.path, this.forbidden);
     this.boxes(boxes);
     const grid = new GridHelper(3, 30);
     grid.material.transparent = true;
@@ -100,31 +101,31 @@ export class ArmView {
     this.ask();
   }
 
-  /** Show where a target would take the arm, and the way of its hand (m); none to hide both. */
-  target(q: number[] | null, hand: number[][] = []): void {
+  /** Show where a target would take the arm, and the path of its tool (m); none to hide both. */
+  target(q: number[] | null, path: number[][] = []): void {
     if (q === null) clearInterval(this.playing);
     this.ghost.visible = q !== null;
     if (q) this.pose(this.ghost, q);
-    this.way.visible = q !== null && hand.length > 1;
-    this.way.geometry.dispose();
-    this.way.geometry = new BufferGeometry().setFromPoints(hand.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
+    this.path.visible = q !== null && path.length > 1;
+    this.path.geometry.dispose();
+    this.path.geometry = new BufferGeometry().setFromPoints(path.map(([x = 0, y = 0, z = 0]) => new Vector3(x, y, z)));
     this.ask();
   }
 
   /** Let the ghost go from pose to pose (a tenth of a second each); `at` is told which. */
-  play(ways: number[][], hand: number[][], at: (index: number) => void): void {
+  play(poses: number[][], path: number[][], at: (index: number) => void): void {
     clearInterval(this.playing);
-    if (!ways.length) return this.target(null);
+    if (!poses.length) return this.target(null);
     let i = 0;
     const show = (): void => {
-      this.target(ways[i] ?? null, hand);
+      this.target(poses[i] ?? null, path);
       at(i);
     };
-    if (this.calm.matches) i = ways.length - 1;
+    if (this.calm.matches) i = poses.length - 1;
     show();
     this.playing = window.setInterval(() => {
       i += 1;
-      if (i < ways.length) return show();
+      if (i < poses.length) return show();
       clearInterval(this.playing);
       at(-1);
     }, 100);
@@ -152,8 +153,8 @@ export class ArmView {
     this.ask();
   }
 
-  /** Where the hand is (m) and how it is turned (roll, pitch, yaw in rad), by the arm's own joints. */
-  hand(): number[] | null {
+  /** Where the tool is (m) and how it is turned (roll, pitch, yaw in rad), by the arm's own joints. */
+  tool(): number[] | null {
     const link = this.arm.links[this.tip];
     if (!link || !this.to.length) return null;
     this.pose(this.arm, this.to);
@@ -170,9 +171,8 @@ export class ArmView {
   }
 
   private pose(robot: URDFRobot, q: number[]): void {
-    this.names.forEach((name, i) => {
-      if (name in robot.joints) robot.setJointValue(name, q[i] ?? 0);
-      else for (const side of ["left_finger", "right_finger"]) if (side in robot.joints) robot.setJointValue(side, q[i] ?? 0);
+    this.names.forEach((named, i) => {
+      for (const name of named) if (name in robot.joints) robot.setJointValue(name, q[i] ?? 0);
     });
   }
 

@@ -2,7 +2,7 @@
 
 export type Step =
   | { do: "joints"; values: number[]; speed?: number }
-  | { do: "hand"; straight: boolean; values: number[]; speed?: number }
+  | { do: "pose"; straight: boolean; values: number[]; speed?: number }
   | { do: "grip"; closed: boolean }
   | { do: "wait"; seconds: number }
   | { do: "repeat"; times: number; steps: Step[] }
@@ -35,7 +35,7 @@ export function parse(text: string): Step[] {
       here.push({ do: "joints", values: numbers.slice(0, 6), ...speed });
     } else if (letter === "k" || letter === "l") {
       want(6, 7);
-      here.push({ do: "hand", straight: letter === "l", values: numbers.slice(0, 6), ...speed });
+      here.push({ do: "pose", straight: letter === "l", values: numbers.slice(0, 6), ...speed });
     } else if (letter === "K") {
       want(6, 7);
       here.push({ do: "line", text: line });
@@ -71,7 +71,7 @@ function lines(step: Step): string {
     [letter, ...values.map(tidy), ...(speed === undefined ? [] : [tidy(speed)])].join(" ");
   switch (step.do) {
     case "joints": return row("j", step.values, step.speed);
-    case "hand": return row(step.straight ? "l" : "k", step.values, step.speed);
+    case "pose": return row(step.straight ? "l" : "k", step.values, step.speed);
     case "grip": return `g ${step.closed ? 1 : 0}`;
     case "wait": return `d ${tidy(step.seconds)}`;
     case "repeat": return [`R ${step.times}`, ...(step.steps.length ? [print(step.steps)] : []), "E"].join("\n");

@@ -1,23 +1,26 @@
-/** The console of an arm of several axes: cameras, a view in three dimensions, joint and position modes. */
-import { CameraView } from "../camera.ts";
-import { blocked, type Facts } from "../controls.ts";
-import { type Console, facts, RobotPage, text } from "../page.ts";
-import { fill } from "../parts.ts";
-import type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still } from "../protocol.ts";
-import { byId } from "../svg.ts";
-import { Joints } from "./arm_joints.ts";
-import { Position } from "./arm_position.ts";
-import { type ArmDescription, deg, type Judge, type Target } from "./arm_types.ts";
-import type { ArmView } from "./arm_view.ts";
+/** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
+import "../../../../frontend/src/arm/arm.css";
+import "./programs.css";
+import { CameraView } from "../../../../frontend/src/camera.ts";
+import { blocked, type Facts } from "../../../../frontend/src/controls.ts";
+import { type Console, facts, RobotPage, text } from "../../../../frontend/src/page.ts";
+import { allow, fill } from "../../../../frontend/src/parts.ts";
+import type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
+import { byId } from "../../../../frontend/src/svg.ts";
+import { Joints } from "../../../../frontend/src/arm/joints.ts";
+import { Position } from "../../../../frontend/src/arm/position.ts";
+import { type ArmDescription, deg, type Judge, type Target } from "../../../../frontend/src/arm/types.ts";
+import type { ArmView } from "../../../../frontend/src/arm/view.ts";
 import { Programs } from "./programs.ts";
-import { FINAL } from "../words.ts";
-import { Tabs } from "./tabs.ts";
+import { FINAL } from "../../../../frontend/src/words.ts";
+import { Tabs } from "../../../../frontend/src/tabs.ts";
 import { Terminal } from "./terminal.ts";
 
 interface Plan { key: string; ok: boolean; text: string }
 
 const description = JSON.parse(byId("description").textContent ?? "{}") as ArmDescription;
 const page = new RobotPage();
+const FINGERS = ["left_finger", "right_finger"]; // of the model; the state says one width for both
 const PLAN_MS = 120;
 const THERE = 0.002; // rad: a target so near is where the arm stands, and needs no ghost
 /** What each mode asks for when it is done; the terminal checks what it is told by itself. */
@@ -45,8 +48,8 @@ class ArmConsole implements Console, Judge {
       this.ask();
     });
     const share = (): number => Number(speed.value) / 100;
-    this.joints = new Joints(page, this, description.joints, share);
-    this.position = new Position(page, this, share, () => this.hand());
+    this.joints = new Joints(page, this, description.joints, share, "jog_joints");
+    this.position = new Position(page, this, share, () => this.tool(), "jog_hand");
     this.programs = new Programs(page, this, description.joints.map((j) => j.name));
     new Terminal(page, this, description.joints.map((j) => j.name));
     this.cameras = this.thumbnails();
@@ -62,9 +65,9 @@ class ArmConsole implements Console, Judge {
 
   private async openView(): Promise<void> {
     try {
-      const [{ ArmView }, answer] = await Promise.all([import("./arm_view.ts"), fetch(description.model)]);
+      const [{ ArmView }, answer] = await Promise.all([import("../../../../frontend/src/arm/view.ts"), fetch(description.model)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
-      const names = [...description.joints.map((j) => j.name), "gripper"];
+      const names = [...description.joints.map((j) => [j.name]), FINGERS];
       this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, description.boxes, (x, y) => {
         if (byId("modes").hidden) return;
         this.tabs.choose("position");
@@ -174,8 +177,8 @@ class ArmConsole implements Console, Judge {
     page.draw();
   }
 
-  hand(): number[] | null {
-    return this.view?.hand() ?? null;
+  tool(): number[] | null {
+    return this.view?.tool() ?? null;
   }
 
   /** Let the ghost go through a program, and say at which step it is. */
@@ -229,8 +232,7 @@ class ArmConsole implements Console, Judge {
     for (const [name, kind] of [["open", "gripper"], ["close", "gripper"], ["ready", "ready"], ["go-joints", "go"], ["go-pose", "go"], ["run", "run"]] as const) {
       const why = this.whyNot(kind, f);
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
-      button?.setAttribute("aria-disabled", String(why !== ""));
-      if (button) button.dataset["why"] = why;
+      if (button) allow(button, why);
     }
     const why = this.whyNot("jog", f);
     this.joints.enable(why);

@@ -1,7 +1,7 @@
 /** A terminal for the arm's own lines: each becomes the command of the portal that it stands for. */
-import type { RobotPage } from "../page.ts";
-import { byId } from "../svg.ts";
-import type { Judge } from "./arm_types.ts";
+import type { RobotPage } from "../../../../frontend/src/page.ts";
+import { byId } from "../../../../frontend/src/svg.ts";
+import type { Judge } from "../../../../frontend/src/arm/types.ts";
 import { understood } from "./terminal_lines.ts";
 
 const LONGEST = 200;

@@ -1,13 +1,13 @@
 /** Program mode: steps as blocks and as text, tried on the ghost, run, saved, shared. */
-import type { RobotPage } from "../page.ts";
-import type { PlanAnswer, StatePacket } from "../protocol.ts";
-import { byId } from "../svg.ts";
-import { deg, type Judge } from "./arm_types.ts";
+import type { RobotPage } from "../../../../frontend/src/page.ts";
+import type { PlanAnswer, StatePacket } from "../../../../frontend/src/protocol.ts";
+import { byId } from "../../../../frontend/src/svg.ts";
+import { deg, type Judge } from "../../../../frontend/src/arm/types.ts";
 import type { Blocks } from "./blocks.ts";
 import { parse, print, type Step } from "./program_text.ts";
 
 interface Saved { id: number; name: string; text: string; shared: boolean; approved: boolean; by: string; mine: boolean }
-interface Arm extends Judge { refuse(why: string): void; hand(): number[] | null; play(answer: PlanAnswer): void }
+interface Arm extends Judge { refuse(why: string): void; tool(): number[] | null; play(answer: PlanAnswer): void }
 
 export class Programs {
   private saved: Saved[] = [];
@@ -113,8 +113,8 @@ export class Programs {
   }
 
   private addHere(): void {
-    const here = this.arm.hand();
-    if (here) this.add({ do: "hand", straight: false, values: [...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)].map(tenth) });
+    const here = this.arm.tool();
+    if (here) this.add({ do: "pose", straight: false, values: [...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)].map(tenth) });
   }
 
   private addJoints(): void {

@@ -1,6 +1,6 @@
 /** What the consoles of robots with a single camera share. */
-import type { CameraView } from "../camera.ts";
-import type { PicturePacket } from "../protocol.ts";
+import type { CameraView } from "./camera.ts";
+import type { PicturePacket } from "./protocol.ts";
 
 export abstract class OneCamera {
   protected abstract camera: CameraView;

@@ -9,7 +9,8 @@ the orientation of the tool about the vertical in the frame of the base.
 """
 
 from dataclasses import dataclass
-from math import acos, atan2, cos, hypot, pi, sin
+from math import acos, atan2, cos, hypot, pi, radians, sin
+from typing import Any
 
 
 class OutOfReach(ValueError):
@@ -127,3 +128,17 @@ def _into(angle: float, limit: Limits) -> float:
         if limit.contains(turned):
             return turned
     return angle
+
+
+def scara(description: dict[str, Any]) -> Scara:
+    """Return the arm's kinematics from `[arm]` of its description (SI units)."""
+    arm = description["arm"]
+    return Scara(
+        link1=arm["link1"],
+        link2=arm["link2"],
+        q1=Limits(*map(radians, arm["q1_deg"])),
+        q2=Limits(*map(radians, arm["q2_deg"])),
+        q3=Limits(*arm["q3"]),
+        q4=Limits(*map(radians, arm["q4_deg"])),
+        tool_angle=radians(arm["tool_angle_deg"]),
+    )

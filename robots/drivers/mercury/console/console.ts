@@ -1,16 +1,18 @@
 /** The console of an arm with a camera and an air jet over sand: a picture and a map to click. */
-import { nozzlePixel, onSand, target, type Description } from "../arm.ts";
-import { CameraView } from "../camera.ts";
-import type { Facts } from "../controls.ts";
-import { stick } from "../gamepad.ts";
-import { Jog } from "../jog.ts";
-import { openKeys } from "../key_card.ts";
-import { type Console, RobotPage, text } from "../page.ts";
-import type { CommandInfo, StatePacket, Still } from "../protocol.ts";
-import { Schematic } from "../schematic.ts";
-import { byId } from "../svg.ts";
-import { OneCamera } from "./one_camera.ts";
-import { type SandFacts, whyNot } from "./sand_rules.ts";
+import { nozzlePixel, onSand, target, type Description } from "./scara.ts";
+import "./console.css";
+import { CameraView } from "../../../../frontend/src/camera.ts";
+import type { Facts } from "../../../../frontend/src/controls.ts";
+import { stick } from "../../../../frontend/src/gamepad.ts";
+import { Jog } from "../../../../frontend/src/jog.ts";
+import { openKeys } from "../../../../frontend/src/key_card.ts";
+import { type Console, RobotPage, text } from "../../../../frontend/src/page.ts";
+import type { CommandInfo, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
+import { allow } from "../../../../frontend/src/parts.ts";
+import { Schematic } from "./schematic.ts";
+import { byId } from "../../../../frontend/src/svg.ts";
+import { OneCamera } from "../../../../frontend/src/one_camera.ts";
+import { type SandFacts, whyNot } from "./rules.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
 
@@ -132,12 +134,10 @@ class SandConsole extends OneCamera implements Console {
     byId("jog").hidden = !page.operating;
     const whyJog = whyNot("jog", judged);
     for (const button of byId("jog").querySelectorAll<HTMLElement>("[data-jog]"))
-      button.setAttribute("aria-disabled", String(whyJog !== "" && !byId("jog").classList.contains("held")));
+      allow(button, byId("jog").classList.contains("held") ? "" : whyJog);
     for (const name of ["go", "up", "down", "air"]) {
       const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`);
-      const why = whyNot(name, judged);
-      button?.setAttribute("aria-disabled", String(why !== ""));
-      if (button) button.dataset["why"] = why;
+      if (button) allow(button, whyNot(name, judged));
     }
     this.drawAim(judged);
     this.drawBefore();

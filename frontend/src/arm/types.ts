@@ -1,6 +1,6 @@
 /** What the parts of the arm's console share. */
 import type { Facts } from "../controls.ts";
-import type { ForbiddenBox } from "./arm_view.ts";
+import type { ForbiddenBox } from "./view.ts";
 
 export interface JointInfo { name: string; low: number; high: number; velocity: number }
 export interface ArmDescription { model: string; joints: JointInfo[]; boxes: ForbiddenBox[]; tip: string }

@@ -1,5 +1,5 @@
 /** The arm's own lines as commands of the portal. */
-import { rad, type Target } from "./arm_types.ts";
+import { rad, type Target } from "../../../../frontend/src/arm/types.ts";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 

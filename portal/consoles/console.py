@@ -1,0 +1,49 @@
+"""Which console a robot's page shows: its own, out of the robot's folder, or the one that the spec draws."""
+
+from dataclasses import dataclass
+
+from django.templatetags.static import static
+
+from robots.description import folder, package
+
+OURS = "robots.drivers."
+
+
+@dataclass(frozen=True)
+class Console:
+    """Names of its templates, and its script: one that our front end is built with, or a file's address."""
+
+    console: str
+    side: str
+    keys: str
+    built: str = ""
+    module: str = ""
+    style: str = ""
+
+
+PLAIN = Console("consoles/console.html", "consoles/side.html", "consoles/keys.html", built="src/plain.ts")
+
+
+def console_of(driver: str) -> Console:
+    """Return the robot's console. Raises ImportError where its package is not installed.
+
+    A robot that ships with Farhand has `console/console.ts`, which our front end is built with;
+    a package of its own has `console/console.js`, which is served as it is.
+    """
+    kept = folder(driver).joinpath("console")
+    served = kept.joinpath("console.js").is_file()
+    if not kept.joinpath("console.html").is_file() or not (served or package(driver).startswith(OURS)):
+        return PLAIN
+    own = f"consoles/{driver}"
+    side = f"{own}/side.html" if kept.joinpath("side.html").is_file() else "consoles/no_side.html"
+    keys = f"{own}/keys.html" if kept.joinpath("keys.html").is_file() else PLAIN.keys
+    if not served:
+        built = f"../{package(driver).replace('.', '/')}/console/console.ts"
+        return Console(f"{own}/console.html", side, keys, built=built)
+    style = static(f"robots/{driver}/console.css") if kept.joinpath("console.css").is_file() else ""
+    return Console(f"{own}/console.html", side, keys, module=static(f"robots/{driver}/console.js"), style=style)
+
+
+def classic(driver: str) -> str:
+    """Return the name of the template with the buttons of the robot's classic console."""
+    return f"consoles/{driver}/classic.html"

@@ -1,0 +1,48 @@
+"""Files of consoles that come in packages of their own: `/static/robots/<driver>/<file>` is `console/<file>`."""
+
+from collections.abc import Iterable, Iterator
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+from django.contrib.staticfiles.finders import BaseFinder
+from django.core.files.storage import FileSystemStorage
+
+from robots.description import folder
+
+SERVED = frozenset({".js", ".css", ".json", ".map", ".svg", ".png", ".jpg", ".webp", ".glb", ".woff2", ".wasm"})
+
+
+def folders() -> Iterator[tuple[str, Path]]:
+    """Yield (driver, folder) of each installed robot that ships a console."""
+    for point in entry_points(group="farhand.drivers"):
+        try:
+            kept = Path(str(folder(point.name).joinpath("console")))
+        except ImportError:
+            continue  # a package that is broken says so on its robot's page
+        if kept.joinpath("console.js").is_file():
+            yield point.name, kept
+
+
+class Finder(BaseFinder):
+    """Finds what an installed robot package serves, and nothing else of it."""
+
+    def check(self, **kwargs: Any) -> list[Any]:
+        """Return what is wrong with the settings: nothing, for there are none."""
+        return []
+
+    def list(self, ignore_patterns: Iterable[str] | None) -> Iterator[tuple[str, FileSystemStorage]]:
+        """Yield (path, storage) of each file."""
+        for driver, kept in folders():
+            storage = FileSystemStorage(location=kept)
+            storage.prefix = f"robots/{driver}"  # type: ignore[attr-defined]
+            for file in sorted(kept.rglob("*")):
+                if file.suffix in SERVED and file.is_file():
+                    yield file.relative_to(kept).as_posix(), storage
+
+    def find(self, path: str, find_all: bool = False, **kwargs: Any) -> Any:
+        """Return the file's place, or the list of places with `find_all`; an empty list where there is none."""
+        for at, storage in self.list(None):
+            if f"{storage.prefix}/{at}" == Path(path).as_posix():  # type: ignore[attr-defined]
+                return [storage.path(at)] if find_all else storage.path(at)
+        return []

@@ -40,7 +40,7 @@ class Regain:
             with contextlib.suppress(RobotError):
                 owned.driver.hold()
         if not lease.regain():
-            self._watch.leave()
+            self._watch.leave("its lease is lost to another owner")
             return
         interrupted = claim.abandon(owned.robot, owned.now())
         owned.driver.close()

@@ -1,22 +1,28 @@
-"""The owner's threads. Each runs its loop for as long as the owner lives."""
+"""The owner's threads. Each runs its loop for as long as the owner lives, or ends it by failing again and again."""
 
 import logging
 import threading
 from collections.abc import Callable
 
+import redis
 from django.db import Error, close_old_connections
 
 from workers.owned import OwnedRobot
 
 log = logging.getLogger(__name__)
 PAUSE_S = 0.5
+FAILURES = 3
+WELL_S = 10.0  # a loop that ran so long before it failed had been well
 
 
 class Threads:
-    """Begins loops and goes on with one that failed."""
+    """Begins loops and goes on with one that failed, until it fails `FAILURES` times in a row.
 
-    def __init__(self, owned: OwnedRobot) -> None:
-        self._owned = owned
+    Then `end` is called with the reason: it holds the robot and ends the owner, which its supervisor starts anew.
+    """
+
+    def __init__(self, owned: OwnedRobot, end: Callable[[str], None]) -> None:
+        self._owned, self._end = owned, end
         self._threads: list[threading.Thread] = []
 
     def begin(self, name: str, loop: Callable[[], None]) -> None:
@@ -33,13 +39,20 @@ class Threads:
 
     def _guarded(self, name: str, loop: Callable[[], None]) -> None:
         """Run a loop for as long as we live; a store that is down is waited for."""
-        while self._owned.running:
+        owned, failed = self._owned, 0
+        while owned.running:
+            begun = owned.clock.monotonic()
             try:
                 loop()
-            except Error as error:
-                log.warning("%s: the database does not answer: %s", name, error)
+            except (Error, redis.RedisError) as error:
+                log.warning("%s: a store does not answer: %s", name, error)
                 close_old_connections()
-                self._owned.clock.sleep(PAUSE_S)
             except Exception:
-                log.exception("%s failed and goes on", name)
-                self._owned.clock.sleep(PAUSE_S)
+                failed = 1 if owned.clock.monotonic() - begun > WELL_S else failed + 1
+                log.exception("%s failed, %d of %d times in a row", name, failed, FAILURES)
+                if failed == FAILURES:
+                    self._end(f"its thread {name!r} failed {FAILURES} times in a row")
+                    return
+            else:
+                continue
+            owned.clock.sleep(PAUSE_S)

@@ -42,7 +42,7 @@ from workers.states import States
 from workers.threads import Threads
 from workers.trace import WireTrace
 
-LOST = 3  # exit status that says: another owner has the robot
+LOST = 3  # exit status that says: the robot was held and left
 INTERRUPTED = "The robot's worker was interrupted and is back. Look at the picture, then go on."
 
 
@@ -64,9 +64,9 @@ class Owner:
         self.deadman = DeadManTimer(clock)
         trace = WireTrace(slug, clock)
         self.owned = OwnedRobot(robot, self.lease, clock, trace.publish)
-        self.threads = Threads(self.owned)
         self.pictures = Pictures(robot, clock)
         self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
+        self.threads = Threads(self.owned, self.watch.leave)
         recovery = Recovery(self.owned, self.lease, self.gate, self.pictures)
         self.connection = Connection(self.owned, self.lease, self.lane, recovery)
         self.states = States(self.owned, self.connection, self.latch, trace)

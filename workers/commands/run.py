@@ -39,6 +39,7 @@ LEASE_LOST = (
 )
 UNHEARD = "The robot did not say in time whether it had understood, so it was held."
 CUT_SHORT = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
+BROKEN = "The robot's software failed, so the robot was held. Look at the new picture before you go on."
 MOVING_KINDS = ("soft_reset", "calibrate")
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
@@ -93,8 +94,18 @@ class Runner:
             with contextlib.suppress(RobotError):
                 self._owned.driver.hold()
             self._end(command, CommandState.UNKNOWN, CUT_SHORT)
+        except Exception:
+            self._hold_and_end(command)
+            raise  # counted as a failure of this thread
         else:
             self._end(command, CommandState.COMPLETED, "", result)
+
+    def _hold_and_end(self, command: Command) -> None:
+        """End what an error of our own or of the driver's program broke off."""
+        with contextlib.suppress(RobotError):
+            self._owned.driver.hold()
+        begun = self._said == command.pk
+        self._end(command, CommandState.UNKNOWN if begun else CommandState.FAILED, BROKEN)
 
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Write the end down; a database that is away is waited for, for as long as the robot is ours."""

@@ -36,7 +36,7 @@ class Watch:
         owned, clock, ours = self._owned, self._owned.clock, True
         while owned.running:
             if self._lease.lost:
-                self.leave()
+                self.leave("its lease is lost to another owner")
                 return
             valid = self._lease.valid
             if ours and not valid:  # whatever the robot does: nobody may be told that it is ours
@@ -62,10 +62,10 @@ class Watch:
             with contextlib.suppress(RobotError):
                 self._owned.driver.hold()
 
-    def leave(self) -> None:
-        """Leave the robot to the owner that has taken it."""
+    def leave(self, why: str) -> None:
+        """Hold the robot and end this process; another owner takes it, or the supervisor starts one."""
         owned = self._owned
-        log.error("the lease of %s is lost to another owner: holding and leaving", owned.robot.slug)
+        log.error("the owner of %s holds it and ends: %s", owned.robot.slug, why)
         owned.running = False
         with contextlib.suppress(RobotError, OSError):
             owned.driver.hold()

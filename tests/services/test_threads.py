@@ -1,0 +1,84 @@
+"""A thread of the owner that fails: it goes on, or the robot is held and the owner ends."""
+
+import threading
+from types import SimpleNamespace
+
+import pytest
+import redis
+from django.db import OperationalError
+
+from robots import services
+from tests.conftest import FakeClock
+from tests.services.owner import made_owner
+from workers.threads import FAILURES, WELL_S, Threads
+
+
+def run(outcomes):
+    """Run a loop with these outcomes, one a call; return how often the owner was ended, and what was left undone."""
+    owned, left, ended = SimpleNamespace(running=True, clock=FakeClock()), list(outcomes), []
+
+    def loop():
+        outcome = left.pop(0)
+        if not left:
+            owned.running = False
+        owned.clock.go(outcome if isinstance(outcome, float) else 0.0)
+        raise outcome if isinstance(outcome, Exception) else ValueError("after a while")
+
+    def end(why):
+        ended.append(why)
+        owned.running = False
+
+    threads = Threads(owned, end)
+    threads.begin("test", loop)
+    threads.join("test", 10.0)
+    assert threading.active_count() < 50
+    return ended, left
+
+
+def test_three_failures_in_a_row_end_the_owner():
+    ended, left = run([ValueError()] * 10)
+    assert (len(ended), len(left), FAILURES) == (1, 7, 3)
+    assert "test" in ended[0]
+
+
+def test_a_loop_that_went_well_for_a_while_begins_to_count_anew():
+    assert run([ValueError(), ValueError(), WELL_S + 0.1, 0.0]) == ([], [])
+
+
+@pytest.mark.parametrize("error", [OperationalError("gone"), redis.ConnectionError("gone")])
+def test_a_store_that_is_down_is_waited_for(error):
+    assert run([error] * 50) == ([], [])
+
+
+def test_a_store_that_is_down_between_two_failures_does_not_make_them_fewer():
+    ended, _ = run([ValueError(), ValueError(), *[OperationalError("gone")] * 5, ValueError(), ValueError()])
+    assert len(ended) == 1
+
+
+@pytest.mark.service
+@pytest.mark.django_db(transaction=True)
+@pytest.mark.parametrize("which", ["pa10"], indirect=True)
+class TestOwner:
+    def test_the_robot_is_held_before_the_owner_ends(self, robot, people):
+        told = []
+        owner = made_owner(robot, people, on_lost=lambda: told.append("ended"))
+        owner.owned.driver.hold = lambda: told.append("held")
+        owner.owned.driver.close = lambda: None
+        owner.threads.begin("broken", lambda: 1 / 0)
+        owner.threads.join("broken", 10.0)
+        assert (told, owner.owned.running) == (["held", "ended"], False)
+
+    @pytest.mark.parametrize(("where", "state"), [("on_the_way", "unknown"), ("execute", "failed")])
+    def test_an_error_of_the_driver_itself_holds_and_leaves_no_word_that_is_untrue(self, robot, people, where, state):
+        """In mid-motion nobody knows what became of it; the thread counts it as a failure of its own."""
+
+        def wrong(*_):
+            raise KeyError("an error of the driver's program")
+
+        owner = made_owner(robot, people)
+        setattr(owner.owned.driver, where, wrong)
+        command = services.issue(robot.slug, people["ada"], "ready", {}, 1, owner.owned.now()).command
+        with pytest.raises(KeyError):
+            owner.control.run_one(command)
+        command.refresh_from_db()
+        assert (command.state, owner.owned.driver.holds, "held" in command.reason) == (state, 1, True)

@@ -21,6 +21,7 @@ from simulators.pa10.client import Order
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.planning import Planning
 from simulators.pa10.plant import Measured, Plant
+from simulators.pa10.rest import Rest
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
 from simulators.pa10.setpoint import Reference
@@ -54,6 +55,7 @@ class Simulator:
         self._fallen: dict[str, int] = {}
         self._passed = False  # the set-point is outside its limits
         self._slips = 0  # steps for which the gripper gives way
+        self._rest = Rest()
         self._measured = self.plant.measured()
         self._reference = self._measured.q
         self.store = ProgramStore(folder / "programs.json")
@@ -103,6 +105,7 @@ class Simulator:
         while self.app.moving and self._running:
             time.sleep(STEP_S)
         self._begin(why, self.app.error, self.app.extra)
+        self._rest.wake()
 
     # what stands behind the network
 
@@ -112,11 +115,20 @@ class Simulator:
             return lambda: self.app.letter()
         if request.letter == "s":
             return lambda: self.state().encode()
-        return partial(self.app.take, request, self.app.asked)
+        return partial(self._take, self.app, request, self.app.asked)
+
+    def _take(self, app: Application, request: Request, asked: int) -> str:
+        """Let the control loop run before and after: what is asked may take its time to plan."""
+        self._rest.wake()
+        try:
+            return app.take(request, asked)
+        finally:
+            self._rest.wake()
 
     def hold(self) -> None:
         """Bring the arm to rest."""
         self.app.hold()
+        self._rest.wake()
 
     def keep(self, number: int, text: str) -> None:
         """Replace a stored program."""
@@ -156,7 +168,7 @@ class Simulator:
         }
 
     def run(self) -> None:
-        """Control at 500 Hz until told to stop; a late step is made up for."""
+        """Control at 500 Hz until told to stop; a late step is made up for, and what rests is let rest."""
         due = time.monotonic()
         while self._running:
             due += STEP_S
@@ -168,7 +180,16 @@ class Simulator:
             if pause <= 0:
                 due = max(due, time.monotonic() - CATCH_UP * STEP_S)
             self._one()
+            if self._rest.reached(self._busy(), lambda: self.plant.qpos):
+                self._shared.write(self.plant.qpos)
+                self._rest.last(self._busy)
+                due = time.monotonic()
         self._keep()
+
+    def _busy(self) -> bool:
+        """Tell whether the loop has something to do although nothing moves."""
+        pushed = any(self.faults.value(verb) for verb in ("disturb", "slip", "restart"))
+        return pushed or self.app.busy or any(self._fallen.values()) or not self._running
 
     def _one(self) -> None:
         self.steps += 1
@@ -232,6 +253,7 @@ class Simulator:
         while self.app.moving and time.monotonic() < until:
             time.sleep(STEP_S)
         self._running = False
+        self._rest.wake()
         self.network.close()
         self._courses.close()
         self._cameras.terminate()

@@ -1,0 +1,49 @@
+"""When the control loop may stand still: a scene at rest needs no steps, and a Raspberry Pi has other work.
+
+The loop goes on at 500 Hz while anything moves, is about to move or is pushed, and for a second
+after. Its time stands still meanwhile, as it does in a stall; pictures of a scene at rest stay
+the same, so a viewer needs no steps either.
+"""
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from robots.motion.chain import Joints
+
+STILL = 1e-4  # rad, m: closed fingers tremble by less, nothing that a camera shows is smaller
+EVERY = 50  # steps between two looks at the positions
+STEPS = 600  # so long nothing moves before the loop rests; longer than between two looks at what has fallen
+LOOK_S = 0.1  # faults are looked for so often meanwhile
+
+
+class Rest:
+    """Counts steps without motion; `wake` from any thread ends a rest at once."""
+
+    def __init__(self) -> None:
+        self._steps, self._at = 0, np.zeros(0)
+        self._woken = threading.Event()
+
+    def wake(self) -> None:
+        """Let the loop run, for `STEPS` at least."""
+        self._woken.set()
+
+    def reached(self, busy: bool, qpos: Callable[[], Joints]) -> bool:
+        """Count one step; return whether nothing in the scene (rad, m) has moved for long enough."""
+        if busy or self._woken.is_set():
+            self._woken.clear()
+            self._steps = 0
+            return False
+        if self._steps % EVERY == 0:
+            here = qpos()
+            if self._steps == 0 or np.abs(here - self._at).max() > STILL:
+                self._steps, self._at = 0, here
+        self._steps += 1
+        return self._steps >= STEPS
+
+    def last(self, busy: Callable[[], bool]) -> None:
+        """Return when woken, or when `busy` says that there is something to do."""
+        while not self._woken.wait(LOOK_S) and not busy():
+            pass
+        self._steps = 0

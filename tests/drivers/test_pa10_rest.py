@@ -1,0 +1,49 @@
+"""The museum arm's control loop rests while nothing moves, and no line or push finds it asleep."""
+
+import time
+
+import numpy as np
+
+from tests.conftest import wait_for
+from tests.drivers.pa10_wire import do, journal
+
+REST_S = 20.0
+
+
+def steps(shared):
+    return shared.status()["steps"]
+
+
+def rests(shared):
+    before = steps(shared)
+    time.sleep(0.2)
+    return steps(shared) == before
+
+
+def test_a_scene_at_rest_takes_no_steps_and_a_motion_begins_at_once(arm, shared):
+    do(arm, "ready")
+    wait_for(lambda: rests(shared), REST_S, "rest")
+    before, late = steps(shared), shared.status()["worst_error"]
+    asked = np.radians([20, 25, 75, 0, 80, 0]).tolist()
+    do(arm, "joints", **dict(zip(arm.features.joints[:6], asked, strict=True)))
+    assert np.allclose(arm.state().joints[:6], asked, atol=2e-3)
+    assert steps(shared) > before + 100
+    assert shared.status()["worst_error"] <= max(late, 0.02), "time did not jump where it had stood still"
+
+
+def test_the_gripper_closes_out_of_rest(arm, shared):
+    wait_for(lambda: rests(shared), REST_S, "rest")
+    opening = arm.state().joints[6]
+    do(arm, "gripper", closed=1.0 if opening > 0.03 else 0.0)
+    assert abs(arm.state().joints[6] - opening) > 0.01
+
+
+def test_a_push_is_felt_out_of_rest(hand, shared):
+    assert hand.ask("j 160 -40 -40 0 -30 0 1").startswith("ok")
+    assert hand.ask("W") == "a"
+    wait_for(lambda: rests(shared), REST_S, "rest")
+    shared.fault("disturb", 900.0)
+    wait_for(lambda: hand.ask("w") == "e", 10, "the range error")
+    shared.clear()
+    assert "S1" in journal(shared, "range_error")[-1]["why"]
+    wait_for(lambda: rests(shared), REST_S, "rest, pushed to where it is")

@@ -5,9 +5,11 @@ a damped oscillator pushed by the set-point's acceleration, the reason for the s
 check of section 6.6.
 """
 
+from bisect import bisect_right
 from collections import deque
 from dataclasses import dataclass, field
 from math import hypot, pi, sqrt
+from operator import itemgetter
 
 STEP_S = 0.002
 SWING_HZ = 6.0
@@ -15,6 +17,7 @@ DAMPING = 0.18
 RAMP_S = 0.28  # time to reach full speed: a faster arm accelerates harder
 BRAKE = 2.0  # a hold brakes harder than a motion ends: rest first, swing second
 AT_REST_M = 0.00008  # swing below which two pictures no longer differ by the threshold
+STILL_M = 1e-9  # swing below which there is nothing to integrate
 
 
 @dataclass
@@ -109,7 +112,10 @@ class Body:
             self.line.braking = True
 
     def advance_to(self, at: float) -> None:
-        """Integrate up to `at` (s, monotonic)."""
+        """Integrate up to `at` (s, monotonic); what rests only gets older."""
+        if self.line is None and self.amplitude() < STILL_M:
+            self.time = max(self.time, at)
+            return
         if at - self.time > 0.5:  # the process was stopped: physics did not wait for it
             self.time = at - 0.5
         while self.time + STEP_S <= at:
@@ -138,10 +144,11 @@ class Body:
             self.swing[i] += self.swing_velocity[i] * STEP_S
 
     def during(self, since: float, until: float, count: int) -> list[tuple[float, float, float, float]]:
-        """Return `count` tool poses spread over an exposure from `since` to `until`."""
-        past = [p for p in self.past.copy() if since <= p[0] <= until]
+        """Return `count` tool poses spread evenly over an exposure from `since` to `until`; one, where it rested."""
+        past = list(self.past.copy())
         if not past:
             x, y, z, theta = self.setpoint.as_tuple()
             return [(x + self.swing[0], y + self.swing[1], z, theta)]
-        spread = {round(i * (len(past) - 1) / max(1, count - 1)) for i in range(count)}
-        return [past[i][1:] for i in sorted(spread)]
+        instants = [since + (until - since) * i / max(1, count - 1) for i in range(count)]
+        found = [past[max(0, bisect_right(past, at, key=itemgetter(0)) - 1)][1:] for at in instants]
+        return found if len(set(found)) > 1 else found[:1]

@@ -16,7 +16,8 @@ from robots.drivers.mercury.protocol import BITS_A_BYTE, Frame
 from simulators.common.faults import FaultBoard
 
 TICK_S = 0.003
-IDLE_S = 0.02
+IDLE_TICK_S = 0.01  # between two looks at bytes that are under way while the arm does nothing
+IDLE_S = 0.1
 AHEAD = 128  # bytes that the line takes before it has carried them, as a small UART does
 
 
@@ -77,9 +78,12 @@ class Line:
 
     def poll(self, busy: bool) -> Arrived:
         """Wait a moment; write what is due, return what has arrived."""
-        waiting = bool(self._in or self._out)
-        pause = TICK_S if busy or waiting else IDLE_S
-        select.select(self._listened() if not waiting else [], [], [], pause)
+        carried = max((row[-1][0] for row in (self._in, self._out) if row), default=0.0)
+        if carried:
+            left = carried - time.monotonic()
+            time.sleep(TICK_S if busy else min(max(left, TICK_S), IDLE_TICK_S))
+        else:
+            select.select(self._listened(), [], [], TICK_S if busy else IDLE_S)
         self._read()
         now = time.monotonic()
         due = bytearray()

@@ -1,10 +1,8 @@
 """The cast and the stores of all tests."""
 
-import os
 import subprocess
 import time
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import pytest
 from django.conf import settings
@@ -128,23 +126,13 @@ def robot(db, which):
     return made
 
 
-TURNTABLE = Path(__file__).resolve().parent / "packages" / "turntable"
-
-
 @pytest.fixture
 def installed(monkeypatch):
     """Install the package of a third robot for this process and its children."""
-    from robots import description
-    from robots.drivers import contract
+    from tests.packaged import TURNTABLE, installed_from
 
-    monkeypatch.syspath_prepend(str(TURNTABLE))
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(TURNTABLE), os.environ.get("PYTHONPATH", "")]))
-    caches = (description.package, description.folder, description.load, contract._factory)
-    for cache in caches:
-        cache.cache_clear()
-    yield
-    for cache in caches:
-        cache.cache_clear()
+    with installed_from(TURNTABLE, monkeypatch):
+        yield
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ import "./stop_in_view.ts";
 import { StopPress } from "./stop.ts";
 import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
+import { complete } from "./widgets/basics.ts";
 import { ago, KINDS } from "./words.ts";
 
 /** What differs from robot to robot: the middle of the page. */
@@ -91,13 +92,24 @@ export class RobotPage {
     setInterval(() => this.draw(), 250);
   }
 
-  /** Put the console in; what came before it is told to it now. */
-  begin(console: Console): void {
-    this.console = console;
+  /** Put the console in, with the basics for what it does not bring; what came before it is told to it now. */
+  begin(own: Partial<Console>): void {
+    const console = (this.console = complete(own, this));
     if (this.live.up) console.watch?.();
     if (this.snapshot?.still) console.still(this.snapshot.still);
     if (this.state) console.state(this.state);
     this.draw();
+  }
+
+  /** The newest value of that name: rad, m or the unit that the spec names; undefined where none was heard. */
+  value(name: string): number | undefined {
+    const at = facts.names.indexOf(name);
+    return at < 0 ? undefined : this.state?.joints[at];
+  }
+
+  /** Why that kind of command will not work now; empty when it will. */
+  whyNot(kind: string): string {
+    return this.console?.whyNot(kind, this.facts()) ?? blocked(this.facts());
   }
 
   /** Run `act` at a press of the button, unless it says why not. */
@@ -135,7 +147,7 @@ export class RobotPage {
 
   /** Issue a command, or say why not; returns its sequence number, 0 where it was not issued. */
   command(kind: string, args: object = {}, judged = kind): number {
-    const why = this.console?.whyNot(judged, this.facts()) ?? "";
+    const why = this.whyNot(judged);
     if (why) {
       this.notice(why, "warning");
       return 0;

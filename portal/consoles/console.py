@@ -21,7 +21,7 @@ class Console:
     style: str = ""
 
 
-PLAIN = Console("consoles/console.html", "consoles/side.html", "consoles/keys.html", built="src/plain.ts")
+PLAIN = Console("consoles/plain.html", "consoles/side.html", "consoles/keys.html", built="src/plain.ts")
 
 
 def console_of(driver: str) -> Console:

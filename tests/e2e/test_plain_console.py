@@ -1,44 +1,23 @@
-"""The console that draws itself: a robot from a package of its own, driven in the browser by a stranger."""
-
-import shutil
+"""The console that draws itself: a robot from a package without one, driven in the browser by a stranger."""
 
 import pytest
-from django.conf import settings
 from playwright.sync_api import expect
 
-from portal.programs import robot_programs
 from portal.seeding import add_robot
 from robots import bus
-from robots.models import Command, Lease, Robot
-from robots.states import Cycle
+from robots.models import Command, Lease
 from tests.conftest import wait_for
-from tests.rig import Child, Web, housekeeping
-
-
-class SmallPortal:
-    """Web process, housekeeping and the turntable with its owner."""
-
-    def __init__(self, robot):
-        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-        self.robot = robot
-        programs = robot_programs(robot)
-        self._children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in programs]
-        self.web = Web()
-        self._children += [housekeeping(), self.web]
-        self.url = self.web.url
-        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
-
-    def stop(self):
-        for child in self._children[::-1]:
-            child.kill()
+from tests.e2e.small import SmallPortal
+from tests.packaged import installed_from, without_console
 
 
 @pytest.fixture
-def portal(transactional_db, redis_server, installed):
-    bus.connection().flushall()
-    made = SmallPortal(add_robot("turntable"))
-    yield made
-    made.stop()
+def portal(transactional_db, redis_server, monkeypatch, tmp_path):
+    with installed_from(without_console(tmp_path / "bare"), monkeypatch):
+        bus.connection().flushall()
+        made = SmallPortal(add_robot("turntable"))
+        yield made
+        made.stop()
 
 
 def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visitor):

@@ -52,7 +52,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
         wait_for(lambda: ended(far), 10, "the stop")
         assert far.state == "cancelled"
         page = Client().get(f"/robots/{robot.slug}/").content.decode()
-        assert "plain" in page
+        assert 'src="/static/robots/turntable/console.js"' in page
         assert '"kind": "turn"' in page
     finally:
         for child in children[::-1]:

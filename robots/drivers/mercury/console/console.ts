@@ -6,12 +6,12 @@ import type { Facts } from "../../../../frontend/src/controls.ts";
 import { stick } from "../../../../frontend/src/gamepad.ts";
 import { Jog } from "../../../../frontend/src/jog.ts";
 import { openKeys } from "../../../../frontend/src/key_card.ts";
-import { type Console, RobotPage, text } from "../../../../frontend/src/page.ts";
+import { RobotPage, text } from "../../../../frontend/src/page.ts";
 import type { CommandInfo, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
 import { allow } from "../../../../frontend/src/parts.ts";
 import { Schematic } from "./schematic.ts";
 import { byId } from "../../../../frontend/src/svg.ts";
-import { OneCamera } from "../../../../frontend/src/one_camera.ts";
+import { Basics } from "../../../../frontend/src/widgets/basics.ts";
 import { type SandFacts, whyNot } from "./rules.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
@@ -19,17 +19,16 @@ type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; 
 const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
 const page = new RobotPage();
 
-class SandConsole extends OneCamera implements Console {
+class SandConsole extends Basics {
   private aim: Aim | null = null;
   private sent: Aim | null = null;
   private airStill = 0;
-  protected camera = new CameraView(
-    byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v),
-  );
   private schematic = new Schematic(byId<SVGSVGElement>("schematic"), description, (x, y) => this.pickPoint(x, y));
 
   constructor() {
-    super(() => page.draw());
+    super(page, new CameraView(
+      byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v),
+    ));
     page.on("go", () => this.go());
     for (const kind of ["up", "down", "air"]) page.on(kind, () => page.command(kind));
     byId("console").addEventListener("keydown", (event) => this.key(event));
@@ -46,21 +45,21 @@ class SandConsole extends OneCamera implements Console {
     });
   }
 
-  state(packet: StatePacket): void {
+  override state(packet: StatePacket): void {
     this.schematic.joints(packet.joints);
   }
 
-  still(still: Still): void {
+  override still(still: Still): void {
     this.schematic.covers(still, mapFor(still));
     this.schematic.joints(page.state?.joints ?? still.joints);
     this.camera.still(still, () => page.draw());
   }
 
-  turn(): void {
+  override turn(): void {
     this.aim = null;
   }
 
-  command(c: CommandInfo): void {
+  override command(c: CommandInfo): void {
     const still = page.snapshot?.still;
     if (c.state === "completed" && c.kind === "air" && still) this.airStill = still.id;
     if (c.state === "completed" && this.aim === this.sent) this.aim = null;
@@ -99,11 +98,11 @@ class SandConsole extends OneCamera implements Console {
     return { ...f, aim: this.aimState() };
   }
 
-  whyNot(kind: string, f: Facts): string {
+  override whyNot(kind: string, f: Facts): string {
     return whyNot(kind, this.judged(f));
   }
 
-  advice(f: Facts): string {
+  override advice(f: Facts): string {
     return f.busy ? "The arm is busy." : this.whyNot("go", f) || "Enter or “Move here” sends the arm.";
   }
 
@@ -127,7 +126,7 @@ class SandConsole extends OneCamera implements Console {
     else this.go();
   }
 
-  draw(f: Facts): void {
+  override draw(f: Facts): void {
     const judged = this.judged(f);
     const z = f.state?.joints[2];
     text("height", z === undefined ? "" : z < 0.001 ? "Down, Z = 0" : `Z = ${Math.round(z * 1000)} mm`);

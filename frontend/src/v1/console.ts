@@ -1,0 +1,15 @@
+/**
+ * `/static/farhand/v1/console.js`: what a robot's own console builds on (docs/reference/console-module.md).
+ *
+ * Names are only added here, and what one means stays: another meaning is another version.
+ */
+export { CameraView } from "../camera.ts";
+export { blocked } from "../controls.ts";
+export { Jog, named } from "../jog.ts";
+export { facts, RobotPage } from "../page.ts";
+export { allow, refusal, say } from "../parts.ts";
+export { shape } from "../svg.ts";
+export { Tabs } from "../tabs.ts";
+export { CommandForm } from "../widgets/command_form.ts";
+export { HeldButtons } from "../widgets/held_buttons.ts";
+export const version = 1;

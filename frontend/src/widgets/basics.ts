@@ -1,0 +1,67 @@
+/** What a console does where it says nothing of its own: the first camera on the screen, one command at a time. */
+import { CameraView } from "../camera.ts";
+import { blocked, type Facts } from "../controls.ts";
+import type { Console, RobotPage } from "../page.ts";
+import type { CommandInfo, PicturePacket, StatePacket, Still } from "../protocol.ts";
+import { byId } from "../svg.ts";
+import { say } from "../parts.ts";
+
+export class Basics implements Console {
+  protected camera: CameraView;
+
+  constructor(protected page: RobotPage, camera?: CameraView) {
+    this.camera = camera ?? new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), null, () => undefined);
+  }
+
+  watch(): void {}
+
+  picture(packet: PicturePacket): void {
+    if (packet.camera === 0) void this.camera.show(packet).then(() => this.page.draw());
+  }
+
+  state(packet: StatePacket): void {
+    const mode = document.getElementById("mode");
+    if (mode) say(mode, packet.mode);
+  }
+
+  still(still: Still): void {
+    this.camera.still(still, () => this.page.draw());
+  }
+
+  turn(): void {}
+
+  command(_: CommandInfo): void {}
+
+  draw(_: Facts): void {}
+
+  advice(f: Facts): string {
+    return f.busy ? "The robot is busy." : "";
+  }
+
+  shown(camera: number): CameraView | undefined {
+    return camera === 0 ? this.camera : undefined;
+  }
+
+  pictureAt(): number {
+    return this.camera.atMs;
+  }
+
+  whyNot(_: string, f: Facts): string {
+    return blocked(f) || (f.busy ? "One command at a time: the robot is still busy." : "");
+  }
+}
+
+const PARTS = [
+  "watch", "picture", "state", "still", "turn", "command", "draw", "advice", "shown", "pictureAt", "whyNot",
+] as const satisfies readonly (keyof Console)[];
+
+/** A whole console: what `own` brings, and the basics for the rest. */
+export function complete(own: Partial<Console>, page: RobotPage): Console {
+  const whole: Record<string, unknown> = {};
+  const basics: Partial<Console> = PARTS.every((part) => own[part]) ? {} : new Basics(page);
+  for (const part of PARTS) {
+    const from = own[part] ? own : basics;
+    whole[part] = (from[part] as (...given: unknown[]) => unknown).bind(from);
+  }
+  return whole as unknown as Console;
+}

@@ -1,0 +1,54 @@
+/** A command as a form: a field for each of its values with unit and range, and a button. */
+import type { RobotPage } from "../page.ts";
+import { allow, refusal } from "../parts.ts";
+import type { ArgumentInfo, CommandSpec } from "../protocol.ts";
+
+export class CommandForm {
+  readonly element = document.createElement("form");
+  private button = document.createElement("button");
+
+  constructor(private page: RobotPage, private spec: CommandSpec) {
+    this.element.className = "plain-command";
+    const fields = spec.arguments.map((argument) => this.field(argument));
+    this.button.className = "button";
+    this.button.textContent = spec.label;
+    this.button.setAttribute("aria-describedby", "why");
+    this.element.append(...fields.map(([label]) => label), this.button);
+    this.element.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.send(fields);
+    });
+  }
+
+  /** Let the button be pressed, or say why not. */
+  enable(why: string): void {
+    allow(this.button, why);
+  }
+
+  private send(fields: readonly (readonly [HTMLElement, HTMLInputElement, ArgumentInfo])[]): void {
+    const why = refusal(this.button);
+    if (why) return this.page.notice(why, "warning");
+    const args: Record<string, number | string> = {};
+    for (const [, input, argument] of fields) {
+      if (argument.text ? input.value : Number.isFinite(input.valueAsNumber)) args[argument.name] = argument.text ? input.value : input.valueAsNumber;
+      else if (argument.required) return this.page.notice(`Fill in ${argument.name} first.`, "warning");
+    }
+    this.page.command(this.spec.kind, args);
+  }
+
+  private field(argument: ArgumentInfo): readonly [HTMLElement, HTMLInputElement, ArgumentInfo] {
+    const label = document.createElement("label");
+    const input = document.createElement("input");
+    const unit = argument.unit ? ` (${argument.unit})` : "";
+    const range = argument.text ? "" : `${round(argument.low)} to ${round(argument.high)}`;
+    label.textContent = `${argument.name}${unit} `;
+    Object.assign(input, { type: argument.text ? "text" : "number", id: `${this.spec.kind}-${argument.name}`, placeholder: range });
+    if (!argument.text) Object.assign(input, { min: String(argument.low), max: String(argument.high), step: "any" });
+    label.append(input);
+    return [label, input, argument];
+  }
+}
+
+function round(value: number): number {
+  return Math.round(value * 1000) / 1000;
+}

@@ -1,0 +1,29 @@
+"""A portal of one robot, whose driver and simulator come from a package."""
+
+import shutil
+
+from django.conf import settings
+
+from portal.programs import robot_programs
+from robots.models import Robot
+from robots.states import Cycle
+from tests.conftest import wait_for
+from tests.rig import Child, Web, housekeeping
+
+
+class SmallPortal:
+    """Web process, housekeeping and the robot with its owner."""
+
+    def __init__(self, robot):
+        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+        self.robot = robot
+        programs = robot_programs(robot)
+        self._children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in programs]
+        self.web = Web()
+        self._children += [housekeeping(), self.web]
+        self.url = self.web.url
+        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+
+    def stop(self):
+        for child in self._children[::-1]:
+            child.kill()

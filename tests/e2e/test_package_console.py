@@ -1,0 +1,69 @@
+"""A robot's package that ships its own console: installed beside the portal, driven in the browser by a stranger."""
+
+import pytest
+from playwright.sync_api import expect
+
+from portal.seeding import add_robot
+from robots import bus
+from robots.models import Command, Lease
+from tests.conftest import wait_for
+from tests.e2e.small import SmallPortal
+
+SLIDER, DIAL = "#turntable-goal", "#turntable"
+STABLE = (
+    "/static/farhand/v1/console.js",
+    "/static/robots/turntable/console.js",
+    "/static/robots/turntable/console.css",
+)
+
+
+@pytest.fixture
+def portal(transactional_db, redis_server, installed):
+    bus.connection().flushall()
+    made = SmallPortal(add_robot("turntable"))
+    yield made
+    made.stop()
+
+
+def turn_to(page, degrees):
+    page.locator(SLIDER).evaluate(
+        "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }", str(degrees)
+    )
+    page.click("[data-command=turn]")
+
+
+def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor):
+    ada = visitor().sign_up("ada").get_cleared()
+    page = ada.page
+    for address in STABLE:
+        answer = page.request.get(address)
+        assert answer.ok, address
+        assert answer.headers["cache-control"] == "no-cache", address
+        assert answer.headers["content-type"].split(";")[0] in ("text/javascript", "text/css")
+    assert page.request.get("/static/robots/turntable/console.html").status == 404, "templates are not served"
+    expect(page.locator(f"{DIAL} svg")).to_be_visible()
+    expect(page.locator("[data-command=turn]")).to_be_hidden()  # nobody drives
+    page.click("[data-do=join]")
+    page.locator("[data-do=accept]").press("Enter", timeout=30_000)
+    page.wait_for_selector(".operating", timeout=20_000)
+    expect(page.locator("[data-command=turn]")).to_have_attribute("aria-disabled", "false")
+    stop = page.locator("[data-command=stop]")
+    expect(stop).to_have_count(1)
+    assert stop.evaluate(f"(stop) => !stop.closest('{DIAL}')"), "Stop is no part of what the package draws"
+    for width, scheme in ((1280, "light"), (390, "dark")):
+        page.set_viewport_size({"width": width, "height": 844})
+        page.emulate_media(color_scheme=scheme)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), width
+        ada.axe(f"{width} {scheme}")
+    turn_to(page, 90)
+    expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
+    expect(page.locator(DIAL)).to_have_attribute("data-angle", "90.0")
+    assert Lease.objects.get(robot=portal.robot).state["joints"] == pytest.approx([1.5708], abs=1e-3)
+    turn_to(page, -170)
+    wait_for(lambda: page.wait_for_timeout(20) or Command.objects.filter(state="acknowledged").exists(), 10, "it turns")
+    page.evaluate(f"document.querySelector('{DIAL}').replaceChildren()")  # a console may break its own drawing
+    stop.click()
+    expect(page.locator("#release")).to_be_visible()
+    ada.ladder("cancelled")
+    expect(page.locator("[data-command=turn]")).to_have_attribute("aria-disabled", "true")
+    assert Command.objects.filter(state="cancelled").count() == 1

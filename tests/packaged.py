@@ -1,0 +1,32 @@
+"""Install a robot's package for a test, as `pip install` would: on the path of this process and of its children."""
+
+import os
+import shutil
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+TURNTABLE = Path(__file__).resolve().parent / "packages" / "turntable"
+
+
+@contextmanager
+def installed_from(folder, monkeypatch):
+    """Have the package in `folder` installed until the end."""
+    from robots import description
+    from robots.drivers import contract
+
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
+    caches = (description.package, description.folder, description.load, contract._factory)
+    for cache in caches:
+        cache.cache_clear()
+    yield
+    for cache in caches:
+        cache.cache_clear()
+    for name in [n for n, module in sys.modules.items() if str(folder) in str(getattr(module, "__file__", ""))]:
+        del sys.modules[name]  # another test's package of that name is another one
+
+
+def without_console(into):
+    """Return a folder with the same package, which ships no console."""
+    return shutil.copytree(TURNTABLE, into, ignore=shutil.ignore_patterns("console", "__pycache__"))

@@ -1,0 +1,38 @@
+/** The turntable's own console: a dial that shows the table, a slider that says where it shall turn. */
+import { allow, RobotPage, say, shape } from "/static/farhand/v1/console.js";
+
+const page = new RobotPage();
+const dial = document.getElementById("turntable");
+const goal = document.getElementById("turntable-goal");
+const said = document.getElementById("turntable-said");
+const turn = document.querySelector("[data-command=turn]");
+
+const picture = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+picture.setAttribute("viewBox", "-110 -110 220 220");
+dial.append(picture);
+shape(picture, "circle", { r: 100, class: "plate" });
+const wanted = shape(picture, "line", { x1: 0, y1: 0, x2: 0, y2: -90, class: "goal" });
+const pointer = shape(picture, "line", { x1: 0, y1: 0, x2: 0, y2: -90, class: "pointer" });
+const rad = (degrees) => (degrees * Math.PI) / 180;
+const deg = (radians) => (radians * 180) / Math.PI;
+
+function aim() {
+  say(said, `${goal.value}°`);
+  wanted.setAttribute("transform", `rotate(${-goal.value})`);
+}
+
+goal.addEventListener("input", aim);
+page.on("turn", () => page.command("turn", { angle: rad(Number(goal.value)) }));
+page.begin({
+  state() {
+    const angle = deg(page.value("table") ?? 0);
+    pointer.setAttribute("transform", `rotate(${-angle})`);
+    dial.dataset.angle = angle.toFixed(1);
+    dial.setAttribute("aria-label", `The table from above, turned to ${angle.toFixed(0)} degrees`);
+  },
+  draw() {
+    goal.disabled = !page.operating;
+    allow(turn, page.whyNot("turn"));
+  },
+});
+aim();

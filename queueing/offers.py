@@ -1,14 +1,17 @@
 """Offers: made, taken back, and taken up. Whatever the robot's part in it, nobody loses a place."""
 
 from datetime import datetime, timedelta
+from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
 
-from queueing import fairshare
-from queueing.errors import RobotUnavailable
+from accounts.services import cleared
+from queueing.charging import serve
+from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn
-from queueing.rows import announce, robots_of
+from queueing.rows import announce, locked, robots_of
+from queueing.tickets import open_ticket
 from robots.drivers.errors import NotPermitted
 from robots.grants import open_grant, owner_alive, start_grant
 from robots.models import Lease, Robot
@@ -54,8 +57,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
         raise RobotUnavailable(ELSEWHERE) from error
     Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.OPERATING, last_seen=now)
     Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
-    clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).serve(ticket.start_tag)
-    Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
+    serve(queue, ticket.start_tag)
     return turn
 
 
@@ -71,6 +73,46 @@ def why_not_ready(robot: Robot, now: datetime, cycle: Cycle = Cycle.READY) -> st
     if grant is not None:
         return IN_USE.get(GrantKind(grant.kind), "Somebody else may move the robot now.")
     return ""
+
+
+def accept(robot: Robot, user: Any, now: datetime) -> Turn:
+    """Take up an offer: grant and turn begin.
+
+    Raises:
+        NotYourTurn: no open offer of this person's.
+        NotCleared: suspended, or the clearance was withdrawn, since the offer.
+        RobotUnavailable: the robot fell out of order since the offer; the place is kept.
+
+    """
+    ticket = open_ticket(robot, user)
+    if ticket is not None and ticket.state == TicketState.OPERATING:
+        return Turn.objects.get(ticket=ticket)  # a double click, a reload
+    try:
+        return _accept(ticket, now)
+    except RobotsFault as fault:
+        assert ticket is not None
+        with transaction.atomic():
+            recall(locked(ticket.queue), ticket, fault.robot)
+        raise RobotUnavailable(f"{fault.why.rstrip('.')}. You keep your place and are offered it again.") from fault
+
+
+def _accept(ticket: Ticket | None, now: datetime) -> Turn:
+    with transaction.atomic():
+        if ticket is None:
+            raise NotYourTurn("The robot is not offered to you now.")
+        queue = locked(ticket.queue)
+        ticket.refresh_from_db()
+        if ticket.state != TicketState.OFFERED or ticket.offer_until is None or ticket.offer_until <= now:
+            raise NotYourTurn("The offer is over; join the queue again.")
+        robot = Robot.objects.get(pk=ticket.robot_id or 0)
+        if not cleared(ticket.user, robot):
+            raise NotCleared("You are no longer cleared for this robot.")
+        problem = why_not_ready(robot, now, Cycle.OFFERED)
+        if problem:
+            raise RobotsFault(robot, problem)
+        turn = begin(queue, robot, ticket, now)
+        announce(queue)
+        return turn
 
 
 def recall_offers(queue: Queue, now: datetime) -> None:

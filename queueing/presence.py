@@ -3,9 +3,35 @@
 from datetime import datetime
 from typing import Any
 
-from queueing.models import NOT_YET, Ticket, TicketState
+from queueing.models import NOT_YET, Ticket, TicketState, Turn
+from queueing.tickets import open_ticket
 from robots import bus
 from robots.messages import StandingChanged
+from robots.models import Robot
+
+
+def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None) -> None:
+    """Count a heartbeat or a request as presence."""
+    ticket = open_ticket(robot, user)
+    if ticket is None:
+        return
+    changes: dict[str, Any] = {"last_seen": now}
+    if classic is not None:
+        changes["classic"] = classic
+    Ticket.objects.filter(pk=ticket.pk).update(**changes)
+    if ticket.state == TicketState.OPERATING:
+        mine = Turn.objects.filter(ticket=ticket, ended_at=None)
+        back = mine.filter(connected=False).update(connected=True)
+        mine.update(**changes)
+        if back:
+            bus.tell_people_on_commit(StandingChanged(user=user.pk))
+
+
+def disconnected(robot: Robot, user: Any, now: datetime) -> None:
+    """Remember that the operator's line is gone; the turn is kept for a while."""
+    mine = Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False)
+    if mine.update(connected=False, last_seen=now):
+        bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
 def present(user: Any, now: datetime) -> None:

@@ -1,11 +1,23 @@
-"""What every verb of the queue does first and last: lock its row, and say that it changed."""
+"""What every verb of the queue does first and last: find and lock its row, and say that it changed."""
 
 from typing import Any
 
-from queueing.models import Queue
+from django.db import transaction
+
+from queueing.models import Queue, QueueRobot
 from robots import bus
 from robots.messages import Changed, StandingChanged
 from robots.models import Robot
+
+
+def queue_of(robot: Robot) -> Queue:
+    """Return the queue that serves the robot; a new robot gets one of its own."""
+    link = QueueRobot.objects.select_related("queue").filter(robot=robot).first()
+    if link is not None:
+        return link.queue
+    with transaction.atomic():
+        queue = Queue.objects.create(name=f"Queue of {robot.name}")
+        return QueueRobot.objects.create(robot=robot, queue=queue).queue
 
 
 def locked(queue: Queue) -> Queue:

@@ -4,7 +4,8 @@ from datetime import datetime
 from enum import Enum
 
 from queueing.models import OPEN_TICKET, Ticket, Turn
-from queueing.services import end_turn, remove
+from queueing.tickets import remove
+from queueing.turns import end_turn
 
 
 class Place(Enum):

@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from queueing import services
+from queueing import tickets, turns
 from queueing.models import Ticket, Turn
 from robots.permissions import need_staff
 
@@ -11,10 +11,10 @@ from robots.permissions import need_staff
 def remove(ticket: Ticket, user: Any, now: datetime) -> None:
     """Take a person out of the queue; a running turn is ended. Raises NotStaff."""
     need_staff(user)
-    services.remove(ticket, now)
+    tickets.remove(ticket, now)
 
 
 def end(turn: Turn, user: Any, now: datetime) -> bool:
     """End a running turn; False if it had ended. Raises NotStaff."""
     need_staff(user)
-    return services.end_turn(turn, "ended by staff", now)
+    return turns.end_turn(turn, "ended by staff", now)

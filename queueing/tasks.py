@@ -2,7 +2,7 @@
 
 from celery import shared_task
 
-from queueing.services import tick
+from queueing.tick import tick
 from robots.clock import SYSTEM
 
 

@@ -35,14 +35,14 @@ MUTANTS = (
     Mutant(1, "a claim does not look at the state", "workers/commands/claim.py",
            "filter(pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now)",
            "filter(pk=command.pk, deadline__gt=now)", MACHINE),
-    Mutant(1, "the same sequence number makes a new row", "robots/services.py",
+    Mutant(1, "the same sequence number makes a new row", "robots/services/commands.py",
            "        if row.client_seq == client_seq:\n            return Issued(row, created=False)\n",
            "        if row.client_seq == client_seq:\n            client_seq = next_seq(grant)\n",
            f"{COMMANDS}::test_promise_01_one_command_at_most_one_motion[mercury]"),
     Mutant(2, "an interrupted command is queued again", "workers/commands/claim.py",
            "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n    return left",
            "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n"
-           "        from robots.services import Lease\n"
+           "        from robots.models import Lease\n"
            "        Command.objects.filter(pk=command.pk).update(state='queued', ended_at=None, "
            "epoch=Lease.objects.get(robot=robot).epoch)\n    return left",
            f"{COMMANDS}::test_promise_02_a_crash_means_unknown_never_replay[in_motion-mercury]"),

@@ -105,6 +105,8 @@ class Stand:
 
     def _command(self, person) -> None:
         from robots import services
+        from robots.clock import SYSTEM
+        from robots.grants import grant_of
         from robots.models import Command
         from robots.states import COMMAND_FINAL
 
@@ -117,7 +119,7 @@ class Stand:
         elif kind == "program":
             args = {"number": self.dice.choice((1.0, 2.0))}
         kind, args = self.arm.spell(kind, args, None)
-        grant = services.grant_of(self.robot, person, services.SYSTEM.now())
+        grant = grant_of(self.robot, person, SYSTEM.now())
         services.issue(self.robot.slug, person, kind, args, services.next_seq(grant))
         self.done["commands"] += 1
 

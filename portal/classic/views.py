@@ -13,14 +13,14 @@ from django.views.decorators.cache import never_cache
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
+from portal.classic import tokens
 from portal.classic.pictures import drawn, name_of
 from portal.consoles.console import classic
 from portal.live.snapshot import status_of
 from queueing import services as queue
-from queueing import tokens
 from queueing.errors import QueueError
+from queueing.estimates import place, wait_range
 from queueing.models import TicketState, Turn
-from queueing.places import place, wait_range
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError

@@ -6,8 +6,8 @@ from typing import Any
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from portal.stores import trouble
+from queueing.estimates import place, wait_range, waiting
 from queueing.models import TicketState
-from queueing.places import place, wait_range, waiting
 from queueing.services import open_ticket, open_turn
 from robots.grants import open_grant, owner_alive, under_upkeep
 from robots.models import Command, Frame, Grant, Lease, Robot

@@ -17,8 +17,8 @@ from portal.classic.pictures import drawn
 from portal.consoles.console import console_of
 from portal.live.snapshot import status_of
 from portal.pages.errors import software_missing
+from queueing.estimates import waiting
 from queueing.models import Turn
-from queueing.places import waiting
 from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM

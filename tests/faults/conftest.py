@@ -9,6 +9,7 @@ from django.db import connection
 
 from robots import bus, services
 from robots.clock import SYSTEM
+from robots.grants import owner_alive
 from robots.models import Command, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import wait_for
@@ -66,7 +67,7 @@ class Rig:
     def wait_ready(self, seconds=40):
         def ready():
             assert any(w.alive() for w in self.workers), self.workers[-1].said()
-            return self.cycle() == Cycle.READY and services.owner_alive(self.lease(), SYSTEM.now())
+            return self.cycle() == Cycle.READY and owner_alive(self.lease(), SYSTEM.now())
 
         wait_for(ready, seconds, f"the robot is ready (is {self.cycle()}: {self.reason()})")
 

@@ -9,7 +9,7 @@ import pytest
 from celery import current_app
 from django.db.models import F
 
-from robots import bus, services
+from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING
@@ -140,7 +140,7 @@ def test_promise_03_late_commands_never_move(rig, proof):
 @pytest.mark.parametrize("label", [at_length("after_claim"), "before_send"])
 def test_promise_03_claimed_in_time_but_said_too_late(rig, proof, monkeypatch, label):
     """The owner freezes between its claim and the line, keeps its lease, and goes on after the deadline."""
-    monkeypatch.setattr(services, "START_S", 1.0)
+    monkeypatch.setattr("robots.services.commands.START_S", 1.0)
     worker = rig.start_worker(doom=(label, "SIGSTOP"))
     rig.wait_ready()
     rig.grant(seconds=900)

@@ -10,6 +10,7 @@ from django.conf import settings
 
 from portal.supervisor import HEARTBEAT_S
 from robots import services
+from robots.drivers.errors import NotPermitted
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL
 from tests.conftest import BOTH_AT_LENGTH, wait_for
@@ -53,7 +54,7 @@ class Day:
         side = -1 if number % 2 else 1
         try:
             command = self.rig.issue("move", x=side * (0.1 + number % 50 / 1000), y=0.35 + number // 50 / 1000)
-        except services.NotPermitted as refused:  # the owner has not got the robot again yet
+        except NotPermitted as refused:  # the owner has not got the robot again yet
             time.sleep(0.3)
             return str(refused)
         self.moves.append(command)

@@ -85,10 +85,10 @@ def test_promise_04_a_stale_epoch_is_refused_at_the_driver_and_by_the_robot(rig,
 
 
 def alive(rig):
-    from robots import services
     from robots.clock import SYSTEM
+    from robots.grants import owner_alive
 
-    return services.owner_alive(rig.lease(), SYSTEM.now())
+    return owner_alive(rig.lease(), SYSTEM.now())
 
 
 def state_of(pid):

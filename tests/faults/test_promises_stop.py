@@ -10,6 +10,7 @@ from django.db import connection
 
 from benchmarks.command_round_trip import cookie
 from robots import bus, services
+from robots.drivers.errors import Stopped
 from robots.models import Command, Robot
 from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
 from tests.rig import Web
@@ -165,7 +166,7 @@ def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
     rig.start_worker()
     wait_for(lambda: Robot.objects.get().stop_latched, 30, "latched again by the file")
     before = rig.sim.count("motion")
-    with pytest.raises(services.Stopped):
+    with pytest.raises(Stopped):
         rig.issue("up")
     time.sleep(1.0)
     assert rig.sim.count("motion") == before

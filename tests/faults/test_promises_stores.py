@@ -17,6 +17,7 @@ from operatorlog.models import Entry
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots import bus, services
+from robots.drivers.errors import NotPermitted
 from robots.models import Command, Grant, Robot
 from robots.states import COMMAND_FINAL
 from tests.conftest import at_length, wait_for
@@ -55,7 +56,7 @@ def works(rig, seconds=15.0):
     def done():
         try:
             return rig.final(rig.issue("noop"), 2).state == "completed"
-        except (services.NotPermitted, AssertionError):
+        except (NotPermitted, AssertionError):
             return False
 
     wait_for(done, seconds, "work goes on by itself")
@@ -77,7 +78,7 @@ def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
             for _ in range(dice.randint(1, 4)):
                 try:
                     told.add(rig.issue("noop").pk)
-                except services.NotPermitted:
+                except NotPermitted:
                     time.sleep(0.5)
             entries.add(write_down(rig, f"entry {i}"))
             places.add(queue.join(rig.robot, rig.people["bob"], rig.now()).pk)

@@ -8,6 +8,7 @@ from django.conf import settings
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
+from robots.grants import owner_alive
 from robots.models import Robot
 from tests.conftest import BOTH_AT_LENGTH, wait_for
 
@@ -48,7 +49,7 @@ def test_an_owner_that_has_just_begun_knows_whose_turn_is_over(rig):
     services.end_grant(before, "ended by the operator", SYSTEM.now())
     first.kill()
     rig.start_worker()
-    wait_for(lambda: rig.lease().epoch == 2 and services.owner_alive(rig.lease(), SYSTEM.now()), 30, "the next owner")
+    wait_for(lambda: rig.lease().epoch == 2 and owner_alive(rig.lease(), SYSTEM.now()), 30, "the next owner")
     time.sleep(1.0)
     bus.ring_stop(rig.robot.slug, before.pk)
     time.sleep(0.5)

@@ -14,6 +14,7 @@ from portal.programs import robot_programs
 from portal.seeding import add_robot
 from robots import bus, services
 from robots.clock import SYSTEM
+from robots.drivers.errors import BadRequest
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
@@ -39,7 +40,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
             command.refresh_from_db()
             return command.final
 
-        with pytest.raises(services.BadRequest, match="angle must lie between -3 and 3"):
+        with pytest.raises(BadRequest, match="angle must lie between -3 and 3"):
             services.issue(robot.slug, people["ada"], "turn", {"angle": 9}, 1)
         command = services.issue(robot.slug, people["ada"], "turn", {"angle": 1.0}, 1).command
         wait_for(lambda: ended(command), 20, "the turn")

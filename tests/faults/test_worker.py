@@ -10,6 +10,7 @@ import pytest
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.drivers.errors import Stopped
+from robots.grants import owner_alive
 from robots.models import Command, Frame, Grant, Incident, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
@@ -259,7 +260,7 @@ def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
     assert rig.sim.count("hold") >= 1
     command.refresh_from_db()
     assert command.state == "cancelled"
-    rig.owner_lease_free = not services.owner_alive(rig.lease(), SYSTEM.now())
+    rig.owner_lease_free = not owner_alive(rig.lease(), SYSTEM.now())
     assert rig.owner_lease_free
 
 

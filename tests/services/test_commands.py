@@ -197,7 +197,7 @@ def test_a_maintenance_turn_runs_under_lock_out_only(robot, people, owned):
 
 @pytest.mark.asvs("2.3.2", "2.4.1")
 def test_too_many_waiting_commands_are_refused(robot, people, grant, monkeypatch):
-    monkeypatch.setattr(services, "PENDING", 3)
+    monkeypatch.setattr("robots.services.commands.PENDING", 3)
     for seq in range(1, 4):
         services.issue(robot.slug, people["ada"], "up", {}, seq)
     with pytest.raises(NotPermitted, match="Too many"):

@@ -62,7 +62,7 @@ class Wire:
 
     def __init__(self, arm):
         self.arm, self.owner, self.dies = arm, None, None
-        self.features = features(services.Robot(driver="mercury").description())
+        self.features = features(Robot(driver="mercury").description())
 
     def latest(self):
         return RobotState(0.0, (0, 0, 0, 0), (0, 0.4, 0.075, 0), False, True)

@@ -5,11 +5,11 @@ from datetime import timedelta
 import pytest
 from django.db import IntegrityError, transaction
 
+from portal.classic import tokens
 from queueing import services as queue
-from queueing import tokens
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
+from queueing.estimates import place, wait_range
 from queueing.models import Account, Queue, Ticket, TicketState, Turn
-from queueing.places import place, wait_range
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle
 

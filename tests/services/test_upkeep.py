@@ -6,8 +6,9 @@ import pytest
 
 from queueing import services as queue
 from queueing.errors import RobotUnavailable
+from queueing.estimates import place
 from queueing.models import Ticket, TicketState
-from queueing.places import place
+from queueing.offers import why_not_ready
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
@@ -29,7 +30,7 @@ def running(robot, people, owned):
 
 def ready(robot):
     robot.refresh_from_db()
-    return queue.why_not_ready(robot, SYSTEM.now())
+    return why_not_ready(robot, SYSTEM.now())
 
 
 def in_order(robot):

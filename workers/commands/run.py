@@ -19,7 +19,7 @@ from robots.drivers.errors import (
 )
 from robots.drivers.mercury.calibration import NotCalibrated
 from robots.models import Command
-from robots.services import RUNTIME_KINDS
+from robots.services.commands import RUNTIME_KINDS
 from robots.states import CommandState, GrantKind
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.look import look

@@ -1,0 +1,38 @@
+"""What the use of a robot costs: the account's finish tag, and the queue's virtual time."""
+
+from typing import Any
+
+from queueing import fairshare
+from queueing.models import OPEN_TICKET, Account, Queue, Ticket
+
+
+def account_of(queue: Queue, user: Any) -> Account:
+    """Return the person's account in the queue; the first use opens it."""
+    return Account.objects.get_or_create(queue=queue, user=user)[0]
+
+
+def next_tag(queue: Queue, account: Account) -> float:
+    """Return the start tag of a request of the account's that joins now."""
+    return fairshare.start_tag(fairshare.Clock(queue.virtual_time, queue.greatest_finish), account.finish_tag)
+
+
+def serve(queue: Queue, start_tag: float) -> None:
+    """Let the queue's virtual time follow the request that goes into service."""
+    queue.virtual_time = fairshare.Clock(queue.virtual_time, queue.greatest_finish).serve(start_tag).virtual
+    Queue.objects.filter(pk=queue.pk).update(virtual_time=queue.virtual_time)
+
+
+def charge(queue: Queue, account: Account, start_tag: float, amount: float) -> None:
+    """Charge a request that was served, in the unit of the queue: seconds, weighted by the account."""
+    tag = fairshare.finish_tag(start_tag, amount, account.weight)
+    Account.objects.filter(pk=account.pk).update(finish_tag=tag)
+    queue.greatest_finish = fairshare.Clock(queue.virtual_time, queue.greatest_finish).finish(tag).greatest_finish
+    Queue.objects.filter(pk=queue.pk).update(greatest_finish=queue.greatest_finish)
+
+
+def settle(queue: Queue) -> None:
+    """Take away what absence would earn, once nobody waits and nobody is served."""
+    if not Ticket.objects.filter(queue=queue, state__in=OPEN_TICKET).exists():
+        clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).empty()
+        Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
+        queue.virtual_time = clock.virtual

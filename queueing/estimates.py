@@ -1,0 +1,37 @@
+"""How many are before somebody, and how long that may take. Reads only."""
+
+from datetime import datetime
+
+from django.conf import settings
+
+from queueing import fairshare
+from queueing.models import NOT_YET, Ticket, Turn
+from robots.models import Robot
+from robots.states import Cycle
+
+RULES = settings.FARHAND
+
+
+def waiting(robot: Robot) -> int:
+    """Return how many people wait for the robot."""
+    return Ticket.objects.filter(queue__robot_links__robot=robot, state__in=NOT_YET).count()
+
+
+def place(ticket: Ticket) -> int:
+    """Return how many waiting people are served before this ticket."""
+    ahead = Ticket.objects.filter(queue=ticket.queue, state__in=NOT_YET)
+    return (
+        ahead.filter(start_tag__lt=ticket.start_tag).count()
+        + ahead.filter(start_tag=ticket.start_tag, pk__lt=ticket.pk).count()
+    )
+
+
+def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | None:
+    """Return the least and greatest wait in s; None where the robot's return is not known."""
+    if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
+        return None
+    turn = Turn.objects.filter(robot=robot, ended_at=None).first()
+    left = max(0.0, (turn.until - now).total_seconds()) if turn else 0.0
+    if turn:
+        left = max(left, 0.0) if turn.until <= turn.base_until else float(RULES["COUNTDOWN_S"])
+    return fairshare.estimate(ahead, left, float(robot.turn_s or RULES["TURN_S"]), 12.0)

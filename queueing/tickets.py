@@ -1,0 +1,98 @@
+"""Tickets: a person's place in a queue, from joining to its end."""
+
+from datetime import datetime
+from typing import Any
+
+from django.db import transaction
+from django.db.models import Q
+
+from accounts.models import Clearance
+from accounts.services import cleared
+from queueing.charging import account_of, next_tag, settle
+from queueing.errors import NotCleared, RobotUnavailable
+from queueing.models import OPEN_TICKET, Queue, Ticket, TicketState, Turn
+from queueing.rows import announce, locked, queue_of, robots_of
+from queueing.turns import end_turn, start_countdown
+from robots.models import Robot
+from robots.states import Cycle
+
+
+def open_ticket(robot: Robot, user: Any) -> Ticket | None:
+    """Return the person's open place in the robot's queue."""
+    if user is None or not user.is_authenticated:
+        return None
+    return Ticket.objects.filter(queue__robot_links__robot=robot, user=user, state__in=OPEN_TICKET).first()
+
+
+def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticket:
+    """Give the person a place; who has one keeps it.
+
+    Raises:
+        NotCleared: sign-up, orientation and test come first.
+        RobotUnavailable: switched off by staff.
+
+    """
+    if not cleared(user, robot):
+        raise NotCleared("Pass the clearance test of this robot first.")
+    if not robot.enabled:
+        raise RobotUnavailable("This robot is switched off now; come back later.")
+    queue = queue_of(robot)
+    with transaction.atomic():
+        queue = locked(queue)
+        ticket = Ticket.objects.filter(queue=queue, user=user, state__in=OPEN_TICKET).first()
+        if ticket is not None:
+            Ticket.objects.filter(pk=ticket.pk).update(last_seen=now, classic=classic)
+            return ticket
+        ticket = Ticket.objects.create(
+            queue=queue, user=user, start_tag=next_tag(queue, account_of(queue, user)),
+            joined_at=now, last_seen=now, classic=classic,
+        )  # fmt: skip
+        start_countdown(queue, now)
+        announce(queue, user)
+        return ticket
+
+
+def leave(robot: Robot, user: Any, now: datetime) -> None:
+    """Give up one's place, offer or turn. Nothing happens where there is none."""
+    ticket = open_ticket(robot, user)
+    if ticket is None:
+        return
+    with transaction.atomic():
+        queue = locked(ticket.queue)
+        ticket.refresh_from_db()
+        if ticket.state == TicketState.OPERATING:
+            end_turn(Turn.objects.get(ticket=ticket), "ended by the operator", now)
+        elif ticket.state in OPEN_TICKET:
+            withdraw(queue, ticket, TicketState.LEFT, "left the queue", now)
+
+
+def withdraw(queue: Queue, ticket: Ticket, state: TicketState, reason: str, now: datetime) -> None:
+    """End a place that never became a turn; it costs nothing."""
+    was = ticket.state
+    Ticket.objects.filter(pk=ticket.pk).update(state=state, ended_at=now, end_reason=reason)
+    if was == TicketState.OFFERED and ticket.robot_id:
+        Robot.objects.filter(pk=ticket.robot_id, cycle=Cycle.OFFERED).update(cycle=Cycle.READY)
+    settle(queue)
+    announce(queue)
+
+
+def dismiss_unfit(queue: Queue, now: datetime) -> None:
+    """Take out who was suspended or lost the clearance, also in mid-turn."""
+    suspended, lost = Q(user__is_active=False), Q()
+    if not any(not robot.clearance_required for robot in robots_of(queue)):
+        kept = Clearance.objects.filter(robot__queue_link__queue=queue, revoked_at=None)
+        lost = ~Q(user__in=kept.values("user"))
+    tickets = Ticket.objects.select_related("user").filter(queue=queue, state__in=OPEN_TICKET)
+    for ticket in tickets.filter(suspended | lost if lost else suspended):
+        remove(ticket, now, "clearance withdrawn" if ticket.user.is_active else "account suspended")
+
+
+def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff") -> None:
+    """Take a person out of the queue (staff)."""
+    with transaction.atomic():
+        queue = locked(ticket.queue)
+        ticket.refresh_from_db()
+        if ticket.state == TicketState.OPERATING:
+            end_turn(Turn.objects.get(ticket=ticket), reason, now)
+        elif ticket.state in OPEN_TICKET:
+            withdraw(queue, ticket, TicketState.LEFT, reason, now)

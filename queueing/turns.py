@@ -1,0 +1,93 @@
+"""Turns: whose runs, how long it goes on, and its end."""
+
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.conf import settings
+from django.db import transaction
+from django.db.models import F
+
+from queueing import fairshare
+from queueing.charging import account_of, charge, settle
+from queueing.models import NOT_YET, Queue, Ticket, TicketState, Turn
+from queueing.rows import announce, locked
+from robots.grants import end_grant
+from robots.models import Grant, Robot
+from robots.states import Cycle
+
+RULES = settings.FARHAND
+SLICE_S = 60
+
+
+def open_turn(robot: Robot) -> Turn | None:
+    """Return the turn that runs on the robot."""
+    return Turn.objects.select_related("user", "grant", "ticket").filter(robot=robot, ended_at=None).first()
+
+
+def turn_of(robot: Robot, user: Any) -> Turn | None:
+    """Return the person's running turn on the robot."""
+    turn = open_turn(robot)
+    return turn if turn and user is not None and turn.user_id == user.pk else None
+
+
+def start_countdown(queue: Queue, now: datetime) -> None:
+    """Bound a newcomer's wait: a turn in its extra time ends in a minute."""
+    for turn in Turn.objects.select_related("grant").filter(robot__queue_link__queue=queue, ended_at=None):
+        end = max(turn.base_until, now + timedelta(seconds=RULES["COUNTDOWN_S"]))
+        if turn.until > end:
+            set_until(turn, end)
+
+
+def set_until(turn: Turn, until: datetime) -> None:
+    """Move the end of a turn and of its grant."""
+    turn.until = until
+    Turn.objects.filter(pk=turn.pk).update(until=until)
+    Grant.objects.filter(pk=turn.grant_id, ended_at=None).update(until=until)
+
+
+def end_turn(turn: Turn, reason: str, now: datetime) -> bool:
+    """End a turn, charge it, and send the robot to be put in order; False if it had ended."""
+    with transaction.atomic():
+        queue = locked(turn.ticket.queue)
+        used = (min(now, turn.until) - turn.started_at).total_seconds()
+        seconds = fairshare.charged(used, turn.alone_s)
+        done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
+        if not done:
+            return False
+        end_grant(turn.grant, reason, now)
+        Ticket.objects.filter(pk=turn.ticket_id).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
+        charge(queue, account_of(queue, turn.user), turn.ticket.start_tag, seconds)
+        Robot.objects.filter(pk=turn.robot_id, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
+        settle(queue)
+        announce(queue)
+        return True
+
+
+def tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
+    """Lengthen the turn while nobody waits, or end it where its time, its line or its operator's interest is over."""
+    grant = turn.grant
+    grant.refresh_from_db()
+    queued = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
+    others = queued.order_by("joined_at").values_list("joined_at", flat=True).first()
+    silent = (now - turn.last_seen).total_seconds()
+    idle = (now - max(_last_act(turn), others or now)).total_seconds()  # counted while others wait
+    if grant.ended_at is not None:
+        end_turn(turn, grant.end_reason or "ended", grant.ended_at)
+    elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:
+        extra = min(SLICE_S, RULES["TURN_S"])
+        Turn.objects.filter(pk=turn.pk).update(alone_s=F("alone_s") + extra)
+        set_until(turn, turn.until + timedelta(seconds=extra))
+        announce(queue)
+    elif turn.until <= now:
+        end_turn(turn, "time is up", now)
+    elif (not turn.classic and not turn.connected and silent > RULES["RECONNECT_S"]) or (
+        turn.classic and silent > RULES["CLASSIC_PRESENCE_S"]
+    ):
+        end_turn(turn, "connection lost", now)
+    elif others and idle > RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]:
+        end_turn(turn, "idle while others wait", now)
+
+
+def _last_act(turn: Turn) -> datetime:
+    last = turn.grant.commands.order_by("-id").values_list("created_at", flat=True).first()
+    return max(turn.started_at, last) if last else turn.started_at

@@ -1,0 +1,25 @@
+"""What may be asked of a robot, by whom: the verbs, room by room. One verb is one function.
+
+Pages, sockets, admin and tasks call these; permission, transaction, row and event live
+here. Services write rows, only the owner advances them.
+"""
+
+from robots.grants import end_grant, open_grant, start_grant
+from robots.services.clicks import newest_still, resolve
+from robots.services.commands import START_S, Issued, RobotOffline, issue, next_seq, staff_command
+from robots.services.lockout import lift_lock_out, lock_out, set_enabled
+from robots.services.maintenance import close_incident, start_maintenance
+from robots.services.stopping import may_stop, release_stop, stop
+
+__all__ = (  # noqa: RUF022 - in the order of the rooms
+    # grants: who may move a robot now
+    "end_grant", "open_grant", "start_grant",
+    # commands
+    "START_S", "Issued", "RobotOffline", "issue", "newest_still", "next_seq", "resolve", "staff_command",
+    # the stop
+    "may_stop", "release_stop", "stop",
+    # the lock-out and the switch
+    "lift_lock_out", "lock_out", "set_enabled",
+    # maintenance
+    "close_incident", "start_maintenance",
+)  # fmt: skip

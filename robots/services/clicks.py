@@ -1,0 +1,54 @@
+"""What a command means in the robot's own terms: a click in a picture, a saved program."""
+
+from typing import Any
+
+from robots import programs
+from robots.drivers.errors import BadRequest
+from robots.drivers.mercury import calibration
+from robots.models import Frame, Robot
+
+
+def newest_still(robot: Robot) -> Frame | None:
+    """Return the newest kept picture."""
+    return Frame.objects.filter(robot=robot).order_by("-id").first()
+
+
+def resolve(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Turn a click in a picture into a move, by the calibration of that picture; a saved program into its text.
+
+    Raises:
+        BadRequest: no such picture, a point outside it, an old picture, no calibration.
+
+    """
+    if kind == "program" and "program" in args:
+        return kind, {"text": programs.one(robot, user, _integer(args, "program")).text}
+    if kind != "click":
+        return kind, args
+    frame = Frame.objects.filter(robot=robot, pk=_integer(args, "still")).first()
+    if frame is None:
+        raise BadRequest("That picture is unknown; wait for the next one and click there.")
+    newest = newest_still(robot)
+    if newest is None or newest.pk != frame.pk:
+        raise BadRequest("The arm has moved since that picture; click in the newest one.")
+    u, v = _real(args, "u"), _real(args, "v")
+    if not (0 <= u <= frame.width - 1 and 0 <= v <= frame.height - 1):
+        raise BadRequest("That point lies outside the picture.")
+    try:
+        x, y = calibration.target(frame.calibration, tuple(frame.pose), u, v, frame.width, frame.height)
+    except calibration.NotCalibrated as error:
+        raise BadRequest(str(error)) from error
+    return "move", {"x": x, "y": y}
+
+
+def _integer(args: dict[str, Any], name: str) -> int:
+    value = args.get(name)
+    if isinstance(value, bool) or not isinstance(value, int) or abs(value) >= 2**63:
+        raise BadRequest(f"The value {name} must be a whole number.")
+    return value
+
+
+def _real(args: dict[str, Any], name: str) -> float:
+    value = args.get(name)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e9:
+        raise BadRequest(f"The value {name} must be a number.")
+    return float(value)

@@ -1,0 +1,154 @@
+"""Asking for one command: judged here first, and again by the owner and the driver."""
+
+from contextlib import nullcontext
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.db import IntegrityError, connection, transaction
+from django.db.models import Max, Q
+
+from robots import bus
+from robots.clock import SYSTEM
+from robots.drivers.contract import make_driver
+from robots.drivers.errors import BadRequest, NotPermitted, Stopped
+from robots.grants import held, open_grant, owner_alive, start_grant
+from robots.models import Command, Grant, Robot
+from robots.permissions import need_staff
+from robots.services.clicks import resolve
+from robots.states import COMMAND_FINAL, GrantKind
+
+START_S = 10.0  # a command that has not begun by then never will
+PENDING = 128
+# what is read to judge a command: one small row, for it is on the way of every click
+NEEDED = (
+    "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
+    "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
+)  # fmt: skip
+RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
+AFTER_S = 20.0  # after its limit a command is final, and its grant with it
+ONE_COMMAND = "A command of staff runs on the robot; wait for its end."
+
+
+class RobotOffline(NotPermitted):
+    """No worker owns the robot now."""
+
+    code = "offline"
+
+
+@dataclass(frozen=True)
+class Issued:
+    """A command's row, and whether this call made it."""
+
+    command: Command
+    created: bool
+
+
+def issue(
+    slug: str, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None
+) -> Issued:
+    """Write one command under the user's open grant on the robot `slug` and ring its owner.
+
+    The same sequence number again returns the same row. Every check here is done again by
+    the owner and the driver.
+
+    Raises:
+        NotPermitted: no grant, grant over, stop latched, robot offline, too many waiting.
+        BadRequest, OutOfWorkspace: the command itself is wrong.
+
+    """
+    now = now or SYSTEM.now()
+    found = Grant.objects.select_related("robot__lease").filter(robot__slug=slug, ended_at=None)
+    grant = held(found.order_by().only(*NEEDED).first(), user, now)
+    if grant.kind == GrantKind.UPKEEP:
+        raise NotPermitted(ONE_COMMAND)
+    return _issue(grant, user, kind, args, client_seq, now)
+
+
+def _issue(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
+    robot = grant.robot
+    unfinished = ~Q(state__in=COMMAND_FINAL)
+    rows = list(Command.objects.filter(unfinished | Q(client_seq=client_seq), grant=grant)[: PENDING + 1])
+    for row in rows:
+        if row.client_seq == client_seq:
+            return Issued(row, created=False)
+    if len(rows) >= PENDING:
+        raise NotPermitted("Too many commands are waiting; let the robot catch up.")
+    if not isinstance(args, dict):
+        raise BadRequest("The values of a command must be an object.")
+    driver = make_driver(robot.driver, robot.address, robot.driver_settings())
+    spec = driver.features.command(kind)
+    _admit(robot, user, kind, staff_only=kind in RUNTIME_KINDS or (spec is not None and spec.level >= 9), now=now)
+    if kind in RUNTIME_KINDS:
+        limit_s = _limit_s(kind)
+    else:
+        kind, args = resolve(robot, user, kind, args)
+        driver.check(kind, args)
+        spec = driver.features.command(kind)
+        limit_s = spec.limit_s if spec else 60.0
+    return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now)
+
+
+def _limit_s(kind: str) -> float:
+    return 180.0 if kind == "calibrate" else 60.0
+
+
+def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) -> None:
+    if robot.stop_latched:
+        raise Stopped("The robot is stopped. Look at the picture, then release the stop.")
+    if not owner_alive(getattr(robot, "lease", None), now):
+        raise RobotOffline("The robot's worker does not answer now; your place is kept.")
+    if staff_only and not user.has_perm("robots.change_robot"):
+        raise NotPermitted(f"The command {kind} is for keepers of the robot.")
+
+
+def _write(
+    robot: Robot, user: Any, grant: Grant, epoch: int, kind: str, args: dict[str, Any],
+    client_seq: int, limit_s: float, now: datetime,
+) -> Issued:  # fmt: skip
+    # one statement needs no transaction of its own; inside somebody's it needs a savepoint
+    scope = transaction.atomic() if connection.in_atomic_block else nullcontext()
+    try:
+        with scope:
+            command = Command.objects.create(
+                robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, args=args,
+                epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,
+            )  # fmt: skip
+            transaction.on_commit(lambda: bus.ring(robot.slug, epoch), robust=True)
+    except IntegrityError:
+        return Issued(Command.objects.get(grant=grant, client_seq=client_seq), created=False)
+    return Issued(command, created=True)
+
+
+def next_seq(grant: Grant) -> int:
+    """Return a sequence number after all that were used under the grant."""
+    last = Command.objects.filter(grant=grant).aggregate(last=Max("client_seq"))["last"]
+    return (last or 0) + 1
+
+
+def staff_command(robot: Robot, user: Any, kind: str) -> Command:
+    """Run one command of staff (soft reset, calibrate, still): in a maintenance turn of theirs, or by itself.
+
+    By itself it has a grant of its own, which ends when the command ends, however it ends; until
+    then nobody is offered the robot. What is refused opens none.
+
+    Raises:
+        NotPermitted: not staff; somebody operates the robot, or it is being put in order.
+        Stopped, RobotOffline: as for every command.
+
+    """
+    need_staff(user)
+    now = SYSTEM.now()
+    with transaction.atomic():
+        robot.refresh_from_db()
+        grant = open_grant(robot)
+        if grant is None:
+            seconds = START_S + _limit_s(kind) + AFTER_S
+            grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
+        elif grant.kind == GrantKind.UPKEEP:
+            raise NotPermitted(ONE_COMMAND)
+        elif grant.kind == GrantKind.HANDOVER:
+            raise NotPermitted("The robot is being put in order; try again when that is done.")
+        elif grant.holder_id != user.pk:
+            raise NotPermitted("Somebody operates the robot now; lock it out first.")
+        return _issue(grant, user, kind, {}, next_seq(grant), now).command

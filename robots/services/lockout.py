@@ -1,0 +1,72 @@
+"""Taking a robot from the public and giving it back: the lock-out, and the switch."""
+
+from typing import Any
+
+from django.db import transaction
+from django.db.models import F
+
+from robots import bus
+from robots.clock import SYSTEM
+from robots.drivers.errors import BadRequest
+from robots.grants import cancel_queued, end_grant, open_grant
+from robots.messages import Changed
+from robots.models import Robot
+from robots.permissions import need_staff
+from robots.services.stopping import stop
+from robots.states import Cycle, GrantKind
+
+
+def lock_out(robot: Robot, user: Any, note: str) -> None:
+    """Take the robot from the public: stop it, keep people's places. Only staff lift it."""
+    need_staff(user)
+    if not note.strip():
+        raise BadRequest("Write a note that says why the robot is locked out.")
+    stop(robot, user)
+    with transaction.atomic():
+        Robot.objects.filter(pk=robot.pk).update(
+            cycle=Cycle.LOCKED_OUT, lockout_note=note.strip()[:300], locked_by=user, reason=note.strip()[:300]
+        )
+        grant = open_grant(robot)
+        if grant is not None:
+            end_grant(grant, "robot locked out by staff", SYSTEM.now())
+        bus.publish_on_commit(robot.slug, Changed("robot"))
+
+
+def lift_lock_out(robot: Robot, user: Any) -> None:
+    """Give the robot back: it is put in order first, then offered."""
+    need_staff(user)
+    now = SYSTEM.now()
+    with transaction.atomic():
+        grant = open_grant(robot)
+        if grant is not None and grant.kind == GrantKind.STAFF:
+            end_grant(grant, "lock-out lifted", now)
+        cancel_queued(robot, "the robot was locked out", now)
+        Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT).update(
+            cycle=Cycle.HANDOVER,
+            lockout_note="",
+            locked_by=None,
+            reason="",
+            stop_latched=False,
+            releases=F("releases") + 1,
+        )
+        bus.publish_on_commit(robot.slug, Changed("robot"))
+
+
+def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
+    """Switch a robot on or off; the supervisor follows."""
+    need_staff(user)
+    robot.refresh_from_db()
+    if not enabled:
+        stop(robot, user)
+        grant = open_grant(robot)
+        if grant is not None:
+            end_grant(grant, "robot switched off", SYSTEM.now())
+    changes: dict[str, Any] = {"enabled": enabled}
+    if enabled and robot.cycle in (Cycle.OFFLINE, Cycle.FAULT):
+        changes.update(cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1)
+    if not enabled:
+        changes.update(cycle=Cycle.OFFLINE, reason="Switched off by staff.")
+    with transaction.atomic():
+        cancel_queued(robot, "the robot was switched", SYSTEM.now())
+        Robot.objects.filter(pk=robot.pk).update(**changes)
+    bus.publish_on_commit(robot.slug, Changed("robot"))

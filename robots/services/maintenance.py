@@ -1,0 +1,30 @@
+"""What staff do to keep a robot going: drive it under lock-out, close its incidents."""
+
+from datetime import timedelta
+from typing import Any
+
+from robots.clock import SYSTEM
+from robots.drivers.errors import NotPermitted
+from robots.grants import open_grant, start_grant
+from robots.models import Grant, Incident, Robot
+from robots.permissions import need_staff
+from robots.states import Cycle, GrantKind
+
+
+def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
+    """Open a maintenance turn: a keeper drives under lock-out. Raises NotPermitted."""
+    need_staff(user)
+    robot.refresh_from_db()
+    if robot.cycle != Cycle.LOCKED_OUT:
+        raise NotPermitted("Lock the robot out first; a maintenance turn runs under lock-out.")
+    now = SYSTEM.now()
+    grant = open_grant(robot)
+    if grant is not None and grant.kind == GrantKind.STAFF and grant.holder_id == user.pk:
+        return grant
+    return start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=minutes))
+
+
+def close_incident(incident: Incident, user: Any) -> None:
+    """Mark an incident as dealt with."""
+    need_staff(user)
+    Incident.objects.filter(pk=incident.pk, closed_at=None).update(closed_at=SYSTEM.now())

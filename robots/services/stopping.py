@@ -1,0 +1,70 @@
+"""The stop: who may press it, what it does, and its release."""
+
+from datetime import datetime
+from typing import Any
+
+from django.db import transaction
+from django.db.models import F
+
+from robots import bus
+from robots.clock import SYSTEM
+from robots.drivers.errors import NotPermitted
+from robots.grants import cancel_queued, open_grant
+from robots.messages import Changed
+from robots.models import Robot
+
+NOT_THEIRS = "Only the operator and staff can stop this robot."
+
+
+def may_stop(robot: Robot, user: Any) -> bool:
+    """Tell whether this person is offered the stop: the holder of the grant, and staff."""
+    return _stops_under(robot, user) is not None
+
+
+def _stops_under(robot: Robot, user: Any) -> int | None:
+    """Return the grant under which this person stops the robot; 0 for staff, None for who may not."""
+    if user is None or not user.is_authenticated:
+        return None
+    if user.has_perm("robots.change_robot"):
+        return 0
+    grant = open_grant(robot)
+    return grant.pk if grant is not None and grant.holder_id == user.pk else None
+
+
+def stop(robot: Robot, user: Any, now: datetime | None = None, rung: bool = False) -> None:
+    """Stop the robot: on the bus first (if that was not `rung` yet), then in the database.
+
+    Raises:
+        NotPermitted: neither staff nor the operator, or one whose turn is over.
+
+    """
+    under = _stops_under(robot, user)
+    if under is None:
+        raise NotPermitted(NOT_THEIRS)
+    if not rung:
+        bus.ring_stop(robot.slug, under)
+    now = now or SYSTEM.now()
+    theirs = Robot.objects.filter(pk=robot.pk)
+    if under:  # in one statement: a turn may end between the look and the stop
+        theirs = theirs.filter(grants__pk=under, grants__ended_at=None)
+    if not theirs.update(stop_latched=True, stopped_at=now):
+        raise NotPermitted(NOT_THEIRS)
+    cancel_queued(robot, "the robot was stopped", now)
+    bus.publish_on_commit(robot.slug, Changed("stop"))
+
+
+def release_stop(robot: Robot, user: Any, checked: bool) -> None:
+    """Release a latched stop after an explicit re-check; starts no motion.
+
+    Raises:
+        NotPermitted: not the operator nor staff, or the re-check was not confirmed.
+
+    """
+    if not may_stop(robot, user):
+        raise NotPermitted("Only the operator and staff can release the stop.")
+    if not checked:
+        raise NotPermitted("Look at the newest picture first, and confirm that the way is clear.")
+    with transaction.atomic():
+        cancel_queued(robot, "the robot was stopped", SYSTEM.now())  # what was asked for before must not begin now
+        Robot.objects.filter(pk=robot.pk).update(stop_latched=False, releases=F("releases") + 1)
+    bus.publish_on_commit(robot.slug, Changed("stop"))

@@ -163,7 +163,6 @@ def test_promise_38_signing_up_does_the_same_work_for_a_known_address(people, ma
     assert not type(people["ada"]).objects.filter(username="newone").exists()
 
 
-@pytest.mark.asvs("6.3.8")
 def test_promise_38_signing_in_hashes_one_password_whoever_it_is(people, monkeypatch):
     from allauth.account.models import EmailAddress
     from django.contrib.auth import hashers

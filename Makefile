@@ -6,7 +6,7 @@ TEST = PYTHONPATH=. $(PY) -m pytest
 # most of a fault test is waiting, so several run side by side; what judges by fractions of a second runs alone
 BESIDE = -n 3 -m
 
-.PHONY: run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
+.PHONY: wheel run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
 run: setup
 	@exec $(PY) manage.py demo --port $(PORT)
@@ -67,6 +67,11 @@ asvs: setup-test
 # Simulated people over all robots with faults sprinkled in: make soak HOURS=1
 soak: setup-test
 	PYTHONPATH=. $(PY) -m tests.soak $(or $(HOURS),1)
+
+# A wheel with the built front end inside, in dist/: pip install dist/farhand-*.whl && farhand demo
+wheel: setup
+	rm -rf dist
+	.venv/bin/uv build --wheel --out-dir dist
 
 # The screenshots of README and docs, taken from a running portal.
 shots: setup-test

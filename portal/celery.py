@@ -1,12 +1,16 @@
 """The Celery app; the only module that names `workers`, to add the owner's bootstep."""
 
 import os
+import sys
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
 from celery import Celery, signals
 
+# Celery's fixup for Django puts the working folder first, and who writes a robot may stand beside a folder `robots`
+_path = list(sys.path)
 app = Celery("portal")
+sys.path[:] = _path
 app.config_from_object("django.conf:settings", namespace="CELERY")
 app.autodiscover_tasks(["queueing"])
 

@@ -16,11 +16,12 @@ from django.core.exceptions import ImproperlyConfigured
 
 from portal.consoles.caching import revalidate
 from portal.limits.addresses import proxy_networks
+from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
 from portal.privacy import keep_private
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
-VAR = Path(env.str("FARHAND_VAR", str(BASE_DIR / "var")))
+VAR = Path(env.str("FARHAND_VAR", str(default_var())))
 keep_private(VAR)
 ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, command
 
@@ -92,7 +93,7 @@ ASGI_APPLICATION = "portal.asgi.application"
 TEMPLATES = [
     {
         "BACKEND": "django.template.backends.django.DjangoTemplates",
-        "DIRS": [BASE_DIR / "templates"],
+        "DIRS": [TEMPLATES_DIR],
         "OPTIONS": {
             "loaders": [
                 (
@@ -229,7 +230,6 @@ USE_TZ = True
 STATIC_URL = "/static/"
 STATIC_ROOT = VAR / "static"
 STATIC_ROOT.mkdir(parents=True, exist_ok=True)
-FRONTEND_DIST = BASE_DIR / "frontend" / "dist"
 STATICFILES_DIRS = [("app", FRONTEND_DIST), ("farhand", FRONTEND_DIST / "farhand")] if FRONTEND_DIST.exists() else []
 STATICFILES_FINDERS = [
     "django.contrib.staticfiles.finders.FileSystemFinder",

@@ -17,6 +17,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from portal.places import ROOT
+
 HEARTBEAT_S = 10.0
 GRACE_S = 25.0
 STOP_S = 15.0
@@ -73,6 +75,7 @@ class Child:
         self._process = await asyncio.create_subprocess_exec(
             *self.program.argv,
             env={**os.environ, **self.program.env},
+            cwd=ROOT,
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.STDOUT,

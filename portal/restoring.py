@@ -20,8 +20,9 @@ from django.db.models import F
 
 from portal.archive import ArchiveError, counts
 from robots.clock import SYSTEM
+from robots.grants import end_grant
 from robots.models import Command, Grant, Lease, Robot
-from robots.states import COMMAND_RUNNING, CommandState, Cycle
+from robots.states import COMMAND_RUNNING, CommandState, Cycle, GrantEnd
 
 EPOCHS_AHEAD = 1_000_000  # no worker of before the restore may ever have held a later epoch
 RESTORED = "The portal was restored from a backup; what became of this is not known."
@@ -152,9 +153,10 @@ def _load(rows: Path, manifest: dict[str, Any]) -> None:
 def _close_what_was_open() -> None:
     """Nothing that was under way goes on: robots are verified anew, epochs start far ahead."""
     now = SYSTEM.now()
-    Grant.objects.filter(ended_at=None).update(ended_at=now, end_reason="restored from a backup")
     Command.objects.filter(state__in=[*COMMAND_RUNNING, CommandState.QUEUED]).update(
         state=CommandState.UNKNOWN, reason=RESTORED, ended_at=now
     )
+    for grant in Grant.objects.select_related("robot").filter(ended_at=None):
+        end_grant(grant, GrantEnd.RESTORED, "restored from a backup", now)
     Lease.objects.update(epoch=F("epoch") + EPOCHS_AHEAD, expires_at=None, pid=0)
     Robot.objects.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE)

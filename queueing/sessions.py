@@ -6,6 +6,7 @@ from enum import Enum
 from queueing.models import OPEN_TICKET, Ticket, Turn
 from queueing.tickets import remove
 from queueing.turns import end_turn
+from robots.states import GrantEnd
 
 
 class Place(Enum):
@@ -32,11 +33,11 @@ def session_over(slug: str, person: int, place: Place, reason: str, now: datetim
     if place is Place.LOST:
         ticket = Ticket.objects.filter(queue__robot_links__robot__slug=slug, user=person, state__in=OPEN_TICKET).first()
         if ticket is not None:
-            remove(ticket, now, reason)
+            remove(ticket, now, reason, GrantEnd.ABSENT)
         return
     turns = Turn.objects.filter(robot__slug=slug, user=person, ended_at=None)
     if place is Place.OTHERS:
         turns = turns.filter(classic=False, connected=False)
     turn = turns.first() if place is not Place.KEPT else None
     if turn is not None:
-        end_turn(turn, reason, now)
+        end_turn(turn, GrantEnd.ABSENT, reason, now)

@@ -6,6 +6,7 @@ from typing import Any
 from queueing import tickets, turns
 from queueing.models import Ticket, Turn
 from robots.permissions import need_staff
+from robots.states import GrantEnd
 
 
 def remove(ticket: Ticket, user: Any, now: datetime) -> None:
@@ -17,4 +18,4 @@ def remove(ticket: Ticket, user: Any, now: datetime) -> None:
 def end(turn: Turn, user: Any, now: datetime) -> bool:
     """End a running turn; False if it had ended. Raises NotStaff."""
     need_staff(user)
-    return turns.end_turn(turn, "ended by staff", now)
+    return turns.end_turn(turn, GrantEnd.STAFF, "ended by staff", now)

@@ -9,7 +9,7 @@ from queueing.offers import offer, recall_offers
 from queueing.rows import locked, robots_of
 from queueing.tickets import dismiss_unfit, withdraw
 from queueing.turns import tick_turn
-from robots.grants import end_overdue_upkeep
+from robots.grants import end_overdue_single
 
 ABSENT_S = 900  # a waiting person who is away so long has left
 NO_ANSWER = "did not answer the offer"
@@ -24,7 +24,7 @@ def tick(now: datetime) -> None:
 
 def _tick(queue: Queue, now: datetime) -> None:
     for robot in robots_of(queue):
-        end_overdue_upkeep(robot, now)
+        end_overdue_single(robot, now)
     dismiss_unfit(queue, now)
     for turn in Turn.objects.select_related("grant", "ticket", "user").filter(
         robot__queue_link__queue=queue, ended_at=None

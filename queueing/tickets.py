@@ -14,7 +14,7 @@ from queueing.models import OPEN_TICKET, Queue, Ticket, TicketState, Turn
 from queueing.rows import announce, locked, queue_of, robots_of
 from queueing.turns import end_turn, start_countdown
 from robots.models import Robot
-from robots.states import Cycle
+from robots.states import Cycle, GrantEnd
 
 
 def open_ticket(robot: Robot, user: Any) -> Ticket | None:
@@ -61,7 +61,7 @@ def leave(robot: Robot, user: Any, now: datetime) -> None:
         queue = locked(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
-            end_turn(Turn.objects.get(ticket=ticket), "ended by the operator", now)
+            end_turn(Turn.objects.get(ticket=ticket), GrantEnd.HOLDER, "ended by the operator", now)
         elif ticket.state in OPEN_TICKET:
             withdraw(queue, ticket, TicketState.LEFT, "left the queue", now)
 
@@ -84,15 +84,16 @@ def dismiss_unfit(queue: Queue, now: datetime) -> None:
         lost = ~Q(user__in=kept.values("user"))
     tickets = Ticket.objects.select_related("user").filter(queue=queue, state__in=OPEN_TICKET)
     for ticket in tickets.filter(suspended | lost if lost else suspended):
-        remove(ticket, now, "clearance withdrawn" if ticket.user.is_active else "account suspended")
+        why = "clearance withdrawn" if ticket.user.is_active else "account suspended"
+        remove(ticket, now, why, GrantEnd.UNFIT)
 
 
-def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff") -> None:
+def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff", code: GrantEnd = GrantEnd.STAFF) -> None:
     """Take a person out of the queue (staff)."""
     with transaction.atomic():
         queue = locked(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
-            end_turn(Turn.objects.get(ticket=ticket), reason, now)
+            end_turn(Turn.objects.get(ticket=ticket), code, reason, now)
         elif ticket.state in OPEN_TICKET:
             withdraw(queue, ticket, TicketState.LEFT, reason, now)

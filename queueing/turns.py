@@ -13,7 +13,7 @@ from queueing.models import NOT_YET, Queue, Ticket, TicketState, Turn
 from queueing.rows import announce, locked
 from robots.grants import end_grant
 from robots.models import Grant, Robot
-from robots.states import Cycle
+from robots.states import Cycle, GrantEnd
 
 RULES = settings.FARHAND
 SLICE_S = 60
@@ -45,7 +45,7 @@ def set_until(turn: Turn, until: datetime) -> None:
     Grant.objects.filter(pk=turn.grant_id, ended_at=None).update(until=until)
 
 
-def end_turn(turn: Turn, reason: str, now: datetime) -> bool:
+def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
     """End a turn, charge it, and send the robot to be put in order; False if it had ended."""
     with transaction.atomic():
         queue = locked(turn.ticket.queue)
@@ -54,7 +54,7 @@ def end_turn(turn: Turn, reason: str, now: datetime) -> bool:
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
         if not done:
             return False
-        end_grant(turn.grant, reason, now)
+        end_grant(turn.grant, code, reason, now)
         Ticket.objects.filter(pk=turn.ticket_id).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
         charge(queue, account_of(queue, turn.user), turn.ticket.start_tag, seconds)
         Robot.objects.filter(pk=turn.robot_id, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
@@ -72,20 +72,20 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
     silent = (now - turn.last_seen).total_seconds()
     idle = (now - max(_last_act(turn), others or now)).total_seconds()  # counted while others wait
     if grant.ended_at is not None:
-        end_turn(turn, grant.end_reason or "ended", grant.ended_at)
+        end_turn(turn, GrantEnd(grant.end_code or GrantEnd.FINISHED), grant.end_reason or "ended", grant.ended_at)
     elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:
         extra = min(SLICE_S, RULES["TURN_S"])
         Turn.objects.filter(pk=turn.pk).update(alone_s=F("alone_s") + extra)
         set_until(turn, turn.until + timedelta(seconds=extra))
         announce(queue)
     elif turn.until <= now:
-        end_turn(turn, "time is up", now)
+        end_turn(turn, GrantEnd.TIME_UP, "time is up", now)
     elif (not turn.classic and not turn.connected and silent > RULES["RECONNECT_S"]) or (
         turn.classic and silent > RULES["CLASSIC_PRESENCE_S"]
     ):
-        end_turn(turn, "connection lost", now)
+        end_turn(turn, GrantEnd.ABSENT, "connection lost", now)
     elif others and idle > RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]:
-        end_turn(turn, "idle while others wait", now)
+        end_turn(turn, GrantEnd.ABSENT, "idle while others wait", now)
 
 
 def _last_act(turn: Turn) -> datetime:

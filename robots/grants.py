@@ -1,5 +1,7 @@
 """Who may move a robot now: grants, from their opening to their end, and the epoch of its owner."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -7,12 +9,20 @@ from django.db import IntegrityError, transaction
 from django.db.models import F
 
 from robots import bus
-from robots.drivers.errors import GrantOver, NotPermitted
+from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
-from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
+from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind
 
 SEEING = "still"  # the one command of staff that moves nothing
+END_CODES = {
+    CommandState.COMPLETED: GrantEnd.FINISHED, CommandState.CANCELLED: GrantEnd.STOPPED,
+    CommandState.UNKNOWN: GrantEnd.OWNER_LOST, CommandState.EXPIRED: GrantEnd.OWNER_LOST,
+}  # fmt: skip
+
+
+class AnotherGrant(NotPermitted):
+    """A grant is open on the robot, and at most one may be."""
 
 
 def owner_alive(lease: Lease | None, now: datetime) -> bool:
@@ -52,7 +62,7 @@ def held(grant: Grant | None, user: Any, now: datetime) -> Grant:
 def start_grant(
     robot: Robot, kind: GrantKind, now: datetime, holder: Any = None, until: datetime | None = None
 ) -> Grant:
-    """Open a grant. Raises NotPermitted where one is open."""
+    """Open a grant. Raises AnotherGrant where one is open."""
     lease = Lease.objects.filter(robot=robot).first()
     try:
         with transaction.atomic():
@@ -60,39 +70,73 @@ def start_grant(
                 robot=robot, kind=kind, holder=holder, opened_at=now, until=until, epoch=lease.epoch if lease else 0
             )
     except IntegrityError as error:
-        raise NotPermitted("Somebody else may move the robot now.") from error
+        raise AnotherGrant("Somebody else may move the robot now.") from error
 
 
-def end_grant(grant: Grant, reason: str, now: datetime) -> bool:
-    """Close a grant and cancel what waits under it; False if it was closed before."""
-    done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_reason=reason)
+@contextmanager
+def granted(robot: Robot, kind: GrantKind, now: Callable[[], datetime], seconds: float) -> Iterator[Grant]:
+    """Open a grant for what runs inside, at most `seconds`; it ends with it, however it ends.
+
+    Raises:
+        AnotherGrant: one is open.
+
+    """
+    grant = start_grant(robot, kind, now(), until=now() + timedelta(seconds=seconds))
+    try:
+        yield grant
+    except StaleEpoch:
+        end_grant(grant, GrantEnd.OWNER_LOST, "the owner's lease ran out", now())
+        raise
+    except Exception:
+        end_grant(grant, GrantEnd.FAILED, "could not be verified", now())
+        raise
+    else:
+        end_grant(grant, GrantEnd.FINISHED, "in order", now())
+
+
+def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
+    """Close a grant and cancel what waits under it; False if it was closed before.
+
+    Nothing else writes the end of a grant. `code` is for programs, `reason` for people.
+    """
+    done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_code=code, end_reason=reason[:120])
     if done:
         cancel_queued(grant.robot, f"the turn ended: {reason}", now, grant=grant)
         bus.publish_on_commit(grant.robot.slug, Changed("robot"))
     return bool(done)
 
 
-def end_upkeep(command: Command, now: datetime) -> bool:
+def end_at_until(grant: Grant, now: datetime) -> bool:
+    """End a grant whose time is up; False if it goes on or has ended."""
+    if grant.until is None or grant.until > now:
+        return False
+    return end_grant(grant, GrantEnd.TIME_UP, "time is up", now)
+
+
+def end_with_command(command: Command, now: datetime) -> bool:
     """End the grant that was opened for this one command, which has ended; False if there is none such."""
-    grant = Grant.objects.filter(pk=command.grant_id, kind=GrantKind.UPKEEP, ended_at=None).first()
-    return grant is not None and _end_upkeep(grant, f"{command.kind}: {command.state}", now, command.kind)
+    grant = Grant.objects.filter(pk=command.grant_id, kind__in=ONE_COMMAND, ended_at=None).first()
+    if grant is None:
+        return False
+    code = END_CODES.get(CommandState(command.state), GrantEnd.FAILED)
+    return _end_single(grant, code, f"{command.kind}: {command.state}", now, command.kind)
 
 
-def end_overdue_upkeep(robot: Robot, now: datetime) -> None:
-    """End what a command of staff has left open: its owner is gone, and nobody has come in its place."""
-    grant = Grant.objects.filter(robot=robot, kind=GrantKind.UPKEEP, ended_at=None).first()
+def end_overdue_single(robot: Robot, now: datetime) -> None:
+    """End what a grant for one command has left open: its owner is gone, and nobody has come in its place."""
+    grant = Grant.objects.filter(robot=robot, kind__in=ONE_COMMAND, ended_at=None).first()
     if grant is None:
         return
     ended = not grant.commands.exclude(state__in=COMMAND_FINAL).exists()
     if ended or (grant.until is not None and grant.until <= now):
-        _end_upkeep(grant, "time is up", now)
+        _end_single(grant, GrantEnd.TIME_UP, "time is up", now)
 
 
-def _end_upkeep(grant: Grant, reason: str, now: datetime, kind: str = "") -> bool:
-    """End it; a robot that may have been moved is put in order before anybody is offered it."""
-    if not end_grant(grant, reason, now):
+def _end_single(grant: Grant, code: GrantEnd, reason: str, now: datetime, kind: str = "") -> bool:
+    """End it; a robot that staff may have moved is put in order before anybody is offered it."""
+    if not end_grant(grant, code, reason, now):
         return False
-    if kind != SEEING:
+    if grant.kind == GrantKind.UPKEEP and grant.holder_id is not None and kind != SEEING:
         found = Robot.objects.filter(pk=grant.robot_id, cycle__in=(Cycle.READY, Cycle.OFFERED))
         found.update(cycle=Cycle.HANDOVER)
     return True
@@ -114,7 +158,7 @@ def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None 
             command.state, command.reason, command.ended_at = CommandState.CANCELLED, reason, now
             bus.publish_on_commit(robot.slug, stage_event(command))
             if grant is None:
-                end_upkeep(command, now)
+                end_with_command(command, now)
     return len(cancelled)
 
 

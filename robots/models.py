@@ -13,7 +13,7 @@ from django.db.models import Q
 from robots import description
 from robots.drivers.contract import Features, make_driver
 from robots.rules import a_turn, camera_addresses, positive, robot_address
-from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantKind
+from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind
 
 
 class Robot(models.Model):
@@ -120,6 +120,7 @@ class Grant(models.Model):
     opened_at = models.DateTimeField()
     until = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
+    end_code = models.CharField(max_length=12, choices=GrantEnd, blank=True)
     end_reason = models.CharField(max_length=120, blank=True)
 
     class Meta:

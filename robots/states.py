@@ -46,8 +46,30 @@ class GrantKind(models.TextChoices):
     """On what ground a robot may move."""
 
     TURN = "turn", "Turn"
-    GOAL = "goal", "Shared goal"
+    JOB = "job", "Job"
     STAFF = "staff", "Staff"
     HANDOVER = "handover", "Handover"
-    UPKEEP = "upkeep", "One command of staff"
-    ATTRACT = "attract", "Attract loop"
+    IDLE = "idle", "Idle behaviour"
+    UPKEEP = "upkeep", "Upkeep"
+
+
+# opened for one command, and over when that is
+ONE_COMMAND = frozenset({GrantKind.JOB, GrantKind.IDLE, GrantKind.UPKEEP})
+
+
+class GrantEnd(models.TextChoices):
+    """Why a grant ended; `end_reason` says the same to people."""
+
+    FINISHED = "finished", "What it was opened for is done"
+    FAILED = "failed", "What it was opened for failed"
+    TIME_UP = "time_up", "Time is up"
+    HOLDER = "holder", "Ended by its holder"
+    STAFF = "staff", "Ended by staff"
+    ABSENT = "absent", "Connection lost, signed out or nothing done while others wait"
+    UNFIT = "unfit", "Account or clearance withdrawn"
+    STOPPED = "stopped", "The robot was stopped"
+    LOCKED_OUT = "locked_out", "Locked out by staff"
+    SWITCHED_OFF = "switched_off", "Switched off by staff"
+    OWNER_LOST = "owner_lost", "The robot's worker was interrupted"
+    PREEMPTED = "preempted", "Somebody else came first"
+    RESTORED = "restored", "Restored from a backup"

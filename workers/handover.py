@@ -1,14 +1,13 @@
 """Between two turns: home, verify by state and camera, only then ready. Fails closed."""
 
 import logging
-from datetime import timedelta
 
 from robots.drivers.contract import Permit, RobotState
-from robots.drivers.errors import CameraFault, HardwareFault, NotPermitted, RobotError, StaleEpoch
+from robots.drivers.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
 from robots.drivers.mercury.calibration import NotCalibrated
-from robots.grants import end_grant, open_grant, start_grant
+from robots.grants import AnotherGrant, end_grant, granted, open_grant
 from robots.models import Grant
-from robots.states import Cycle, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.pictures import Pictures
 from workers.connection import Connection
@@ -37,25 +36,22 @@ class Handover:
         owned, robot, now = self._owned, self._owned.robot, self._owned.now
         grant = open_grant(robot)
         if grant is not None and grant.kind == GrantKind.HANDOVER:  # an earlier owner's, interrupted
-            end_grant(grant, "owner restarted", now())
+            end_grant(grant, GrantEnd.OWNER_LOST, "owner restarted", now())
             grant = None
         if grant is not None:
             return
         try:
-            grant = start_grant(robot, GrantKind.HANDOVER, now(), until=now() + timedelta(seconds=LIMIT_S))
-        except NotPermitted:
-            return
-        try:
-            self._put_in_order(grant)
+            with granted(robot, GrantKind.HANDOVER, now, LIMIT_S) as opened:
+                self._put_in_order(opened)
         except StaleEpoch:  # nothing is wrong with the robot: it is done once more when it is ours again
-            end_grant(grant, "the owner's lease ran out", now())
+            return
+        except AnotherGrant:
+            return
         except (RobotError, NotCalibrated) as error:
-            end_grant(grant, "could not be verified", now())
             incident(robot, getattr(error, "code", "calibration"), str(error), now(), remedy="Not offered.")
             owned.set_cycle(Cycle.FAULT, f"It could not be put in order: {error}", Cycle.HANDOVER)
             self._connection.later(10.0)
         else:
-            end_grant(grant, "in order", now())
             owned.set_cycle(Cycle.READY, "", Cycle.HANDOVER)
 
     def _put_in_order(self, grant: Grant) -> None:

@@ -13,7 +13,7 @@ from robots.messages import Changed
 from robots.models import Robot
 from robots.permissions import need_staff
 from robots.services.stopping import stop
-from robots.states import Cycle, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 
 
 def lock_out(robot: Robot, user: Any, note: str) -> None:
@@ -28,7 +28,7 @@ def lock_out(robot: Robot, user: Any, note: str) -> None:
         )
         grant = open_grant(robot)
         if grant is not None:
-            end_grant(grant, "robot locked out by staff", SYSTEM.now())
+            end_grant(grant, GrantEnd.LOCKED_OUT, "robot locked out by staff", SYSTEM.now())
         bus.publish_on_commit(robot.slug, Changed("robot"))
 
 
@@ -39,7 +39,7 @@ def lift_lock_out(robot: Robot, user: Any) -> None:
     with transaction.atomic():
         grant = open_grant(robot)
         if grant is not None and grant.kind == GrantKind.STAFF:
-            end_grant(grant, "lock-out lifted", now)
+            end_grant(grant, GrantEnd.STAFF, "lock-out lifted", now)
         cancel_queued(robot, "the robot was locked out", now)
         Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT).update(
             cycle=Cycle.HANDOVER,
@@ -60,7 +60,7 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
         stop(robot, user)
         grant = open_grant(robot)
         if grant is not None:
-            end_grant(grant, "robot switched off", SYSTEM.now())
+            end_grant(grant, GrantEnd.SWITCHED_OFF, "robot switched off", SYSTEM.now())
     changes: dict[str, Any] = {"enabled": enabled}
     if enabled and robot.cycle in (Cycle.OFFLINE, Cycle.FAULT):
         changes.update(cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1)

@@ -18,7 +18,7 @@ from robots.clock import SYSTEM
 from robots.drivers.contract import RobotState
 from robots.messages import state_packet
 from robots.models import Frame, Lease, Robot
-from robots.states import Cycle
+from robots.states import Cycle, GrantEnd
 from tests.rig import Web
 
 PASSWORD = "correct horse 42"
@@ -78,7 +78,7 @@ class BarePortal:
         return turn
 
     def end(self, turn):
-        queue.end_turn(turn, "ended by the operator", SYSTEM.now())
+        queue.end_turn(turn, GrantEnd.STAFF, "ended by the operator", SYSTEM.now())
         Robot.objects.filter(pk=turn.robot_id).update(cycle=Cycle.READY)
         turn.refresh_from_db()
         return turn

@@ -7,6 +7,7 @@ import time
 import pytest
 
 from robots.models import Command, Incident, Robot
+from robots.states import GrantEnd
 from tests.conftest import at_length, wait_for
 from tests.faults.proxy import Proxy
 from tests.rig import free_port
@@ -118,7 +119,7 @@ def test_a_program_is_held_by_a_stop_and_by_the_end_of_the_turn(rig):
     command = rig.issue("program", text=text)
     rig.robot_shows(lambda status: status["mode"] == "PROG_EXEC", 20, "the program runs")
     time.sleep(0.5)
-    services.end_grant(grant, "the test ends it", SYSTEM.now())
+    services.end_grant(grant, GrantEnd.STAFF, "the test ends it", SYSTEM.now())
     command = rig.final(command, 20)
     assert command.state == "cancelled", (command.state, command.reason)
     wait_for(lambda: not rig.sim.status()["moving"], 5, "rest")

@@ -10,6 +10,7 @@ from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
 from robots.grants import owner_alive
 from robots.models import Robot
+from robots.states import GrantEnd
 from tests.conftest import BOTH_AT_LENGTH, wait_for
 
 
@@ -30,7 +31,7 @@ def test_the_stop_of_a_turn_that_is_over_stops_nobody_else(rig):
     rig.owner()
     before = rig.grant("ada")
     assert rig.final(rig.issue("noop")).state == "completed"
-    services.end_grant(before, "ended by the operator", SYSTEM.now())
+    services.end_grant(before, GrantEnd.STAFF, "ended by the operator", SYSTEM.now())
     now = rig.grant("bob")
     assert rig.final(rig.issue("noop", who="bob")).state == "completed"
     assert bus.ring_stop(rig.robot.slug, before.pk)
@@ -46,7 +47,7 @@ def test_the_stop_of_a_turn_that_is_over_stops_nobody_else(rig):
 def test_an_owner_that_has_just_begun_knows_whose_turn_is_over(rig):
     first = rig.owner()
     before = rig.grant("ada")
-    services.end_grant(before, "ended by the operator", SYSTEM.now())
+    services.end_grant(before, GrantEnd.STAFF, "ended by the operator", SYSTEM.now())
     first.kill()
     rig.start_worker()
     wait_for(lambda: rig.lease().epoch == 2 and owner_alive(rig.lease(), SYSTEM.now()), 30, "the next owner")

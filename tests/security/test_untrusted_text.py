@@ -11,6 +11,7 @@ from queueing.models import Turn
 from robots import description
 from robots.clock import SYSTEM
 from robots.models import Incident, Robot
+from robots.states import GrantEnd
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 CORPUS = [
@@ -50,7 +51,7 @@ def test_promise_41_text_is_text_on_every_page(robot, people, owned, client, tex
     queue.join(robot, people["ada"], now)
     queue.tick(now)
     turn = queue.accept(robot, people["ada"], now)
-    queue.end_turn(turn, text[:120], now)
+    queue.end_turn(turn, GrantEnd.STAFF, text[:120], now)
     entry = Entry.objects.create(turn=turn, author=people["ada"], robot=robot, text=text, written_at=now)
     Incident.objects.create(robot=robot, at=now, code="fault", text=text)
     Robot.objects.filter(pk=robot.pk).update(

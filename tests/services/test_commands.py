@@ -7,7 +7,7 @@ import pytest
 from robots import services
 from robots.drivers.errors import BadRequest, GrantOver, NotPermitted, OutOfWorkspace, Stopped
 from robots.models import Command, Frame, Grant, Robot
-from robots.states import Cycle, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -160,8 +160,8 @@ def test_one_open_grant_a_robot_is_a_database_constraint(robot, people, grant):
 
 def test_an_ended_grant_cancels_what_waits_and_ends_once(robot, people, grant):
     command = services.issue(robot.slug, people["ada"], "up", {}, 1).command
-    assert services.end_grant(grant, "over", NOW)
-    assert not services.end_grant(grant, "again", NOW)
+    assert services.end_grant(grant, GrantEnd.STAFF, "over", NOW)
+    assert not services.end_grant(grant, GrantEnd.STAFF, "again", NOW)
     command.refresh_from_db()
     assert command.state == "cancelled"
 

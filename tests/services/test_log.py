@@ -9,6 +9,7 @@ from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, Visibility
 from queueing import services as queue
 from robots.clock import SYSTEM
 from robots.models import Frame, Lease
+from robots.states import GrantEnd
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -24,7 +25,7 @@ def turn(robot, people):
 
 @pytest.fixture
 def ended(turn):
-    queue.end_turn(turn, "ended by the operator", SYSTEM.now())
+    queue.end_turn(turn, GrantEnd.STAFF, "ended by the operator", SYSTEM.now())
     turn.refresh_from_db()
     return turn
 
@@ -36,7 +37,7 @@ def frame(robot, grant):
 def test_only_its_operator_writes_and_only_after_the_turn(turn, people, clock):
     with pytest.raises(services.LogError, match="still running"):
         services.write(turn, people["ada"], "x", None, clock.now())
-    queue.end_turn(turn, "over", SYSTEM.now())
+    queue.end_turn(turn, GrantEnd.STAFF, "over", SYSTEM.now())
     turn.refresh_from_db()
     with pytest.raises(services.LogError, match="Only the operator"):
         services.write(turn, people["bob"], "x", None, clock.now())

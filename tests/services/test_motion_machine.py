@@ -22,7 +22,7 @@ from robots.drivers.contract import Outcome, RobotState
 from robots.drivers.errors import RobotError
 from robots.drivers.mercury.driver import features
 from robots.models import Command, Grant, Lease, Robot
-from robots.states import COMMAND_FINAL, Cycle, GrantKind
+from robots.states import COMMAND_FINAL, Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION, FakeClock
 from workers.commands import claim
 from workers.wiring import Owner
@@ -174,7 +174,7 @@ class MotionMachine(RuleBasedStateMachine):
     def end_grant(self):
         grant = services.open_grant(self.robot)
         if grant:
-            services.end_grant(grant, "test", self.clock.now())
+            services.end_grant(grant, GrantEnd.STAFF, "test", self.clock.now())
 
     def _make_ready(self):
         """Have an owner, a grant and no stop, as an operator has who presses a button."""

@@ -25,6 +25,7 @@ from robots import bus, services, verbs
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Command, Incident, Program
+from robots.states import GrantEnd
 from tests.services.conftest import ROLES
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -44,7 +45,7 @@ def turn(w):
 
 def over(w):
     one = turn(w)
-    queue.end_turn(one, "over", SYSTEM.now())
+    queue.end_turn(one, GrantEnd.STAFF, "over", SYSTEM.now())
     one.refresh_from_db()
     return one
 

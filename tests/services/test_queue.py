@@ -11,7 +11,7 @@ from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.estimates import place, wait_range
 from queueing.models import Account, Queue, Ticket, TicketState, Turn
 from robots.models import Grant, Lease, Robot
-from robots.states import Cycle
+from robots.states import Cycle, GrantEnd
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -237,8 +237,8 @@ def test_ending_twice_charges_once(stage):
     robot, people, clock = stage
     turn = drive(robot, people["ada"], clock)
     clock.go(50)
-    assert queue.end_turn(turn, "one", clock.now())
-    assert not queue.end_turn(turn, "two", clock.go(100))
+    assert queue.end_turn(turn, GrantEnd.STAFF, "one", clock.now())
+    assert not queue.end_turn(turn, GrantEnd.STAFF, "two", clock.go(100))
     assert Account.objects.get(user=people["ada"]).finish_tag == pytest.approx(50)
 
 

@@ -10,7 +10,7 @@ from portal.live.messages import Stop
 from robots import bus, services
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
-from robots.states import GrantKind
+from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -49,7 +49,7 @@ def begin(robot, person):
 def test_a_page_that_missed_the_end_of_its_turn_names_that_turn(robot, people, owned, page, rung):
     before = begin(robot, people["ada"])
     ada = page("ada")
-    services.end_grant(before, "over", datetime.now(UTC))
+    services.end_grant(before, GrantEnd.STAFF, "over", datetime.now(UTC))
     begin(robot, people["bob"])
     press(ada)  # it was kept from reading, so it knows no better
     assert [bus.heard_stop(word) for word in rung] == [before.pk]

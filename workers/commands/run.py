@@ -20,7 +20,7 @@ from robots.drivers.errors import (
 from robots.drivers.mercury.calibration import NotCalibrated
 from robots.models import Command
 from robots.services.commands import RUNTIME_KINDS
-from robots.states import CommandState, GrantKind
+from robots.states import ONE_COMMAND, CommandState
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures
@@ -123,7 +123,7 @@ class Runner:
                 self._owned.clock.sleep(0.2)
             else:
                 break
-        if command.grant.kind == GrantKind.UPKEEP:
+        if command.grant.kind in ONE_COMMAND:
             self._lane.gate.revoke(command.grant_id)  # it ended with the command, so nothing moves under it
 
     def _stale(self, command: Command) -> bool:

@@ -1,9 +1,8 @@
 """The loops that ask the stores, so that safety is judged from memory."""
 
 from robots import bus
-from robots.grants import open_grant
+from robots.grants import end_at_until, open_grant
 from robots.messages import Changed
-from robots.models import Grant
 from workers.owned import OwnedRobot
 from workers.safety.gate import Gate
 from workers.safety.stop import Stop
@@ -44,6 +43,6 @@ class Follower:
             return
         gate.know(grant, now())  # a turn may have been lengthened
         if grant.until is not None and grant.until <= now():
-            Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now(), end_reason="time is up")
+            end_at_until(grant, now())
             gate.revoke(grant.pk)
             bus.publish(robot.slug, Changed("queue"))

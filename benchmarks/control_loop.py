@@ -27,6 +27,7 @@ def _measure(controller: str) -> dict[str, float]:
 
     import numpy as np
 
+    from robots.contract.find import spec_of
     from robots.drivers.pa10.driver import Driver
     from tests.conftest import wait_for
     from tests.rig import ArmSimulator
@@ -54,7 +55,9 @@ def _measure(controller: str) -> dict[str, float]:
             before, begun = sim.status(), time.monotonic()
             number = 0
             while time.monotonic() - begun < SECONDS:
-                target = dict(zip(arm.features.joints[:6], np.radians(WAYS[number % len(WAYS)]).tolist(), strict=True))
+                target = dict(
+                    zip(spec_of("pa10").joints[:6], np.radians(WAYS[number % len(WAYS)]).tolist(), strict=True)
+                )
                 arm.execute("joints", target, lambda: None, lambda _: None)
                 number += 1
             seconds, after = time.monotonic() - begun, sim.status()

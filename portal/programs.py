@@ -7,7 +7,7 @@ from django.conf import settings
 
 from portal.supervisor import Program
 from robots import bus
-from robots.description import simulator_module
+from robots.installed import simulator_module
 from robots.models import Robot
 
 PYTHON = sys.executable

@@ -15,7 +15,7 @@ from robots import bus, description, grants, programs, services
 from robots.boxes import JSONField as BoxesField
 from robots.boxes import checked
 from robots.clock import SYSTEM
-from robots.drivers.contract import make_driver
+from robots.contract.find import open_session
 from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
@@ -44,7 +44,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         """Refuse a driver that is not installed."""
         cleaned = super().clean() or {}
         try:
-            make_driver(cleaned.get("driver", ""), cleaned.get("address", ""), {})
+            open_session(cleaned.get("driver", ""), cleaned.get("address", ""), {})
         except LookupError as error:
             raise forms.ValidationError({"driver": str(error)}) from error
         return cleaned

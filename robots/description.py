@@ -2,12 +2,13 @@
 
 import tomllib
 from functools import cache
-from importlib.metadata import entry_points
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from robots.installed import package
 
 if TYPE_CHECKING:
     from robots.motion.chain import Chain
@@ -16,24 +17,9 @@ if TYPE_CHECKING:
 
 
 @cache
-def package(driver: str) -> str:
-    """Return the name of the robot's package: where its driver's entry point lies, or among those that ship."""
-    for point in entry_points(group="farhand.drivers", name=driver):
-        return point.module.rpartition(".")[0] or point.module
-    return f"robots.drivers.{driver}"
-
-
-@cache
 def folder(driver: str) -> Traversable:
     """Return the robot's folder. Raises ImportError where its package is not installed."""
     return files(package(driver))
-
-
-def simulator_module(name: str) -> str:
-    """Return the module to run for the address `sim:NAME`: an installed package's, or one that ships."""
-    for point in entry_points(group="farhand.simulators", name=name):
-        return point.value
-    return f"simulators.{name}"
 
 
 @cache

@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from robots.drivers.contract import RobotState
+from robots.contract.session import RobotState
 
 STATE_HEAD = struct.Struct("<BBIqBB")
 PICTURE_HEAD = struct.Struct("<BBIqIB")

@@ -11,7 +11,8 @@ from django.db import models
 from django.db.models import Q
 
 from robots import description
-from robots.drivers.contract import Features, make_driver
+from robots.contract.find import spec_of
+from robots.contract.spec import Spec
 from robots.rules import a_turn, camera_addresses, positive, robot_address
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind
 
@@ -81,9 +82,9 @@ class Robot(models.Model):
         """Return the parsed robot.toml."""
         return description.load(self.driver)
 
-    def features(self) -> Features:
-        """Return what the robot can do; opens nothing."""
-        return make_driver(self.driver, self.address, {}).features
+    def spec(self) -> Spec:
+        """Return what the robot can do; its driver is not loaded. Raises LookupError."""
+        return spec_of(self.driver)
 
     def driver_settings(self, epoch: int = 0) -> dict[str, Any]:
         """Return the settings handed to the driver of the owner with that epoch."""

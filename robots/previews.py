@@ -12,13 +12,13 @@ import struct
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import msgspec
 
-from robots.drivers.contract import Previews, make_driver
+from robots.contract.capabilities import Preview
+from robots.contract.find import function, spec_of
 from robots.drivers.errors import BadRequest, RobotError
 
 CPU_S = 1.0  # for one job, many times what the drivers that ship need
@@ -32,7 +32,6 @@ class Job(msgspec.Struct, frozen=True):
     """A command that was not given: which robot, which command, from which joints (rad, m)."""
 
     driver: str
-    address: str
     settings: dict[str, Any]
     kind: str
     args: dict[str, Any]
@@ -47,10 +46,10 @@ _JSON = msgspec.json.Encoder(enc_hook=float)  # drivers count in numpy's floats
 def compute(job: Job) -> dict[str, Any]:
     """Answer where the command would lead, or why it leads nowhere."""
     try:
-        driver = make_driver(job.driver, job.address, job.settings)
-        if not isinstance(driver, Previews):
+        offered = spec_of(job.driver).capability(Preview)
+        if offered is None:
             raise BadRequest("This robot cannot say where a command would lead.")
-        found = driver.preview(job.kind, job.args, job.joints)
+        found = function(offered.function)(job.kind, job.args, job.joints, job.settings)
     except RobotError as error:
         return {"ok": False, "text": str(error)}
     return {
@@ -58,6 +57,15 @@ def compute(job: Job) -> dict[str, Any]:
         "hand": [[round(v, 4) for v in place] for place in found.hand],
         "ways": [[round(v, 4) for v in q] for q in found.ways], "steps": found.steps,
     }  # fmt: skip
+
+
+def prepare(job: Job) -> None:
+    """Load what has to be loaded, outside the bounds. Raises LookupError."""
+    offered = spec_of(job.driver).capability(Preview)
+    if offered is not None:
+        function(offered.function)
+        if offered.prepare:
+            function(offered.prepare)(job.settings)
 
 
 @contextmanager
@@ -78,7 +86,7 @@ def answer(body: bytes) -> bytes:
     """Return the message for the page, in JSON. Bounds this process meanwhile: call it in one of its own."""
     job = _DECODER.decode(body)
     try:
-        make_driver(job.driver, job.address, job.settings)  # what has to be loaded is loaded outside the bounds
+        prepare(job)
         with bounds():
             said = _JSON.encode({"t": "plan", "n": job.n, **compute(job)})
     except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:  # no reason to end
@@ -101,7 +109,7 @@ def read(source: BinaryIO) -> bytes | None:
 
 def _warm(body: bytes) -> None:
     with suppress(LookupError):
-        make_driver(*attrgetter("driver", "address", "settings")(_DECODER.decode(body)))
+        prepare(_DECODER.decode(body))
 
 
 def main() -> None:

@@ -13,11 +13,12 @@ TURNTABLE = Path(__file__).resolve().parent / "packages" / "turntable"
 def installed_from(folder, monkeypatch):
     """Have the package in `folder` installed until the end."""
     from robots import description
-    from robots.drivers import contract
+    from robots import installed as packages
+    from robots.contract import find
 
     monkeypatch.syspath_prepend(str(folder))
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
-    caches = (description.package, description.folder, description.load, contract._factory)
+    caches = (description.folder, description.load, find.spec_of, find.function, packages._named)
     for cache in caches:
         cache.cache_clear()
     yield

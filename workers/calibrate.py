@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from robots.drivers.contract import Driver, Permit
+from robots.contract.session import Permit, Session
 from robots.drivers.mercury.calibration import (
     RESPONSE,
     NotCalibrated,
@@ -31,7 +31,7 @@ def calibrate_and_keep(owned: OwnedRobot, pictures: Pictures, permit: Permit) ->
     return found
 
 
-def calibrate(driver: Driver, settle: Callable[[], Verdict], permit: Permit) -> dict[str, Any]:
+def calibrate(driver: Session, settle: Callable[[], Verdict], permit: Permit) -> dict[str, Any]:
     """Measure both heights around the present place and return the calibration.
 
     Blows one burst of air at the end: the mark it leaves shows where the nozzle is.

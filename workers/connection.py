@@ -3,7 +3,7 @@
 import logging
 
 from robots import bus
-from robots.drivers.contract import RobotState
+from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault, RobotError
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot

@@ -2,7 +2,7 @@
 
 import logging
 
-from robots.drivers.contract import Permit, RobotState
+from robots.contract.session import Permit, RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
 from robots.drivers.mercury.calibration import NotCalibrated
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
@@ -94,10 +94,10 @@ class Handover:
 
     def _home(self, permit: Permit) -> RobotState | None:
         driver, state = self._owned.driver, None
-        for kind in driver.features.handover:
+        for kind in self._owned.robot.spec().handover:
             state = driver.execute(kind, {}, permit, lambda _: None).state
         return state
 
     def _can_calibrate(self) -> bool:
-        kinds = {c.kind for c in self._owned.driver.features.commands}
+        kinds = {c.kind for c in self._owned.robot.spec().commands}
         return {"up", "down", "air", "move"} <= kinds

@@ -6,7 +6,8 @@ from typing import Any
 
 from robots import bus
 from robots.clock import Clock
-from robots.drivers.contract import Driver, RobotState, make_driver
+from robots.contract.find import open_session
+from robots.contract.session import RobotState, Session
 from robots.messages import Changed
 from robots.models import Lease, Robot
 from robots.states import Cycle
@@ -22,7 +23,7 @@ class OwnedRobot:
         self.robot, self.clock = robot, clock
         self.running = False
         self._lease, self._trace = lease, trace
-        self.driver: Driver = self._make_driver()
+        self.driver: Session = self._open_session()
 
     def now(self) -> datetime:
         """Return the database's time."""
@@ -30,11 +31,11 @@ class OwnedRobot:
 
     def renew_driver(self) -> None:
         """Make the driver anew, for the epoch that we own the robot with; some controllers want to be told it."""
-        self.driver = self._make_driver()
+        self.driver = self._open_session()
 
-    def _make_driver(self) -> Driver:
+    def _open_session(self) -> Session:
         settings = self.robot.driver_settings(self._lease.epoch)
-        return make_driver(self.robot.driver, self.robot.wire_address, settings, self._frame)
+        return open_session(self.robot.driver, self.robot.wire_address, settings, self._frame)
 
     def _frame(self, way: str, data: bytes, words: str) -> None:
         self._trace(way, data, words, getattr(self.driver, "line", None))

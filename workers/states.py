@@ -3,7 +3,7 @@
 import time
 
 from robots import bus
-from robots.drivers.contract import RobotState
+from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault
 from robots.messages import state_packet
 from workers.connection import Connection

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from django.templatetags.static import static
 
-from robots.description import folder, package
+from robots.description import folder
+from robots.installed import package
 
 OURS = "robots.drivers."
 

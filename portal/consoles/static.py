@@ -1,7 +1,6 @@
 """Files of consoles that come in packages of their own: `/static/robots/<driver>/<file>` is `console/<file>`."""
 
 from collections.abc import Iterable, Iterator
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
@@ -9,19 +8,20 @@ from django.contrib.staticfiles.finders import BaseFinder
 from django.core.files.storage import FileSystemStorage
 
 from robots.description import folder
+from robots.installed import packaged
 
 SERVED = frozenset({".js", ".css", ".json", ".map", ".svg", ".png", ".jpg", ".webp", ".glb", ".woff2", ".wasm"})
 
 
 def folders() -> Iterator[tuple[str, Path]]:
     """Yield (driver, folder) of each installed robot that ships a console."""
-    for point in entry_points(group="farhand.drivers"):
+    for driver in packaged():
         try:
-            kept = Path(str(folder(point.name).joinpath("console")))
+            kept = Path(str(folder(driver).joinpath("console")))
         except ImportError:
             continue  # a package that is broken says so on its robot's page
         if kept.joinpath("console.js").is_file():
-            yield point.name, kept
+            yield driver, kept
 
 
 class Finder(BaseFinder):

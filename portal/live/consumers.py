@@ -77,7 +77,7 @@ class RobotConsumer(Viewing):
     def _held_kinds(self) -> frozenset[str]:
         robot = Robot.objects.get(slug=self.slug)
         try:
-            return frozenset(c.kind for c in robot.features().commands if c.held)
+            return frozenset(c.kind for c in robot.spec().commands if c.held)
         except LookupError:  # its package is gone
             return frozenset()
 

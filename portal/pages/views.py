@@ -22,10 +22,9 @@ from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM
+from robots.contract.spec import TURN
 from robots.models import Robot
 from robots.services import newest_still
-
-KEEPERS = 9  # commands of this level are not for operators
 
 
 def _shown(robot: Robot) -> dict[str, Any]:
@@ -78,12 +77,12 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
 def console_facts(robot: Robot) -> dict[str, Any]:
     """Return what the robot's console in the browser has to know of it."""
     described = robot.description()
-    features = robot.features()
+    spec = robot.spec()
     facts: dict[str, Any] = {name: described[name] for name in described.get("console", {}).get("tables", ())}
     facts |= {
-        "names": features.joints,
+        "names": spec.joints,
         "cameras": len(description.views(described)),
-        "commands": [asdict(c) for c in features.commands if c.level < KEEPERS],
+        "commands": [{**asdict(c), "asked_by": sorted(c.asked_by)} for c in spec.commands if c.open_to(TURN)],
     }
     if "limb" in described:
         facts |= description.model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")

@@ -1,28 +1,27 @@
 """Any robot of the LeRobot library as one of ours (https://github.com/huggingface/lerobot, 0.3 and 0.4).
 
-LeRobot's robot classes tell their action and observation features while disconnected, so the
-controls draw themselves; `send_action` returns what was really sent. What they do not tell
-stands in `robot.toml` under `[lerobot]`: which class, how fast, where it waits, and of each
-feature the unit and the range. LeRobot sends goals and a servo runs at them as fast as it can;
-here a way to a goal is cut into small steps, each permitted anew, so that speed is bounded and
-a stop ends it.
+`robot.toml` says under `[lerobot]` which class it is and of each feature of its actions the unit,
+range, speed and ready place (`lerobot_spec.py`), so the controls are drawn without the library;
+a robot whose class names other features is refused at `connect`. LeRobot sends goals and a servo
+runs at them as fast as it can; here a path to a goal is cut into small steps, each permitted anew,
+so that speed is bounded and a stop ends it.
 """
 
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import cache
 from importlib import import_module
-from math import ceil, radians
+from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
+from robots.contract.find import check
+from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.contract.values import number
 from robots.description import load
-from robots.drivers.contract import Argument, CommandKind, Features, OnStage, Outcome, Permit, RobotState, Trace
 from robots.drivers.errors import HardwareFault, Held, LineGone, LineSilent
-from robots.drivers.values import known, number, within
+from robots.drivers.lerobot_spec import features
 
 STEP_S = 1 / 30  # between two goals on the way
 TRIES = 3  # a goal is the same when it is sent again, and so is a question
@@ -30,35 +29,7 @@ REST_S = 1.5  # the longest wait for rest after a hold or the last goal
 STILL = 0.004  # of a feature's range: less than that in two looks is rest
 LOOK_S = 0.06
 REACHED = 0.03  # of a feature's range: nearer than that is there
-LIMIT_S = 30.0
-SCALES = {"deg": (radians(1.0), "rad"), "%": (0.01, "")}  # what LeRobot says, in our units
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Feature:
-    """One value of an action: LeRobot's key and unit, our name, its range and speed in LeRobot's unit."""
-
-    key: str
-    unit: str = "%"
-    low: float = -100.0  # LeRobot's own scale of a range that was calibrated
-    high: float = 100.0
-    speed: float = 40.0
-    ready: float = 0.0
-
-    @property
-    def name(self) -> str:
-        """Return the name that people read."""
-        return self.key.removesuffix(".pos")
-
-    @property
-    def scale(self) -> float:
-        """Return what one of LeRobot's units is in ours."""
-        return SCALES[self.unit][0]
-
-    def argument(self) -> Argument:
-        """Return it as a value of a command."""
-        return Argument(self.name, SCALES[self.unit][1], self.low * self.scale, self.high * self.scale, required=False)
 
 
 def _class_and_config(about: dict[str, Any]) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -77,41 +48,25 @@ def _class_and_config(about: dict[str, Any]) -> tuple[Callable[..., Any], Callab
     return make, robots.RobotConfig.get_choice_class(about["type"])
 
 
-@cache
-def _shape(driver: str) -> tuple[Features, tuple[Feature, ...]]:
-    """Return what such a robot can do, from its class and its description; nothing is opened."""
-    description = load(driver)
-    robot = make_robot(description["lerobot"], "", None)
-    told = {f["key"]: Feature(**f) for f in description["lerobot"]["feature"]}
-    listed = tuple(told.get(key, Feature(key)) for key, kind in robot.action_features.items() if kind is float)
-    names = tuple(f.name for f in listed)
-    commands = (
-        CommandKind("move", "Move", tuple(f.argument() for f in listed), limit_s=LIMIT_S),
-        CommandKind("ready", "Ready position", limit_s=LIMIT_S),
-        CommandKind("noop", "No operation", limit_s=5.0, moves=False, still=False),
-    )
-    return Features(description["name"], commands, names, handover=("ready",)), listed
-
-
 def make_robot(about: dict[str, Any], port: str, calibrated: Path | None) -> Any:
     """Return LeRobot's own object for `port`; nothing is opened. Raises LookupError."""
     make, config = _class_and_config(about)
     return make(config(port=port, id=about["id"], calibration_dir=calibrated, **about.get("options", {})))
 
 
-class LeRobotDriver:
-    """See `robots.drivers.contract.Driver`; a robot's folder names itself in `described`."""
+class LeRobotDriver(Session):
+    """See `robots.contract.session.Session`; a robot's folder names itself in `described`."""
 
     described: str
 
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
-        self.features, self._listed = _shape(self.described)
-        self._about = load(self.described)["lerobot"]
+        super().__init__(address, settings, trace)
+        self._listed, self._about = features(self.described), load(self.described)["lerobot"]
+        _class_and_config(self._about)  # without the library there is no driver
         self._address = address
         self._robot: Any = None
         self._line = threading.RLock()
         self._holds = 0
-        self._latest: RobotState | None = None
 
     def connect(self) -> RobotState:
         """Open the line and ask. A robot that was never calibrated is refused: that wants hands."""
@@ -119,6 +74,10 @@ class LeRobotDriver:
         self.close()
         with self._line:
             self._robot = make_robot(self._about, self._address, kept if kept.is_dir() else None)
+            told = {key for key, kind in self._robot.action_features.items() if kind is float}
+            if told != {f.key for f in self._listed}:
+                self.close()
+                raise HardwareFault(f"LeRobot's class has the features {sorted(told)}; describe each in robot.toml.")
             self._ask(lambda robot: robot.connect(calibrate=False))
             if not self._ask(lambda robot: robot.is_calibrated):
                 self.close()
@@ -152,10 +111,6 @@ class LeRobotDriver:
                 raise HardwareFault(f"LeRobot says: {_short(error)}.") from error
         raise AssertionError
 
-    def latest(self) -> RobotState | None:
-        """Return the newest state heard."""
-        return self._latest
-
     def state(self) -> RobotState:
         """Ask for an observation."""
         before = self._latest
@@ -163,8 +118,7 @@ class LeRobotDriver:
             seen = self._observe()
         joints = tuple(v * f.scale for v, f in zip(seen, self._listed, strict=True))
         moving = before is not None and time.monotonic() - before.at < 1.0 and not self._alike(before.joints, joints)
-        self._latest = RobotState(time.monotonic(), joints, (0.0, 0.0, 0.0, 0.0), moving, True)
-        return self._latest
+        return self.keep(RobotState(time.monotonic(), joints, (0.0, 0.0, 0.0, 0.0), moving, True))
 
     def _observe(self) -> tuple[float, ...]:
         seen = self._ask(lambda robot: robot.get_observation(), TRIES)
@@ -175,13 +129,9 @@ class LeRobotDriver:
             abs(a - b) <= share * (f.high - f.low) * f.scale for a, b, f in zip(one, other, self._listed, strict=True)
         )
 
-    def check(self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None) -> None:
-        """Refuse unknown kinds and values outside their range."""
-        within(known(self.features, kind, args), args)
-
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Go there in small steps; the outcome tells the goal that LeRobot says it has sent."""
-        self.check(kind, args)
+        check(self.described, kind, args, self.settings)
         holds = self._holds
         permit()
         if kind == "noop":

@@ -11,7 +11,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from robots.description import folder, package
+from robots.description import folder
+from robots.installed import package
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from robots.drivers.contract import Permit
+from robots.contract.session import Permit
 from robots.drivers.errors import Held
 
 

@@ -10,7 +10,8 @@ from django.db.models import Max, Q
 
 from robots import bus
 from robots.clock import SYSTEM
-from robots.drivers.contract import make_driver
+from robots.contract import find
+from robots.contract.spec import TURN
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
 from robots.grants import held, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Robot
@@ -76,16 +77,16 @@ def _issue(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq:
         raise NotPermitted("Too many commands are waiting; let the robot catch up.")
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
-    driver = make_driver(robot.driver, robot.address, robot.driver_settings())
-    spec = driver.features.command(kind)
-    _admit(robot, user, kind, staff_only=kind in RUNTIME_KINDS or (spec is not None and spec.level >= 9), now=now)
+    spec = find.spec_of(robot.driver)
+    found = spec.command(kind)
+    _admit(robot, user, kind, kind in RUNTIME_KINDS or (found is not None and not found.open_to(TURN)), now)
     if kind in RUNTIME_KINDS:
         limit_s = _limit_s(kind)
     else:
         kind, args = resolve(robot, user, kind, args)
-        driver.check(kind, args)
-        spec = driver.features.command(kind)
-        limit_s = spec.limit_s if spec else 60.0
+        find.check(robot.driver, kind, args, robot.driver_settings())
+        found = spec.command(kind)
+        limit_s = found.limit_s if found else 60.0
     return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now)
 
 

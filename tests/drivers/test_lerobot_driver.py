@@ -7,6 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
+from robots.contract.find import spec_of
 from tests.conftest import wait_for
 from tests.rig import PYTHON, ROOT, Simulator
 
@@ -66,11 +67,8 @@ def goals(servos):
 pytestmark = pytest.mark.filterwarnings("ignore")  # what the library and its own dependencies warn of is theirs
 
 
-@needs
-def test_controls_come_from_what_the_class_tells_while_disconnected(tmp_path):
-    from robots.drivers.so101.driver import Driver
-
-    features = Driver("/dev/nowhere", {}).features
+def test_controls_come_from_the_description_without_the_library():
+    features = spec_of("so101")
     assert features.joints == ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
     pan = features.command("move").arguments[0]
     assert (pan.name, pan.unit, pan.required) == ("shoulder_pan", "rad", False)
@@ -236,7 +234,7 @@ def test_it_is_driven_and_stopped_through_the_worker(transactional_db, redis_ser
 
 
 def test_without_the_library_it_is_named_in_words():
-    code = "import sys\nsys.modules['lerobot'] = None\nfrom robots.drivers.contract import make_driver\n"
-    code += "make_driver('so101', '/dev/null', {})"
+    code = "import sys\nsys.modules['lerobot'] = None\nfrom robots.contract.find import open_session\n"
+    code += "open_session('so101', '/dev/null', {})"
     done = subprocess.run([PYTHON, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert "LeRobot, or what this robot needs of it, is not installed" in done.stderr

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 
+from robots.contract.find import spec_of
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import do, journal
 
@@ -25,7 +26,7 @@ def test_a_scene_at_rest_takes_no_steps_and_a_motion_begins_at_once(arm, shared)
     wait_for(lambda: rests(shared), REST_S, "rest")
     before, late = steps(shared), shared.status()["worst_error"]
     asked = np.radians([20, 25, 75, 0, 80, 0]).tolist()
-    do(arm, "joints", **dict(zip(arm.features.joints[:6], asked, strict=True)))
+    do(arm, "joints", **dict(zip(spec_of("pa10").joints[:6], asked, strict=True)))
     assert np.allclose(arm.state().joints[:6], asked, atol=2e-3)
     assert steps(shared) > before + 100
     assert shared.status()["worst_error"] <= max(late, 0.02), "time did not jump where it had stood still"

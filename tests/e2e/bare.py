@@ -15,7 +15,7 @@ from portal.seeding import SURVEY, add_robot
 from queueing import services as queue
 from robots import bus
 from robots.clock import SYSTEM
-from robots.drivers.contract import RobotState
+from robots.contract.session import RobotState
 from robots.messages import state_packet
 from robots.models import Frame, Lease, Robot
 from robots.states import Cycle, GrantEnd

@@ -10,8 +10,8 @@ from PIL import Image
 from playwright.sync_api import expect
 
 from robots.clock import SYSTEM
+from robots.contract.find import check
 from robots.description import programs_of
-from robots.drivers.contract import make_driver
 from robots.drivers.errors import OutOfWorkspace
 from robots.models import Command, Program, Robot
 from tests.conftest import wait_for
@@ -240,7 +240,7 @@ def test_a_keeper_draws_a_box_and_the_controller_refuses_it(portal, visitor, dja
     expect(editor.get_by_label("name")).to_have_value("the vase")
     wait_for(lambda: any(r["extra"] == ["the vase"] for r in portal.sim.journal() if r["event"] == "boxes"), 30, "the controller is told")  # fmt: skip
     with pytest.raises(OutOfWorkspace, match="the vase"):
-        make_driver("pa10", "", {"boxes": [vase]}).check("pose", {"x": 0.5, "y": 0.2, "z": 0.15, "roll": 3.14, "pitch": 0, "yaw": 3.14})  # fmt: skip
+        check("pa10", "pose", {"x": 0.5, "y": 0.2, "z": 0.15, "roll": 3.14, "pitch": 0, "yaw": 3.14}, {"boxes": [vase]})  # fmt: skip
     # nonsense is named, and nothing of what was written is lost
     page.fill("[name=boxes]", '[{"name": "", "low": [0, 0, 0], "high": [1, 1, 1]}]')
     page.click("[name=_continue]")

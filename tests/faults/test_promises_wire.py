@@ -6,9 +6,10 @@ import time
 
 import pytest
 
+from robots.contract.find import check
+from robots.contract.session import RobotState
 from robots.description import load
 from robots.drivers.errors import RobotError
-from robots.drivers.mercury.driver import Driver
 from robots.drivers.mercury.scara import scara
 from robots.models import Command, Frame, Incident, Robot
 from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
@@ -22,7 +23,6 @@ def test_promise_09_nothing_outside_the_envelope_gets_through(proof):
     number = proof.count("generated commands", 3000, 100_000)
     description = load("mercury")
     arm, sand = scara(description), description["sand"]
-    driver = Driver("/nowhere", {})
     through = outside = 0
 
     def value():
@@ -34,7 +34,7 @@ def test_promise_09_nothing_outside_the_envelope_gets_through(proof):
         args = {name: value() for name in names if dice.random() < 0.97}
         pose = (0.0, 0.4, dice.choice((0.0, 0.075)), 0.0)
         try:
-            driver.check(kind, args, pose)
+            check("mercury", kind, args, {}, RobotState(0.0, (), pose, False, True))
         except RobotError as error:
             assert str(error)
             continue

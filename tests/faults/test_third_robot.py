@@ -62,7 +62,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
 
 def test_a_driver_that_is_not_installed_is_named_in_words():
     done = subprocess.run(
-        [sys.executable, "-c", "from robots.drivers.contract import make_driver; make_driver('nowhere', '', {})"],
+        [sys.executable, "-c", "from robots.contract.find import open_session; open_session('nowhere', '', {})"],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert "no driver named 'nowhere' is installed" in done.stderr

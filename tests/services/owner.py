@@ -6,8 +6,7 @@ from datetime import timedelta
 from django.conf import settings
 
 from robots import services
-from robots.drivers.contract import Outcome, RobotState
-from robots.drivers.pa10.driver import features
+from robots.contract.session import Outcome, RobotState
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import FakeClock
@@ -18,7 +17,7 @@ class Arm:
     """A driver whose motion begins, asks its permit once more, and ends."""
 
     def __init__(self):
-        self.features, self.holds, self.on_the_way = features(), 0, lambda: None
+        self.holds, self.on_the_way = 0, lambda: None
 
     def latest(self):
         return RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True)

@@ -18,9 +18,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from accounts.models import User
 from robots import services
-from robots.drivers.contract import Outcome, RobotState
+from robots.contract.session import Outcome, RobotState
 from robots.drivers.errors import RobotError
-from robots.drivers.mercury.driver import features
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION, FakeClock
@@ -62,7 +61,6 @@ class Wire:
 
     def __init__(self, arm):
         self.arm, self.owner, self.dies = arm, None, None
-        self.features = features(Robot(driver="mercury").description())
 
     def latest(self):
         return RobotState(0.0, (0, 0, 0, 0), (0, 0.4, 0.075, 0), False, True)

@@ -5,7 +5,7 @@ from datetime import timedelta
 import pytest
 
 from robots import bus, services
-from robots.drivers.contract import Outcome, RobotState
+from robots.contract.session import Outcome, RobotState
 from robots.drivers.errors import StaleEpoch
 from robots.models import Command, Lease
 from robots.states import CommandState
@@ -34,7 +34,7 @@ def owner(robot, people, told, monkeypatch):
         def close(self):
             told.append("close")
 
-    monkeypatch.setattr("workers.owned.make_driver", lambda *_: Opened())
+    monkeypatch.setattr("workers.owned.open_session", lambda *_: Opened())
     made.owned.driver = Opened()
     made.connection.connected = True
     return made

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from robots.contract import find
+from robots.contract.capabilities import Preview
 from robots.description import load, posture
-from robots.drivers.contract import Previews, make_driver
 from robots.drivers.errors import BadRequest, OutOfWorkspace, RobotError
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Malformed, program
@@ -52,11 +53,12 @@ def nested(depth):
     return found
 
 
-def driver(name):
-    try:
-        return make_driver(name, "/nowhere", {})
-    except LookupError as missing:
-        pytest.skip(str(missing))
+def check(name, kind, args):
+    find.check(name, kind, args, {})
+
+
+def preview(kind, args, joints, name="pa10"):
+    return find.function(find.spec_of(name).capability(Preview).function)(kind, args, joints, {})
 
 
 def measured(call, allowed):
@@ -82,26 +84,25 @@ def measured(call, allowed):
 
 
 def refused_or_done(name, kind, args, joints):
-    made = driver(name)
-    measured(lambda: made.check(kind, args), RobotError)
-    if isinstance(made, Previews):
-        measured(lambda: made.preview(kind, args, joints), RobotError)
+    measured(lambda: check(name, kind, args), RobotError)
+    if find.spec_of(name).capability(Preview) is not None:
+        measured(lambda: preview(kind, args, joints, name), RobotError)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _warm():
     """What is made once in a process is no request's work."""
     for name in ("mercury", "pa10"):
-        driver(name).check("noop", {})
-    driver("pa10").preview("home", {}, READY)
-    driver("pa10").preview("line", {"x": 0.5, "y": 0.1, "z": 0.3, "roll": math.pi, "pitch": 0, "yaw": math.pi}, READY)
+        check(name, "noop", {})
+    preview("home", {}, READY)
+    preview("line", {"x": 0.5, "y": 0.1, "z": 0.3, "roll": math.pi, "pitch": 0, "yaw": math.pi}, READY)
 
 
 @pytest.mark.asvs("2.4.1", "15.2.2")
 @pytest.mark.parametrize("examples", NUMBERS)
 @pytest.mark.parametrize("name", DRIVERS)
 def test_no_values_at_all_take_long_or_raise_anything_but_our_own_errors(name, examples):
-    commands = driver(name).features.commands
+    commands = find.spec_of(name).commands
 
     @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
     @given(st.data())
@@ -120,7 +121,7 @@ def test_no_values_at_all_take_long_or_raise_anything_but_our_own_errors(name, e
 @pytest.mark.asvs("2.4.1", "15.2.2")
 @pytest.mark.parametrize("examples", NUMBERS)
 def test_no_program_takes_long_to_look_through(examples):
-    courses, made = Courses(), driver("pa10")
+    courses = Courses()
 
     @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
     @given(texts)
@@ -128,7 +129,7 @@ def test_no_program_takes_long_to_look_through(examples):
         refused_or_done("pa10", "program", {"text": text}, READY)
         measured(lambda: courses.check(program(text), np.array(READY)), (Malformed, Refused))
 
-    assert made.preview("program", {"text": "d 1"}, READY).seconds == 1
+    assert preview("program", {"text": "d 1"}, READY).seconds == 1
     go()
 
 
@@ -173,9 +174,8 @@ SIX = dict.fromkeys(("x", "y", "z", "roll", "pitch", "yaw"), 0.0)
 @pytest.mark.parametrize("axis", ["x", "roll", "speed"])
 @pytest.mark.parametrize("kind", ["line", "pose"])
 def test_a_place_beyond_all_bounds_is_refused_with_the_bound(kind, axis, value):
-    made = driver("pa10")
     args = {**SIX, "x": 0.5, "z": 0.3, axis: value}
-    for call in (lambda: made.check(kind, args), lambda: made.preview(kind, args, READY)):
+    for call in (lambda: check("pa10", kind, args), lambda: preview(kind, args, READY)):
         error = measured(call, (BadRequest, OutOfWorkspace))
         if isinstance(value, float) and math.isfinite(value) and abs(value) > 1:
             assert isinstance(error, BadRequest)
@@ -184,30 +184,29 @@ def test_a_place_beyond_all_bounds_is_refused_with_the_bound(kind, axis, value):
 
 @pytest.mark.parametrize("value", HUGE, ids=HUGE_IDS)
 def test_mercury_names_its_bound_for_a_place_far_away(value):
-    error = measured(lambda: driver("mercury").check("move", {"x": value, "y": 0.4}), (BadRequest, OutOfWorkspace))
+    error = measured(lambda: check("mercury", "move", {"x": value, "y": 0.4}), (BadRequest, OutOfWorkspace))
     if isinstance(value, float) and abs(value) > 10:
         assert "the arm reaches" in str(error) or "finite" in str(error)
     assert error is None or len(str(error)) < 200
 
 
 def test_a_line_from_one_end_of_the_reach_to_the_other_is_looked_at_in_time():
-    made = driver("pa10")
     args = {"x": 0.5, "y": 0.4, "z": 0.3, "roll": math.pi, "pitch": 0.0, "yaw": math.pi}
     low = (*np.radians([-40.0, 25, 75, 0, 80, 0]),)
-    assert measured(lambda: made.preview("line", args, low), RobotError) is None
-    slow = measured(lambda: made.preview("joints", {**dict.fromkeys(("S2", "E1", "E2", "W1", "W2"), 0.2), "S1": 2.9, "speed": 0.05}, READY), RobotError)  # fmt: skip
+    assert measured(lambda: preview("line", args, low), RobotError) is None
+    slow = measured(lambda: preview("joints", {**dict.fromkeys(("S2", "E1", "E2", "W1", "W2"), 0.2), "S1": 2.9, "speed": 0.05}, READY), RobotError)  # fmt: skip
     assert "longer than the 30 s" in str(slow)
 
 
 def test_a_program_that_lasts_too_long_is_refused_with_the_bound():
     text = "\n".join(["d 30"] * 11)
     with pytest.raises(OutOfWorkspace, match="step 11: the program would take longer than the 300 s"):
-        driver("pa10").preview("program", {"text": text}, READY)
+        preview("program", {"text": text}, READY)
     with pytest.raises(Refused, match="300 s"):
         Courses().check(program(text), np.array(READY))
     moves = "R 60\nj 90 0 60 0 60 0\nj -90 0 60 0 60 0\nE"
     with pytest.raises(OutOfWorkspace, match=r"step \d+: the program would take longer than the 300 s"):
-        driver("pa10").preview("program", {"text": moves}, READY)
+        preview("program", {"text": moves}, READY)
 
 
 def test_a_program_that_is_too_much_to_plan_is_refused_with_the_bound():
@@ -218,4 +217,4 @@ def test_a_program_that_is_too_much_to_plan_is_refused_with_the_bound():
 @pytest.mark.parametrize("kind", ["gripper", "noop", "jog_joints", "jog_hand"])
 def test_what_leads_nowhere_has_no_preview(kind):
     with pytest.raises(BadRequest, match="no way to show"):
-        driver("pa10").preview(kind, {"closed": 1} if kind == "gripper" else {}, READY)
+        preview(kind, {"closed": 1} if kind == "gripper" else {}, READY)

@@ -4,13 +4,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.contract.find import check
+from robots.contract.session import RobotState
 from robots.description import load
 from robots.drivers.errors import BadRequest, OutOfWorkspace
-from robots.drivers.mercury.driver import Driver
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.scara import scara
 
 D = load("mercury")
+
+
+def at(z):
+    return RobotState(0.0, (), (0.0, 0.42, z, 0.0), False, True)
+
+
 wild = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True), st.sampled_from([1e308, -1e308, 0.0, 0.42]), st.floats(-0.7, 0.7)
 )
@@ -37,9 +44,8 @@ values = st.one_of(
 
 @given(st.sampled_from(["move", "air", "speed", "up", "fly", ""]), st.dictionaries(st.sampled_from(["x", "y", "seconds", "speed", "z"]), values))  # fmt: skip
 def test_any_values_at_all_are_refused_with_a_sentence_or_lie_inside(kind, args):
-    driver = Driver("/nowhere", {})
     try:
-        driver.check(kind, args, (0.0, 0.42, 0.0, 0.0))
+        check("mercury", kind, args, {}, at(0.0))
     except (BadRequest, OutOfWorkspace) as error:
         assert str(error).endswith(".")
         return
@@ -61,4 +67,4 @@ def test_the_sentence_names_axis_value_and_limit(point, words):
 
 def test_air_wants_the_arm_down():
     with pytest.raises(BadRequest, match="press Down first"):
-        Driver("/nowhere", {}).check("air", {}, (0.0, 0.42, 0.05, 0.0))
+        check("mercury", "air", {}, {}, at(0.05))

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots import messages
-from robots.drivers.contract import RobotState
+from robots.contract.session import RobotState
 from robots.messages import Changed, CommandStage, Notice, Trace
 
 

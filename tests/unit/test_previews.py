@@ -25,7 +25,7 @@ class Child:
         )  # fmt: skip
 
     def ask(self, driver, kind, args, joints=READY, **settings):
-        body = msgspec.msgpack.encode(previews.Job(driver, f"sim:{driver}", settings, kind, args, joints, 7))
+        body = msgspec.msgpack.encode(previews.Job(driver, settings, kind, args, joints, 7))
         self.process.stdin.write(previews.LENGTH.pack(len(body)) + body)
         self.process.stdin.flush()
         said = previews.read(self.process.stdout)
@@ -79,18 +79,19 @@ def test_wild_numbers_end_nothing(child, value):
 
 
 GREEDY = """
-from robots.drivers.contract import CommandKind, Features, Preview
-class Driver:
-    features = Features("Greedy", (CommandKind("spin", "Spin"), CommandKind("eat", "Eat"), CommandKind("ok", "Ok")), ())
-    def __init__(self, *a): pass
-    def preview(self, kind, args, joints):
-        if kind == "spin":
-            while True: pass
-        if kind == "eat":
-            held = [bytes(10_000_000) for _ in range(400)]
-        if kind == "fall":
-            return 1 / 0
-        return Preview((), (), (), 0.0)
+from robots.contract.capabilities import Foreseen, Preview
+from robots.contract.spec import CommandKind, Spec
+def spec():
+    kinds = (CommandKind("spin", "Spin"), CommandKind("eat", "Eat"), CommandKind("ok", "Ok"))
+    return Spec("Greedy", kinds, capabilities=(Preview("greedy_robot.spec:foresee"),))
+def foresee(kind, args, joints, settings):
+    if kind == "spin":
+        while True: pass
+    if kind == "eat":
+        held = [bytes(10_000_000) for _ in range(400)]
+    if kind == "fall":
+        return 1 / 0
+    return Foreseen((), (), (), 0.0)
 """
 
 
@@ -98,11 +99,12 @@ class Driver:
 def greedy(tmp_path, child):
     folder = tmp_path / "greedy_robot"
     folder.mkdir()
-    (folder / "__init__.py").write_text(GREEDY)
+    (folder / "__init__.py").write_text("")
+    (folder / "spec.py").write_text(GREEDY)
     info = tmp_path / "greedy-1.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greedy\nVersion: 1\n")
-    (info / "entry_points.txt").write_text("[farhand.drivers]\ngreedy = greedy_robot:Driver\n")
+    (info / "entry_points.txt").write_text("[farhand.drivers]\ngreedy = greedy_robot.driver:Driver\n")
     return lambda: child(PYTHONPATH=str(tmp_path))
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
-from robots.drivers.contract import RobotState
+from robots.contract.session import RobotState
 from robots.drivers.errors import CameraFault
 from robots.models import Command
 from workers.cameras.pictures import Pictures

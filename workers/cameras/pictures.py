@@ -12,8 +12,8 @@ from django.conf import settings
 
 from robots import bus
 from robots.clock import Clock
+from robots.contract.session import RobotState
 from robots.description import views
-from robots.drivers.contract import RobotState
 from robots.drivers.errors import CameraFault
 from robots.drivers.mercury.brightness import Brightness
 from robots.messages import Changed, picture_packet

@@ -4,7 +4,7 @@ import logging
 
 from django.db import Error, close_old_connections
 
-from robots.drivers.contract import OnStage, Outcome, Permit
+from robots.contract.session import OnStage, Outcome, Permit
 from robots.drivers.errors import HandGone, Held, Replaced
 from robots.models import Command
 from workers.commands import claim
@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 
 def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permit) -> Permit:
     """Return a permit that ends when a newer target waits; a wake-up says when to look for one."""
-    kinds = [c.kind for c in owned.driver.features.commands if c.replaceable]
+    kinds = [c.kind for c in owned.robot.spec().commands if c.replaceable]
     looked = lane.rung
 
     def permit() -> None:

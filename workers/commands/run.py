@@ -6,7 +6,7 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
-from robots.drivers.contract import Permit
+from robots.contract.session import Permit
 from robots.drivers.errors import (
     BadRequest,
     CameraFault,
@@ -157,7 +157,7 @@ class Runner:
         if command.kind in RUNTIME_KINDS:
             return self._runtime_kind(command)
         owned, permit = self._owned, self._permit
-        spec = owned.driver.features.command(command.kind)
+        spec = owned.robot.spec().command(command.kind)
         if spec is None:
             raise BadRequest(f"This robot has no command called {command.kind}.")
         if spec.moves:
@@ -174,7 +174,7 @@ class Runner:
                 permit = replaceable(owned, self._lease, self._lane, permit)
             outcome = owned.driver.execute(command.kind, command.args, permit, on_stage)
         result: dict[str, Any] = {"sent": outcome.sent} | ({"ended": why} if why else {})
-        if spec.still and outcome.state is not None:
+        if spec.still_after and outcome.state is not None:
             result |= look(owned, self._pictures, outcome.state, command)
         return result
 

@@ -14,9 +14,10 @@ from django.conf import settings
 
 from robots import addresses, probes
 from robots.clock import SYSTEM
-from robots.description import simulator_module, views
-from robots.drivers.contract import make_driver
+from robots.contract.find import open_session
+from robots.description import views
 from robots.drivers.errors import CameraFault, RobotError
+from robots.installed import simulator_module
 from robots.models import Lease, Robot, frame_name
 from workers.cameras.pictures import jpeg
 from workers.cameras.source import open_camera
@@ -75,7 +76,7 @@ def probe(robot: Robot) -> dict[str, Any]:
     """Return what the robot and its first camera answered."""
     found: dict[str, Any] = {"connection": "", "picture": ""}
     lease = Lease.objects.filter(robot=robot).first()
-    driver = make_driver(robot.driver, robot.wire_address, robot.driver_settings(lease.epoch if lease else 0))
+    driver = open_session(robot.driver, robot.wire_address, robot.driver_settings(lease.epoch if lease else 0))
     try:
         addresses.check_robot_now(robot.address)
         state = driver.connect()

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 
 from robots.clock import Clock
-from robots.drivers.contract import Permit
+from robots.contract.session import Permit
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.models import Command, Grant
 from workers.safety.latch import StopLatch

@@ -4,79 +4,34 @@ import time
 from math import degrees, hypot, radians
 from typing import Any
 
+from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.contract.values import number
 from robots.description import load
-from robots.drivers.contract import (
-    Argument,
-    CommandKind,
-    Features,
-    OnStage,
-    Outcome,
-    Permit,
-    RobotState,
-    Trace,
-)
-from robots.drivers.errors import BadRequest, HardwareFault, Held, RobotError
+from robots.drivers.errors import HardwareFault, Held, RobotError
 from robots.drivers.mercury import protocol as wire
+from robots.drivers.mercury.checks import check
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.drivers.mercury.scara import scara
 from robots.drivers.permits import until_held
-from robots.drivers.values import known, number, within
 
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then
 ARRIVED_M = 0.0006  # binary32 on the wire, and the drawing back of joints to a pose
 SQUARE_RAD = 0.003
-DOWN_M = 0.001
-JOG_STEP_M = 0.008  # short enough that a step and its braking end soon after the hand is gone
-JOG_LONGEST_S = 20.0
+JOG_STEP_M = 0.008  # short enough that a step and its braking end soon after the keep-alives end
 
 
-def features(description: dict[str, Any]) -> Features:
-    """Return what the arm can do, from its description."""
-    sand, air, motion = description["sand"], description["air"], description["motion"]
-    limit = motion["limit_s"] + 3.0
-    shortest, longest = air["burst_range_s"]
-    burst = Argument("seconds", "s", shortest, longest, required=False)
-    return Features(
-        name=description["name"],
-        joints=("q1", "q2", "q3", "q4"),
-        handover=("up", "home"),
-        commands=(
-            CommandKind(
-                "move", "Move", (Argument("x", "m", *sand["x"]), Argument("y", "m", *sand["y"])), limit_s=limit
-            ),
-            CommandKind("up", "Up", limit_s=limit),
-            CommandKind("down", "Down", limit_s=limit),
-            CommandKind(
-                "air", "Air", (burst,), limit_s=6.0
-            ),
-            CommandKind(
-                "jog", "Jog", (Argument("dx", "", -1.0, 1.0), Argument("dy", "", -1.0, 1.0)),
-                limit_s=JOG_LONGEST_S, held=True,
-            ),
-            CommandKind("home", "Home", level=9, limit_s=limit),
-            CommandKind("noop", "No operation", limit_s=5.0, moves=False, still=False),
-            CommandKind(
-                "speed", "Speed", (Argument("speed", "m/s", *motion["speed_range"]),),
-                level=9, limit_s=5.0, moves=False, still=False,
-            ),
-        ),
-    )  # fmt: skip
-
-
-class Driver:
-    """See `robots.drivers.contract.Driver`. `address` is a port or a pyserial URL."""
+class Driver(Session):
+    """See `robots.contract.session.Session`. `address` is a port or a pyserial URL."""
 
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
+        super().__init__(address, settings, trace)
         self._description = load("mercury")
         self._arm = scara(self._description)
-        self._settings = settings
         self.line = HostLine(address, int(self._description["line"]["resends"]), trace)
-        self._latest: RobotState | None = None
         self._rest_pose: tuple[float, ...] | None = None
-        self.features = features(self._description)
 
     def connect(self) -> RobotState:
         """Open the line and ask; speed and boot number are set from the answer."""
@@ -96,50 +51,32 @@ class Driver:
         """Close the port."""
         self.line.close()
 
-    def latest(self) -> RobotState | None:
-        """Return the newest state heard."""
-        return self._latest
-
     def state(self) -> RobotState:
         """Ask the controller."""
         return self._take(self.line.status())
 
     def _take(self, controller: wire.ControllerState) -> RobotState:
-        return self._keep(
+        return self._told(
             controller.joints,
             moving=controller.mode != Mode.IDLE,
             ready=bool(controller.flags & Flag.CALIBRATED) and not controller.flags & Flag.LIMIT,
             fault="A limit switch is hit." if controller.flags & Flag.LIMIT else "",
         )
 
-    def _keep(
+    def _told(
         self, joints: tuple[float, float, float, float], moving: bool, ready: bool, fault: str = ""
     ) -> RobotState:
         q = radians(joints[0]), radians(joints[1]), joints[2] / 1000, radians(joints[3])
-        self._latest = RobotState(time.monotonic(), q, self._arm.forward(q), moving, ready, fault)
-        return self._latest
-
-    def check(self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None) -> None:
-        """Refuse unknown kinds, bad values and targets outside the workspace."""
-        spec = known(self.features, kind, args)
-        if kind != "move":  # its values are judged as a place, in words
-            within(spec, args)
-        if kind == "move":
-            z = pose[2] if pose else float(self._description["arm"]["up"])
-            check_target(self._description, number(args, "x"), number(args, "y"), z)
-        if kind == "jog" and hypot(args["dx"], args["dy"]) < 0.1:
-            raise BadRequest("A jog needs a direction.")
-        if kind == "air" and pose is not None and pose[2] > DOWN_M:
-            raise BadRequest("Air works only at Z = 0: press Down first.")
+        return self.keep(RobotState(time.monotonic(), q, self._arm.forward(q), moving, ready, fault))
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Do one command and wait for its end."""
-        self.check(kind, args, (self._latest or self.state()).pose)
+        check(kind, args, self.settings, self._latest or self.state())
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
         if kind == "speed":
-            self._settings = {**self._settings, "speed": number(args, "speed")}
+            self.settings = {**self.settings, "speed": number(args, "speed")}
             self._set_speed(permit)
             return Outcome(dict(args), self._latest)
         if kind == "air":
@@ -221,7 +158,7 @@ class Driver:
                 raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
 
     def _ended(self, end: Frame) -> RobotState:
-        state = self._keep(wire.unpack_end(end.payload), moving=False, ready=True)
+        state = self._told(wire.unpack_end(end.payload), moving=False, ready=True)
         if end.id == Reply.HELD:
             if self.line.holds == 0:
                 raise HardwareFault("The controller held the motion by itself.")
@@ -280,6 +217,6 @@ class Driver:
 
     def _set_speed(self, permit: Permit | None = None) -> None:
         low, high = self._description["motion"]["speed_range"]
-        speed = float(self._settings.get("speed") or self._description["motion"]["speed"])
+        speed = float(self.settings.get("speed") or self._description["motion"]["speed"])
         speed_mm_s = min(max(speed, low), high) * 1000
         self.line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, speed_mm_s), permit)

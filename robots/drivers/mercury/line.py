@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import serial
 
-from robots.drivers.contract import Permit, Trace
+from robots.contract.session import Permit, Trace
 from robots.drivers.errors import (
     ControllerRefused,
     ControllerRestarted,

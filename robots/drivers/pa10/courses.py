@@ -7,6 +7,7 @@ import numpy as np
 
 from robots.description import boxes, load, planner, posture
 from robots.drivers.pa10.forms import LONGEST_WAIT_S
+from robots.drivers.pa10.limits import LONGEST_PROGRAM_S
 from robots.drivers.pa10.protocol import MOTIONS, Mode, Request
 from robots.drivers.pa10.units import pose_of
 from robots.motion.budget import MOST, Budget
@@ -16,8 +17,6 @@ from robots.motion.planner import Plan, Refused
 from robots.motion.zones import Box
 
 MODES = {"j": Mode.JOINT_CTRL, "k": Mode.KIN_RPY_CTRL, "K": Mode.KIN_EULER_CTRL, "l": Mode.KIN_RPY_CTRL}
-
-LONGEST_PROGRAM_S = 300.0
 
 
 @dataclass(frozen=True)

@@ -2,99 +2,33 @@
 
 import time
 from collections.abc import Callable
-from functools import cache, lru_cache
 from math import degrees
 from typing import Any
 
 import numpy as np
 
-from robots.description import boxes, chain, load, posture
-from robots.drivers.contract import (
-    Argument,
-    CommandKind,
-    Features,
-    OnStage,
-    Outcome,
-    Permit,
-    Preview,
-    RobotState,
-    Trace,
-)
-from robots.drivers.errors import BadRequest, ControllerRefused, HardwareFault, Held, OutOfWorkspace
-from robots.drivers.pa10.courses import LONGEST_PROGRAM_S, Courses
-from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, PLANNED_S, ArmLine
-from robots.drivers.pa10.preview import preview, start
-from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Malformed, Mode, Request
-from robots.drivers.pa10.protocol import program as parse_program
-from robots.drivers.pa10.units import joint_request, pose_request
+from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.contract.values import number
+from robots.description import chain, load, posture
+from robots.drivers.errors import ControllerRefused, HardwareFault, Held, OutOfWorkspace
+from robots.drivers.pa10.checks import added_boxes, check, courses, request_of
+from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
+from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
+from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
+from robots.drivers.pa10.spec import PLACE
+from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
-from robots.drivers.values import known, number, within
 from robots.motion.chain import Joints
-from robots.motion.planner import Refused
-from robots.motion.pose import Six, matrix, numbers
-from robots.motion.zones import Box
+from robots.motion.pose import numbers
 
 POLL_S = 0.05
 REST_S = 2.0
 SETTLED_S = 5.0  # the longest wait for an arm that was pushed
 JOG_S = 0.08  # how often a velocity is said again; the controller forgets it after 0.25 s
-JOG_SHARE = 0.3  # of full speed, so that it rests soon after the hand is gone
+JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
 JOG_M_S, JOG_RAD_S = 0.15, 0.6
-JOG_LONGEST_S = 20.0
 GRIP_S = 3.0
-LONGEST_TEXT = 6000
 TAUGHT = 9000  # the number under which a program is handed over before it is executed
-GRIPPER = "gripper"  # the last joint told: how far each finger is open, m
-PLACES = ("pose", "line", "joints")  # commands that name one
-PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
-
-
-@lru_cache(16)
-def _courses(extra: tuple[Box, ...]) -> Courses:
-    """Return what plans among the arm's own boxes and these; too slow to make for each command."""
-    return Courses(extra)
-
-
-@cache
-def features(driver: str = "pa10") -> Features:
-    """Return what the arm can do, from its description."""
-    description, arm = load(driver), chain(driver)
-    motion = description["motion"]
-    limit = motion["limit_s"] + PLANNED_S
-    slowest, fastest = motion["scale_range"]
-    share = Argument("speed", "", slowest, fastest, required=False)
-    joints = tuple(Argument(j.name, "rad", j.low, j.high) for j in arm.joints)
-    place = (
-        *(Argument(name, "m", -1.6, 1.6) for name in PLACE[:3]),
-        *(Argument(name, "rad", -7.0, 7.0) for name in PLACE[3:]),
-    )
-    jog = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in arm.names)
-    hand = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in PLACE)
-    return Features(
-        name=description["name"],
-        joints=(*arm.names, GRIPPER),
-        handover=("ready",),
-        commands=(
-            CommandKind("joints", "Move joints", (*joints, share), limit_s=limit, replaceable=True),
-            CommandKind("pose", "Move hand", (*place, share), limit_s=limit, replaceable=True),
-            CommandKind("line", "Move hand straight", (*place, share), limit_s=limit, replaceable=True),
-            CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
-            CommandKind(
-                "program",
-                "Program",
-                (
-                    Argument("number", "", 1.0, 9999.0, required=False),
-                    Argument("text", "", 1, LONGEST_TEXT, required=False, text=True),
-                ),
-                limit_s=LONGEST_PROGRAM_S,
-            ),
-            CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
-            CommandKind("jog_hand", "Jog hand", hand, limit_s=JOG_LONGEST_S, held=True),
-            CommandKind("ready", "Ready position", limit_s=limit, replaceable=True),
-            CommandKind("home", "Default position", limit_s=limit, replaceable=True),
-            CommandKind("noop", "No operation", limit_s=5.0, moves=False, still=False),
-        ),
-    )
 
 
 def _words(arm: ArmState) -> str:
@@ -103,23 +37,20 @@ def _words(arm: ArmState) -> str:
     return f"{register}: program {arm.program}, step {arm.step}" if arm.program else register
 
 
-class Driver:
-    """See `robots.drivers.contract.Driver`. `settings` may hold `epoch`, `token` and more forbidden `boxes`."""
+class Driver(Session):
+    """See `robots.contract.session.Session`. `settings` may hold `epoch`, `token` and more forbidden `boxes`."""
 
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
-        self._description = load("pa10")
-        self._extra = boxes({"box": settings.get("boxes", ())})
-        self._chain, self._courses = chain("pa10"), _courses(self._extra)
-        self._planner = self._courses.planner
+        super().__init__(address, settings, trace)
+        self._description, self._chain = load("pa10"), chain("pa10")
         self.line = ArmLine(address, int(settings.get("epoch", 0)), str(settings.get("token", "")), trace)
-        self._latest: RobotState | None = None
         self._boot: int | None = None
         self._rest: Joints | None = None
         self._holds = 0  # so that a command knows of a hold by another thread
-        self.features = features()
 
     def connect(self) -> RobotState:
         """Open the line and ask."""
+        courses(self.settings)  # what plans is made before the first command, not with it
         self._open()
         return self.state()
 
@@ -128,17 +59,13 @@ class Driver:
         self.line.open()
         self._boot = None
         self.line.ask(Request("b"))
-        for box in self._extra:
+        for box in added_boxes(self.settings):
             corners = tuple(1000 * v for v in (*box.low, *box.high))
             self.line.ask(Request("b", corners, box.name.replace(" ", "_")))
 
     def close(self) -> None:
         """Close the line."""
         self.line.close()
-
-    def latest(self) -> RobotState | None:
-        """Return the newest state heard."""
-        return self._latest
 
     def state(self) -> RobotState:
         """Ask the controller."""
@@ -154,66 +81,16 @@ class Driver:
             fault = "The arm's control application was started again by its watchdog."
         moving = arm.moving or arm.mode == Mode.PROG_EXEC
         opening = arm.opening
-        self._latest = RobotState(
-            time.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
-            (*arm.v, 0.0), (*arm.torque, 0.0), _words(arm),
+        return self.keep(
+            RobotState(
+                time.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
+                (*arm.v, 0.0), (*arm.torque, 0.0), _words(arm),
+            )
         )  # fmt: skip
-        return self._latest
-
-    def check(self, kind: str, args: dict[str, Any], pose: tuple[float, ...] | None = None) -> None:
-        """Refuse unknown kinds, bad values, and targets outside limits, reach or in a box."""
-        self._bounded(kind, args)
-        if kind == "program":
-            self._steps(args)
-        if kind in PLACES:
-            try:
-                self._planner.stand(self._target(kind, args))
-            except Refused as error:
-                raise OutOfWorkspace(f"The arm cannot go there: {error}.") from error
-
-    def _bounded(self, kind: str, args: dict[str, Any]) -> None:
-        """Refuse unknown kinds and values that are none, or outside their range; the planner names joints' limits."""
-        spec = known(self.features, kind, args)
-        within(spec, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
-
-    def preview(self, kind: str, args: dict[str, Any], joints: tuple[float, ...]) -> Preview:
-        """See `robots.drivers.contract.Previews`."""
-        self._bounded(kind, args)
-        here = start(joints, posture(self._description, "ready"))
-        if kind == "program":
-            return preview(self._courses, self._steps(args), here, numbered=True)
-        if kind not in PLACES and f"{kind}_deg" not in self._description["arm"]:
-            raise BadRequest(f"There is no way to show for the command {kind}: it leads to no place.")
-        return preview(self._courses, [self._request(kind, args)], here, numbered=False)
-
-    def _steps(self, args: dict[str, Any]) -> list[Request]:
-        """Return the steps of the program given as text; none for one that the controller has. Raises BadRequest."""
-        if ("text" in args) == ("number" in args):
-            raise BadRequest("A program is given by its number or as a text.")
-        if "number" in args:
-            return []
-        try:
-            steps = parse_program(args["text"])
-        except Malformed as error:
-            raise BadRequest(f"The program makes no sense: {error}.") from error
-        if not steps:
-            raise BadRequest("The program has no step.")
-        return steps
-
-    def _target(self, kind: str, args: dict[str, Any]) -> Joints:
-        if kind == "joints":
-            return np.array([number(args, name) for name in self._chain.names])
-        near = np.array(self._latest.joints[:-1]) if self._latest else posture(self._description, "ready")
-        return self._planner.reach(matrix(self._six(args)), near)
-
-    @staticmethod
-    def _six(args: dict[str, Any]) -> Six:
-        x, y, z, roll, pitch, yaw = (number(args, name) for name in PLACE)
-        return x, y, z, roll, pitch, yaw
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Do one command and wait for its end."""
-        self.check(kind, args)
+        check(kind, args, self.settings, self._latest)
         if kind == "noop":
             permit()
             return Outcome({}, self._latest)
@@ -226,15 +103,7 @@ class Driver:
                 self.line.teach(TAUGHT, args["text"])
             which = TAUGHT if "text" in args else number(args, "number")
             return self._do(Request("p", (which,)), args, permit, on_stage)
-        return self._do(self._request(kind, args), args, permit, on_stage)
-
-    def _request(self, kind: str, args: dict[str, Any]) -> Request:
-        scale = number(args, "speed") if "speed" in args else None
-        if kind in ("pose", "line"):
-            return pose_request("k" if kind == "pose" else "l", self._six(args), scale)
-        if kind == "joints":
-            return joint_request("j", tuple(number(args, name) for name in self._chain.names), scale)
-        return joint_request("j", tuple(posture(self._description, kind)), scale)
+        return self._do(request_of(kind, args), args, permit, on_stage)
 
     def _do(self, request: Request, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         free = until_held(permit, lambda: self._holds)

@@ -6,14 +6,13 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-from robots.drivers.contract import Permit, Trace
+from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace
 from robots.drivers.pa10.protocol import ArmState, Malformed, Request
 
 ANSWER_S = 1.0
 CHECKED_S = 60.0  # a whole program
 HOLD, HELD = b"h\n", "ok hold"
-PLANNED_S = 10.0  # a motion is planned and swept before it is answered; a crowded machine takes its time
 
 
 class ArmLine:

@@ -1,17 +1,33 @@
 """Where a motion or a program of the museum arm would lead, worked out before anything moves."""
 
+from typing import Any
+
 import numpy as np
 
-from robots.drivers.contract import Preview
+from robots.contract.capabilities import Foreseen
+from robots.contract.values import number
+from robots.description import load, posture
 from robots.drivers.errors import BadRequest, OutOfWorkspace
+from robots.drivers.pa10.checks import PLACES, bounded, courses, request_of, steps_of
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Request
-from robots.drivers.values import number
 from robots.motion.chain import Joints
 from robots.motion.planner import Refused
 
 BETWEEN_S = 0.1  # two poses of a preview
 FARTHEST_RAD = 7.0
+
+
+def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings: dict[str, Any]) -> Foreseen:
+    """Return where the command would lead from `joints` (rad), at rest. Raises BadRequest, OutOfWorkspace."""
+    bounded(kind, args)
+    arm = load("pa10")
+    here = start(joints, posture(arm, "ready"))
+    if kind == "program":
+        return preview(courses(settings), steps_of(args), here, numbered=True)
+    if kind not in PLACES and f"{kind}_deg" not in arm["arm"]:
+        raise BadRequest(f"There is no way to show for the command {kind}: it leads to no place.")
+    return preview(courses(settings), [request_of(kind, args)], here, numbered=False)
 
 
 def start(joints: tuple[float, ...], ready: Joints) -> Joints:
@@ -24,7 +40,7 @@ def start(joints: tuple[float, ...], ready: Joints) -> Joints:
     return np.array([*told, *ready[len(told) :]])
 
 
-def preview(courses: Courses, steps: list[Request], here: Joints, numbered: bool) -> Preview:
+def preview(courses: Courses, steps: list[Request], here: Joints, numbered: bool) -> Foreseen:
     """Return the way through `steps` from rest at `here` (rad); `numbered`: they are those of a program.
 
     Raises:
@@ -45,6 +61,6 @@ def preview(courses: Courses, steps: list[Request], here: Joints, numbered: bool
     q = np.concatenate(ways)
     hand = courses.planner.chain.forward(q)[:, :3, 3]
     rows = tuple(tuple(row) for row in q.tolist())
-    return Preview(
+    return Foreseen(
         rows[-1], rows, tuple(tuple(row) for row in hand.tolist()), seconds, tuple(steps_of) if numbered else ()
     )

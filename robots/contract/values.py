@@ -3,7 +3,7 @@
 from math import isfinite
 from typing import Any
 
-from robots.drivers.contract import Argument, CommandKind, Features
+from robots.contract.spec import Argument, CommandKind, Spec
 from robots.drivers.errors import BadRequest
 
 SHOWN = 40  # characters of what somebody sent that an answer says again
@@ -33,7 +33,7 @@ def text(args: dict[str, Any], argument: Argument) -> str:
     return value
 
 
-def known(features: Features, kind: str, args: dict[str, Any]) -> CommandKind:
+def known(spec: Spec, kind: str, args: dict[str, Any]) -> CommandKind:
     """Return the command of that kind whose values have the right names.
 
     Raises:
@@ -44,26 +44,26 @@ def known(features: Features, kind: str, args: dict[str, Any]) -> CommandKind:
         raise BadRequest("A command has a name.")
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
-    spec = features.command(kind)
-    if spec is None:
+    found = spec.command(kind)
+    if found is None:
         raise BadRequest(f"This robot has no command called {kind[:SHOWN]}.")
-    taken = {a.name for a in spec.arguments}
+    taken = {a.name for a in found.arguments}
     for name in args:
         if name not in taken:
             raise BadRequest(
                 f"The command {kind} takes no value called {name[:SHOWN] if isinstance(name, str) else '?'}."
             )
-    for argument in spec.arguments:
+    for argument in found.arguments:
         if argument.text and (argument.required or argument.name in args):
             text(args, argument)
         elif argument.required or argument.name in args:
             number(args, argument.name)
-    return spec
+    return found
 
 
-def within(spec: CommandKind, args: dict[str, Any]) -> None:
+def within(command: CommandKind, args: dict[str, Any]) -> None:
     """Refuse a value outside its range. Raises BadRequest."""
-    for argument in spec.arguments:
+    for argument in command.arguments:
         if argument.text:
             continue
         if argument.name in args and not argument.low <= number(args, argument.name) <= argument.high:

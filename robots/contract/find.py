@@ -1,0 +1,67 @@
+"""Find a robot's spec, functions and driver by its driver's name.
+
+The spec is the function `spec()` of the module `spec` beside the driver's module.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+from robots.contract.capabilities import Check
+from robots.contract.session import JSON, RobotState, Session, Trace
+from robots.contract.spec import Spec
+from robots.contract.values import known, within
+from robots.installed import driver_path, package
+
+
+@cache
+def spec_of(name: str) -> Spec:
+    """Return what the robot of that driver says of itself; its driver is not loaded.
+
+    Raises:
+        LookupError: no such driver is installed.
+
+    """
+    try:
+        module = import_module(f"{package(name)}.spec")
+    except (ModuleNotFoundError, ValueError) as error:
+        raise LookupError(f"no driver named {name!r} is installed") from error
+    made: Spec = module.spec()
+    return made
+
+
+@cache
+def function(path: str) -> Callable[..., Any]:
+    """Return what a capability names as `package.module:name`."""
+    module, _, name = path.partition(":")
+    found: Callable[..., Any] = getattr(import_module(module), name)
+    return found
+
+
+def check(name: str, kind: str, args: JSON, settings: JSON, state: RobotState | None = None) -> None:
+    """Refuse what can be known to be wrong with a command at `state` (None: wherever the robot is).
+
+    Raises:
+        BadRequest: no such command, or values that it does not take.
+        OutOfWorkspace: it would lead where the robot may not go.
+
+    """
+    spec = spec_of(name)
+    own = spec.capability(Check)
+    if own is None:
+        within(known(spec, kind, args), args)
+    else:
+        function(own.function)(kind, args, settings, state)
+
+
+def open_session(name: str, address: str, settings: JSON, trace: Trace | None = None) -> Session:
+    """Return the robot's session; nothing is opened before its `connect`.
+
+    Raises:
+        LookupError: no such driver is installed, or a library that it needs is missing.
+
+    """
+    spec_of(name)
+    made: Session = function(driver_path(name))(address, settings, trace)
+    return made

@@ -1,0 +1,98 @@
+"""What a robot's driver does: one robot behind one wire. All units are SI."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+JSON = dict[str, Any]
+OnStage = Callable[[str], None]
+Permit = Callable[[], None]
+Trace = Callable[[str, bytes, str], None]
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad.
+
+    A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
+    and its controller's own word for what it is doing. `at` is on the clock of `time.monotonic` (s).
+    """
+
+    at: float
+    joints: tuple[float, ...]
+    pose: tuple[float, ...]
+    moving: bool
+    ready: bool
+    fault: str = ""
+    velocities: tuple[float, ...] = ()
+    torques: tuple[float, ...] = ()
+    mode: str = ""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was really sent and where the robot is now."""
+
+    sent: JSON = field(default_factory=dict)
+    state: RobotState | None = None
+
+
+class Session(ABC):
+    """The base of every driver. The constructor opens nothing; six methods are a robot's own.
+
+    `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a `speed`,
+    forbidden `boxes` and a secret `token`. `trace` is told of each message on the wire: direction,
+    bytes, words.
+    """
+
+    _latest: RobotState | None = None
+
+    def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
+        self.address, self.settings, self.trace = address, settings, trace
+
+    @abstractmethod
+    def connect(self) -> RobotState:
+        """Open the wire and ask the hardware for its state. Raises HardwareFault."""
+
+    @abstractmethod
+    def state(self) -> RobotState:
+        """Ask the hardware. Raises HardwareFault."""
+
+    @abstractmethod
+    def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
+        """Carry out a command and wait for its end; `permit` is called right before every actuation.
+
+        `on_stage` is told "sent", then "acknowledged" once the robot has understood: from then
+        on the deadline to begin is kept. Telling may take as long as a store takes, so no lock
+        that `hold` needs may be held meanwhile; `permit` asks memory only until then.
+
+        Where a command is replaceable, `permit` is called on its way too, and raises Replaced
+        when the robot is to be left in motion for the target that comes next. A hold that
+        another thread asks for meanwhile ends it for good with Held, whatever `permit` says.
+
+        Raises whatever `permit` raises, Held, BadRequest, OutOfWorkspace, HardwareFault.
+        """
+
+    @abstractmethod
+    def hold(self) -> RobotState:
+        """Bring the robot to rest now; any thread may call it. Raises HardwareFault where that is not certain."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release the wire. Never raises."""
+
+    def recover(self, permit: Permit) -> RobotState:
+        """Reset after a fault and return to the previous position; a robot without a reset is connected anew."""
+        permit()
+        self.close()
+        return self.connect()
+
+    def latest(self) -> RobotState | None:
+        """Return the newest state that was kept, without asking the hardware."""
+        return self._latest
+
+    def keep(self, state: RobotState) -> RobotState:
+        """Remember the newest state and return it; a driver calls this with each state that it hears."""
+        self._latest = state
+        return state

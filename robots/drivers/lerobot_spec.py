@@ -1,0 +1,58 @@
+"""What a robot of the LeRobot library can do, from its `robot.toml`; LeRobot itself is not loaded."""
+
+from dataclasses import dataclass
+from functools import cache
+from math import radians
+
+from robots.contract.spec import Argument, CommandKind, Spec
+from robots.description import load
+
+LIMIT_S = 30.0
+SCALES = {"deg": (radians(1.0), "rad"), "%": (0.01, "")}  # what LeRobot says, in our units
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One value of an action: LeRobot's key and unit, our name, its range and speed in LeRobot's unit."""
+
+    key: str
+    unit: str = "%"
+    low: float = -100.0  # LeRobot's own scale of a range that was calibrated
+    high: float = 100.0
+    speed: float = 40.0
+    ready: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Return the name that people read."""
+        return self.key.removesuffix(".pos")
+
+    @property
+    def scale(self) -> float:
+        """Return what one of LeRobot's units is in ours."""
+        return SCALES[self.unit][0]
+
+    def argument(self) -> Argument:
+        """Return it as a value of a command."""
+        return Argument(self.name, SCALES[self.unit][1], self.low * self.scale, self.high * self.scale, required=False)
+
+
+@cache
+def features(driver: str) -> tuple[Feature, ...]:
+    """Return the values of an action of that robot, in the order of its `robot.toml`."""
+    return tuple(Feature(**f) for f in load(driver)["lerobot"]["feature"])
+
+
+def spec_from(driver: str) -> Spec:
+    """Return the spec of the robot whose `robot.toml` is that of `driver`."""
+    listed = features(driver)
+    return Spec(
+        name=load(driver)["name"],
+        joints=tuple(f.name for f in listed),
+        handover=("ready",),
+        commands=(
+            CommandKind("move", "Move", tuple(f.argument() for f in listed), limit_s=LIMIT_S),
+            CommandKind("ready", "Ready position", limit_s=LIMIT_S),
+            CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),
+        ),
+    )

@@ -1,0 +1,33 @@
+"""What is wrong with a command of the Mercury arm, told before anything is sent; pure."""
+
+from math import hypot
+from typing import Any
+
+from robots.contract.find import spec_of
+from robots.contract.session import RobotState
+from robots.contract.values import known, number, within
+from robots.description import load
+from robots.drivers.errors import BadRequest
+from robots.drivers.mercury.limits import check_target
+
+DOWN_M = 0.001
+
+
+def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: RobotState | None) -> None:
+    """Refuse unknown kinds, bad values and targets outside the workspace.
+
+    Raises:
+        BadRequest, OutOfWorkspace.
+
+    """
+    command = known(spec_of("mercury"), kind, args)
+    if kind != "move":  # its values are judged as a place, in words
+        within(command, args)
+    if kind == "move":
+        arm = load("mercury")
+        z = state.pose[2] if state else float(arm["arm"]["up"])
+        check_target(arm, number(args, "x"), number(args, "y"), z)
+    if kind == "jog" and hypot(args["dx"], args["dy"]) < 0.1:
+        raise BadRequest("A jog needs a direction.")
+    if kind == "air" and state is not None and state.pose[2] > DOWN_M:
+        raise BadRequest("Air works only at Z = 0: press Down first.")

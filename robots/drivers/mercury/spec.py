@@ -1,0 +1,36 @@
+"""What the Mercury arm can do; readable without its driver."""
+
+from robots.contract.capabilities import Check
+from robots.contract.spec import STAFF, Argument, CommandKind, Spec
+from robots.description import load
+
+JOG_LONGEST_S = 20.0
+BY_STAFF = frozenset({STAFF})
+
+
+def spec() -> Spec:
+    """Return what the arm can do, from its description."""
+    description = load("mercury")
+    sand, air, motion = description["sand"], description["air"], description["motion"]
+    limit = motion["limit_s"] + 3.0
+    shortest, longest = air["burst_range_s"]
+    burst = Argument("seconds", "s", shortest, longest, required=False)
+    place = Argument("x", "m", *sand["x"]), Argument("y", "m", *sand["y"])
+    direction = Argument("dx", "", -1.0, 1.0), Argument("dy", "", -1.0, 1.0)
+    speed = Argument("speed", "m/s", *motion["speed_range"])
+    return Spec(
+        name=description["name"],
+        joints=("q1", "q2", "q3", "q4"),
+        handover=("up", "home"),
+        capabilities=(Check("robots.drivers.mercury.checks:check"),),
+        commands=(
+            CommandKind("move", "Move", place, limit_s=limit),
+            CommandKind("up", "Up", limit_s=limit),
+            CommandKind("down", "Down", limit_s=limit),
+            CommandKind("air", "Air", (burst,), limit_s=6.0),
+            CommandKind("jog", "Jog", direction, limit_s=JOG_LONGEST_S, held=True),
+            CommandKind("home", "Home", limit_s=limit, asked_by=BY_STAFF),
+            CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),
+            CommandKind("speed", "Speed", (speed,), limit_s=5.0, asked_by=BY_STAFF, moves=False, still_after=False),
+        ),
+    )

@@ -1,0 +1,98 @@
+"""What is wrong with a command of the museum arm, told before anything is sent; pure."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from robots.contract.find import spec_of
+from robots.contract.session import RobotState
+from robots.contract.values import known, number, within
+from robots.description import boxes, chain, load, posture
+from robots.drivers.errors import BadRequest, OutOfWorkspace
+from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.protocol import Malformed, Request
+from robots.drivers.pa10.protocol import program as parse_program
+from robots.drivers.pa10.spec import PLACE
+from robots.drivers.pa10.units import joint_request, pose_request
+from robots.motion.chain import Joints
+from robots.motion.planner import Refused
+from robots.motion.pose import Six, matrix
+from robots.motion.zones import Box
+
+PLACES = ("pose", "line", "joints")  # commands that name one
+
+
+def added_boxes(settings: dict[str, Any]) -> tuple[Box, ...]:
+    """Return the forbidden boxes that staff have added to the arm's own (m)."""
+    return boxes({"box": settings.get("boxes", ())})
+
+
+@lru_cache(16)
+def _courses(extra: tuple[Box, ...]) -> Courses:
+    """Return what plans among the arm's own boxes and these; too slow to make for each command."""
+    return Courses(extra)
+
+
+def courses(settings: dict[str, Any]) -> Courses:
+    """Return what plans for the arm with these settings."""
+    return _courses(added_boxes(settings))
+
+
+def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: RobotState | None) -> None:
+    """Refuse unknown kinds, bad values, and targets outside limits, reach or in a box.
+
+    Raises:
+        BadRequest, OutOfWorkspace.
+
+    """
+    bounded(kind, args)
+    if kind == "program":
+        steps_of(args)
+    if kind in PLACES:
+        planner = courses(settings).planner
+        try:
+            if kind == "joints":
+                planner.stand(np.array([number(args, name) for name in chain("pa10").names]))
+            else:
+                near = np.array(state.joints[:-1]) if state else posture(load("pa10"), "ready")
+                planner.stand(planner.reach(matrix(_six(args)), near))
+        except Refused as error:
+            raise OutOfWorkspace(f"The arm cannot go there: {error}.") from error
+
+
+def bounded(kind: str, args: dict[str, Any]) -> None:
+    """Refuse unknown kinds and values that are none, or outside their range; the planner names joints' limits."""
+    command = known(spec_of("pa10"), kind, args)
+    within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
+
+
+def steps_of(args: dict[str, Any]) -> list[Request]:
+    """Return the steps of the program given as text; none for one that the controller has. Raises BadRequest."""
+    if ("text" in args) == ("number" in args):
+        raise BadRequest("A program is given by its number or as a text.")
+    if "number" in args:
+        return []
+    try:
+        steps = parse_program(args["text"])
+    except Malformed as error:
+        raise BadRequest(f"The program makes no sense: {error}.") from error
+    if not steps:
+        raise BadRequest("The program has no step.")
+    return steps
+
+
+def _six(args: dict[str, Any]) -> Six:
+    x, y, z, roll, pitch, yaw = (number(args, name) for name in PLACE)
+    return x, y, z, roll, pitch, yaw
+
+
+def request_of(kind: str, args: dict[str, Any]) -> Request:
+    """Return the controller's request for a command that leads to a place."""
+    scale = number(args, "speed") if "speed" in args else None
+    if kind in ("pose", "line"):
+        return pose_request("k" if kind == "pose" else "l", _six(args), scale)
+    if kind == "joints":
+        return joint_request("j", tuple(number(args, name) for name in chain("pa10").names), scale)
+    target: Joints = posture(load("pa10"), kind)
+    return joint_request("j", tuple(target), scale)

@@ -1,0 +1,53 @@
+"""What the museum arm can do; readable without its driver."""
+
+from robots.contract.capabilities import Check, Preview
+from robots.contract.spec import Argument, CommandKind, Spec
+from robots.description import chain, load
+from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
+
+HERE = "robots.drivers.pa10"
+JOG_LONGEST_S = 20.0
+GRIPPER = "gripper"  # the last joint told: how far each finger is open, m
+PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+def spec() -> Spec:
+    """Return what the arm can do, from its description."""
+    description, arm = load("pa10"), chain("pa10")
+    motion = description["motion"]
+    limit = motion["limit_s"] + PLANNED_S
+    slowest, fastest = motion["scale_range"]
+    share = Argument("speed", "", slowest, fastest, required=False)
+    joints = tuple(Argument(j.name, "rad", j.low, j.high) for j in arm.joints)
+    place = (
+        *(Argument(name, "m", -1.6, 1.6) for name in PLACE[:3]),
+        *(Argument(name, "rad", -7.0, 7.0) for name in PLACE[3:]),
+    )
+    jog = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in arm.names)
+    tool = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in PLACE)
+    return Spec(
+        name=description["name"],
+        joints=(*arm.names, GRIPPER),
+        handover=("ready",),
+        capabilities=(Check(f"{HERE}.checks:check"), Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses")),
+        commands=(
+            CommandKind("joints", "Move joints", (*joints, share), limit_s=limit, replaceable=True),
+            CommandKind("pose", "Move hand", (*place, share), limit_s=limit, replaceable=True),
+            CommandKind("line", "Move hand straight", (*place, share), limit_s=limit, replaceable=True),
+            CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
+            CommandKind(
+                "program",
+                "Program",
+                (
+                    Argument("number", "", 1.0, 9999.0, required=False),
+                    Argument("text", "", 1, LONGEST_TEXT, required=False, text=True),
+                ),
+                limit_s=LONGEST_PROGRAM_S,
+            ),
+            CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
+            CommandKind("jog_hand", "Jog hand", tool, limit_s=JOG_LONGEST_S, held=True),
+            CommandKind("ready", "Ready position", limit_s=limit, replaceable=True),
+            CommandKind("home", "Default position", limit_s=limit, replaceable=True),
+            CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),
+        ),
+    )

@@ -49,7 +49,7 @@ def free_port():
 
 def get(address):
     try:
-        with urllib.request.urlopen(address, timeout=5) as answer:
+        with urllib.request.urlopen(address, timeout=60) as answer:
             return answer.status, answer.read().decode()
     except (urllib.error.URLError, OSError) as error:
         return getattr(error, "code", 0), ""

@@ -105,13 +105,17 @@ def listener() -> redis.Redis:
     return redis.Redis.from_url(settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=1.0, retry=None)
 
 
-def _publish(channel: str, data: bytes) -> bool:
+def _send(channel: str, data: bytes) -> int:
+    """Return how many listened; -1 where Redis is away."""
     try:
-        connection().publish(channel, data)
+        return int(connection().publish(channel, data))
     except (redis.RedisError, OSError):
         failures["publish"] += 1
-        return False
-    return True
+        return -1
+
+
+def _publish(channel: str, data: bytes) -> bool:
+    return _send(channel, data) >= 0
 
 
 def publish(slug: str, event: Event) -> bool:
@@ -130,8 +134,8 @@ def tell_people_on_commit(event: StandingChanged) -> None:
 
 
 def publish_state(slug: str, packet: bytes) -> bool:
-    """Send a state packet."""
-    return _publish(state_channel(slug), packet)
+    """Send a state packet; tell whether somebody listens."""
+    return _send(state_channel(slug), packet) > 0
 
 
 def publish_picture(slug: str, packet: bytes, camera: int = 0) -> bool:

@@ -16,7 +16,7 @@ from workers.regain import Regain
 from workers.safety.lane import Lane
 from workers.safety.lease import OwnerLease
 
-SWEEP_S = 0.1
+SWEEP_S, IDLE_SWEEP_S = 0.1, 1.0
 LOOK_AGAIN_S = 3.0
 
 
@@ -35,7 +35,7 @@ class Control:
         """Serve for as long as the owner runs."""
         owned, lane, swept = self._owned, self._lane, 0.0
         while owned.running:
-            lane.sleep(SWEEP_S)
+            lane.sleep(SWEEP_S if lane.pace.lively else IDLE_SWEEP_S)
             if not self._lease.valid:
                 self._regain.regain()
                 continue

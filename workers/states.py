@@ -9,18 +9,23 @@ from robots.messages import state_packet
 from workers.connection import Connection
 from workers.owned import OwnedRobot
 from workers.safety.latch import StopLatch
+from workers.safety.pace import Pace
 from workers.trace import WireTrace
 
 STATE_HZ = 4  # where the description says nothing
 TRACE_S = 0.25
 ASK_S = 0.5
+UNHEARD_S = 1.0  # between two states of an idle robot that nobody hears
 
 
 class States:
     """Publishes the newest state, some times a second."""
 
-    def __init__(self, owned: OwnedRobot, connection: Connection, latch: StopLatch, trace: WireTrace) -> None:
-        self._owned, self._connection, self._latch, self._trace = owned, connection, latch, trace
+    def __init__(
+        self, owned: OwnedRobot, connection: Connection, latch: StopLatch, trace: WireTrace, pace: Pace
+    ) -> None:
+        self._owned, self._connection, self._latch, self._trace, self._pace = owned, connection, latch, trace, pace
+        self._heard = True
         self._number = 0
 
     def loop(self) -> None:
@@ -28,7 +33,7 @@ class States:
         owned, asked, looked = self._owned, 0.0, 0.0
         every = 1.0 / float(owned.robot.description().get("motion", {}).get("state_hz", STATE_HZ))
         while owned.running:
-            time.sleep(every)
+            self._pace.sleep(every, every if self._heard else UNHEARD_S)
             if time.monotonic() - looked >= TRACE_S:
                 looked = time.monotonic()
                 self._trace.look()
@@ -47,4 +52,5 @@ class States:
     def _publish(self, state: RobotState) -> None:
         self._number += 1
         at_ms = int((self._owned.clock.now().timestamp() - (time.monotonic() - state.at)) * 1000)
-        bus.publish_state(self._owned.robot.slug, state_packet(self._number, at_ms, state, self._latch.latched))
+        packet = state_packet(self._number, at_ms, state, self._latch.latched)
+        self._heard = bus.publish_state(self._owned.robot.slug, packet)

@@ -69,7 +69,7 @@ class Owner:
         self.threads = Threads(self.owned, self.watch.leave)
         recovery = Recovery(self.owned, self.lease, self.gate, self.pictures)
         self.connection = Connection(self.owned, self.lease, self.lane, recovery)
-        self.states = States(self.owned, self.connection, self.latch, trace)
+        self.states = States(self.owned, self.connection, self.latch, trace, self.lane.pace)
         self.regain = Regain(self.owned, self.lease, self.lane, self.connection, self.watch, listen)
         self._wire_commands()
 
@@ -77,7 +77,7 @@ class Owner:
         owned, lane = self.owned, self.lane
         self.stopping = Stop(owned, self.latch)
         self.watch = Watch(owned, self.lease, lane, self.deadman, self._brownout, heartbeat, on_lost)
-        self.follower = Follower(owned, self.gate, self.stopping)
+        self.follower = Follower(owned, self.gate, self.stopping, lane.pace)
         self.listener = Listener(owned, self.stopping, lane, self.deadman)
 
     def _wire_commands(self) -> None:

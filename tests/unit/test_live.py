@@ -30,6 +30,7 @@ def taken(clock, seconds, grab_s=0.0, every_s=0.1):
         at.append(clock.t)
         clock.t += grab_s
         owned.running = clock.t < end
+        return True
 
     owned = SimpleNamespace(clock=clock, running=True, driver=SimpleNamespace(latest=lambda: None))
     send_live(owned, SimpleNamespace(every_s=every_s, live_once=live_once), Brownout())

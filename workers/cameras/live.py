@@ -17,4 +17,5 @@ def send_live(owned: OwnedRobot, pictures: Pictures, brownout: Brownout, camera:
         if now < due:
             continue  # it may be time sooner than it was: the machine is less busy now
         sent = due if now - due < pictures.every_s else now
-        pictures.live_once(owned.driver.latest(), camera)
+        if not pictures.live_once(owned.driver.latest(), camera):
+            clock.sleep(LOOK_S)

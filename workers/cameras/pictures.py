@@ -118,24 +118,25 @@ class Pictures:
         at_ms = int(at.timestamp() * 1000)
         bus.publish_picture(self._robot.slug, picture_packet(number, at_ms, still, state.joints, data, camera), camera)
 
-    def live_once(self, state: RobotState | None, camera: int = 0) -> None:
-        """Send one live picture of that camera if somebody watches it; called in a loop."""
+    def live_once(self, state: RobotState | None, camera: int = 0) -> bool:
+        """Send one live picture of that camera if somebody watches it; called in a loop. False where nobody does."""
         source = self.cameras[camera]
         first = camera == 0
         if (first and self._wanted.is_set()) or state is None:
-            return
+            return True
         try:
             if not bus.watched(self._robot.slug, bus.frames_of(camera)):
-                return
+                return False
         except (redis.RedisError, OSError):
-            return
+            return False
         try:
             with source.lock:
                 if first and self._wanted.is_set():
-                    return  # a still was begun while we waited for the camera
+                    return True  # a still was begun while we waited for the camera
                 picture = source.grab(float(self._description["delivery_exposure_s"]))
                 number, still = source.next(), self.still_id
         except CameraFault:
-            return
+            return True
         shown = self._corrected(picture)
         self._publish(number, still if first else 0, jpeg(shown, 80), state, self._clock.now(), camera)
+        return True

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-import av
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +121,8 @@ class StreamCamera:
         threading.Thread(target=self._read, daemon=True, name="camera-stream").start()
 
     def _read(self) -> None:
+        import av  # noqa: PLC0415 - 12 MB that a robot without such a camera need not keep
+
         while self._running:
             try:
                 with self._open() as container:
@@ -142,6 +143,8 @@ class StreamCamera:
                 return
 
     def _open(self) -> Any:
+        import av  # noqa: PLC0415
+
         parts = urlsplit(self._source)
         options = {}
         if parts.hostname:

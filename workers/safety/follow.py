@@ -5,16 +5,17 @@ from robots.grants import end_at_until, open_grant
 from robots.messages import Changed
 from workers.owned import OwnedRobot
 from workers.safety.gate import Gate
+from workers.safety.pace import Pace
 from workers.safety.stop import Stop
 
-FOLLOW_S = 0.1
+FOLLOW_S, IDLE_FOLLOW_S, IDLE_LINK_S = 0.1, 1.0, 0.5
 
 
 class Follower:
     """Keeps the gate informed of Redis and of grants, and the stop of its row."""
 
-    def __init__(self, owned: OwnedRobot, gate: Gate, stop: Stop) -> None:
-        self._owned, self._gate, self._stop = owned, gate, stop
+    def __init__(self, owned: OwnedRobot, gate: Gate, stop: Stop, pace: Pace) -> None:
+        self._owned, self._gate, self._stop, self._pace = owned, gate, stop, pace
 
     def link(self) -> None:
         """Ask Redis whether it is there, for as long as the owner runs."""
@@ -22,14 +23,14 @@ class Follower:
         while self._owned.running:
             if bus.alive():
                 self._gate.link_seen = clock.monotonic()
-            clock.sleep(FOLLOW_S)
+            self._pace.sleep(FOLLOW_S, IDLE_LINK_S)
 
     def rows(self) -> None:
         """Follow the rows of stop and grant, for as long as the owner runs."""
         while self._owned.running:
             self._stop.follow()
             self.follow_grant()
-            self._owned.clock.sleep(FOLLOW_S)
+            self._pace.sleep(FOLLOW_S, IDLE_FOLLOW_S)
 
     def follow_grant(self) -> None:
         """Learn which grant is open and until when; end one whose time is up."""
@@ -41,6 +42,7 @@ class Follower:
             gate.revoke(ended)
         if grant is None:
             return
+        self._pace.stir()
         gate.know(grant, now())  # a turn may have been lengthened
         if grant.until is not None and grant.until <= now():
             end_at_until(grant, now())

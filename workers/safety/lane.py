@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from robots.clock import Clock
 from robots.models import Command
 from workers.safety.gate import Gate
+from workers.safety.pace import Pace
 
 SILENT_S = 2.0
 
@@ -16,6 +17,7 @@ class Lane:
 
     def __init__(self, gate: Gate, clock: Clock) -> None:
         self.gate, self._clock = gate, clock
+        self.pace = Pace(clock)
         self.current: Command | None = None
         self.rung = 0  # how often a wake-up was heard
         self.beat = clock.monotonic()  # when the lane's loop came round last
@@ -25,6 +27,7 @@ class Lane:
     def look(self) -> None:
         """Wake the lane: command rows may wait."""
         self.rung += 1
+        self.pace.stir()
         self._wake.set()
 
     def sleep(self, seconds: float) -> None:
@@ -37,6 +40,7 @@ class Lane:
     def taking(self, seconds: float) -> Iterator[None]:
         """Say that the loop may be away for `seconds` (s)."""
         self._busy_until = self._clock.monotonic() + seconds
+        self.pace.stir()
         try:
             yield
         finally:

@@ -17,7 +17,7 @@ from workers.safety.lane import Lane
 from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
-WATCH_S = 0.05
+WATCH_S, IDLE_WATCH_S = 0.05, 0.25
 
 
 class Watch:
@@ -49,15 +49,18 @@ class Watch:
                 with contextlib.suppress(OSError):
                     self._heartbeat.touch()
             begun = clock.monotonic()
-            clock.sleep(WATCH_S)
+            meant = self._lane.pace.sleep(WATCH_S, IDLE_WATCH_S)
             woken = clock.monotonic()
-            self._brownout.feel(woken - begun - WATCH_S, woken)
+            self._brownout.feel(woken - begun - meant, woken)
 
     def _hold_what_is_forbidden(self, ours: bool) -> None:
         gate, state, command = self._lane.gate, self._owned.driver.latest(), self._lane.current
         running = command is not None and command.pk != self._held
+        moving = state is not None and state.moving
+        if moving or self._lane.busy or gate.latch.latched:
+            self._lane.pace.stir()
         forbidden = not ours or gate.link_down or gate.grant_over or self._deadman.ended
-        if forbidden and (running or (state is not None and state.moving)):
+        if forbidden and (running or moving):
             self._held = command.pk if command is not None else self._held
             with contextlib.suppress(RobotError):
                 self._owned.driver.hold()

@@ -1,4 +1,4 @@
-"""The Celery app; the only module that names `workers`, to add the owner's bootstep."""
+"""The Celery app; the only module that names `workers`, to add the owner's and the scheduler's bootsteps."""
 
 import os
 import sys
@@ -19,6 +19,6 @@ app.autodiscover_tasks(["queueing"])
 def _prepare_worker(**_: object) -> None:
     """Load the owner's parts in workers only; pages never import them."""
     from workers import tasks  # noqa: F401, PLC0415
-    from workers.bootstep import OwnRobot  # noqa: PLC0415
+    from workers.bootstep import STEPS  # noqa: PLC0415
 
-    app.steps["worker"].add(OwnRobot)
+    app.steps["worker"].update(STEPS)

@@ -48,10 +48,10 @@ def housekeeping_program() -> Program:
         (
             PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "3", "-Q",
             f"{bus.TICKS},{bus.PROBES},{bus.HOUSEKEEPING}", "-n", "housekeeping@%h",
-            "-B", "-s", str(settings.VAR / "beat-schedule"),
             "--without-gossip", "--without-mingle", "--without-heartbeat", "-l", "INFO",
         ),
-        {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", **QUIET},
+        {"FARHAND_ROLE": "housekeeping", "FARHAND_ROBOT": "", "FARHAND_SCHEDULE": str(settings.VAR / "beat-schedule"),
+         **QUIET},
         rank=1,
     )  # fmt: skip
 

@@ -6,11 +6,11 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from robots.installed import package
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from robots.motion.chain import Chain
     from robots.motion.planner import Planner
     from robots.motion.zones import Box, Zones
@@ -86,8 +86,10 @@ def zones(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Zones":
     return Zones(arm, limbs, boxes(description) if forbidden is None else forbidden)
 
 
-def posture(description: dict[str, Any], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+def posture(description: dict[str, Any], name: str) -> "np.ndarray[Any, np.dtype[np.float64]]":
     """Return a named posture of `[arm]` (`home`, `ready`) as joints in rad."""
+    import numpy as np  # noqa: PLC0415 - pages read descriptions too, and need no arrays
+
     return np.radians(np.array(description["arm"][f"{name}_deg"], dtype=np.float64))
 
 

@@ -9,16 +9,19 @@ import contextlib
 import logging
 import os
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from celery import bootsteps
 from celery.worker import state
 
 from robots import bus
-from workers.wiring import Owner
+from workers.housekeeping.schedule import Schedule
+
+if TYPE_CHECKING:
+    from workers.wiring import Owner
 
 log = logging.getLogger(__name__)
-owner: Owner | None = None
+owner: "Owner | None" = None
 
 
 def listen(worker: Any, queue: str, on: bool) -> None:
@@ -50,6 +53,8 @@ class OwnRobot(bootsteps.StartStopStep):
     def start(self, worker: Any) -> None:
         """Wait for the lease, then open the robot and listen to its own queue."""
         global owner
+        from workers.wiring import Owner  # noqa: PLC0415 - a worker without a robot needs none of it
+
         made = Owner(self.slug, listen=partial(listen, worker))
         if not made.own(lambda: state.should_stop is not None or state.should_terminate is not None):
             raise SystemExit(0)
@@ -65,3 +70,6 @@ class OwnRobot(bootsteps.StartStopStep):
     def terminate(self, worker: Any) -> None:
         """Hold the robot first."""
         self.stop(worker)
+
+
+STEPS = (OwnRobot, Schedule)

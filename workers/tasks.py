@@ -3,11 +3,10 @@
 from celery import shared_task
 from celery.worker import state
 
-from robots import bus
+from robots import bus, probes
 from robots.clock import SYSTEM
 from workers import bootstep
 from workers.housekeeping.clean import old_frames
-from workers.housekeeping.probe import all_that_wait
 
 
 @shared_task(name="robots.look", ignore_result=True, max_retries=0)
@@ -20,7 +19,10 @@ def look() -> None:
 @shared_task(name=bus.PROBE_TASK, ignore_result=True, max_retries=0)
 def probe() -> None:
     """Carry out the tests that are asked for, one at a time; who comes meanwhile has nothing to do."""
-    all_that_wait(lambda: state.should_stop is not None)
+    if probes.waiting():
+        from workers.housekeeping.probe import all_that_wait  # noqa: PLC0415 - cameras and their libraries
+
+        all_that_wait(lambda: state.should_stop is not None)
 
 
 @shared_task(name="robots.clean", ignore_result=True, max_retries=0)

@@ -4,7 +4,6 @@ from typing import Any
 
 from robots import programs
 from robots.drivers.errors import BadRequest
-from robots.drivers.mercury import calibration
 from robots.models import Frame, Robot
 
 
@@ -33,6 +32,8 @@ def resolve(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> tuple[s
     u, v = _real(args, "u"), _real(args, "v")
     if not (0 <= u <= frame.width - 1 and 0 <= v <= frame.height - 1):
         raise BadRequest("That point lies outside the picture.")
+    from robots.drivers.mercury import calibration  # noqa: PLC0415 - OpenCV, which only a click needs
+
     try:
         x, y = calibration.target(frame.calibration, tuple(frame.pose), u, v, frame.width, frame.height)
     except calibration.NotCalibrated as error:

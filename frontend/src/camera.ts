@@ -1,17 +1,17 @@
-/** The camera image with the cross, the ghost of the target and the nozzle's place. */
+/** The camera image with the cross where the next one will be centred, and the place of the tool in it. */
 import type { PicturePacket, Still } from "./protocol.ts";
 import { set, shape } from "./svg.ts";
 
 export class CameraView {
   /** When the picture on screen was taken, server ms. */
   atMs = 0;
-  /** Which kept picture it belongs to; 0 while the arm moves. */
+  /** Which kept picture it belongs to; 0 while the robot moves. */
   stillId = 0;
   private context: CanvasRenderingContext2D;
   private newest = -1;
   private views = 0;
   private cross: SVGGElement | null = null;
-  private nozzle: SVGCircleElement | null = null;
+  private tool: SVGCircleElement | null = null;
   private way: SVGLineElement | null = null;
   private at: [number, number] | null = null;
 
@@ -21,7 +21,7 @@ export class CameraView {
   ) {
     this.context = canvas.getContext("2d")!;
     if (!overlay) return;
-    this.nozzle = shape(overlay, "circle", { class: "nozzle", r: 4.5, cx: -20, cy: -20 });
+    this.tool = shape(overlay, "circle", { class: "tool-place", r: 4.5, cx: -20, cy: -20 });
     this.way = shape(overlay, "line", { class: "way", x1: -9, y1: -9, x2: -9, y2: -9 });
     const cross = (this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" }));
     shape(cross, "circle", { r: 7, cx: 0, cy: 0 });
@@ -94,11 +94,11 @@ export class CameraView {
   /** Show where the next image will be centred. */
   aim(at: [number, number] | null, from: [number, number] | null): void {
     this.at = at;
-    if (!this.cross || !this.nozzle || !this.way) return;
+    if (!this.cross || !this.tool || !this.way) return;
     const [u, v] = at ?? [-50, -50];
     this.cross.setAttribute("transform", `translate(${u} ${v})`);
     const [nu, nv] = from ?? [-20, -20];
-    set(this.nozzle, { cx: nu, cy: nv });
+    set(this.tool, { cx: nu, cy: nv });
     if (at && from) set(this.way, { x1: nu, y1: nv, x2: u, y2: v });
     else set(this.way, { x1: -9, y1: -9, x2: -9, y2: -9 });
   }

@@ -3,7 +3,7 @@
 export type Direction = readonly [number, number];
 const STICK = 0.5;
 
-/** The direction of a gamepad's left stick or cross; null at rest. Up is away from the arm. */
+/** The direction of a gamepad's left stick or cross; null at rest. Up is away from the robot. */
 export function stick(pad: Pick<Gamepad, "axes" | "buttons" | "connected"> | null): Direction | null {
   if (!pad?.connected) return null;
   const down = (i: number): number => (pad.buttons[i]?.pressed ? 1 : 0);

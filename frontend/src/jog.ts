@@ -1,15 +1,15 @@
-/** A held motion: it goes on while the controls are held, and ends with whatever loses the hand. */
+/** A held motion: it goes on while the controls are held, and ends when they are released or when that can no longer be told. */
 
 /** How the page is told of a held motion, and tells of it. */
-export interface Hand {
+export interface KeepAlive {
   keep(seq: number): void;
-  letGo(seq: number): void;
+  release(seq: number): void;
   /** Tell whether that command has ended. */
   ended(seq: number): boolean;
   refused(why: string): void;
 }
 
-export interface Jogging<Direction> extends Hand {
+export interface Jogging<Direction> extends KeepAlive {
   /** The direction that a control's `data-jog` names. */
   read(words: string): Direction;
   /** Keys that jog while the pad has the focus. */
@@ -97,11 +97,11 @@ export class Jog<Direction> {
     }, KEEP_MS);
   }
 
-  /** Let go; with `by`, only of what was begun that way. */
+  /** Release; with `by`, only what was begun that way. */
   end(by = this.by): void {
     if (!this.seq || by !== this.by) return;
     clearInterval(this.timer);
-    this.jogging.letGo(this.seq);
+    this.jogging.release(this.seq);
     this.seq = 0;
     this.by = "";
     this.last = performance.now();

@@ -1,7 +1,7 @@
 /** What every robot's page has: the socket, whose turn it is, the ladder, stop and release, the log. */
 import { bannerWords } from "./banner.ts";
 import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
-import type { Hand } from "./jog.ts";
+import type { KeepAlive } from "./jog.ts";
 import "./key_card.ts";
 import { Ladder } from "./ladder.ts";
 import { guard } from "./leaving.ts";
@@ -42,7 +42,7 @@ const SILENT_MS = 3000;
 const ALONE_MS = 1500; // what was under way together with the robot's last word does not count
 /** What the driver says of itself. */
 export const facts = JSON.parse(byId("description").textContent ?? "{}") as RobotFacts;
-for (const { kind, label } of facts.commands) KINDS[kind] ??= label;
+Object.assign(KINDS, facts.labels);
 
 export function text(id: string, value: string): void {
   const element = byId(id);
@@ -85,6 +85,8 @@ export class RobotPage {
     this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
     this.place = new Place(byId("place"), (m) => this.live.send(m));
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
+    for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
+      control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
     this.on("stop", () => this.stop());
     this.on("release", () => this.live.send({ t: "release", checked: byId<HTMLInputElement>("checked").checked }));
     byId("console").addEventListener("keydown", (event) => this.stopKey(event));
@@ -123,9 +125,9 @@ export class RobotPage {
   }
 
   /** The part of a held motion that is the same for every control. */
-  readonly hand: Hand = {
+  readonly keepAlive: KeepAlive = {
     keep: (seq) => this.live.send({ t: "keep", seq }),
-    letGo: (seq) => this.live.send({ t: "let_go", seq }),
+    release: (seq) => this.live.send({ t: "let_go", seq }),
     ended: (seq) => this.ladder.ended(this.seqGrant, seq),
     refused: (why) => this.notice(why, "warning"),
   };

@@ -1,4 +1,5 @@
 /** A link that leads nowhere yet: it counts down, and works when its time has come. */
+import { allow, refusal } from "./parts.ts";
 import { clock } from "./words.ts";
 
 for (const link of document.querySelectorAll<HTMLAnchorElement>("a[data-pause]")) {
@@ -9,12 +10,12 @@ for (const link of document.querySelectorAll<HTMLAnchorElement>("a[data-pause]")
   const draw = (): void => {
     const waits = left() > 0;
     link.textContent = waits ? `${words} in ${clock(left())}` : words;
-    link.setAttribute("aria-disabled", String(waits));
+    allow(link, waits ? "You can try again when the time is over." : "");
     if (waits) return;
     clearInterval(timer);
     if (said) said.textContent = "You can try again now.";
   };
-  link.addEventListener("click", (event) => left() > 0 && event.preventDefault());
+  link.addEventListener("click", (event) => refusal(link) && event.preventDefault());
   const timer = setInterval(draw, 500);
   draw();
 }

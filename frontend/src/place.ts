@@ -7,7 +7,7 @@ import { clock, span } from "./words.ts";
 type Send = (message: object) => boolean;
 
 const AGAIN = "Press again to end it";
-const FOLLOWS = "The arm goes home, the next person is offered it, and you can write down what you found. You cannot take it back.";
+const FOLLOWS = "The robot goes to where a turn begins, the next person is offered it, and you can write down what you found. You cannot take it back.";
 
 export class Place {
   private ending = new Twice();

@@ -24,7 +24,7 @@ export interface Snapshot {
 export interface ArgumentInfo { name: string; unit: string; low: number; high: number; required: boolean; text: boolean }
 export interface CommandSpec { kind: string; label: string; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
 /** What the page is told of its robot, whatever robot it is. */
-export interface RobotFacts { commands: CommandSpec[]; names: string[]; cameras: number }
+export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, way of the hand (m), time on the way (s). */

@@ -1,4 +1,4 @@
-/** The keeper's live trace of the wire. */
+/** The live trace for staff of the wire. */
 import type { TraceLine } from "./protocol.ts";
 
 const KEEP = 200;

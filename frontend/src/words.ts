@@ -19,11 +19,9 @@ export function ago(ms: number): string {
 }
 
 export const STAGES: Record<string, string> = {
-  sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the arm", acknowledged: "Moving",
+  sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the robot", acknowledged: "Moving",
   completed: "Settled", rejected: "Refused", failed: "Failed", expired: "Too late", cancelled: "Stopped", unknown: "Unknown",
 };
-export const KINDS: Record<string, string> = {
-  move: "Move", click: "Move", up: "Up", down: "Down", air: "Air", home: "Home", soft_reset: "Soft reset",
-  calibrate: "Calibrate", speed: "Speed", still: "Picture", jog: "Jog", noop: "No operation",
-};
+/** What the portal's own commands are called; those of the robot are added from its spec. */
+export const KINDS: Record<string, string> = { soft_reset: "Soft reset", calibrate: "Calibrate", still: "Picture" };
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);

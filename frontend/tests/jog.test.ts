@@ -23,7 +23,7 @@ test("up on the stick is away from the arm; the cross does the same", () => {
   assert.deepEqual(stick(pad([1, -1], [15])), [1, 1], "never beyond one");
 });
 
-test("two sticks move a hand, and at rest ask for nothing", () => {
+test("two sticks move a tool, and at rest ask for nothing", () => {
   assert.equal(twist(pad([0.1, 0.2, 0, -0.3])), null);
   assert.deepEqual(twist(pad([0, -1, 0, 0])), { x: 1 });
   assert.deepEqual(twist(pad([0, 0, 0.8, 1])), { z: -1, yaw: -0.8 });

@@ -82,6 +82,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
     facts |= {
         "names": spec.joints,
         "cameras": len(description.views(described)),
+        "labels": {c.kind: c.label for c in spec.commands},
         "commands": [{**asdict(c), "asked_by": sorted(c.asked_by)} for c in spec.commands if c.open_to(TURN)],
     }
     if "limb" in described:

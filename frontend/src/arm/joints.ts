@@ -22,7 +22,7 @@ export class Joints {
       stick: () => null,
       whyNot: () => console.whyNot("jog", page.facts()),
       begin: (way) => page.issue(kind, way),
-      ...page.hand,
+      ...page.keepAlive,
     });
   }
 

@@ -44,7 +44,7 @@ export class Position {
       stick: twist,
       whyNot: () => console.whyNot("jog", page.facts()),
       begin: (way) => page.issue(kind, way),
-      ...page.hand,
+      ...page.keepAlive,
     });
   }
 

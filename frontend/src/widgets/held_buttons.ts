@@ -26,7 +26,7 @@ export class HeldButtons {
       arrows: {}, stick: () => null,
       whyNot: () => page.whyNot(spec.kind),
       begin: (direction) => page.issue(spec.kind, direction),
-      ...page.hand,
+      ...page.keepAlive,
     });
   }
 

@@ -41,7 +41,7 @@ class SandConsole extends Basics {
       stick,
       whyNot: () => this.whyNot("jog", page.facts()),
       begin: ([dx, dy]) => page.issue("jog", { dx, dy }),
-      ...page.hand,
+      ...page.keepAlive,
     });
   }
 

@@ -8,7 +8,13 @@ export type Step =
   | { do: "repeat"; times: number; steps: Step[] }
   | { do: "line"; text: string };
 
-const KNOWN = "j k l K g d R E";
+const KNOWN = "j k l K W g d R E";
+const NUMERAL = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/; // the arm's own: no 0x10, no Infinity
+
+/** A number as the arm reads it; NaN where it would refuse it. */
+export function numeral(word: string): number {
+  return NUMERAL.test(word) ? Number(word) : NaN;
+}
 
 /** Return the steps in a text. Throws a sentence that names the line. */
 export function parse(text: string): Step[] {
@@ -20,7 +26,7 @@ export function parse(text: string): Step[] {
       throw new Error(`Line ${i + 1}: ${why}`);
     };
     const [letter = "", ...parts] = line.split(/\s+/);
-    const numbers = parts.map(Number);
+    const numbers = parts.map(numeral);
     const bad = numbers.findIndex((n) => !Number.isFinite(n));
     if (!KNOWN.split(" ").includes(letter)) fail(`there is no step that begins with “${letter}”; known: ${KNOWN}.`);
     if (bad >= 0) fail(`“${parts[bad]}” is no number.`);
@@ -38,6 +44,9 @@ export function parse(text: string): Step[] {
       here.push({ do: "pose", straight: letter === "l", values: numbers.slice(0, 6), ...speed });
     } else if (letter === "K") {
       want(6, 7);
+      here.push({ do: "line", text: line });
+    } else if (letter === "W") {
+      want(0);
       here.push({ do: "line", text: line });
     } else if (letter === "g") {
       want(1);

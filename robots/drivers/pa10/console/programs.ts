@@ -148,7 +148,7 @@ export class Programs {
     const said = await this.ask("POST", { id, name: this.name.value, text: this.text(), shared: this.shared.checked });
     if (!said) return;
     this.current = said as Saved;
-    this.tell(this.current.shared && !this.current.approved ? "Saved. It is in the gallery once a keeper has looked through it." : "Saved.", "good");
+    this.tell(this.current.shared && !this.current.approved ? "Saved. It is in the gallery once staff have looked through it." : "Saved.", "good");
     await this.refresh();
     byId<HTMLButtonElement>("program-delete").hidden = false;
   }

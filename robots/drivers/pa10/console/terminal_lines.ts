@@ -1,4 +1,5 @@
 /** The arm's own lines as commands of the portal. */
+import { numeral } from "./program_text.ts";
 import { rad, type Target } from "../../../../frontend/src/arm/types.ts";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
@@ -6,7 +7,7 @@ const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 /** The command a line stands for. Throws a sentence where it stands for none. */
 export function understood(line: string, axes: string[]): Target {
   const [letter = "", ...parts] = line.trim().split(/\s+/);
-  const numbers = parts.map(Number);
+  const numbers = parts.map(numeral);
   if (numbers.some((n) => !Number.isFinite(n))) throw new Error(`${parts[numbers.findIndex((n) => !Number.isFinite(n))]} is no number.`);
   const count = (least: number, most: number): void => {
     if (numbers.length < least || numbers.length > most)

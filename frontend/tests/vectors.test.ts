@@ -1,0 +1,58 @@
+/** What stands in Python and in TypeScript gives the same for the same vectors (tests/unit/test_vectors.py). */
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
+import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
+import { FINAL, STAGES } from "../src/words.ts";
+
+const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
+const near = (found: readonly number[], wanted: readonly number[]): void =>
+  wanted.forEach((value, i) => assert.ok(Math.abs((found[i] ?? NaN) - value) < 1e-8, `${found} is not ${wanted}`));
+
+interface Plane extends Description {
+  forward: { q: number[]; elbow: number[]; tool: number[] }[];
+  places: { x: number; y: number; allowed: boolean; elbow: number[] | null }[];
+  clicks: { map: Map2; pose: number[]; u: number; v: number; width: number; height: number; target: number[] }[];
+}
+
+test("Mercury's plane: elbow, tool, the sand's edge, what a click means", () => {
+  const plane = read("mercury_plane") as Plane;
+  for (const { q, elbow, tool } of plane.forward) {
+    near(forward(plane, q).elbow, elbow);
+    near(forward(plane, q).tool, tool);
+  }
+  for (const { x, y, allowed, elbow } of plane.places) {
+    assert.equal(onSand(plane, x, y) && reach(plane, x, y) !== null, allowed, `${x}, ${y}`);
+    if (elbow) near(reach(plane, x, y)?.elbow ?? [], elbow);
+  }
+  for (const c of plane.clicks) near(target(c.map, c.pose, c.u, c.v, c.width, c.height), c.target);
+});
+
+/** A tree of steps as the arm runs it: repetitions written out. */
+function flat(steps: Step[]): (string | number)[][] {
+  return steps.flatMap((step): (string | number)[][] => {
+    const speed = "speed" in step && step.speed !== undefined ? [step.speed] : [];
+    switch (step.do) {
+      case "joints": return [["j", ...step.values, ...speed]];
+      case "pose": return [[step.straight ? "l" : "k", ...step.values, ...speed]];
+      case "grip": return [["g", step.closed ? 1 : 0]];
+      case "wait": return [["d", step.seconds]];
+      case "repeat": return Array.from({ length: step.times }, () => flat(step.steps)).flat();
+      case "line": return [step.text.split(/\s+/).map((word, i) => (i ? Number(word) : word))];
+    }
+  });
+}
+
+test("the museum arm's programs are read as the arm reads them, and refused in the same line", () => {
+  for (const one of read("pa10_programs") as { text: string; steps?: (string | number)[][]; refused?: number | null }[]) {
+    if (one.steps) assert.deepEqual(flat(parse(one.text)), one.steps, one.text);
+    else assert.throws(() => parse(one.text), one.refused ? new RegExp(`^Error: Line ${one.refused}:`) : /has no end/, one.text);
+  }
+});
+
+test("every state of a command has words, and the same ones are final", () => {
+  const known = read("command_states") as { states: string[]; final: string[] };
+  assert.deepEqual([...FINAL].sort(), known.final);
+  for (const state of known.states) assert.ok(STAGES[state], state);
+});

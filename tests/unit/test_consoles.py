@@ -1,0 +1,46 @@
+"""Consoles of the robots that ship with Farhand: found in their folders, with buttons for what the robots can do."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from portal.consoles.console import PLAIN, console_of
+from robots.contract.find import spec_of
+from robots.contract.spec import TURN
+
+ROOT = Path(__file__).resolve().parents[2]
+DRAWN = sorted(p.parent.parent.name for p in (ROOT / "robots" / "drivers").glob("*/console/console.ts"))
+
+
+def test_robots_with_a_console_are_found():
+    assert {"mercury", "pa10"} <= set(DRAWN)
+    assert console_of("so101") == PLAIN
+
+
+@pytest.mark.parametrize("driver", DRAWN)
+def test_every_button_of_a_command_names_one_that_an_operator_may_give(driver):
+    console = console_of(driver)
+    assert (ROOT / "frontend" / console.built).resolve().is_file()
+    page = (ROOT / "robots/drivers" / driver / "console" / "console.html").read_text()
+    named = set(re.findall(r'data-kind="([^"]+)"', page))
+    assert named, "a button without the name of its command would be offered whatever the robot can do"
+    assert named <= {c.kind for c in spec_of(driver).commands if c.open_to(TURN)}
+
+
+@pytest.mark.parametrize("driver", DRAWN)
+def test_stop_and_release_are_the_frames(driver):
+    page = (ROOT / "robots/drivers" / driver / "console" / "console.html").read_text()
+    assert page.startswith('{% extends "consoles/frame.html" %}')
+    assert 'data-command="stop"' not in page
+    frame = (ROOT / "templates/consoles/frame.html").read_text()
+    in_blocks = "".join(re.findall(r"{% block \w+ %}(.*?){% endblock %}", frame, re.DOTALL))
+    assert frame.count('data-command="stop"') == 1
+    assert 'data-command="stop"' not in in_blocks
+
+
+def test_one_function_alone_switches_controls_off():
+    """A control that only looks switched off would not say why."""
+    sources = [*(ROOT / "frontend/src").rglob("*.ts"), *(ROOT / "robots/drivers").glob("*/console/*.ts")]
+    found = [p.name for p in sources if re.search(r'setAttribute\(\s*"aria-disabled"', p.read_text())]
+    assert found == ["parts.ts"]

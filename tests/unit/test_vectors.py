@@ -1,0 +1,65 @@
+"""What stands in Python and in TypeScript gives the same for the same vectors (frontend/tests/vectors.test.ts)."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from robots.description import load
+from robots.drivers.errors import OutOfWorkspace
+from robots.drivers.mercury import calibration
+from robots.drivers.mercury.limits import check_target
+from robots.drivers.mercury.scara import scara
+from robots.drivers.pa10.protocol import Malformed, program
+from robots.states import COMMAND_FINAL, CommandState
+
+VECTORS = Path(__file__).resolve().parents[1] / "vectors"
+
+
+def read(name):
+    return json.loads((VECTORS / f"{name}.json").read_text())
+
+
+PLANE, PROGRAMS = read("mercury_plane"), read("pa10_programs")
+ARM, DESCRIPTION = scara(PLANE), load("mercury")
+
+
+def test_the_plane_is_that_of_the_arm():
+    assert (PLANE["arm"], PLANE["sand"]) == (DESCRIPTION["arm"], DESCRIPTION["sand"])
+
+
+@pytest.mark.parametrize("one", PLANE["forward"])
+def test_elbow_and_tool(one):
+    q = (*one["q"], 0.0, 0.0)
+    assert ARM.elbow(q) == pytest.approx(one["elbow"], abs=1e-8)
+    assert ARM.forward(q)[:2] == pytest.approx(one["tool"], abs=1e-8)
+
+
+@pytest.mark.parametrize("one", PLANE["places"])
+def test_places_on_and_off_the_sand(one):
+    if not one["allowed"]:
+        with pytest.raises(OutOfWorkspace):
+            check_target(DESCRIPTION, one["x"], one["y"], 0.0)
+        return
+    assert ARM.elbow(check_target(DESCRIPTION, one["x"], one["y"], 0.0)) == pytest.approx(one["elbow"], abs=1e-8)
+
+
+@pytest.mark.parametrize("one", PLANE["clicks"])
+def test_what_a_click_means(one):
+    found = calibration.target({"at": one["map"]}, tuple(one["pose"]), one["u"], one["v"], one["width"], one["height"])
+    assert found == pytest.approx(one["target"], abs=1e-8)
+
+
+@pytest.mark.parametrize("one", PROGRAMS, ids=lambda one: repr(one["text"])[:30])
+def test_programs_as_text(one):
+    if "steps" in one:
+        assert [[step.letter, *step.numbers] for step in program(one["text"])] == one["steps"]
+        return
+    with pytest.raises(Malformed) as refused:
+        program(one["text"])
+    assert str(refused.value).startswith(f"line {one['refused']}:" if one["refused"] else "a repetition (R) has no end")
+
+
+def test_states_of_commands():
+    known = read("command_states")
+    assert known == {"states": [state.value for state in CommandState], "final": sorted(COMMAND_FINAL)}

@@ -6,7 +6,9 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 from django.conf import settings
+from django.test import TransactionTestCase
 from hypothesis import settings as hypothesis_settings
+from pytest_django.plugin import blocking_manager_key
 
 hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
 hypothesis_settings.load_profile("farhand")
@@ -17,6 +19,17 @@ CALIBRATION = {
     "up": {"matrix": [[7.704e-4, 3.2e-5, 3.0e-3], [3.2e-5, -7.748e-4, -2.2e-3]], "z": 0.075, "theta": 0.0, "residual_mm": 0.2, "points": 6},
     "down": {"matrix": [[4.881e-4, 2.0e-5, 3.0e-3], [2.0e-5, -4.9e-4, -2.2e-3]], "z": 0.0, "theta": 0.0, "residual_mm": 0.2, "points": 6},
 }  # fmt: skip
+
+
+def _emptied(_case):
+    """Empty the tables after a test that commits; the robot that runs on is settled by the one who kept it."""
+    from tests.house import HOUSE
+    from tests.store import wipe
+
+    wipe() if HOUSE.sim is None else None
+
+
+TransactionTestCase._fixture_teardown = _emptied
 
 
 class FakeClock:
@@ -112,12 +125,47 @@ def which(request):
     return getattr(request, "param", "mercury")
 
 
+@pytest.fixture(scope="session")
+def house(django_db_setup):
+    """What is kept running from test to test; stopped before the database goes."""
+    from tests.house import HOUSE
+
+    yield HOUSE
+    HOUSE.close()
+
+
+def _keeps(item):
+    """Tell whether a test takes the robot that the test before has left running."""
+    return (
+        {"rig", "portal"} & set(item.fixturenames)
+        and "robot" in item.fixturenames
+        and not item.get_closest_marker("own")
+    )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    from tests.house import HOUSE
+
+    which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
+    if HOUSE.sim is not None and not (_keeps(item) and HOUSE.robot(which)):
+        from tests.store import wipe
+
+        HOUSE.leave()
+        blocker = item.session.config.stash[blocking_manager_key]
+        with blocker.unblock():
+            wipe()
+
+
 @pytest.fixture
 def robot(db, which):
     from queueing.services import queue_of
     from robots.models import Robot
     from robots.states import Cycle
+    from tests.house import HOUSE
 
+    if HOUSE.robot(which) is not None:
+        return Robot.objects.get(slug=which)
     made = Robot.objects.create(
         slug=which, name=which.title(), driver=which, address=f"sim:{which}", enabled=True,
         cycle=Cycle.READY, calibration=CALIBRATION if which == "mercury" else {},

@@ -25,9 +25,12 @@ class Simulator:
     def __init__(self, folder: Path, seed: int = 1, tcp: int | None = None, baud: int = 4800) -> None:
         self.folder, self.seed, self.tcp, self.baud = folder, seed, tcp, baud
         self.process: subprocess.Popen | None = None
+        self._counted: dict[str, int] = {}
+        self._read = 0  # bytes of the journal
         self.start()
 
     def start(self) -> None:
+        self._counted = {}
         (self.folder / "camera").unlink(missing_ok=True)
         self.process = subprocess.Popen(
             [PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed),
@@ -56,14 +59,22 @@ class Simulator:
     def clear(self) -> None:
         self.ask(verb="clear")
 
+    def forget(self) -> None:
+        """Count anew, and read the journal from here on."""
+        self._counted = self.ask(verb="status")["counts"]
+        self._read = (self.folder / "journal.jsonl").stat().st_size
+
     def status(self) -> dict:
-        return self.ask(verb="status")
+        status = self.ask(verb="status")
+        return status | {"counts": {name: n - self._counted.get(name, 0) for name, n in status["counts"].items()}}
 
     def count(self, event: str) -> int:
         return self.status()["counts"].get(event, 0)
 
     def journal(self) -> list[dict]:
-        return [json.loads(line) for line in (self.folder / "journal.jsonl").read_text().splitlines()]
+        with (self.folder / "journal.jsonl").open() as lines:
+            lines.seek(self._read)
+            return [json.loads(line) for line in lines]
 
 
 class ArmSimulator(Simulator):
@@ -74,6 +85,7 @@ class ArmSimulator(Simulator):
         super().__init__(folder)
 
     def start(self) -> None:
+        self._counted = {}
         for name in ("tty", "cameras.json"):
             (self.folder / name).unlink(missing_ok=True)
         self.process = subprocess.Popen(

@@ -4,10 +4,13 @@ import pytest
 
 from robots.drivers.mercury.driver import Driver
 from robots.drivers.pa10.driver import Driver as ArmDriver
+from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Hand, allow, do
 from tests.faults.proof import Proof
 from tests.rig import ArmSimulator, Simulator
+
+HOME = (0.0, 0.42, 0.075)
 
 
 @pytest.fixture
@@ -16,11 +19,29 @@ def proof(request):
     return Proof.at(request.node)
 
 
-@pytest.fixture
-def sim(tmp_path):
-    simulator = Simulator(tmp_path)
+@pytest.fixture(scope="session")
+def mercury(tmp_path_factory):
+    simulator = Simulator(tmp_path_factory.mktemp("mercury"))
     yield simulator
     simulator.stop()
+
+
+@pytest.fixture
+def sim(mercury, request):
+    """The simulator as if it had just been switched on: not calibrated, without a fault, nothing counted."""
+    if mercury.process.poll() is not None:
+        mercury.start()
+    elif "ready" not in request.fixturenames and mercury.status()["pose"][:3] != pytest.approx(HOME, abs=1e-3):
+        mercury.stop()
+        (mercury.folder / "state.json").unlink()
+        mercury.start()
+    mercury.clear()
+    boot = mercury.status()["boot"]
+    mercury.fault("power_cycle", count=1)
+    wait_for(lambda: mercury.status()["boot"] != boot, 5, "the power")
+    time.sleep(RESET_S)
+    mercury.forget()
+    return mercury
 
 
 @pytest.fixture
@@ -40,7 +61,8 @@ def driver(sim, speed):
 def ready(driver):
     """A driver whose arm is calibrated and at home."""
     driver.connect()
-    driver.recover(lambda: None)
+    if driver.recover(allow).pose[:3] != pytest.approx(HOME, abs=1e-3):
+        do(driver, "home")
     return driver
 
 

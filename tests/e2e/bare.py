@@ -19,7 +19,6 @@ from robots.contract.session import RobotState
 from robots.messages import state_packet
 from robots.models import Frame, Lease, Robot
 from robots.states import Cycle, GrantEnd
-from tests.rig import Web
 
 PASSWORD = "correct horse 42"
 JOINTS = {"mercury": (0.9, 1.8, 0.0, 0.0), "pa10": (0.0, 0.44, 1.31, 0.0, 1.4, 0.0, 0.05)}
@@ -29,7 +28,7 @@ SIZES = {"mercury": (192, 165), "pa10": (320, 240)}
 class BarePortal:
     """Both robots in the database, as if their owners lived; joints are told again and again."""
 
-    def __init__(self, **env):
+    def __init__(self, web):
         self.robots = {name: add_robot(name) for name in JOINTS}
         self.robot = self.robots["mercury"]
         for robot in self.robots.values():
@@ -43,8 +42,8 @@ class BarePortal:
         self._told = threading.Event()
         self._teller = threading.Thread(target=self._tell, daemon=True)
         self._teller.start()
-        self.web = Web(**env)
-        self.url = self.web.url
+        self.web = web
+        self.url = web.url
 
     def _tell(self):
         number = 0
@@ -60,7 +59,6 @@ class BarePortal:
     def stop(self):
         self._told.set()
         self._teller.join()
-        self.web.kill()
 
     def person(self, name, *robots, **more):
         user = User.objects.create_user(name, f"{name}@example.org", PASSWORD, **more)

@@ -13,44 +13,61 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from portal.seeding import seed_clearance
 from robots import bus
+from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
-from tests.faults.arms import ARMS
-from tests.rig import Web, housekeeping, worker
+from tests.e2e.bare import BarePortal
 
 AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
 expect.set_options(timeout=15_000)
 
 
 class Portal:
-    """Web process, housekeeping, one robot with its worker and simulator."""
+    """Web process, housekeeping, one robot with its worker and simulator; all run on for the next test."""
 
-    def __init__(self, robot):
-        shutil.rmtree(robot.rig_dir, ignore_errors=True)
-        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-        robot.rig_dir.mkdir(parents=True)
-        Robot.objects.update(cycle=Cycle.OFFLINE)
-        self.robot = robot
-        self.sim = ARMS[robot.driver].simulator(robot.rig_dir)
-        self.worker = worker(robot.slug)
-        self.housekeeping = housekeeping()
-        self.web = Web()
-        self.url = self.web.url
+    def __init__(self, robot, house):
+        self.robot, self._house = robot, house
+        self.sim = house.simulator_of(robot)
+        house.owner_of(robot)
+        house.housekeeping()
+        self.url = house.web_process().url
         wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is ready")
 
-    def stop(self):
-        for child in (self.web, self.housekeeping, self.worker):
-            if child.alive():
-                child.kill()
-        self.sim.stop()
+    @property
+    def web(self):
+        return self._house.web
+
+    @web.setter
+    def web(self, process):
+        self._house.web = process
+
+    @property
+    def worker(self):
+        return self._house.owner
+
+    @worker.setter
+    def worker(self, process):
+        self._house.owner = process
 
 
 @pytest.fixture
-def portal(transactional_db, redis_server, robot):
-    bus.connection().flushall()
+def portal(transactional_db, redis_server, robot, house):
+    if house.robot(robot.slug) is None:
+        bus.connection().flushall()
+    shutil.rmtree(settings.VAR / "mail", ignore_errors=True)
     seed_clearance(robot)
-    made = Portal(robot)
+    yield Portal(robot, house)
+    if redis_server.process is None:
+        redis_server.start()
+    house.settle()
+
+
+@pytest.fixture
+def bare(transactional_db, redis_server, house):
+    """The web process over rows alone; tests that need it take it as their `portal`."""
+    bus.connection().flushall()
+    made = BarePortal(house.web_process())
     yield made
     made.stop()
 
@@ -133,6 +150,18 @@ class Visitor:
                 box.check()
         page.click("main form button")
         page.wait_for_url(f"**/robots/{slug}/")
+        return self
+
+    def cleared(self, name, address="/robots/{}/"):
+        """Be somebody who signed up and passed long ago, by rows and a session; stand on the robot's page, or nowhere."""
+        from accounts.models import Clearance, User
+
+        robot = self.portal.robot
+        self.user = User.objects.create_user(name, f"{name}@example.org", "correct horse 42")
+        Clearance.objects.create(user=self.user, robot=robot, granted_at=SYSTEM.now())
+        session(self, self.user)
+        if address is not None:
+            self.page.goto(address.format(robot.slug))
         return self
 
     def axe(self, where=""):

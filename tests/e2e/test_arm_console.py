@@ -26,7 +26,7 @@ pytestmark = [pytest.mark.alone, pytest.mark.parametrize("which", ["pa10"], indi
 @pytest.fixture
 def operator(visitor):
     def make(name="ada", **options):
-        person = visitor(**options).sign_up(name).get_cleared()
+        person = visitor(**options).cleared(name)
         person.page.click("[data-do=join]")
         person.page.locator("[data-do=accept]").press("Enter", timeout=30_000)
         person.page.wait_for_selector(".operating", timeout=20_000)

@@ -5,10 +5,8 @@ import pytest
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing.models import Ticket
-from robots import bus
 from robots.clock import SYSTEM
 from tests.conftest import at_length
-from tests.e2e.bare import BarePortal
 from tests.e2e.conftest import session
 from tests.e2e.test_layout import PUBLIC
 
@@ -24,11 +22,8 @@ OWN = ["/me/", "/accounts/email/", "/accounts/password/change/", "/accounts/logo
 
 
 @pytest.fixture
-def portal(transactional_db, redis_server):
-    bus.connection().flushall()
-    made = BarePortal()
-    yield made
-    made.stop()
+def portal(bare):
+    return bare
 
 
 def looked_at(one, addresses):

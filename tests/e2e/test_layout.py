@@ -3,8 +3,6 @@
 import pytest
 from playwright.sync_api import expect
 
-from robots import bus
-from tests.e2e.bare import BarePortal
 from tests.e2e.conftest import session
 
 PHONES = [(390, 844), (360, 640), (844, 390)]
@@ -22,11 +20,8 @@ PLACES = "() => [...document.querySelectorAll('#controls .button')].map((b) => O
 
 
 @pytest.fixture
-def portal(transactional_db, redis_server):
-    bus.connection().flushall()
-    made = BarePortal()
-    yield made
-    made.stop()
+def portal(bare):
+    return bare
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ BLAME = re.compile("robot does not answer|state is not known")
 def bench(portal, visitor):
     """A page behind a line that can be cut: (visitor, line)."""
     line = Proxy(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))
-    ada = visitor().sign_up("ada").get_cleared()
+    ada = visitor().cleared("ada")
     ada.allowed = ("ERR_", "WebSocket")
     yield ada, line
     line.set("cut")

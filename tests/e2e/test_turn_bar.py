@@ -6,30 +6,19 @@ from datetime import timedelta
 import pytest
 from playwright.sync_api import expect
 
-from accounts.models import Clearance
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots.clock import SYSTEM
 from tests.conftest import wait_for
-from tests.e2e.conftest import session
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 BAR = "#turnbar"
 
 
 @pytest.fixture
-def cast(portal, visitor, django_user_model):
+def cast(visitor):
     """Cleared people by name, each in a browser of their own."""
-
-    def make(name, **options):
-        user = django_user_model.objects.create_user(name, f"{name}@example.org", "correct horse 42")
-        Clearance.objects.create(user=user, robot=portal.robot, granted_at=SYSTEM.now())
-        one = visitor(**options)
-        session(one, user)
-        one.user = user
-        return one
-
-    return make
+    return lambda name, **options: visitor(**options).cleared(name, None)
 
 
 def elsewhere(one, address="/log/"):

@@ -7,15 +7,13 @@ from playwright.sync_api import expect
 
 from operatorlog.models import Entry, SurveyAnswer
 from queueing.models import Turn
-from robots import bus
 from tests.e2e.bare import BarePortal
 from tests.e2e.conftest import session
 
 
 @pytest.fixture
-def portal(transactional_db, redis_server):
-    bus.connection().flushall()
-    made = BarePortal(FARHAND_QUIZ_PAUSE_S="4")
+def portal(transactional_db, redis_server, house):
+    made = BarePortal(house.web_process(FARHAND_QUIZ_PAUSE_S="4"))
     yield made
     made.stop()
 

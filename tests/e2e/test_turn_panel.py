@@ -29,7 +29,7 @@ def press(page, button, seconds):
 
 @pytest.mark.tenth
 def test_presses_across_ticks_all_count(portal, visitor):
-    ada = visitor().sign_up("ada").get_cleared()
+    ada = visitor().cleared("ada")
     page = ada.page
     page.click("[data-do=join]")
     take = page.locator("[data-do=accept]")
@@ -47,7 +47,7 @@ def test_presses_across_ticks_all_count(portal, visitor):
 
 
 def test_the_focus_stays_on_the_same_button_over_ticks(portal, visitor):
-    ada = visitor().sign_up("ada").get_cleared()
+    ada = visitor().cleared("ada")
     page = ada.page
     page.click("[data-do=join]")
     page.locator("[data-do=accept]").press("Enter")

@@ -31,7 +31,7 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     expect(watcher.page.locator("#controls")).to_be_hidden()
 
     ada = visitor().sign_up("ada").get_cleared()
-    bob = visitor().sign_up("bob").get_cleared()
+    bob = visitor().cleared("bob")
     ada.page.click("[data-do=join]")
     ada.page.locator("[data-do=accept]").press("Enter")
     expect(ada.page.locator("#robot")).to_have_class(re.compile("operating"))
@@ -94,7 +94,7 @@ def end_turn(page):
 
 
 def operating(visitor, name="ada"):
-    one = visitor().sign_up(name).get_cleared()
+    one = visitor().cleared(name)
     one.page.click("[data-do=join]")
     one.page.locator("[data-do=accept]").press("Enter")
     expect(one.page.locator("#robot")).to_have_class(re.compile("operating"))

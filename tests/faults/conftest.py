@@ -22,22 +22,35 @@ from tests.rig import worker
 
 
 class Rig:
-    """One robot with its simulator and any number of workers."""
+    """One robot with its simulator and owner, which run on for the next test; or with workers of the test's own."""
 
-    def __init__(self, robot, people, redis_server):
-        self.robot, self.people, self.redis = robot, people, redis_server
+    def __init__(self, robot, people, redis_server, house):
+        self.robot, self.people, self.redis, self._house = robot, people, redis_server, house
         self.workers = []
-        Robot.objects.update(cycle=Cycle.OFFLINE)
-        folder = robot.rig_dir
-        shutil.rmtree(folder, ignore_errors=True)
-        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-        folder.mkdir(parents=True)
         self.arm = ARMS[robot.driver]
-        self.sim = self.arm.simulator(folder)
+        self._own_sim = None
         self.share = None  # of full speed, for robots that take it with each target
         self.proxies = []
 
+    @property
+    def sim(self):
+        return self._own_sim or self._house.simulator_of(self.robot)
+
+    @sim.setter
+    def sim(self, simulator):
+        self._own_sim = simulator
+
     def start_worker(self, doom=None, **env):
+        """Start a worker; a test that begins with one has simulator and workers of its own."""
+        if not self.workers and self._own_sim is None:
+            self._house.leave()
+            folder = self.robot.rig_dir
+            shutil.rmtree(folder, ignore_errors=True)
+            shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+            folder.mkdir(parents=True)
+            Lease.objects.filter(robot=self.robot).delete()
+            Robot.objects.update(cycle=Cycle.OFFLINE)
+            self._own_sim = self.arm.simulator(folder)
         child = worker(self.robot.slug, doom=doom, **env)
         self.workers.append(child)
         return child
@@ -59,8 +72,12 @@ class Rig:
         return proxy, {"DATABASE_URL": f"postgres://{db['USER']}:@{str(folder).replace('/', '%2F')}/{db['NAME']}"}
 
     def owner(self, **env):
-        """Start a worker and wait until it owns the robot and has put it in order."""
-        child = self.start_worker(**env)
+        """Have a worker that owns the robot, and wait until it has put it in order."""
+        if env:
+            child = self.start_worker(**env)
+        else:
+            child = self._house.owner_of(self.robot)
+            self.workers.append(child)
         self.wait_ready()
         return child
 
@@ -126,12 +143,14 @@ class Rig:
 
     def close(self):
         for child in self.workers:
-            if child.alive():
-                child.signal(signal.SIGCONT)
+            child.signal(signal.SIGCONT)
+            if child.alive() and child is not self._house.owner:
                 child.kill()
-        self.sim.stop()
+        if self._own_sim is not None:
+            self._own_sim.stop()
         for proxy in self.proxies:
             proxy.close()
+        self._house.settle()
 
 
 @pytest.fixture
@@ -147,13 +166,14 @@ def witness():
 
 
 @pytest.fixture
-def rig(transactional_db, redis_server, robot, people):
-    bus.connection().flushall()
-    made = Rig(robot, people, redis_server)
+def rig(transactional_db, redis_server, robot, people, house):
+    if house.robot(robot.slug) is None:
+        bus.connection().flushall()
+    made = Rig(robot, people, redis_server, house)
     yield made
-    made.close()
     if redis_server.process is None:
         redis_server.start()
+    made.close()
 
 
 @pytest.fixture

@@ -87,7 +87,7 @@ class RedisServer:
              "--save", "", "--appendonly", "no", "--loglevel", "warning", "--dir", str(settings.VAR)],
             stdout=subprocess.DEVNULL,
         )  # fmt: skip
-        wait_for(bus.alive, 10, "Redis")
+        wait_for(bus.alive, 60, "Redis")
 
     def stop(self) -> None:
         if self.process is not None:

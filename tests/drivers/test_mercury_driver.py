@@ -256,6 +256,7 @@ def test_sequence_numbers_go_round(ready, sim):
 
 
 def test_the_bed_survives_a_restart_of_the_simulator(ready, sim):
+    (sim.folder / "bed.npy").unlink(missing_ok=True)
     do(ready, "down")
     do(ready, "air", seconds=0.5)
     wait_for((sim.folder / "bed.npy").exists, 5, "the bed")

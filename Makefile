@@ -4,7 +4,7 @@ PORT ?= 8000
 PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
 # most of a fault test is waiting, so several run side by side; what judges by fractions of a second runs alone
-BESIDE = -n 3 -m
+BESIDE = -n 5 --dist loadgroup -m
 
 .PHONY: wheel run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 

@@ -143,6 +143,16 @@ def _keeps(item):
     )
 
 
+TOGETHER = ("tests/e2e/", "tests/faults/", "tests/drivers/")
+
+
+def pytest_collection_modifyitems(items):
+    """Give a file's tests to one process where they keep something running; the others fill the gaps."""
+    for item in items:
+        if item.nodeid.startswith(TOGETHER):
+            item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
     from tests.house import HOUSE

@@ -46,8 +46,15 @@ def watch_banner(page, seconds):
     return said
 
 
-@pytest.mark.parametrize("way", ["cut", "stall"])
-@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+@pytest.mark.parametrize(
+    ("way", "size"),
+    [
+        pytest.param("cut", DESKTOP, id="desktop-cut"),
+        pytest.param("stall", PHONE, id="phone-stall"),
+        pytest.param("stall", DESKTOP, id="desktop-stall", marks=pytest.mark.length),
+        pytest.param("cut", PHONE, id="phone-cut", marks=pytest.mark.length),
+    ],
+)
 def test_a_lost_connection_is_said_for_as_long_as_it_lasts_and_blames_no_robot(bench, size, way):
     ada, line = bench
     page = operate(ada, line, size)
@@ -66,7 +73,7 @@ def test_a_lost_connection_is_said_for_as_long_as_it_lasts_and_blames_no_robot(b
     expect(page.locator("#banner")).to_be_hidden(timeout=20_000)
 
 
-@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+@pytest.mark.parametrize("size", [pytest.param(DESKTOP, marks=pytest.mark.length), PHONE], ids=["desktop", "phone"])
 def test_a_stop_pressed_offline_says_what_happens_and_is_sent_when_the_line_is_back(portal, bench, size):
     ada, line = bench
     page = operate(ada, line, size)

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots.clock import SYSTEM
-from tests.conftest import wait_for
+from tests.conftest import at_length, wait_for
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 BAR = "#turnbar"
@@ -75,7 +75,7 @@ def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
     expect(page.locator(BAR)).to_be_hidden()
 
 
-@pytest.mark.parametrize("size", [PHONE, DESKTOP], ids=["phone", "desktop"])
+@pytest.mark.parametrize("size", [PHONE, at_length(DESKTOP)], ids=["phone", "desktop"])
 def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(portal, cast, size):
     ada = cast("ada", viewport=size)
     page = elsewhere(ada)
@@ -247,4 +247,5 @@ def test_a_page_in_the_background_whose_timers_do_not_run_is_told_all_the_same(p
     queue.announce(queue.queue_of(portal.robot))
     twenty = ["assertive", "20 seconds left to take control of Mercury."]
     wait_for(lambda: page.wait_for_timeout(50) or twenty in page.evaluate("heard"), 10, "the moment")
+    Ticket.objects.update(offer_until=SYSTEM.now() + timedelta(seconds=1))
     expect(page).to_have_title(re.compile("! Missed turn"), timeout=40_000)

@@ -15,7 +15,7 @@ COUNT = """
     event.stopImmediatePropagation();
   }, true); }
 """
-PRESSES = 60
+PRESSES = 20
 
 
 def press(page, button, seconds):

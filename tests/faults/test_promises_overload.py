@@ -105,7 +105,7 @@ class Day:
 
 @BOTH_AT_LENGTH
 def test_promise_43_overload_is_a_brownout(rig, proof, witness):
-    seconds = proof.count(f"seconds beside {BUSY} busy processes", 20, 300)
+    seconds = proof.count(f"seconds beside {BUSY} busy processes", 10, 300)
     owner, broom, web = rig.owner(), housekeeping(), Web()
     epoch = rig.lease().epoch
     try:

@@ -101,7 +101,7 @@ def state_of(pid):
 @BOTH_AT_LENGTH
 @pytest.mark.alone
 def test_promise_05_one_owner_however_many_start(rig, proof):
-    number = proof.count("workers started at once", 5, 20)
+    number = proof.count("workers started at once", 3, 20)
     for _ in range(number):
         rig.start_worker()
     rig.wait_ready(120)

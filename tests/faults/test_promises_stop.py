@@ -84,7 +84,7 @@ def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
     """A hundred commands wait and one moves; the stop comes through the socket of the page."""
     if condition == "database stalled" and connection.vendor != "postgresql":
         pytest.skip("SQLite has no line that could stall")
-    times = proof.count(f"stops, {condition}", 3, 30, 50)
+    times = proof.count(f"stops, {condition}", 2, 30, 50)
     proxy, env = rig.database_proxy() if condition == "database stalled" else (None, {})
     rig.owner(**env)
     web = Web(**env)
@@ -176,12 +176,12 @@ def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
 @BOTH_AT_LENGTH
 def test_promise_08_a_release_wins_over_the_stop_before_it_and_no_other(rig, proof):
     """Stop and release in quick succession, at every distance: the last word holds."""
-    times = proof.count("stops released at once", 8, 60)
+    times = proof.count("stops released at once", 4, 60)
     rig.owner()
     rig.grant(seconds=3000)
     for i in range(times):
         services.stop(rig.robot, rig.people["ada"])
-        time.sleep(0.03 * (i % 8))
+        time.sleep(0.03 * (3 * i % 8))  # four are enough for near and far
         services.release_stop(rig.robot, rig.people["ada"], checked=True)
         wait_for(lambda: not latched(rig), 5, "the release")
         time.sleep(0.35)

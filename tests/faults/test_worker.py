@@ -13,9 +13,10 @@ from robots.drivers.errors import Stopped
 from robots.grants import owner_alive
 from robots.models import Command, Frame, Grant, Incident, Robot
 from robots.states import Cycle, GrantKind
-from tests.conftest import wait_for
+from tests.conftest import at_length, wait_for
 
 MS = 0.001
+CLICKS = ((-0.15, 0.35), (0.18, 0.5), (0.0, 0.42), (-0.18, 0.5), (0.18, 0.33))
 
 
 def far(rig):
@@ -316,7 +317,8 @@ def test_handover_verifies_by_the_camera_and_fails_closed(rig):
     assert Grant.objects.filter(kind=GrantKind.HANDOVER).count() >= 2
 
 
-def test_calibration_measures_what_the_camera_really_does(rig):
+@pytest.mark.parametrize("places", [CLICKS[:2], at_length(CLICKS)], ids=["two", "all"])
+def test_calibration_measures_what_the_camera_really_does(rig, places):
     Robot.objects.update(calibration={})
     rig.start_worker()
     rig.wait_ready(90)
@@ -327,7 +329,7 @@ def test_calibration_measures_what_the_camera_really_does(rig):
         assert abs(d * 1000 + mm_per_px) < 0.03
         assert found[name]["residual_mm"] < 1.0
     rig.grant()
-    for x, y in ((-0.15, 0.35), (0.15, 0.5), (0.0, 0.42), (-0.18, 0.5), (0.18, 0.33)):
+    for x, y in places:
         for kind in ("up", "down"):
             assert rig.final(rig.issue("move", x=x, y=y)).state == "completed"
             assert rig.final(rig.issue(kind)).state in ("completed", "rejected")

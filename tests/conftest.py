@@ -146,6 +146,7 @@ def _keeps(item):
 TOGETHER = ("tests/e2e/", "tests/faults/", "tests/drivers/")
 
 
+@pytest.hookimpl(tryfirst=True)  # before the names of groups are read
 def pytest_collection_modifyitems(items):
     """Give a file's tests to one process where they keep something running; the others fill the gaps."""
     for item in items:

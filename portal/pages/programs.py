@@ -3,7 +3,7 @@
 import json
 from typing import Any
 
-from django.http import HttpRequest, JsonResponse
+from django.http import HttpRequest, JsonResponse, RawPostDataException
 from django.shortcuts import get_object_or_404
 from django.views.decorators.cache import never_cache
 
@@ -50,7 +50,7 @@ def programs_of(request: HttpRequest, slug: str) -> JsonResponse:
 def _said(request: HttpRequest) -> dict[str, Any]:
     try:
         said = json.loads(request.body[: LARGEST + 1])
-    except (ValueError, RecursionError) as error:
+    except (ValueError, RecursionError, RawPostDataException) as error:
         raise BadRequest("That is no JSON.") from error
     if not isinstance(said, dict):
         raise BadRequest("That is no object.")

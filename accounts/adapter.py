@@ -36,6 +36,14 @@ def _send(message: EmailMessage) -> None:
         log.exception("a mail could not be sent")
 
 
+def send_beside(message: EmailMessage) -> None:
+    """Send a mail beside what goes on; one that cannot be sent is noted in the log."""
+    if settings.MAIL_IN_BACKGROUND:
+        _sender.submit(_send, message)
+    else:
+        message.send()
+
+
 class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
     """Everything else is allauth's own."""
 
@@ -76,11 +84,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
 
     def send_mail(self, template_prefix: str, email: str, context: dict[str, Any]) -> None:
         """Render a mail now, send it beside the answer."""
-        message = self.render_mail(template_prefix, email, self._filled(email, context))
-        if settings.MAIL_IN_BACKGROUND:
-            _sender.submit(_send, message)
-        else:
-            message.send()
+        send_beside(self.render_mail(template_prefix, email, self._filled(email, context)))
 
     def _filled(self, email: str, given: dict[str, Any]) -> dict[str, Any]:
         from allauth.core import context  # noqa: PLC0415 - holds the request of this thread

@@ -3,12 +3,21 @@
 from typing import Any
 
 from queueing import fairshare
-from queueing.models import OPEN_TICKET, Account, Queue, Ticket
+from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, Queue, Ticket
 
 
 def account_of(queue: Queue, user: Any) -> Account:
     """Return the person's account in the queue; the first use opens it."""
     return Account.objects.get_or_create(queue=queue, user=user)[0]
+
+
+def account_of_guests(queue: Queue, network: str) -> Account:
+    """Return the account that all guests of one network address share, with the weight that staff set."""
+    account, _ = Account.objects.get_or_create(queue=queue, user=None, network=network)
+    if account.weight != queue.guest_weight:
+        account.weight = queue.guest_weight
+        account.save(update_fields=["weight"])
+    return account
 
 
 def next_tag(queue: Queue, account: Account) -> float:
@@ -32,7 +41,8 @@ def charge(queue: Queue, account: Account, start_tag: float, amount: float) -> N
 
 def settle(queue: Queue) -> None:
     """Take away what absence would earn, once nobody waits and nobody is served."""
-    if not Ticket.objects.filter(queue=queue, state__in=OPEN_TICKET).exists():
+    asked = Ticket.objects.filter(queue=queue, state__in=OPEN_TICKET).exists()
+    if not asked and not Job.objects.filter(queue=queue, state__in=OPEN_JOB).exists():
         clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).empty()
         Queue.objects.filter(pk=queue.pk).update(virtual_time=clock.virtual)
         queue.virtual_time = clock.virtual

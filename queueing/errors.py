@@ -23,3 +23,15 @@ class RobotUnavailable(QueueError):
     """The robot is not offered now."""
 
     code = "unavailable"
+
+
+class TooManyJobs(QueueError):
+    """As many jobs as one may have are open."""
+
+    code = "too_many_jobs"
+
+
+class NotYourJob(QueueError):
+    """The job is somebody else's."""
+
+    code = "not_your_job"

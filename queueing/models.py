@@ -4,6 +4,14 @@ from django.conf import settings
 from django.db import models
 from django.db.models import Q
 
+from queueing.jobs.models import OPEN_JOB, Job, JobRun, JobState
+from robots.rules import positive
+
+__all__ = (
+    "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "ClassicToken", "Job", "JobRun", "JobState", "Queue",
+    "QueueRobot", "Ticket", "TicketState", "Turn",
+)  # fmt: skip
+
 
 class TicketState(models.TextChoices):
     """Where a place in the queue is in its life."""
@@ -20,11 +28,22 @@ OPEN_TICKET = (TicketState.WAITING, TicketState.OFFERED, TicketState.OPERATING)
 NOT_YET = (TicketState.WAITING, TicketState.OFFERED)
 
 
+class Charge(models.TextChoices):
+    """In what the use of a robot is charged."""
+
+    SECONDS = "seconds", "Seconds"
+    JOBS = "jobs", "Jobs"
+
+
 class Queue(models.Model):
     """A line of people for one robot, or for several that are alike."""
 
     name = models.CharField(max_length=80)
     paused = models.BooleanField(default=False, help_text="Nobody is offered the robot; places are kept.")
+    guest_weight = models.FloatField(
+        default=1.0, validators=[positive],
+        help_text="Of each network address from which guests ask for jobs; a person has 1.",
+    )  # fmt: skip
     virtual_time = models.FloatField(default=0.0, editable=False)
     greatest_finish = models.FloatField(default=0.0, editable=False)
 
@@ -37,24 +56,44 @@ class QueueRobot(models.Model):
 
     robot = models.OneToOneField("robots.Robot", models.CASCADE, related_name="queue_link")
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="robot_links")
+    offers_turns = models.BooleanField(default=True, help_text="People may drive it; without, it takes jobs only.")
+    guests_ask = models.BooleanField(default=False, help_text="Jobs may be asked for without account or clearance.")
+    charged_in = models.CharField(
+        max_length=8, choices=Charge, default=Charge.SECONDS, help_text="Of jobs; where turns are offered too: seconds."
+    )
+    rest_after_min = models.PositiveSmallIntegerField(
+        null=True, blank=True, default=15,
+        help_text="Minutes without anybody watching after which idle behaviour rests; empty: never.",
+    )  # fmt: skip
+    watched_at = models.DateTimeField(null=True, blank=True, editable=False)
+    resumed_at = models.DateTimeField(null=True, blank=True, editable=False)  # staff looked after the last stop
+
+    class Meta:
+        verbose_name = "robot"
 
     def __str__(self) -> str:
         return f"{self.robot} in {self.queue}"
 
 
 class Account(models.Model):
-    """What a person has used of a queue: their finish tag and weight."""
+    """What a person, or all guests of one network address, have used of a queue: finish tag and weight."""
 
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="accounts")
-    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="+")
+    network = models.CharField(max_length=64, blank=True, help_text="Of guests; empty for a person.")
     finish_tag = models.FloatField(default=0.0)
     weight = models.FloatField(default=1.0)
 
     class Meta:
-        constraints = [models.UniqueConstraint(fields=["queue", "user"], name="one_account_a_queue")]
+        constraints = [
+            models.UniqueConstraint(fields=["queue", "user"], name="one_account_a_queue"),
+            models.UniqueConstraint(
+                fields=["queue", "network"], condition=~Q(network=""), name="one_account_a_network"
+            ),
+        ]
 
     def __str__(self) -> str:
-        return f"{self.user} in {self.queue}"
+        return f"{self.user or 'guests'} in {self.queue}"
 
 
 class Ticket(models.Model):

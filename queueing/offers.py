@@ -10,7 +10,7 @@ from accounts.services import cleared
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn
-from queueing.rows import announce, locked, robots_of
+from queueing.rows import announce, locked
 from queueing.tickets import open_ticket
 from robots.drivers.errors import NotPermitted
 from robots.grants import open_grant, owner_alive, start_grant
@@ -20,8 +20,9 @@ from robots.states import Cycle, GrantKind
 RULES = settings.FARHAND
 ELSEWHERE = "You operate another robot now; end that turn first."
 IN_USE = {
-    GrantKind.UPKEEP: "Staff run a command on the robot now.", GrantKind.STAFF: "Staff operate the robot now.",
-    GrantKind.HANDOVER: "The robot is being put in order.",
+    GrantKind.JOB: "A job runs on the robot now.", GrantKind.IDLE: "The robot moves by itself now.",
+    GrantKind.UPKEEP: "A command of staff or for its upkeep runs on the robot now.",
+    GrantKind.STAFF: "Staff operate the robot now.", GrantKind.HANDOVER: "The robot is being put in order.",
 }  # fmt: skip
 
 
@@ -61,8 +62,10 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
     return turn
 
 
-def why_not_ready(robot: Robot, now: datetime, cycle: Cycle = Cycle.READY) -> str:
-    """Return why the robot cannot be offered or started now; empty if it can."""
+def why_not_ready(
+    robot: Robot, now: datetime, cycle: Cycle = Cycle.READY, giving_way: frozenset[GrantKind] = frozenset()
+) -> str:
+    """Return why the robot cannot be offered or started now; empty if it can, or if what has it gives way."""
     if not robot.enabled:
         return "The robot is switched off."
     if robot.cycle != cycle:
@@ -70,7 +73,7 @@ def why_not_ready(robot: Robot, now: datetime, cycle: Cycle = Cycle.READY) -> st
     if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
         return "The robot's worker does not answer; it is being restarted."
     grant = open_grant(robot)
-    if grant is not None:
+    if grant is not None and grant.kind not in giving_way:
         return IN_USE.get(GrantKind(grant.kind), "Somebody else may move the robot now.")
     return ""
 
@@ -138,26 +141,20 @@ def recall(queue: Queue, ticket: Ticket, robot: Robot | None) -> None:
         announce(queue)
 
 
-def offer(queue: Queue, now: datetime) -> None:
-    """Offer each robot that is ready to the first who is there."""
-    busy = set(Turn.objects.filter(ended_at=None).values_list("user_id", flat=True))
-    for robot in robots_of(queue):
-        if why_not_ready(robot, now):
-            continue
-        present = now - timedelta(seconds=RULES["PRESENCE_S"])
-        head = (
-            Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)
-            .exclude(user__in=busy)
-            .exclude(user__is_active=False)
-            .order_by("start_tag", "id")
-            .first()
-        )
-        if head is None:
-            return
-        if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
-            continue
-        seconds = RULES["CLASSIC_OFFER_S" if head.classic else "OFFER_S"]
-        Ticket.objects.filter(pk=head.pk).update(
-            state=TicketState.OFFERED, robot=robot, offer_until=now + timedelta(seconds=seconds)
-        )
-        announce(queue)
+def head(queue: Queue, now: datetime) -> Ticket | None:
+    """Return the ticket of the first who is there and operates no other robot."""
+    busy = Turn.objects.filter(ended_at=None).values("user_id")
+    present = now - timedelta(seconds=RULES["PRESENCE_S"])
+    there = Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)
+    return there.exclude(user__in=busy).exclude(user__is_active=False).order_by("start_tag", "id").first()
+
+
+def make_offer(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> None:
+    """Offer a robot that is ready to the ticket's person."""
+    if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
+        return
+    seconds = RULES["CLASSIC_OFFER_S" if ticket.classic else "OFFER_S"]
+    Ticket.objects.filter(pk=ticket.pk).update(
+        state=TicketState.OFFERED, robot=robot, offer_until=now + timedelta(seconds=seconds)
+    )
+    announce(queue)

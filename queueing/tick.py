@@ -4,9 +4,11 @@ from datetime import datetime, timedelta
 
 from django.db import transaction
 
+from queueing.jobs.running import settle as settle_jobs
 from queueing.models import Queue, Ticket, TicketState, Turn
-from queueing.offers import offer, recall_offers
+from queueing.offers import recall_offers
 from queueing.rows import locked, robots_of
+from queueing.serving import serve_next
 from queueing.tickets import dismiss_unfit, withdraw
 from queueing.turns import tick_turn
 from robots.grants import end_overdue_single
@@ -37,5 +39,6 @@ def _tick(queue: Queue, now: datetime) -> None:
         queue=queue, state=TicketState.WAITING, last_seen__lte=now - timedelta(seconds=ABSENT_S)
     ):
         withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
+    settle_jobs(queue, now)
     if not queue.paused:
-        offer(queue, now)
+        serve_next(queue, now)

@@ -10,6 +10,7 @@ from accounts.models import Clearance
 from accounts.services import cleared
 from queueing.charging import account_of, next_tag, settle
 from queueing.errors import NotCleared, RobotUnavailable
+from queueing.jobs.tagging import give_way
 from queueing.models import OPEN_TICKET, Queue, Ticket, TicketState, Turn
 from queueing.rows import announce, locked, queue_of, robots_of
 from queueing.turns import end_turn, start_countdown
@@ -43,8 +44,10 @@ def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticke
         if ticket is not None:
             Ticket.objects.filter(pk=ticket.pk).update(last_seen=now, classic=classic)
             return ticket
+        account = account_of(queue, user)
+        give_way(account)
         ticket = Ticket.objects.create(
-            queue=queue, user=user, start_tag=next_tag(queue, account_of(queue, user)),
+            queue=queue, user=user, start_tag=next_tag(queue, account),
             joined_at=now, last_seen=now, classic=classic,
         )  # fmt: skip
         start_countdown(queue, now)

@@ -200,6 +200,20 @@ def watched(slug: str, what: str = "frames") -> bool:
     return bool(connection().exists(watch_key(slug, what)))
 
 
+def web_key() -> str:
+    """Return the key that says that a web process lives which would tell who looks."""
+    return "farhand:web"
+
+
+def perhaps_watched(slug: str) -> bool:
+    """Tell whether somebody looks, or cannot be heard to: with Redis or every web process silent, nobody is known."""
+    try:
+        looked = connection().exists(*(watch_key(slug, what) for what in ("frames", "state")))
+        return bool(looked) or not connection().exists(web_key())
+    except (redis.RedisError, OSError):
+        return True
+
+
 def alive() -> bool:
     """Tell whether Redis answers."""
     try:

@@ -60,4 +60,6 @@ class OwnedRobot:
     def remember(self, state: RobotState) -> None:
         """Keep the state where the staff's page reads it."""
         kept = {"joints": list(state.joints), "pose": list(state.pose), "moving": state.moving, "ready": state.ready}
+        if state.values:
+            kept["values"] = dict(state.values)
         Lease.objects.filter(robot=self.robot, epoch=self._lease.epoch).update(state=kept, state_at=self.now())

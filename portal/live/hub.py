@@ -184,16 +184,20 @@ class Hub:
     async def _keep_watch(self) -> None:
         while True:
             await asyncio.sleep(PING_S)
+            await self._mark(bus.web_key())
             for slug in list(self._rooms):
                 await self._mark_watched(slug)
 
     async def _mark_watched(self, slug: str) -> None:
         room = self._rooms.get(slug, set())
         what = [bus.frames_of(camera) for camera in frozenset().union(*(v.cameras for v in room))]
-        for one in what + ["trace"] * any(v.trace for v in room):
-            with contextlib.suppress(RedisError, OSError, AttributeError):
-                assert self._redis is not None
-                await self._redis.set(bus.watch_key(slug, one), 1, ex=bus.WATCH_S)
+        for one in what + ["trace"] * any(v.trace for v in room) + ["state"] * bool(room):
+            await self._mark(bus.watch_key(slug, one))
+
+    async def _mark(self, key: str) -> None:
+        with contextlib.suppress(RedisError, OSError, AttributeError):
+            assert self._redis is not None
+            await self._redis.set(key, 1, ex=bus.WATCH_S)
 
 
 _hubs: dict[int, Hub] = {}

@@ -1,7 +1,7 @@
 """What a robot's driver does: one robot behind one wire. All units are SI."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +16,8 @@ class RobotState:
     """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad.
 
     A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
-    and its controller's own word for what it is doing. `at` is on the clock of `time.monotonic` (s).
+    and its controller's own word for what it is doing.
+    `values` are scalars by name. `at` is on the clock of `time.monotonic` (s).
     """
 
     at: float
@@ -28,6 +29,7 @@ class RobotState:
     velocities: tuple[float, ...] = ()
     torques: tuple[float, ...] = ()
     mode: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ from robots.clock import SYSTEM
 from robots.contract import find
 from robots.contract.spec import TURN
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
-from robots.grants import held, open_grant, owner_alive, start_grant
-from robots.models import Command, Grant, Robot
+from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
+from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_staff
 from robots.services.clicks import resolve
-from robots.states import COMMAND_FINAL, GrantKind
+from robots.states import COMMAND_FINAL, GrantEnd, GrantKind
 
 START_S = 10.0  # a command that has not begun by then never will
 PENDING = 128
@@ -121,6 +121,14 @@ def _write(
     return Issued(command, created=True)
 
 
+def put(
+    robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None
+) -> Command:
+    """Write the one command of a grant that was opened for it in the same transaction; ring its owner after that."""
+    epoch = Lease.objects.values_list("epoch", flat=True).get(robot=robot)
+    return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now).command
+
+
 def next_seq(grant: Grant) -> int:
     """Return a sequence number after all that were used under the grant."""
     last = Command.objects.filter(grant=grant).aggregate(last=Max("client_seq"))["last"]
@@ -143,11 +151,16 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
     with transaction.atomic():
         robot.refresh_from_db()
         grant = open_grant(robot)
+        if grant is not None and grant.kind == GrantKind.IDLE:
+            end_grant(grant, GrantEnd.PREEMPTED, "staff run a command", now)
+            grant = None
         if grant is None:
             seconds = START_S + _limit_s(kind) + AFTER_S
             grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
         elif grant.kind == GrantKind.UPKEEP:
             raise NotPermitted(ONE_COMMAND)
+        elif grant.kind == GrantKind.JOB:
+            raise NotPermitted("A job runs on the robot now; wait for its end, or cancel it on its page.")
         elif grant.kind == GrantKind.HANDOVER:
             raise NotPermitted("The robot is being put in order; try again when that is done.")
         elif grant.holder_id != user.pk:

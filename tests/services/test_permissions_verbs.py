@@ -20,9 +20,11 @@ from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing import services as queue
 from queueing.errors import QueueError
+from queueing.jobs.asking import Asker, ask
 from queueing.models import Turn
 from robots import bus, services, verbs
 from robots.clock import SYSTEM
+from robots.contract.spec import ANYONE, CommandKind
 from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Command, Incident, Program
 from robots.states import GrantEnd
@@ -78,6 +80,14 @@ def offered(w):
 
 def held(w):
     return Clearance.objects.get(user=w.cast["cleared"])
+
+
+def asker(w):
+    return Asker(user=w.user if w.user.is_authenticated else None)
+
+
+def job(w):
+    return ask(w.robot, Asker(user=w.cast["operator"]), "down", {}, SYSTEM.now())
 
 
 def refused():
@@ -142,6 +152,9 @@ ROWS = {
     "queueing.accept": (CLEARED, lambda do, w: do(offered(w), w.user, SYSTEM.now())),
     "queueing.seen": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.leave": (ANYBODY, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
+    "queueing.ask": (CLEARED, lambda do, w: do(w.robot, asker(w), "down", {}, SYSTEM.now())),
+    "queueing.cancel": (OPERATOR | ROBOT_STAFF, lambda do, w: do(job(w), asker(w), SYSTEM.now())),
+    "queueing.resume": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "queueing.remove": (ROBOT_STAFF, lambda do, w: do(turn(w).ticket, w.user, SYSTEM.now())),
     "queueing.end": (ROBOT_STAFF, lambda do, w: do(turn(w), w.user, SYSTEM.now())),
     "operatorlog.hand_in": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, {}, SYSTEM.now())),
@@ -155,8 +168,9 @@ ROWS = {
 }  # fmt: skip
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
 OWN = {
-    "queueing.announce", "queueing.disconnected", "queueing.dismiss", "queueing.fresh_token", "queueing.present",
-    "queueing.spend_token", "queueing.standings", "robots.held", "robots.keep", "robots.need_staff",
+    "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
+    "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.disconnected", "queueing.dismiss", "queueing.present",
+    "queueing.standings", "robots.put", "robots.held", "robots.keep", "robots.need_staff",
 }  # fmt: skip
 
 
@@ -183,13 +197,13 @@ def functions(module):
 def of_a_person():
     """Every public function of the apps that is told who asks, wherever it stands."""
     found = {}
-    for app in ("robots", "accounts", "queueing", "operatorlog"):
-        for module in pkgutil.iter_modules(import_module(app).__path__):
+    for room in ("robots", "robots.services", "accounts", "queueing", "queueing.jobs", "operatorlog", "portal.classic"):
+        for module in pkgutil.iter_modules(import_module(room).__path__):
             if module.ispkg or module.name in ("admin", "views"):
                 continue
-            for name, function in functions(import_module(f"{app}.{module.name}")).items():
-                if "user" in inspect.signature(function).parameters:
-                    found[f"{app}.{name}"] = function
+            for name, function in functions(import_module(f"{room}.{module.name}")).items():
+                if {"user", "asker"} & set(inspect.signature(function).parameters):
+                    found[f"{room.partition('.')[0]}.{name}"] = function
     return found
 
 
@@ -217,6 +231,8 @@ def allowed(world, call):
 def world(robot, roles, monkeypatch):
     monkeypatch.setattr(bus, "ring_stop", lambda slug, grant=0: True)
     monkeypatch.setattr(bus, "ring_probes", lambda: True)
+    asked_for = CommandKind("down", "Down", asked_by=frozenset({ANYONE}))
+    monkeypatch.setattr("queueing.jobs.asking.job_kinds", lambda robot: (asked_for,))
     return SimpleNamespace(robot=robot, cast=roles, root=roles["superuser"], user=None)
 
 

@@ -1,0 +1,90 @@
+"""What a robot does of itself: its needs before everybody, its idle behaviour while nobody asks."""
+
+from datetime import datetime, timedelta
+from typing import TypeVar
+
+from queueing.models import Queue, QueueRobot
+from robots import bus
+from robots.contract.capabilities import Idle, Need
+from robots.contract.find import spec_of
+from robots.grants import newest_grant, start_grant
+from robots.models import Grant, Lease, Robot
+from robots.services.commands import AFTER_S, START_S, put
+from robots.states import GrantEnd, GrantKind
+
+AGAIN_S = 30.0  # after a need's command failed
+FRESH_S = 60.0  # an older value of a channel says nothing
+NOTED_S = 20.0  # so seldom it is written that somebody watches
+C = TypeVar("C")
+
+
+def wanted_need(robot: Robot, now: datetime) -> Need | None:
+    """Return what the robot needs before anybody is served: a channel fell below its bound, or is not full again."""
+    found = _capabilities(robot, Need)
+    if not found:
+        return None
+    lease = Lease.objects.filter(robot=robot).first()
+    if lease is None or lease.state_at is None or (now - lease.state_at).total_seconds() > FRESH_S:
+        return None
+    values = lease.state.get("values") or {}
+    last = newest_grant(robot)
+    serving = last.commands.values_list("kind", flat=True).first() if last is not None and _own(last) else ""
+    for need in found:
+        value = values.get(need.channel)
+        bound = need.until if need.kind == serving else need.below
+        if isinstance(value, int | float) and value < bound:
+            return need
+    return None
+
+
+def _own(grant: Grant) -> bool:
+    return grant.kind == GrantKind.UPKEEP and grant.holder_id is None
+
+
+def open_need(robot: Robot, need: Need, now: datetime) -> bool:
+    """Run the need's command under an upkeep grant; not at once again after a failure."""
+    last = newest_grant(robot)
+    failed = last is not None and _own(last) and last.end_code != GrantEnd.FINISHED
+    if last is not None and failed and last.ended_at and (now - last.ended_at).total_seconds() < AGAIN_S:
+        return False
+    kind = spec_of(robot.driver).command(need.kind)
+    limit_s = kind.limit_s if kind else 60.0
+    until = now + timedelta(seconds=START_S + limit_s + AFTER_S)
+    put(robot, start_grant(robot, GrantKind.UPKEEP, now, until=until), need.kind, {}, limit_s, now)
+    return True
+
+
+def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
+    """Begin one slice of the robot's idle behaviour, unless nobody has watched for long."""
+    found = _capabilities(robot, Idle)
+    if not found or rests(link, now):
+        return False
+    idle = found[0]
+    until = now + timedelta(seconds=idle.slice_s)
+    put(robot, start_grant(robot, GrantKind.IDLE, now, until=until), idle.kind, {}, idle.slice_s, now)
+    return True
+
+
+def rests(link: QueueRobot, now: datetime) -> bool:
+    """Tell whether nobody has watched for so long that the robot stays at rest."""
+    if link.rest_after_min is None or link.watched_at is None:
+        return False
+    return now - link.watched_at > timedelta(minutes=link.rest_after_min)
+
+
+def note_watchers(queue: Queue, now: datetime) -> None:
+    """Write down that somebody watches. Whoever waits counts; where no page server is heard, nobody is assumed gone."""
+    for link in QueueRobot.objects.select_related("robot").filter(queue=queue):
+        if not _capabilities(link.robot, Idle):
+            continue
+        if link.watched_at is not None and (now - link.watched_at).total_seconds() < NOTED_S:
+            continue
+        if queue.jobs.filter(state="waiting").exists() or bus.perhaps_watched(link.robot.slug):
+            QueueRobot.objects.filter(pk=link.pk).update(watched_at=now)
+
+
+def _capabilities(robot: Robot, kind: type[C]) -> tuple[C, ...]:
+    try:
+        return spec_of(robot.driver).all_of(kind)
+    except LookupError:
+        return ()

@@ -1,0 +1,83 @@
+"""Asking for a job: who may, how many, and where it waits."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from django.db import IntegrityError, transaction
+
+from queueing.charging import account_of, account_of_guests
+from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
+from queueing.jobs.kinds import job_kinds, link_of, may_ask
+from queueing.jobs.tagging import tag_next
+from queueing.models import OPEN_JOB, Account, Job, Queue
+from queueing.rows import announce, locked, queue_of
+from robots.contract.find import check
+from robots.drivers.errors import BadRequest
+from robots.models import Robot
+
+LIMIT = 10  # open jobs of a person and queue
+LARGEST = 50  # open jobs of all guests of one network address
+TOO_MANY = "You have {} open jobs on this robot; wait until one has ended, or cancel one."
+ONE_A_GUEST = "You have an open job on this robot; wait until it has ended, or cancel it."
+
+
+@dataclass(frozen=True)
+class Asker:
+    """Who asks: a person, or a guest known by the hash of a cookie and by the network address."""
+
+    user: Any = None
+    guest: str = ""
+    network: str = ""
+
+
+def ask(
+    robot: Robot, asker: Asker, kind: str, args: dict[str, Any], now: datetime, name: str = "", mail: bool = False
+) -> Job:
+    """Write a job that waits for its turn.
+
+    Raises:
+        NotCleared: this person, or guests, may not ask the robot for that.
+        BadRequest, OutOfWorkspace: no such job, or its values are wrong.
+        RobotUnavailable: switched off by staff.
+        TooManyJobs: as many as may be open are.
+
+    """
+    user, link = asker.user, link_of(robot)
+    spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
+    if spec is None:
+        raise BadRequest("This robot takes no such job.")
+    guests_ask = link is not None and link.guests_ask
+    if not may_ask(robot, user, spec, guests_ask) or (user is None and not asker.guest):
+        raise NotCleared("Pass the clearance test of this robot first." if user else "Sign in to ask for this.")
+    if not robot.enabled:
+        raise RobotUnavailable("This robot is switched off now; come back later.")
+    if not isinstance(args, dict):
+        raise BadRequest("The values of a job must be an object.")
+    check(robot.driver, kind, args, robot.driver_settings())
+    with transaction.atomic():
+        queue = locked(queue_of(robot))
+        account = account_of(queue, user) if user is not None else account_of_guests(queue, asker.network)
+        _refuse_more(queue, account, asker)
+        try:
+            with transaction.atomic():
+                job = Job.objects.create(
+                    queue=queue, robot=robot, account=account, user=user, guest="" if user else asker.guest,
+                    kind=kind, args=args, asked_at=now, mail=mail and user is not None,
+                    shown_name=name.strip()[:40] if user else "",
+                )  # fmt: skip
+        except IntegrityError as error:  # the same guest in the same moment
+            raise TooManyJobs(ONE_A_GUEST) from error
+        tag_next(queue)
+        announce(queue, user)
+        job.refresh_from_db()
+        return job
+
+
+def _refuse_more(queue: Queue, account: Account, asker: Asker) -> None:
+    mine = Job.objects.filter(queue=queue, account=account, state__in=OPEN_JOB)
+    if asker.user is None and mine.filter(guest=asker.guest).exists():
+        raise TooManyJobs(ONE_A_GUEST)
+    limit = LIMIT if asker.user is not None else LARGEST
+    if mine.count() >= limit:
+        raise TooManyJobs(TOO_MANY.format(limit) if asker.user is not None else "Too many jobs wait; try again later.")

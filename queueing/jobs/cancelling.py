@@ -1,0 +1,41 @@
+"""Cancelling a job: whoever asked for it, and staff. The robot holds; nothing is latched."""
+
+from datetime import datetime
+
+from django.db import transaction
+
+from queueing.errors import NotYourJob
+from queueing.jobs.asking import Asker
+from queueing.jobs.running import end
+from queueing.models import Job, JobState
+from queueing.rows import locked
+from robots.grants import end_grant
+from robots.states import GrantEnd
+
+
+def may_cancel(job: Job, asker: Asker) -> bool:
+    """Tell whether the job is this person's or guest's, or they are staff."""
+    if asker.user is not None:
+        return bool(job.user_id == asker.user.pk or asker.user.has_perm("robots.change_robot"))
+    return bool(job.guest) and job.guest == asker.guest
+
+
+def cancel(job: Job, asker: Asker, now: datetime) -> None:
+    """Cancel a job. One that waits ends at once; of one that runs the grant ends, so that the robot holds.
+
+    Raises:
+        NotYourJob: neither its asker nor staff.
+
+    """
+    if not may_cancel(job, asker):
+        raise NotYourJob("Only who asked for this job, and staff, can cancel it.")
+    with transaction.atomic():
+        queue = locked(job.queue)
+        job.refresh_from_db()
+        if job.state == JobState.WAITING:
+            end(queue, job, JobState.CANCELLED, "Cancelled.", 0.0, now)
+        elif job.state == JobState.RUNNING:
+            Job.objects.filter(pk=job.pk).update(cancel_asked_at=now)
+            run = job.runs.select_related("grant__robot").order_by("-id").first()
+            if run is not None:
+                end_grant(run.grant, GrantEnd.HOLDER, "cancelled by its asker", now)

@@ -1,0 +1,41 @@
+"""What of a robot may be asked for as a job, and by whom."""
+
+from typing import Any
+
+from accounts.services import cleared
+from queueing.models import QueueRobot
+from robots.contract.find import spec_of
+from robots.contract.spec import ANYONE, CommandKind
+from robots.models import Robot
+
+
+def link_of(robot: Robot) -> QueueRobot | None:
+    """Return the robot's settings in its queue."""
+    return QueueRobot.objects.select_related("queue").filter(robot=robot).first()
+
+
+def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
+    """Return the command kinds that may be asked for as jobs; none where the robot's package is not installed."""
+    try:
+        commands = spec_of(robot.driver).commands
+    except LookupError:
+        return ()
+    return tuple(c for c in commands if c.open_to(ANYONE) and not c.held)
+
+
+def may_ask(robot: Robot, user: Any, kind: CommandKind, guests_ask: bool) -> bool:
+    """Tell whether this person, or a guest, may ask the robot for a job of that kind.
+
+    Where guests may ask, every account may; else the clearance that the kind's level asks for is needed.
+    """
+    signed_in = user is not None and user.is_authenticated
+    if signed_in and not user.is_active:
+        return False
+    return guests_ask or (signed_in and cleared(user, robot, kind.level))
+
+
+def kinds_for(robot: Robot, user: Any) -> tuple[CommandKind, ...]:
+    """Return the kinds for which this person may ask now."""
+    link = link_of(robot)
+    guests = link is not None and link.guests_ask
+    return tuple(kind for kind in job_kinds(robot) if may_ask(robot, user, kind, guests))

@@ -1,0 +1,87 @@
+"""Jobs: requests that wait their turn without their person."""
+
+import secrets
+
+from django.conf import settings
+from django.db import models
+from django.db.models import Q
+
+
+class JobState(models.TextChoices):
+    """Where a job is in its life; the last four are final."""
+
+    WAITING = "waiting", "Waiting"
+    RUNNING = "running", "Running"
+    DONE = "done", "Done"
+    FAILED = "failed", "Failed"
+    CANCELLED = "cancelled", "Cancelled"
+    UNKNOWN = "unknown", "Unknown"
+
+
+OPEN_JOB = (JobState.WAITING, JobState.RUNNING)
+
+
+def new_key() -> str:
+    """Return a job's address, which nobody can guess."""
+    return secrets.token_urlsafe(18)
+
+
+class Job(models.Model):
+    """One command that a person or a guest asked for; it has a grant each time that it runs.
+
+    `start_tag` is empty while another request of the same account is before it. `guest` is the
+    hash of a guest's cookie, `shown_name` the name that its asker wants on its page.
+    """
+
+    queue = models.ForeignKey("queueing.Queue", models.CASCADE, related_name="jobs")
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="jobs")
+    account = models.ForeignKey("queueing.Account", models.CASCADE, related_name="jobs")
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="jobs")
+    guest = models.CharField(max_length=64, blank=True)
+    key = models.CharField(max_length=32, unique=True, default=new_key, editable=False)
+    kind = models.CharField(max_length=30)
+    args = models.JSONField(default=dict, blank=True)
+    start_tag = models.FloatField(null=True, blank=True)
+    state = models.CharField(max_length=10, choices=JobState, default=JobState.WAITING)
+    reason = models.CharField(max_length=300, blank=True)
+    shown_name = models.CharField(max_length=40, blank=True)
+    mail = models.BooleanField(default=False, help_text="Its asker wants a mail at its end.")
+    asked_at = models.DateTimeField()
+    cancel_asked_at = models.DateTimeField(null=True, blank=True)
+    ended_at = models.DateTimeField(null=True, blank=True)
+    told_at = models.DateTimeField(null=True, blank=True, help_text="Its asker has seen how it ended.")
+    faults = models.PositiveSmallIntegerField(default=0, help_text="How often the robot failed during it.")
+    charged = models.FloatField(null=True, blank=True)
+
+    class Meta:
+        ordering = ("-id",)
+        constraints = [
+            models.UniqueConstraint(
+                fields=["account"], condition=Q(state__in=OPEN_JOB, start_tag__isnull=False),
+                name="one_tagged_job_an_account",
+            ),
+            models.UniqueConstraint(
+                fields=["queue", "guest"], condition=Q(state__in=OPEN_JOB) & ~Q(guest=""), name="one_open_job_a_guest"
+            ),
+        ]  # fmt: skip
+        indexes = [models.Index(fields=["robot", "state", "start_tag", "id"], name="jobs_in_tag_order")]
+
+    def __str__(self) -> str:
+        return f"job {self.pk}: {self.kind} ({self.get_state_display()})"
+
+    def get_absolute_url(self) -> str:
+        """Return the address of the job's page."""
+        return f"/jobs/{self.key}/"
+
+
+class JobRun(models.Model):
+    """One time that a job had the robot: its grant, under which its command stands."""
+
+    job = models.ForeignKey(Job, models.CASCADE, related_name="runs")
+    grant = models.OneToOneField("robots.Grant", models.CASCADE, related_name="job_run")
+
+    class Meta:
+        ordering = ("id",)
+
+    def __str__(self) -> str:
+        return f"run of job {self.job_id}"

@@ -1,0 +1,108 @@
+"""A job's time on the robot: promoted, and settled by the end of its grant."""
+
+from datetime import datetime, timedelta
+
+from django.conf import settings
+from django.core.mail import EmailMessage
+from django.db import transaction
+
+from accounts.adapter import send_beside
+from queueing.charging import charge, serve
+from queueing.charging import settle as settle_clock
+from queueing.jobs.tagging import follow_charge
+from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
+from queueing.rows import announce
+from robots.contract.find import spec_of
+from robots.grants import start_grant
+from robots.models import Command, Grant, Robot
+from robots.services.commands import AFTER_S, START_S, put
+from robots.states import CommandState, GrantEnd, GrantKind
+
+FAULTS = 3  # so often a job is begun again after a fault of the robot's
+AGAIN = "It goes on as soon as the robot can."
+
+
+def promote(queue: Queue, job: Job, now: datetime) -> None:
+    """Give the robot to the job: grant, run and command in the caller's transaction; the owner is rung after it."""
+    robot = job.robot
+    kind = spec_of(robot.driver).command(job.kind)
+    limit_s = kind.limit_s if kind else 60.0
+    until = now + timedelta(seconds=START_S + limit_s + AFTER_S)
+    grant = start_grant(robot, GrantKind.JOB, now, until=until)
+    JobRun.objects.create(job=job, grant=grant)
+    Job.objects.filter(pk=job.pk).update(state=JobState.RUNNING, reason="")
+    serve(queue, job.start_tag or 0.0)
+    put(robot, grant, job.kind, job.args, limit_s, now, job.user)
+    announce(queue)
+
+
+def settle(queue: Queue, now: datetime) -> None:
+    """Bring each job whose grant has ended to its end, or back to waiting."""
+    running = Job.objects.filter(queue=queue, state=JobState.RUNNING).select_related("account", "robot", "user")
+    for job in running:
+        run = job.runs.select_related("grant").order_by("-id").first()
+        if run is None:  # its grant was deleted
+            end(queue, job, JobState.UNKNOWN, "What became of it is not known.", 0.0, now)
+        elif run.grant.ended_at is not None:
+            _settle(queue, job, run.grant, run.grant.commands.order_by("id").first(), now)
+
+
+def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: datetime) -> None:
+    state = command.state if command is not None else CommandState.EXPIRED
+    reason = command.reason if command is not None else ""
+    if command is not None and not command.final:
+        return  # the robot still comes to rest
+    used = _used(grant, job.robot)
+    stopped = Robot.objects.filter(pk=job.robot_id, stopped_at__gte=grant.opened_at).exists()
+    if state == CommandState.COMPLETED:
+        end(queue, job, JobState.DONE, "", used, now)
+    elif state not in (CommandState.CANCELLED, CommandState.FAILED, CommandState.EXPIRED, CommandState.REJECTED):
+        end(queue, job, JobState.UNKNOWN, reason or "What became of it is not known.", 0.0, now)
+    elif job.cancel_asked_at is not None:
+        end(queue, job, JobState.CANCELLED, "Cancelled.", used, now)
+    elif stopped:
+        end(queue, job, JobState.CANCELLED, "The robot was stopped.", used, now)
+    elif grant.end_code == GrantEnd.TIME_UP and state != CommandState.EXPIRED:
+        end(queue, job, JobState.FAILED, "It took longer than a job may.", used, now)
+    else:
+        _wait_again(queue, job, grant, reason, now)
+
+
+def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime) -> None:
+    """Put back what the robot's own needs or faults cut short: it keeps its tag and costs nothing."""
+    faults = job.faults + (grant.end_code != GrantEnd.PREEMPTED)
+    if faults >= FAULTS:
+        end(queue, job, JobState.FAILED, f"It was begun {faults} times in vain. {reason}", 0.0, now)
+        return
+    Job.objects.filter(pk=job.pk).update(state=JobState.WAITING, faults=faults, reason=f"{reason} {AGAIN}"[:300])
+    announce(queue)
+
+
+def _used(grant: Grant, robot: Robot) -> float:
+    """Return what the run costs, in the unit of the robot's queue."""
+    link = QueueRobot.objects.filter(robot=robot).first()
+    if link is not None and link.charged_in == Charge.JOBS and not link.offers_turns:
+        return 1.0
+    return max(0.0, ((grant.ended_at or grant.opened_at) - grant.opened_at).total_seconds())
+
+
+def end(queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime) -> None:
+    """End a job for good, charge it, and tell its asker."""
+    open_one = Job.objects.filter(pk=job.pk, state=job.state)
+    if not open_one.update(state=state, reason=reason[:300], ended_at=now, charged=cost):
+        return
+    if job.start_tag is not None and cost:
+        charge(queue, job.account, job.start_tag, cost)
+        job.account.refresh_from_db()
+        follow_charge(job.account)
+    settle_clock(queue)
+    announce(queue, job.user)
+    if job.mail and job.user is not None and job.user.email:
+        _mail_on_commit(job, f"{job.kind}: {JobState(state).label.lower()}. {reason}".strip())
+
+
+def _mail_on_commit(job: Job, text: str) -> None:
+    address = "".join(settings.CSRF_TRUSTED_ORIGINS[:1]) + job.get_absolute_url()
+    to = [job.user.email] if job.user is not None else []
+    message = EmailMessage(f"Your job on {job.robot.name} has ended", f"{text}\n\n{address}\n", to=to)
+    transaction.on_commit(lambda: send_beside(message), robust=True)

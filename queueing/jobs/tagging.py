@@ -1,0 +1,35 @@
+"""Which of an account's requests has a start tag: one, a ticket or a job; more wait untagged behind it."""
+
+from queueing.charging import next_tag
+from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, JobState, Queue, Ticket
+
+
+def tag_next(queue: Queue) -> None:
+    """Tag the first waiting job of each account that has nothing tagged in the queue. Harmless when done twice."""
+    waiting = Job.objects.filter(queue=queue, state=JobState.WAITING, start_tag=None).select_related("account")
+    seen: set[int] = set()
+    for job in waiting.order_by("id"):
+        if job.account_id in seen or _has_tagged(job.account):
+            continue
+        seen.add(job.account_id)
+        Job.objects.filter(pk=job.pk, start_tag=None).update(start_tag=next_tag(queue, job.account))
+
+
+def _has_tagged(account: Account) -> bool:
+    if Job.objects.filter(account=account, state__in=OPEN_JOB, start_tag__isnull=False).exists():
+        return True
+    if account.user_id is None:
+        return False
+    return Ticket.objects.filter(queue=account.queue_id, user=account.user_id, state__in=OPEN_TICKET).exists()
+
+
+def give_way(account: Account) -> None:
+    """Let a waiting job of the account stand untagged behind the ticket that its person takes now."""
+    Job.objects.filter(account=account, state=JobState.WAITING).update(start_tag=None)
+
+
+def follow_charge(account: Account) -> None:
+    """Move a ticket that was taken while a job of its person ran behind what that job cost."""
+    if account.user_id is not None:
+        mine = Ticket.objects.filter(queue=account.queue_id, user=account.user_id, state__in=OPEN_TICKET)
+        mine.filter(start_tag__lt=account.finish_tag).update(start_tag=account.finish_tag)

@@ -1,0 +1,72 @@
+"""Who has each robot next: its needs, then turns and jobs in the order of their tags, then idle behaviour."""
+
+from datetime import datetime
+
+from queueing.idle import note_watchers, open_idle, open_need, wanted_need
+from queueing.jobs.head import head_of
+from queueing.jobs.running import promote
+from queueing.jobs.suspending import suspended
+from queueing.jobs.tagging import tag_next
+from queueing.models import Job, Queue, QueueRobot, Ticket
+from queueing.offers import head, make_offer, why_not_ready
+from queueing.rows import announce
+from robots.grants import end_grant, newest_grant, open_grant
+from robots.models import Grant, Robot
+from robots.states import Cycle, GrantEnd, GrantKind
+
+GIVES_WAY = {GrantKind.IDLE: "somebody asked for the robot", GrantKind.JOB: "the robot had a need of its own"}
+
+
+def serve_next(queue: Queue, now: datetime) -> None:
+    """Give each robot that is ready to what comes next on it."""
+    tag_next(queue)
+    note_watchers(queue, now)
+    for link in QueueRobot.objects.select_related("robot").filter(queue=queue).order_by("robot_id"):
+        _serve(queue, link, now)
+
+
+def _serve(queue: Queue, link: QueueRobot, now: datetime) -> None:
+    robot = link.robot
+    grant = open_grant(robot)
+    if why_not_ready(robot, now, giving_way=frozenset(GIVES_WAY)):
+        return
+    idle = grant is None or grant.kind == GrantKind.IDLE
+    ticket = head(queue, now) if idle and link.offers_turns else None
+    if suspended(robot, link):
+        if ticket is not None and idle:
+            _to_a_person(queue, robot, grant, ticket, now)
+        return
+    need = wanted_need(robot, now)
+    if need is not None:
+        _give_way(robot, grant, now)
+        open_need(robot, need, now)
+        return
+    job = head_of(robot) if idle else None
+    if ticket is not None and (job is None or _before(ticket, job)):
+        _to_a_person(queue, robot, grant, ticket, now)
+    elif job is not None:
+        _give_way(robot, grant, now)
+        promote(queue, job, now)
+    elif grant is None:
+        open_idle(robot, link, now)
+
+
+def _before(ticket: Ticket, job: Job) -> bool:
+    return (ticket.start_tag, ticket.joined_at) <= (job.start_tag or 0.0, job.asked_at)
+
+
+def _give_way(robot: Robot, grant: Grant | None, now: datetime) -> None:
+    if grant is not None:
+        end_grant(grant, GrantEnd.PREEMPTED, GIVES_WAY[GrantKind(grant.kind)], now)
+
+
+def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
+    """Offer the robot; one that has moved for a job or of itself is put in order first."""
+    _give_way(robot, grant, now)
+    last = newest_grant(robot)
+    of_itself = last is not None and last.kind == GrantKind.UPKEEP and last.holder_id is None
+    if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or of_itself):
+        Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.HANDOVER)
+        announce(queue)
+    else:
+        make_offer(queue, robot, ticket, now)

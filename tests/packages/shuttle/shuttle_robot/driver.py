@@ -1,0 +1,50 @@
+"""A cart on a rail, asked over a Unix socket with lines of JSON."""
+
+import json
+import socket
+import time
+from pathlib import Path
+
+from robots.contract.find import check
+from robots.contract.session import Outcome, RobotState, Session
+from robots.drivers.errors import Held, LineGone
+
+
+class Driver(Session):
+    def _ask(self, **what):
+        try:
+            with socket.socket(socket.AF_UNIX) as line:
+                line.settimeout(1)
+                line.connect(Path(self.address).read_text().strip())
+                line.sendall(json.dumps(what).encode() + b"\n")
+                said = json.loads(line.makefile().readline())
+        except (OSError, ValueError) as error:
+            raise LineGone(f"The shuttle does not answer: {error}.") from error
+        battery = {"battery": said["battery"]}
+        self.keep(RobotState(time.monotonic(), (said["x"],), (), said["moving"], True, values=battery))
+        return said
+
+    def state(self):
+        self._ask(do="state")
+        return self.latest()
+
+    connect = state
+
+    def execute(self, kind, args, permit, on_stage):
+        check("shuttle", kind, args, self.settings)
+        permit()
+        self._ask(do=kind, **args)
+        on_stage("sent")
+        on_stage("acknowledged")
+        while self.state().moving:
+            time.sleep(0.02)
+        if self._ask(do="state")["held"]:
+            raise Held("The shuttle was stopped on its way.")
+        return Outcome(args, self.latest())
+
+    def hold(self):
+        self._ask(do="hold")
+        return self.latest()
+
+    def close(self):
+        pass

@@ -1,0 +1,17 @@
+"""A cart on a rail that takes goals from everybody, drives about by itself, and needs its dock."""
+
+from robots.contract.capabilities import Idle, Need
+from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
+
+
+def spec():
+    return Spec(
+        name="Shuttle",
+        joints=("cart",),
+        commands=(
+            CommandKind("go", "Drive to", (Argument("x", "m", 0.0, 2.0),), asked_by=frozenset({ANYONE}), limit_s=20.0),
+            CommandKind("roam", "Roam", asked_by=frozenset({STAFF})),
+            CommandKind("dock", "Dock", asked_by=frozenset({STAFF}), limit_s=30.0),
+        ),
+        capabilities=(Idle("roam", 60.0), Need("dock", "battery", 0.3, 0.9)),
+    )

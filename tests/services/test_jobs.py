@@ -1,0 +1,296 @@
+"""Jobs: asked for, promoted, settled; two guests and a driver in one fair queue."""
+
+from datetime import timedelta
+
+import pytest
+
+from queueing import services as queue
+from queueing.errors import NotCleared, NotYourJob, RobotUnavailable, TooManyJobs
+from queueing.jobs.asking import Asker, ask
+from queueing.jobs.cancelling import cancel
+from queueing.jobs.suspending import resume
+from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
+from robots import services
+from robots.drivers.errors import BadRequest, NotPermitted
+from robots.models import Command, Grant, Lease, Robot
+from robots.permissions import NotStaff
+from robots.states import CommandState, Cycle, GrantEnd, GrantKind
+from tests.packaged import SHUTTLE, installed_from
+from workers.commands import finish
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+GUEST, OTHER = Asker(guest="a" * 64, network="192.0.2.1"), Asker(guest="b" * 64, network="192.0.2.2")
+
+
+@pytest.fixture
+def shuttle(robot, people, clock, monkeypatch):
+    """A shuttle that takes jobs from guests, charged in jobs; nobody drives it, and it does not roam."""
+    with installed_from(SHUTTLE, monkeypatch):
+        Robot.objects.filter(pk=robot.pk).update(driver="shuttle", calibration={})
+        robot.refresh_from_db()
+        Lease.objects.create(robot=robot, epoch=5, expires_at=clock.now() + timedelta(days=9))
+        QueueRobot.objects.filter(robot=robot).update(
+            offers_turns=False,
+            guests_ask=True,
+            charged_in="jobs",
+            rest_after_min=1,
+            watched_at=clock.now() - timedelta(days=1),
+        )
+        monkeypatch.setattr("robots.bus.perhaps_watched", lambda slug: False)
+        yield robot
+
+
+def running():
+    return Job.objects.filter(state="running").first()
+
+
+def settle(clock, state=CommandState.COMPLETED, reason="", seconds=5):
+    """Let the owner end the command that runs, and the queue follow."""
+    command = Command.objects.select_related("robot", "grant").filter(ended_at=None).get()
+    finish.finish(command, state, clock.go(seconds), reason)
+    queue.tick(clock.now())
+    return command
+
+
+def test_a_job_is_promoted_in_one_go_and_settles_with_its_command(shuttle, people, clock):
+    job = ask(shuttle, Asker(user=people["eve"]), "go", {"x": 1.0}, clock.now(), name="Eve")
+    assert (job.state, job.start_tag) == ("waiting", 0.0)
+    queue.tick(clock.now())
+    job.refresh_from_db()
+    run = job.runs.get()
+    command = run.grant.commands.get()
+    assert (job.state, run.grant.kind, run.grant.holder, command.kind, command.args) == (
+        "running",
+        "job",
+        None,
+        "go",
+        {"x": 1.0},
+    )
+    queue.tick(clock.go(1))
+    assert Command.objects.count() == 1
+    settle(clock)
+    job.refresh_from_db()
+    run.grant.refresh_from_db()
+    assert (job.state, job.charged, run.grant.end_code) == ("done", 1.0, GrantEnd.FINISHED)
+    assert Robot.objects.get().cycle == Cycle.READY, "no handover between jobs"
+
+
+def test_two_who_always_ask_are_served_in_turn(shuttle, people, clock):
+    ada, bob = Asker(user=people["ada"]), Asker(user=people["bob"])
+    for _ in range(6):
+        ask(shuttle, ada, "go", {"x": 1.0}, clock.now())
+    served = []
+    for _ in range(3):
+        ask(shuttle, bob, "go", {"x": 2.0}, clock.now())
+    queue.tick(clock.now())
+    while running():
+        served.append(running().user.username)
+        settle(clock)
+    assert served == ["ada", "bob", "ada", "bob", "ada", "bob", "ada", "ada", "ada"]
+    assert Job.objects.filter(start_tag=None).count() == 0
+
+
+def test_guests_of_one_address_share_one_account_and_a_cookie_has_one_open_job(shuttle, people, clock):
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    with pytest.raises(TooManyJobs):
+        ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    beside = ask(shuttle, Asker(guest="c" * 64, network=GUEST.network), "go", {"x": 1.0}, clock.now())
+    elsewhere = ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
+    assert (beside.start_tag, elsewhere.start_tag) == (None, 0.0)
+    assert Account.objects.filter(user=None).count() == 2
+    queue.tick(clock.now())
+    settle(clock)
+    assert running() == elsewhere
+    settle(clock)
+    assert running() == beside
+
+
+def test_a_heavier_weight_of_guests_waits_less(shuttle, people, clock):
+    shuttle.queue_link.queue.__class__.objects.update(guest_weight=4.0)
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    settle(clock)
+    assert Account.objects.get(user=None).finish_tag == pytest.approx(0.25)
+
+
+def test_who_may_ask(shuttle, people, clock):
+    QueueRobot.objects.update(guests_ask=False)
+    for asker in (GUEST, Asker(user=people["eve"])):
+        with pytest.raises(NotCleared):
+            ask(shuttle, asker, "go", {"x": 1.0}, clock.now())
+    ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    for kind, args in (
+        ("dock", {}),
+        ("go", {}),
+        ("go", {"x": float("nan")}),
+        ("go", {"x": 1e308}),
+        ("jump", {}),
+        ("go", []),
+    ):
+        with pytest.raises(BadRequest):
+            ask(shuttle, Asker(user=people["ada"]), kind, args, clock.now())
+    Robot.objects.update(enabled=False)
+    with pytest.raises(RobotUnavailable):
+        ask(Robot.objects.get(), Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+
+
+def test_ten_open_jobs_and_no_more(shuttle, people, clock):
+    for _ in range(10):
+        ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    with pytest.raises(TooManyJobs):
+        ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    assert Job.objects.filter(start_tag__isnull=False).count() == 1
+
+
+@pytest.mark.parametrize("state", ["failed", "expired"])
+def test_what_a_fault_cut_short_waits_again_with_its_tag_and_costs_nothing(shuttle, people, clock, state):
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    settle(clock, state, "The motor is hot.")
+    job.refresh_from_db()
+    assert (job.state, job.start_tag, job.runs.count()) == ("running", 0.0, 2), "a new grant, the same place"
+    settle(clock)
+    job.refresh_from_db()
+    assert (job.state, job.charged) == ("done", 1.0)
+
+
+def test_a_robot_that_fails_again_and_again_ends_the_job(shuttle, people, clock):
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    for _ in range(3):
+        settle(clock, CommandState.FAILED, "The motor is hot.")
+    job.refresh_from_db()
+    assert (job.state, job.charged, "motor is hot" in job.reason) == ("failed", 0.0, True)
+
+
+def test_unknown_is_final(shuttle, people, clock):
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    settle(clock, CommandState.UNKNOWN, "Interrupted.")
+    job.refresh_from_db()
+    assert (job.state, job.charged) == ("unknown", 0.0)
+    queue.tick(clock.go(60))
+    assert Command.objects.filter(kind="go").count() == 1
+
+
+def test_a_stop_ends_the_running_job_and_suspends_the_rest_until_staff_resume(shuttle, people, clock):
+    first, second = (ask(shuttle, asker, "go", {"x": 1.0}, clock.now()) for asker in (GUEST, OTHER))
+    queue.tick(clock.go(1))
+    services.stop(shuttle, people["kim"], clock.go(1))
+    queue.tick(clock.go(1))
+    first.refresh_from_db()
+    assert (first.state, first.reason) == ("cancelled", "The robot was stopped.")
+    with pytest.raises(NotPermitted):
+        resume(shuttle, people["kim"], clock.now())
+    services.release_stop(shuttle, people["kim"], True)
+    queue.tick(clock.go(5))
+    second.refresh_from_db()
+    assert (second.state, second.start_tag) == ("waiting", 0.0), "a release starts nothing"
+    with pytest.raises(NotStaff):
+        resume(shuttle, people["ada"], clock.now())
+    resume(shuttle, people["kim"], clock.now())
+    queue.tick(clock.now())
+    assert running() == second
+
+
+def test_who_asked_may_cancel_and_nobody_else(shuttle, people, clock):
+    first, second = (ask(shuttle, asker, "go", {"x": 1.0}, clock.now()) for asker in (GUEST, OTHER))
+    for stranger in (OTHER, Asker(user=people["ada"]), Asker()):
+        with pytest.raises(NotYourJob):
+            cancel(first, stranger, clock.now())
+    queue.tick(clock.now())
+    cancel(first, GUEST, clock.go(2))
+    cancel(second, Asker(user=people["kim"]), clock.now())
+    queue.tick(clock.now())
+    assert {Job.objects.get(pk=j.pk).state for j in (first, second)} == {"cancelled"}
+    assert not Robot.objects.get().stop_latched
+    assert Grant.objects.get(kind=GrantKind.JOB).end_code == GrantEnd.HOLDER
+
+
+def test_a_turn_at_the_head_is_offered_after_a_handover_and_no_job_starts_until_the_offer_ends(shuttle, people, clock):
+    QueueRobot.objects.update(offers_turns=True)
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    ticket = queue.join(shuttle, people["ada"], clock.go(1))
+    late = ask(shuttle, OTHER, "go", {"x": 1.0}, clock.go(1))
+    settle(clock)
+    assert Robot.objects.get().cycle == Cycle.HANDOVER, "in order first"
+    grant = services.start_grant(shuttle, GrantKind.HANDOVER, clock.now())
+    services.end_grant(grant, GrantEnd.FINISHED, "in order", clock.now())
+    Robot.objects.update(cycle=Cycle.READY)
+    queue.tick(clock.now())
+    ticket.refresh_from_db()
+    assert ticket.state == TicketState.OFFERED
+    queue.tick(clock.go(5))
+    assert running() is None
+    queue.tick(clock.go(60))
+    assert Ticket.objects.get().state == TicketState.EXPIRED
+    assert running() == late
+
+
+def test_a_ticket_of_ones_own_takes_the_place_of_ones_waiting_job(shuttle, people, clock):
+    QueueRobot.objects.update(offers_turns=True)
+    Robot.objects.update(cycle=Cycle.FAULT)
+    job = ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    queue.join(shuttle, people["ada"], clock.go(1))
+    job.refresh_from_db()
+    assert job.start_tag is None
+    queue.leave(shuttle, people["ada"], clock.go(1))
+    queue.tick(clock.now())
+    job.refresh_from_db()
+    assert job.start_tag == 0.0
+
+
+def battery(clock, value):
+    Lease.objects.update(state={"values": {"battery": value}}, state_at=clock.now())
+
+
+def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttle, people, clock):
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    battery(clock, 0.2)
+    queue.tick(clock.go(1))
+    grant = services.open_grant(shuttle)
+    assert (grant.kind, grant.holder, grant.commands.get().kind) == ("upkeep", None, "dock")
+    cut, dock = Command.objects.select_related("robot", "grant").order_by("id")
+    finish.finish(cut, CommandState.CANCELLED, clock.go(1), "The turn is over.")
+    queue.tick(clock.now())
+    job.refresh_from_db()
+    assert (job.state, job.start_tag, job.faults) == ("waiting", 0.0, 0)
+    battery(clock, 0.5)
+    finish.finish(dock, CommandState.COMPLETED, clock.go(1))
+    queue.tick(clock.now())
+    assert services.open_grant(shuttle).kind == "upkeep", "not full yet"
+    battery(clock, 0.95)
+    settle(clock)
+    assert running() == job
+    assert Robot.objects.get().cycle == Cycle.READY
+
+
+def test_idle_behaviour_runs_in_slices_gives_way_and_rests_when_nobody_watches(shuttle, people, clock):
+    QueueRobot.objects.update(watched_at=clock.now())
+    queue.tick(clock.now())
+    grant = services.open_grant(shuttle)
+    assert (grant.kind, grant.commands.get().kind, (grant.until - clock.now()).total_seconds()) == ("idle", "roam", 60)
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.go(1))
+    queue.tick(clock.now())
+    grant.refresh_from_db()
+    assert (grant.end_code, running()) == (GrantEnd.PREEMPTED, job)
+    for command in Command.objects.select_related("robot", "grant").order_by("id"):
+        finish.finish(command, CommandState.COMPLETED, clock.now())
+    queue.tick(clock.go(30))
+    assert services.open_grant(shuttle).kind == "idle", "somebody asked a moment ago"
+    queue.tick(clock.go(61))
+    queue.tick(clock.go(60))
+    assert services.open_grant(shuttle) is None, "nobody has watched for a minute"
+
+
+def test_a_silent_web_tier_is_not_nobody(redis_server):
+    from robots import bus
+
+    bus.connection().flushall()
+    assert bus.perhaps_watched("mercury"), "no page server is heard"
+    bus.connection().set(bus.web_key(), 1)
+    assert not bus.perhaps_watched("mercury")
+    bus.watch("mercury", "state")
+    assert bus.perhaps_watched("mercury")

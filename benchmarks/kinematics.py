@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.stage import tell
-from robots.description import chain, text_of
+from robots.description import text_of
+from robots.motion.described import chain
 from robots.motion.inverse import Inverse
 
 POSES = 300

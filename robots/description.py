@@ -4,16 +4,9 @@ import tomllib
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from robots.installed import package
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from robots.motion.chain import Chain
-    from robots.motion.planner import Planner
-    from robots.motion.zones import Box, Zones
 
 
 @cache
@@ -54,62 +47,3 @@ def programs_of(driver: str) -> list[tuple[str, str]]:
         head, _, text = file.read_text("utf-8").partition("\n")
         found.append((head.removeprefix("#").strip(), text.strip()))
     return found
-
-
-@cache
-def chain(driver: str) -> "Chain":
-    """Return the arm of the robot's `model.urdf`, up to the link that `robot.toml` calls its tip."""
-    from robots.motion.chain import Chain  # noqa: PLC0415 - slow to import, and not every robot is such an arm
-
-    return Chain.from_urdf(text_of(driver, "model.urdf"), load(driver)["arm"]["tip"])
-
-
-def boxes(description: dict[str, Any]) -> "tuple[Box, ...]":
-    """Return the forbidden boxes that the robot comes with (m)."""
-    from robots.motion.zones import Box  # noqa: PLC0415 - see chain
-
-    return tuple(Box(b["name"], tuple(b["low"]), tuple(b["high"])) for b in description.get("box", ()))
-
-
-def zones(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Zones":
-    """Return the robot's limbs among its own forbidden boxes, or among those given."""
-    from robots.motion.zones import Limb, Zones  # noqa: PLC0415 - see chain
-
-    description, arm = load(driver), chain(driver)
-    limbs = [
-        Limb(
-            b["name"], arm.names.index(b["joint"]), tuple(b["begin"]), tuple(b["end"]), b["radius"],
-            tuple(b.get("spared", ())),
-        )
-        for b in description["limb"]
-    ]  # fmt: skip
-    return Zones(arm, limbs, boxes(description) if forbidden is None else forbidden)
-
-
-def posture(description: dict[str, Any], name: str) -> "np.ndarray[Any, np.dtype[np.float64]]":
-    """Return a named posture of `[arm]` (`home`, `ready`) as joints in rad."""
-    import numpy as np  # noqa: PLC0415 - pages read descriptions too, and need no arrays
-
-    return np.radians(np.array(description["arm"][f"{name}_deg"], dtype=np.float64))
-
-
-def planner(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Planner":
-    """Return what plans for the robot's arm, among its own forbidden boxes or among those given."""
-    from robots.motion.path import Limits as PathLimits  # noqa: PLC0415 - see chain
-    from robots.motion.planner import Planner  # noqa: PLC0415 - see chain
-
-    arm, motion = chain(driver), load(driver)["motion"]
-    limits = PathLimits.of(arm, motion["acceleration_s"])
-    return Planner(arm, zones(driver, forbidden), limits, motion["clearance_m"])
-
-
-def model_facts(driver: str, address: str) -> dict[str, Any]:
-    """Return what a browser needs to draw the robot from its URDF at `address`, and its own forbidden boxes (m)."""
-    described, arm = load(driver), chain(driver)
-    return {
-        "model": address,
-        "tip": described["arm"]["tip"],
-        "joints": [{"name": j.name, "low": j.low, "high": j.high, "velocity": j.velocity} for j in arm.joints],
-        "boxes": [{"name": b.name, "low": b.low, "high": b.high} for b in boxes(described)],
-        "posture": posture(described, "ready").tolist(),
-    }

@@ -86,7 +86,9 @@ def console_facts(robot: Robot) -> dict[str, Any]:
         "commands": [{**asdict(c), "asked_by": sorted(c.asked_by)} for c in spec.commands if c.open_to(TURN)],
     }
     if "limb" in described:
-        facts |= description.model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
+        from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
+
+        facts |= model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
         facts["boxes"] += robot.boxes
     return facts
 

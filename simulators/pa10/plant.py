@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robots.description import chain, load
+from robots.description import load
 from robots.motion.chain import Joints
+from robots.motion.described import chain
 from simulators.pa10 import scene
 
 

@@ -5,7 +5,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from robots.description import boxes, load, text_of
+from robots.description import load, text_of
+from robots.motion.described import boxes
 
 BLOCK = 0.040  # edge of a block (m)
 BLOCKS = (

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from robots.description import chain
 from robots.drivers.errors import BadRequest, Held, LineGone, OutOfWorkspace, Stopped
 from robots.drivers.pa10.driver import Driver
 from robots.drivers.pa10.units import pose_request
+from robots.motion.described import chain
 from robots.motion.pose import matrix
 from simulators.pa10 import scene
 from tests.conftest import wait_for

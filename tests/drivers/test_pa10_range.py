@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from robots.description import chain
 from robots.drivers.errors import HardwareFault, OutOfWorkspace
+from robots.motion.described import chain
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Hand, allow, do, journal
 

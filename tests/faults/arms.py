@@ -1,6 +1,7 @@
 """The same wishes for unlike robots: what a test asks for in words, spelt as each robot's own commands."""
 
-from robots.description import chain, load, posture
+from robots.description import load
+from robots.motion.described import chain, posture
 from tests.rig import ArmSimulator, Simulator
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from robots.description import load, posture
+from robots.description import load
+from robots.motion.described import posture
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 

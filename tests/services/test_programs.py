@@ -12,9 +12,10 @@ from portal.live.messages import ROBOT, NotUnderstood
 from robots import previews, programs, services
 from robots.admin import checked
 from robots.clock import SYSTEM
-from robots.description import load, posture
+from robots.description import load
 from robots.drivers.errors import BadRequest, NotPermitted, OutOfWorkspace
 from robots.models import Command, Program, Robot
+from robots.motion.described import posture
 from robots.states import GrantKind
 
 pytestmark = [

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from robots.description import load, posture
+from robots.description import load
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import parse
+from robots.motion.described import posture
 from robots.motion.planner import Refused
 from simulators.pa10.application import Application
 from simulators.pa10.scene import STEP_S

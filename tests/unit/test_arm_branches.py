@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.description import chain, load, posture
+from robots.description import load
+from robots.motion.described import chain, posture
 from robots.motion.inverse import Inverse
 from robots.motion.singular import singularity
 from tests.conftest import at_length

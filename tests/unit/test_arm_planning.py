@@ -5,9 +5,10 @@ import time
 
 import numpy as np
 
-from robots.description import load, posture
+from robots.description import load
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import parse
+from robots.motion.described import posture
 from robots.motion.planner import Refused
 
 PLAN_S = 0.005

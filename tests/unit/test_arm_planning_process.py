@@ -6,9 +6,10 @@ import signal
 import numpy as np
 import pytest
 
-from robots.description import load, posture
+from robots.description import load
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import parse, program
+from robots.motion.described import posture
 from robots.motion.planner import Refused
 from robots.motion.zones import Box
 from simulators.pa10.planning import Planning

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from robots.contract import find
 from robots.contract.capabilities import Preview
-from robots.description import load, posture
+from robots.description import load
 from robots.drivers.errors import BadRequest, OutOfWorkspace, RobotError
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Malformed, program
+from robots.motion.described import posture
 from robots.motion.planner import Refused
 from tests.conftest import at_length
 

@@ -4,7 +4,8 @@ import msgspec
 import pytest
 
 from robots import previews
-from robots.description import load, posture
+from robots.description import load
+from robots.motion.described import posture
 
 READY = tuple(map(float, posture(load("pa10"), "ready")))
 

@@ -8,7 +8,7 @@ import numpy as np
 from robots.contract.find import spec_of
 from robots.contract.session import RobotState
 from robots.contract.values import known, number, within
-from robots.description import boxes, chain, load, posture
+from robots.description import load
 from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Malformed, Request
@@ -16,6 +16,7 @@ from robots.drivers.pa10.protocol import program as parse_program
 from robots.drivers.pa10.spec import PLACE
 from robots.drivers.pa10.units import joint_request, pose_request
 from robots.motion.chain import Joints
+from robots.motion.described import boxes, chain, posture
 from robots.motion.planner import Refused
 from robots.motion.pose import Six, matrix
 from robots.motion.zones import Box

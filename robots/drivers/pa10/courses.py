@@ -5,13 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robots.description import boxes, load, planner, posture
+from robots.description import load
 from robots.drivers.pa10.forms import LONGEST_WAIT_S
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S
 from robots.drivers.pa10.protocol import MOTIONS, Mode, Request
 from robots.drivers.pa10.units import pose_of
 from robots.motion.budget import MOST, Budget
 from robots.motion.chain import Joints
+from robots.motion.described import boxes, planner, posture
 from robots.motion.path import Path
 from robots.motion.planner import Plan, Refused
 from robots.motion.zones import Box

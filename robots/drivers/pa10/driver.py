@@ -9,7 +9,7 @@ import numpy as np
 
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import number
-from robots.description import chain, load, posture
+from robots.description import load
 from robots.drivers.errors import ControllerRefused, HardwareFault, Held, OutOfWorkspace
 from robots.drivers.pa10.checks import added_boxes, check, courses, request_of
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
@@ -19,6 +19,7 @@ from robots.drivers.pa10.spec import PLACE
 from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
 from robots.motion.chain import Joints
+from robots.motion.described import chain, posture
 from robots.motion.pose import numbers
 
 POLL_S = 0.05

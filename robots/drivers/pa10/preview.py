@@ -6,12 +6,13 @@ import numpy as np
 
 from robots.contract.capabilities import Foreseen
 from robots.contract.values import number
-from robots.description import load, posture
+from robots.description import load
 from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.drivers.pa10.checks import PLACES, bounded, courses, request_of, steps_of
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Request
 from robots.motion.chain import Joints
+from robots.motion.described import posture
 from robots.motion.planner import Refused
 
 BETWEEN_S = 0.1  # two poses of a preview

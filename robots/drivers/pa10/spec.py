@@ -2,8 +2,9 @@
 
 from robots.contract.capabilities import Check, Preview
 from robots.contract.spec import Argument, CommandKind, Spec
-from robots.description import chain, load
+from robots.description import load
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
+from robots.motion.described import chain
 
 HERE = "robots.drivers.pa10"
 JOG_LONGEST_S = 20.0

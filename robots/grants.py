@@ -12,9 +12,9 @@ from robots import bus
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
-from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind
+from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
-SEEING = "still"  # the one command of staff that moves nothing
+SEEING = "still"  # a command of staff that moves nothing
 END_CODES = {
     CommandState.COMPLETED: GrantEnd.FINISHED, CommandState.CANCELLED: GrantEnd.STOPPED,
     CommandState.UNKNOWN: GrantEnd.OWNER_LOST, CommandState.EXPIRED: GrantEnd.OWNER_LOST,
@@ -113,13 +113,22 @@ def end_at_until(grant: Grant, now: datetime) -> bool:
     return end_grant(grant, GrantEnd.TIME_UP, "time is up", now)
 
 
+def has_own_grant(command: Command) -> bool:
+    """Tell whether its grant was opened for this command; a setting beside a job or idle behaviour has none."""
+    kind = command.grant.kind
+    return kind in ONE_COMMAND and (command.lane != Lane.CONFIG or kind == GrantKind.UPKEEP)
+
+
 def end_with_command(command: Command, now: datetime) -> bool:
     """End the grant that was opened for this one command, which has ended; False if there is none such."""
+    if not has_own_grant(command):
+        return False
     grant = Grant.objects.filter(pk=command.grant_id, kind__in=ONE_COMMAND, ended_at=None).first()
     if grant is None:
         return False
     code = END_CODES.get(CommandState(command.state), GrantEnd.FAILED)
-    return _end_single(grant, code, f"{command.kind}: {command.state}", now, command.kind)
+    rests = command.kind == SEEING or command.lane == Lane.CONFIG
+    return _end_single(grant, code, f"{command.kind}: {command.state}", now, rests)
 
 
 def end_overdue_single(robot: Robot, now: datetime) -> None:
@@ -132,11 +141,11 @@ def end_overdue_single(robot: Robot, now: datetime) -> None:
         _end_single(grant, GrantEnd.TIME_UP, "time is up", now)
 
 
-def _end_single(grant: Grant, code: GrantEnd, reason: str, now: datetime, kind: str = "") -> bool:
+def _end_single(grant: Grant, code: GrantEnd, reason: str, now: datetime, rests: bool = False) -> bool:
     """End it; a robot that staff may have moved is put in order before anybody is offered it."""
     if not end_grant(grant, code, reason, now):
         return False
-    if grant.kind == GrantKind.UPKEEP and grant.holder_id is not None and kind != SEEING:
+    if grant.kind == GrantKind.UPKEEP and grant.holder_id is not None and not rests:
         found = Robot.objects.filter(pk=grant.robot_id, cycle__in=(Cycle.READY, Cycle.OFFERED))
         found.update(cycle=Cycle.HANDOVER)
     return True
@@ -147,7 +156,7 @@ def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None 
     waiting = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
     if grant is not None:
         waiting = waiting.filter(grant=grant)
-    found = list(waiting)
+    found = list(waiting.select_related("grant"))
     # one statement for all: after a stop a hundred may wait, and none may slip out between two of them
     if not waiting.update(state=CommandState.CANCELLED, reason=reason, ended_at=now):
         return 0

@@ -14,7 +14,7 @@ from robots import description
 from robots.contract.find import spec_of
 from robots.contract.spec import Spec
 from robots.rules import a_turn, camera_addresses, positive, robot_address
-from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind
+from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
 
 class Robot(models.Model):
@@ -157,6 +157,7 @@ class Command(models.Model):
     client_seq = models.BigIntegerField()
     issued_by = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="+")
     kind = models.CharField(max_length=30)
+    lane = models.CharField(max_length=8, choices=Lane, default=Lane.MOTION)
     args = models.JSONField(default=dict)
     epoch = models.BigIntegerField()
     state = models.CharField(max_length=12, choices=CommandState, default=CommandState.QUEUED)
@@ -169,6 +170,7 @@ class Command(models.Model):
     acknowledged_at = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
     result = models.JSONField(default=dict, blank=True)
+    progress = models.JSONField(default=dict, blank=True)  # text, share (0 to 1 or None), at_ms
 
     class Meta:
         ordering = ("-id",)
@@ -176,7 +178,8 @@ class Command(models.Model):
         indexes = [
             models.Index(
                 fields=["robot", "id"], condition=~Q(state__in=sorted(COMMAND_FINAL)), name="unfinished_commands"
-            )
+            ),
+            models.Index(fields=["robot", "kind", "id"], condition=Q(lane="config"), name="config_commands"),
         ]
 
     def __str__(self) -> str:

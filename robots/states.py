@@ -30,6 +30,13 @@ COMMAND_NEXT: dict[str, frozenset[str]] = {
 }
 
 
+class Lane(models.TextChoices):
+    """Where a command runs: one motion at a time, and beside it one that moves nothing."""
+
+    MOTION = "motion", "Motion"
+    CONFIG = "config", "Beside a motion"
+
+
 class Cycle(models.TextChoices):
     """Where a robot is in its turn cycle."""
 

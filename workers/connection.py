@@ -75,6 +75,11 @@ class Connection:
             self.later(0.0)
             self._unready(str(error), code=error.code)
 
+    def faulted_beside(self, error: HardwareFault, command: Command) -> None:
+        """Look after the robot soon, where a command beside a motion failed; a motion that runs fails by itself."""
+        log.warning("%s of the robot: %s", command.kind, error)
+        self.lost_while_idle(error)
+
     def mend(self) -> None:
         """Try again to connect and put the robot in order; quick to return before its time."""
         owned = self._owned

@@ -7,9 +7,11 @@ from robots.drivers.errors import CameraFault, HardwareFault, RobotError, StaleE
 from robots.drivers.mercury.calibration import NotCalibrated
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
 from robots.models import Grant
-from robots.states import Cycle, GrantEnd, GrantKind
+from robots.services import restore
+from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.pictures import Pictures
+from workers.commands.loop import Commands
 from workers.connection import Connection
 from workers.incidents import incident
 from workers.owned import OwnedRobot
@@ -26,10 +28,10 @@ class Handover:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, latch: StopLatch, gate: Gate,
-        pictures: Pictures, connection: Connection,
+        pictures: Pictures, connection: Connection, config: Commands,
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._latch, self._gate = owned, lease, latch, gate
-        self._pictures, self._connection = pictures, connection
+        self._pictures, self._connection, self._config = pictures, connection, config
 
     def hand_over(self) -> None:
         """Put the robot in order; it ends ready, or faulty with a reason."""
@@ -67,6 +69,7 @@ class Handover:
                 raise HardwareFault("The robot moves although it is stopped.")
         else:
             state = self._homed(state, permit)
+            self._restore(grant)
         owned.remember(state)
         if not pictures.cameras:
             return
@@ -91,6 +94,20 @@ class Handover:
             calibrate_and_keep(owned, self._pictures, permit)
             state = self._home(permit) or state
         return state
+
+    def _restore(self, grant: Grant) -> None:
+        """Set back what commands of the last turn changed. Raises HardwareFault where that is not confirmed."""
+        owned, kinds = self._owned, self._owned.robot.spec().commands
+        rows = restore(owned.robot, kinds, grant, self._lease.epoch, owned.now())
+        if not rows:
+            return
+        self._config.run_due()
+        with self._config.lane.paused(LIMIT_S):  # one that the lane's own thread has begun
+            pass
+        for row in rows:
+            row.refresh_from_db()
+            if row.state != CommandState.COMPLETED:
+                raise HardwareFault(f"The setting {row.kind} could not be set back: {row.reason}")
 
     def _home(self, permit: Permit) -> RobotState | None:
         driver, state = self._owned.driver, None

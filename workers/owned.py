@@ -41,14 +41,10 @@ class OwnedRobot:
         self._trace(way, data, words, getattr(self.driver, "line", None))
 
     def refresh(self) -> bool:
-        """Follow changes of the row; True where they made a new driver, which has to be connected."""
+        """Follow changes of the row; True where they want a new driver."""
         old, self.robot = self.robot, Robot.objects.get(pk=self.robot.pk)
         new = self.robot
-        if (new.address, new.speed, new.boxes) == (old.address, old.speed, old.boxes):
-            return False
-        self.driver.close()
-        self.renew_driver()
-        return True
+        return (new.address, new.speed, new.boxes) != (old.address, old.speed, old.boxes)
 
     def set_cycle(self, cycle: Cycle, reason: str, was: str) -> bool:
         """Advance the robot's turn cycle by a conditional update."""

@@ -14,6 +14,7 @@ from workers.safety.lease import OwnerLease
 from workers.safety.watch import Watch
 
 Listen = Callable[[str, bool], None]
+AWAY_S, PAUSE_S = 30.0, 5.0
 BACK = "The robot's worker lost the robot for a moment and has it again. Look at the picture, then go on."
 
 
@@ -21,17 +22,24 @@ class Regain:
     """Takes the lease again; `listen` switches the Celery queue of an epoch on or off."""
 
     def __init__(
-        self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, connection: Connection, watch: Watch, listen: Listen
-    ) -> None:
-        self._owned, self._lease, self._lane = owned, lease, lane
+        self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, beside: Lane,
+        connection: Connection, watch: Watch, listen: Listen,
+    ) -> None:  # fmt: skip
+        self._owned, self._lease, self._lane, self._beside = owned, lease, lane, beside
         self._connection, self._watch, self._listen = connection, watch, listen
 
     def regain(self) -> None:
-        """Get the robot back, called by the control loop while no command runs; leave where another has it.
+        """Get the robot back, called by the control loop while no motion runs; leave where another has it.
+
+        What runs beside is waited for; by its own end it is `unknown`.
 
         In this order: the old queue is left, the robot is held, the epoch is raised, what was begun
         ends `unknown`, the driver is opened anew, the new queue is listened to.
         """
+        with self._lane.taking(AWAY_S), self._beside.paused(PAUSE_S):
+            self._regain()
+
+    def _regain(self) -> None:
         owned, lease, slug = self._owned, self._lease, self._owned.robot.slug
         self._listen(bus.queue_name(slug, lease.epoch), False)
         state = owned.driver.latest()
@@ -46,9 +54,8 @@ class Regain:
         owned.driver.close()
         self._connection.connected = False
         owned.renew_driver()
-        with self._lane.taking(30.0):
-            self._connection.connect(untouched=not (moved or interrupted))
-        claim.tidy(owned.robot, lease.epoch, owned.now())
+        self._connection.connect(untouched=not (moved or interrupted))
+        claim.tidy(owned.robot, lease.epoch, owned.now(), self._lane.name)
         self._listen(bus.queue_name(slug, lease.epoch), True)
         if interrupted or moved:
             bus.publish(slug, Notice(BACK, "warning"))

@@ -1,7 +1,8 @@
 """The owner of one robot: which part takes which. Only the bootstep imports this file.
 
-Threads: `control` claims and executes; `watch` holds what may no longer move; `listen` hears
-stops; `link`, `follow` and `renew` ask the stores; `state` and `camera` publish.
+Threads: `control` runs motions and looks after the robot; `config` runs what may run beside a motion;
+`watch` holds what may no longer move; `listen` hears stops; `link`, `follow` and `renew` ask the stores;
+`state` and `camera` publish.
 """
 
 import contextlib
@@ -22,6 +23,7 @@ from robots.models import Robot
 from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures
 from workers.commands import claim
+from workers.commands.loop import Commands
 from workers.commands.run import Runner
 from workers.connection import Connection
 from workers.control import Control
@@ -32,10 +34,13 @@ from workers.regain import Listen, Regain
 from workers.safety.deadman import DeadManTimer
 from workers.safety.follow import Follower
 from workers.safety.gate import Gate
-from workers.safety.lane import Lane
+from workers.safety.grants import KnownGrants
+from workers.safety.lane import CONFIG, MOTION, Lane
 from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
+from workers.safety.link import Link
 from workers.safety.listen import Listener
+from workers.safety.pace import Pace
 from workers.safety.stop import Stop
 from workers.safety.watch import Watch
 from workers.states import States
@@ -56,35 +61,48 @@ class Owner:
         robot = Robot.objects.get(slug=slug)
         run = Path(settings.VAR) / "run"
         run.mkdir(parents=True, exist_ok=True)
-        self.clock, self._brownout = clock, Brownout()
+        self.clock, self.pace, self._brownout = clock, Pace(clock), Brownout()
         self.latch = StopLatch(run / f"{slug}.stopped")
         self.lease = OwnerLease(robot, run / f"{slug}.lock", clock)
-        self.gate = Gate(self.lease, self.latch, clock, float(settings.FARHAND["REDIS_GONE_S"]))
-        self.lane = Lane(self.gate, clock)
+        self.link, self.grants = Link(clock, float(settings.FARHAND["REDIS_GONE_S"])), KnownGrants(clock)
+        self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
         self.deadman = DeadManTimer(clock)
         trace = WireTrace(slug, clock)
         self.owned = OwnedRobot(robot, self.lease, clock, trace.publish)
         self.pictures = Pictures(robot, clock)
         self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
         self.threads = Threads(self.owned, self.watch.leave)
-        recovery = Recovery(self.owned, self.lease, self.gate, self.pictures)
+        recovery = Recovery(self.owned, self.lease, self.lane.gate, self.pictures)
         self.connection = Connection(self.owned, self.lease, self.lane, recovery)
-        self.states = States(self.owned, self.connection, self.latch, trace, self.lane.pace)
-        self.regain = Regain(self.owned, self.lease, self.lane, self.connection, self.watch, listen)
+        self.states = States(self.owned, self.connection, self.latch, trace, self.pace)
+        self.regain = Regain(self.owned, self.lease, self.lane, self.beside, self.connection, self.watch, listen)
         self._wire_commands()
 
+    def _lane(self, name: str) -> Lane:
+        gate = Gate(self.lease, self.latch, self.link, self.grants, self.clock)
+        return Lane(name, gate, self.clock, self.pace)
+
     def _wire_safety(self, heartbeat: Path, on_lost: Callable[[], None]) -> None:
-        owned, lane = self.owned, self.lane
+        owned, lanes = self.owned, self.lanes
         self.stopping = Stop(owned, self.latch)
-        self.watch = Watch(owned, self.lease, lane, self.deadman, self._brownout, heartbeat, on_lost)
-        self.follower = Follower(owned, self.gate, self.stopping, lane.pace)
-        self.listener = Listener(owned, self.stopping, lane, self.deadman)
+        self.watch = Watch(owned, self.lease, lanes, self.deadman, self.pace, self._brownout, heartbeat, on_lost)
+        self.follower = Follower(owned, self.grants, self.link, lanes, self.stopping, self.pace)
+        self.listener = Listener(owned, self.stopping, self.grants, lanes, self.deadman)
 
     def _wire_commands(self) -> None:
-        owned, lease, lane, pictures, connection = self.owned, self.lease, self.lane, self.pictures, self.connection
-        self.runner = Runner(owned, lease, lane, self.deadman, pictures, connection)
-        handover = Handover(owned, lease, self.latch, self.gate, pictures, connection)
-        self.control = Control(owned, lease, lane, self.runner, connection, self.regain, handover, pictures)
+        owned, lease, pictures, connection = self.owned, self.lease, self.pictures, self.connection
+        self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, connection.faulted)
+        runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.faulted_beside)
+        self.motion = Commands(owned, lease, self.lane, self.runner)
+        self.config = Commands(owned, lease, self.beside, runner_beside)
+        handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, self.config)
+        self.control = Control(owned, lease, self.motion, self.config, connection, self.regain, handover, pictures)
+
+    @property
+    def lanes(self) -> tuple[Lane, ...]:
+        """The lanes that have a thread: one for what runs beside a motion only where the robot declares such."""
+        beside = any(kind.lane == CONFIG for kind in self.owned.robot.spec().commands)
+        return (self.lane, self.beside) if beside else (self.lane,)
 
     def own(self, give_up: Callable[[], bool]) -> bool:
         """Wait for the lease; nothing is opened before. False if `give_up` said so."""
@@ -96,8 +114,8 @@ class Owner:
         """Ask the hardware, end what was interrupted, then begin to serve."""
         owned, robot, begin = self.owned, self.owned.robot, self.threads.begin
         owned.running = True
-        self.gate.link_seen = self.clock.monotonic()
-        self.gate.know_newest(newest_grant(robot))
+        self.link.seen()
+        self.grants.know_newest(newest_grant(robot))
         begin("renew", self._renew)  # a line that is slow to open must not cost the lease
         interrupted = claim.abandon(robot, owned.now())
         self.connection.connect()
@@ -105,9 +123,11 @@ class Owner:
             bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
         begin("watch", self.watch.loop)
         begin("listen", self.listener.loop)
-        begin("link", self.follower.link)
+        begin("link", self.follower.ask_link)
         begin("follow", self.follower.rows)
         begin("control", self.control.loop)
+        if self.beside in self.lanes:
+            begin("config", partial(self.config.loop_beside, self.connection))
         begin("state", self.states.loop)
         for camera in self.pictures.cameras:
             begin(f"camera {camera.name}", partial(send_live, owned, self.pictures, self._brownout, camera.index))
@@ -122,16 +142,19 @@ class Owner:
             self.lease.give_back()
             return
         owned.running = False
-        self.lane.look()
+        self.look()
         with contextlib.suppress(RobotError):
             state = owned.driver.latest()
-            if self.connection.connected and (state is None or state.moving or self.lane.current is not None):
+            busy = any(lane.current is not None for lane in self.lanes)
+            if self.connection.connected and (state is None or state.moving or busy):
                 owned.driver.hold()
-        self.threads.join("control", 8.0)
+        for name in ("control", "config"):
+            self.threads.join(name, 8.0)
         self.listener.close()
         owned.driver.close()
         self.lease.give_back()
 
     def look(self) -> None:
         """Answer the wake-up: command rows may wait."""
-        self.lane.look()
+        for lane in self.lanes:
+            lane.look()

@@ -17,7 +17,7 @@ from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_staff
 from robots.services.clicks import resolve
-from robots.states import COMMAND_FINAL, GrantEnd, GrantKind
+from robots.states import COMMAND_FINAL, GrantEnd, GrantKind, Lane
 
 START_S = 10.0  # a command that has not begun by then never will
 PENDING = 128
@@ -28,6 +28,7 @@ NEEDED = (
 )  # fmt: skip
 RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
 AFTER_S = 20.0  # after its limit a command is final, and its grant with it
+IN_ORDER = "The robot is being put in order; try again when that is done."
 ONE_COMMAND = "A command of staff runs on the robot; wait for its end."
 
 
@@ -63,10 +64,11 @@ def issue(
     grant = held(found.order_by().only(*NEEDED).first(), user, now)
     if grant.kind == GrantKind.UPKEEP:
         raise NotPermitted(ONE_COMMAND)
-    return _issue(grant, user, kind, args, client_seq, now)
+    return issue_under(grant, user, kind, args, client_seq, now)
 
 
-def _issue(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
+def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
+    """Write one command under a grant that is known to be open. Raises as `issue` does."""
     robot = grant.robot
     unfinished = ~Q(state__in=COMMAND_FINAL)
     rows = list(Command.objects.filter(unfinished | Q(client_seq=client_seq), grant=grant)[: PENDING + 1])
@@ -87,7 +89,8 @@ def _issue(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq:
         find.check(robot.driver, kind, args, robot.driver_settings())
         found = spec.command(kind)
         limit_s = found.limit_s if found else 60.0
-    return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now)
+    lane = found.lane if found else Lane.MOTION
+    return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane)
 
 
 def _limit_s(kind: str) -> float:
@@ -105,14 +108,14 @@ def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) 
 
 def _write(
     robot: Robot, user: Any, grant: Grant, epoch: int, kind: str, args: dict[str, Any],
-    client_seq: int, limit_s: float, now: datetime,
+    client_seq: int, limit_s: float, now: datetime, lane: str = Lane.MOTION,
 ) -> Issued:  # fmt: skip
     # one statement needs no transaction of its own; inside somebody's it needs a savepoint
     scope = transaction.atomic() if connection.in_atomic_block else nullcontext()
     try:
         with scope:
             command = Command.objects.create(
-                robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, args=args,
+                robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, lane=lane, args=args,
                 epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,
             )  # fmt: skip
             transaction.on_commit(lambda: bus.ring(robot.slug, epoch), robust=True)
@@ -162,7 +165,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
         elif grant.kind == GrantKind.JOB:
             raise NotPermitted("A job runs on the robot now; wait for its end, or cancel it on its page.")
         elif grant.kind == GrantKind.HANDOVER:
-            raise NotPermitted("The robot is being put in order; try again when that is done.")
+            raise NotPermitted(IN_ORDER)
         elif grant.holder_id != user.pk:
             raise NotPermitted("Somebody operates the robot now; lock it out first.")
-        return _issue(grant, user, kind, {}, next_seq(grant), now).command
+        return issue_under(grant, user, kind, {}, next_seq(grant), now).command

@@ -50,7 +50,7 @@ def made_owner(robot, people, **options):
     made.lease.measure_offset = lambda: None
     made.owned.driver, made.owned.running = Arm(), True
     assert made.lease._try()
-    made.gate.link_seen = clock.monotonic()
+    made.link.seen()
     made.pictures.cameras = []
     services.start_grant(robot, GrantKind.TURN, clock.now(), people["ada"], clock.now() + timedelta(seconds=60))
     return made

@@ -34,13 +34,13 @@ def test_another_epoch_claims_nothing(command):
 def test_a_late_command_is_not_claimed_and_expires(command, robot):
     late = NOW + timedelta(seconds=services.START_S + 0.1)
     assert not claim.claim(command, 5, late)
-    assert claim.tidy(robot, 5, late) == 1
+    assert claim.tidy(robot, 5, late, "motion") == 1
     command.refresh_from_db()
     assert (command.state, "too late" in command.reason) == ("expired", True)
 
 
 def test_a_command_for_an_owner_that_is_gone_expires(command, robot):
-    assert claim.tidy(robot, 6, NOW) == 1
+    assert claim.tidy(robot, 6, NOW, "motion") == 1
     command.refresh_from_db()
     assert command.state == "expired"
 

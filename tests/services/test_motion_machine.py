@@ -1,4 +1,4 @@
-"""Commands, owners, grants and stops in any order, with deaths at every point between (Hypothesis).
+"""Commands in both lanes, owners, grants and stops in any order, with deaths at every point between (Hypothesis).
 
 Real services, real rows, the owner's real lease, gate, latch, ledger and executor; only the
 arm is a stand-in that counts, and judges each motion at the moment when it begins.
@@ -41,7 +41,8 @@ class Arm:
         self.machine = machine
         self.motions: list[float] = []
 
-    def move(self, owner, x):
+    def act(self, owner, name, value):
+        """Move to x, or set the speed beside that."""
         now = self.machine.clock.now()
         open_grants = Grant.objects.filter(ended_at=None, until__gt=now)
         assert open_grants.count() == 1, "a motion without an open grant"
@@ -49,18 +50,18 @@ class Arm:
         lease = Lease.objects.get()
         assert owner.lease.epoch == lease.epoch, "a motion of a stale epoch"
         assert lease.expires_at > now, "a motion of an owner whose lease is over"
-        command = Command.objects.get(args__x=x)
+        command = Command.objects.get(**{f"args__{name}": value})
         assert command.deadline > now, "a late motion"
         assert command.grant_id == open_grants.get().pk, "a motion under somebody else's grant"
-        assert x not in self.motions, "a command moved twice"
-        self.motions.append(x)
+        assert value not in self.motions, "a command was carried out twice"
+        self.motions.append(value)
 
 
 class Wire:
     """The driver of one owner: asks the permit last, then moves the arm."""
 
     def __init__(self, arm):
-        self.arm, self.owner, self.dies = arm, None, None
+        self.arm, self.owner, self.dies, self.beside = arm, None, None, False
 
     def latest(self):
         return RobotState(0.0, (0, 0, 0, 0), (0, 0.4, 0.075, 0), False, True)
@@ -82,10 +83,14 @@ class Wire:
         if self.dies == SLOW:
             self.arm.machine.time(11, renewed=True)
         permit()
-        self.arm.move(self.owner, args["x"])
+        name = "speed" if kind == "speed" else "x"
+        self.arm.act(self.owner, name, args[name])
         self._point("after_send")
         on_stage("sent")
         on_stage("acknowledged")
+        if self.beside and kind != "speed":  # as the other lane's thread does
+            self.arm.machine._work(self.owner, self.dies, self.owner.config)
+            assert self.owner.lane.current is not None, "a command beside ended the motion"
         self._point("after_ack")
         return Outcome({}, self.latest())
 
@@ -122,7 +127,7 @@ class MotionMachine(RuleBasedStateMachine):
         Lease.objects.get_or_create(robot=self.robot)
         if owner.lease._try():
             owner.owned.running = True
-            owner.gate.link_seen = self.clock.monotonic()
+            owner.link.seen()
             claim.abandon(owner.owned.robot, owner.owned.now())
             self.owners.append(owner)
         else:
@@ -147,7 +152,7 @@ class MotionMachine(RuleBasedStateMachine):
         if not renewed or seconds < 1:
             self.clock.go(seconds)
         for owner in self.owners:
-            owner.gate.link_seen = self.clock.monotonic()
+            owner.link.seen()
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3))
@@ -191,9 +196,9 @@ class MotionMachine(RuleBasedStateMachine):
 
     @rule(
         again=st.booleans(), ready=st.booleans(), rung=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)),
-        between=st.sampled_from(["", "", "late", "lapse", "stop", "end"]),
+        beside=st.booleans(), between=st.sampled_from(["", "", "late", "lapse", "stop", "end"]),
     )  # fmt: skip
-    def issue(self, again, ready, rung, dies, between):
+    def issue(self, again, ready, rung, dies, beside, between):
         if ready:
             self._make_ready()
         self.seq += 0 if again and self.seq else 1
@@ -206,6 +211,8 @@ class MotionMachine(RuleBasedStateMachine):
             assert str(error).endswith(".")
             return
         self.told.append(issued.command.pk)
+        if beside:
+            self.configure()
         match between:
             case "late":
                 self.time(11, renewed=True)
@@ -216,23 +223,25 @@ class MotionMachine(RuleBasedStateMachine):
             case "end":
                 self.end_grant()
         if rung and self.owners:
-            self.ring(len(self.owners) - 1, dies, rung)
+            self.ring(len(self.owners) - 1, dies, rung, beside)
         if rung > 1 and self.owners:
             self.deliver_again_and_late(len(self.owners) - 1, len(self.told) - 1)
 
     @precondition(lambda self: self.owners)
-    @rule(index=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)), times=st.integers(1, 3))
-    def ring(self, index, dies, times):
+    @rule(index=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)), times=st.integers(1, 3), beside=st.booleans())
+    def ring(self, index, dies, times, beside):
         owner = self._one(index)
-        owner.owned.driver.dies = dies
+        owner.owned.driver.dies, owner.owned.driver.beside = dies, beside
         try:
             for _ in range(times):
-                self._work(owner, dies)
+                self._work(owner, dies, owner.motion)
+                self._work(owner, dies, owner.config)
         except Killed:
             self._bury(owner)
 
-    def _work(self, owner, dies):
-        for command in claim.due(owner.owned.robot, owner.lease.epoch).select_related("grant"):
+    def _work(self, owner, dies, commands):
+        due = claim.due(owner.owned.robot, owner.lease.epoch, commands.lane.name)
+        for command in due.select_related("grant"):
             if dies == "before_claim":
                 raise Killed
             command.robot = owner.owned.robot
@@ -241,8 +250,20 @@ class MotionMachine(RuleBasedStateMachine):
             if dies == "after_claim":
                 raise Killed
             if dies == "before_finish":
-                owner.runner._end = lambda *a: (_ for _ in ()).throw(Killed())
-            owner.runner.run(command)
+                commands._runner._end = lambda *a: (_ for _ in ()).throw(Killed())
+            commands._runner.run(command)
+
+    @rule()
+    def configure(self):
+        """Staff change the speed, whoever has the robot."""
+        self.asked += 1
+        try:
+            speed = {"speed": 0.05 + self.asked * 1e-6}
+            command = services.configure(self.robot, self.kim, "speed", speed, self.clock.now())
+        except RobotError as error:
+            assert str(error).endswith(".")
+        else:
+            self.told.append(command.pk)
 
     @precondition(lambda self: self.owners and self.told)
     @rule(index=st.integers(0, 3), which=st.integers(0, 999))
@@ -253,14 +274,15 @@ class MotionMachine(RuleBasedStateMachine):
         command = Command.objects.select_related("grant").get(pk=self.told[which % len(self.told)])
         command.robot = owner.owned.robot
         if claim.claim(command, owner.lease.epoch, owner.owned.now()):
-            owner.runner.run(command)
+            (owner.config if command.lane == "config" else owner.motion)._runner.run(command)
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3))
     def sweep(self, index):
         owner = self._one(index)
         if owner.lease.valid:
-            claim.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now())
+            owner.motion.tidy()
+            owner.config.tidy()
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3))
@@ -331,7 +353,8 @@ class MotionMachine(RuleBasedStateMachine):
         self.clock.go(30)
         self.start_worker()
         if self.owners:
-            claim.tidy(self.owners[0].owned.robot, self.owners[0].lease.epoch, self.owners[0].owned.now())
+            self.owners[0].motion.tidy()
+            self.owners[0].config.tidy()
             assert not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), "a command never ends"
             self._bury(self.owners[0])
 

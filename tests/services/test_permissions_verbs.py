@@ -121,6 +121,7 @@ ROWS = {
     "robots.staff_command": (
         ROBOT_STAFF, lambda do, w: (over(w), do(w.robot, w.user, "soft_reset")),
     ),
+    "robots.configure": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, "speed", {"speed": 0.3})),
     "robots.set_enabled": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, False)),
     "robots.ask": (ROBOT_STAFF, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "robots.close_incident": (

@@ -50,19 +50,19 @@ def issue(owner, people, seq, kind="ready"):
 
 def run(owner, command):
     command = Command.objects.select_related("grant", "robot").get(pk=command.pk)
-    owner.control.run_one(command)
+    owner.motion.run_one(command)
     command.refresh_from_db()
     return command
 
 
 def lapse(owner):
     owner.clock.go(3.1)
-    owner.gate.link_seen = owner.clock.monotonic()
+    owner.link.seen()
 
 
 @pytest.mark.asvs("16.5.3")
 def test_an_earlier_permit_refuses_for_good(owner):
-    permits = [owner.gate.bound(owner.lease.epoch)]
+    permits = [owner.lane.gate.bound(owner.lease.epoch)]
     permits[0]()
     for _ in range(3):
         lapse(owner)
@@ -73,7 +73,7 @@ def test_an_earlier_permit_refuses_for_good(owner):
         for permit in permits:
             with pytest.raises(StaleEpoch):
                 permit()
-        permits.append(owner.gate.bound(owner.lease.epoch))
+        permits.append(owner.lane.gate.bound(owner.lease.epoch))
         permits[-1]()
 
 

@@ -19,14 +19,14 @@ def owner(robot, people):
 
 def run(owner, people):
     command = services.issue(owner.owned.robot.slug, people["ada"], "ready", {}, 1, owner.owned.now()).command
-    owner.control.run_one(command)
+    owner.motion.run_one(command)
     command.refresh_from_db()
     return command
 
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_newer_target_that_cannot_be_read_breaks_nothing_off(owner, people, monkeypatch):
-    def gone(robot, epoch):
+    def gone(robot, epoch, lane):
         raise OperationalError("gone")
 
     def ring():
@@ -46,7 +46,7 @@ def test_what_breaks_off_in_mid_motion_is_held_and_its_end_is_unknown(owner, peo
     command = run(owner, people)
     assert owner.owned.driver.holds == 1
     assert (command.state, "Look at the new picture" in command.reason) == ("unknown", True)
-    assert claim.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now()) == 0
+    assert claim.tidy(owner.owned.robot, owner.lease.epoch, owner.owned.now(), "motion") == 0
 
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
@@ -60,18 +60,18 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
         until=owner.owned.now(),
         ended_at=owner.owned.now(),
     )
-    owner.gate.open_for(earlier, owner.owned.now())
+    owner.lane.gate.open_for(earlier, owner.owned.now())
     read = grants.open_grant
 
     def and_meanwhile(robot):
         found = read(robot)
-        owner.gate.open_for(turn, owner.owned.now())
+        owner.lane.gate.open_for(turn, owner.owned.now())
         return found
 
     monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
     owner.follower.follow_grant()
     monkeypatch.undo()
-    owner.gate.check()
+    owner.lane.gate.check()
     assert run(owner, people).state == "completed"
 
 
@@ -79,24 +79,24 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
 def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkeypatch):
     turn = services.open_grant(owner.owned.robot)
     earlier = Grant(pk=turn.pk + 1, until=owner.owned.now())
-    owner.gate.open_for(earlier, owner.owned.now())
+    owner.lane.gate.open_for(earlier, owner.owned.now())
 
     def and_meanwhile(robot):
-        owner.gate.open_for(turn, owner.owned.now())
+        owner.lane.gate.open_for(turn, owner.owned.now())
         return earlier
 
     monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
     owner.follower.follow_grant()
     monkeypatch.undo()
-    owner.gate.check()
+    owner.lane.gate.check()
 
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_command_is_seen_to_run_only_when_its_grant_is_let_through(owner, people):
     """Who watches must not hold it by the grant before."""
     earlier = Grant(pk=9999, until=owner.owned.now())
-    owner.gate.open_for(earlier, owner.owned.now())
-    owner.gate.revoke(earlier.pk)
+    owner.lane.gate.open_for(earlier, owner.owned.now())
+    owner.grants.revoke(earlier.pk)
     seen = []
 
     class Watched(type(owner.lane)):

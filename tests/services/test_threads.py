@@ -79,6 +79,6 @@ class TestOwner:
         setattr(owner.owned.driver, where, wrong)
         command = services.issue(robot.slug, people["ada"], "ready", {}, 1, owner.owned.now()).command
         with pytest.raises(KeyError):
-            owner.control.run_one(command)
+            owner.motion.run_one(command)
         command.refresh_from_db()
         assert (command.state, owner.owned.driver.holds, "held" in command.reason) == (state, 1, True)

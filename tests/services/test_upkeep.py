@@ -51,7 +51,7 @@ def test_the_grant_ends_with_its_command_however_it_ends(robot, people, running,
 
 def test_a_command_that_nobody_began_ends_it_too(robot, people, owned):
     services.staff_command(robot, people["kim"], "soft_reset")
-    assert claim.tidy(robot, owned.epoch, SYSTEM.now() + timedelta(minutes=1)) == 1
+    assert claim.tidy(robot, owned.epoch, SYSTEM.now() + timedelta(minutes=1), "motion") == 1
     assert services.open_grant(robot) is None
 
 

@@ -19,9 +19,9 @@ RESTARTED = "The robot's worker had to take the robot anew before this began; it
 BROKEN_OFF = "The database broke off before it began; it was not carried out."
 
 
-def due(robot: Robot, epoch: int) -> QuerySet[Command]:
-    """Return the commands that wait for this owner, in order."""
-    return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch).order_by("id")
+def due(robot: Robot, epoch: int, lane: str) -> QuerySet[Command]:
+    """Return the commands of a lane that wait for this owner, in order."""
+    return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch, lane=lane).order_by("id")
 
 
 def claim(command: Command, epoch: int, now: datetime) -> bool:
@@ -35,8 +35,8 @@ def claim(command: Command, epoch: int, now: datetime) -> bool:
     return bool(done)
 
 
-def tidy(robot: Robot, epoch: int, now: datetime) -> int:
-    """End what can no longer begin or end; called while no command runs here. Return how many.
+def tidy(robot: Robot, epoch: int, now: datetime, lane: str) -> int:
+    """End what can no longer begin or end; called while no command runs in this lane. Return how many.
 
     Too late, meant for an owner that is gone, or claimed in words that the database lost:
     the last was not begun, for this owner begins only what it knows it has claimed.
@@ -47,7 +47,7 @@ def tidy(robot: Robot, epoch: int, now: datetime) -> int:
         ours = command.epoch == epoch
         if command.state == CommandState.QUEUED and (not ours or command.deadline <= now):
             ended += finish(command, CommandState.EXPIRED, now, TOO_LATE if ours else RESTARTED)
-        elif command.state in COMMAND_RUNNING:
+        elif command.state in COMMAND_RUNNING and (not ours or command.lane == lane):
             state, reason = (CommandState.CANCELLED, BROKEN_OFF) if ours else (CommandState.UNKNOWN, INTERRUPTED)
             ended += finish(command, state, now, reason)
     return ended

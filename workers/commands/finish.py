@@ -7,9 +7,9 @@ from typing import Any
 from django.db import transaction
 
 from robots import bus
-from robots.grants import end_with_command, stage_event
+from robots.grants import end_with_command, has_own_grant, stage_event
 from robots.models import Command
-from robots.states import COMMAND_FINAL, COMMAND_NEXT, ONE_COMMAND, CommandState
+from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState
 
 STAMPS = {
     CommandState.ACCEPTED: "accepted_at",
@@ -34,7 +34,7 @@ def finish(
     command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None
 ) -> bool:
     """End a command, and a grant that was for it alone; a final state is never changed."""
-    alone = command.grant.kind in ONE_COMMAND
+    alone = has_own_grant(command)
     with transaction.atomic() if alone else nullcontext():
         done = (
             Command.objects.filter(pk=command.pk)

@@ -28,7 +28,7 @@ def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permi
             return  # before it has begun the line may be ours, and a hold must not wait for the stores
         looked = lane.rung
         try:
-            first = claim.due(owned.robot, lease.epoch).first()
+            first = claim.due(owned.robot, lease.epoch, lane.name).first()
         except Error as error:
             log.warning("a newer target cannot be read, so this motion goes on: %s", error)
             close_old_connections()

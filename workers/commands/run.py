@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+from collections.abc import Callable
 from typing import Any
 
 from django.db import Error, close_old_connections
@@ -18,18 +19,18 @@ from robots.drivers.errors import (
     TooLate,
 )
 from robots.drivers.mercury.calibration import NotCalibrated
+from robots.grants import has_own_grant
 from robots.models import Command
 from robots.services.commands import RUNTIME_KINDS
-from robots.states import ONE_COMMAND, CommandState
+from robots.states import CommandState
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures
 from workers.commands import finish
 from workers.commands.motion import held_motion, replaceable
-from workers.connection import Connection
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
-from workers.safety.lane import Lane
+from workers.safety.lane import MOTION, Lane
 from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
@@ -38,6 +39,8 @@ LEASE_LOST = (
     "Look at the new picture before you go on."
 )
 UNHEARD = "The robot did not say in time whether it had understood, so it was held."
+NOT_HEARD = "The robot did not say in time whether it had understood; whether this was set is not known."
+NOT_KNOWN = "The database broke off before the answer; whether this was set is not known."
 CUT_SHORT = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
 BROKEN = "The robot's software failed, so the robot was held. Look at the new picture before you go on."
 MOVING_KINDS = ("soft_reset", "calibrate")
@@ -49,11 +52,12 @@ class Runner:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, deadman: DeadManTimer,
-        pictures: Pictures, connection: Connection,
+        pictures: Pictures, on_fault: Callable[[HardwareFault, Command], None],
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._lane = owned, lease, lane
-        self._deadman, self._pictures, self._connection = deadman, pictures, connection
+        self._deadman, self._pictures, self._on_fault = deadman, pictures, on_fault
         self._permit: Permit = lane.gate.check  # of the claim that is carried out
+        self._moves = lane.name == MOTION
         self._said = 0  # the command that the robot was told of last, whatever the database knows of it
 
     def run(self, command: Command) -> None:
@@ -63,7 +67,7 @@ class Runner:
         gate.expect(command, now())
         self._permit = gate.bound(command.epoch)
         if command.grant.ended_at is not None:
-            gate.revoke(command.grant_id)
+            gate.grants.revoke(command.grant_id)
         self._lane.current = command  # only now: who watches must not hold it by the grant before
         try:
             self._run(command)
@@ -86,14 +90,15 @@ class Runner:
         except HardwareFault as error:
             self._end(command, CommandState.FAILED, str(error))
             if not self._stale(command):  # then the robot is connected anew anyway
-                self._connection.faulted(error, command)
+                self._on_fault(error, command)
         except Error as error:
             if self._said != command.pk:
                 raise  # not begun: the next sweep ends it
-            log.warning("%s is held, for the database broke off: %s", command, error)
-            with contextlib.suppress(RobotError):
-                self._owned.driver.hold()
-            self._end(command, CommandState.UNKNOWN, CUT_SHORT)
+            log.warning("%s is broken off by the database: %s", command, error)
+            if self._moves:
+                with contextlib.suppress(RobotError):
+                    self._owned.driver.hold()
+            self._end(command, CommandState.UNKNOWN, CUT_SHORT if self._moves else NOT_KNOWN)
         except Exception:
             self._hold_and_end(command)
             raise  # counted as a failure of this thread
@@ -123,8 +128,8 @@ class Runner:
                 self._owned.clock.sleep(0.2)
             else:
                 break
-        if command.grant.kind in ONE_COMMAND:
-            self._lane.gate.revoke(command.grant_id)  # it ended with the command, so nothing moves under it
+        if has_own_grant(command):
+            self._lane.gate.grants.revoke(command.grant_id)  # it ended with the command, so nothing moves under it
 
     def _stale(self, command: Command) -> bool:
         """Tell whether the lease ran out after the command was claimed."""
@@ -148,6 +153,8 @@ class Runner:
         except TooLate as error:
             if self._said != command.pk:
                 raise
+            if not self._moves:
+                raise HardwareFault(NOT_HEARD) from error
             self._owned.driver.hold()
             raise Held(UNHEARD) from error
         finally:
@@ -174,7 +181,7 @@ class Runner:
                 permit = replaceable(owned, self._lease, self._lane, permit)
             outcome = owned.driver.execute(command.kind, command.args, permit, on_stage)
         result: dict[str, Any] = {"sent": outcome.sent} | ({"ended": why} if why else {})
-        if spec.still_after and outcome.state is not None:
+        if self._moves and spec.still_after and outcome.state is not None:
             result |= look(owned, self._pictures, outcome.state, command)
         return result
 

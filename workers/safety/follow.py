@@ -4,7 +4,9 @@ from robots import bus
 from robots.grants import end_at_until, open_grant
 from robots.messages import Changed
 from workers.owned import OwnedRobot
-from workers.safety.gate import Gate
+from workers.safety.grants import KnownGrants
+from workers.safety.lane import Lane
+from workers.safety.link import Link
 from workers.safety.pace import Pace
 from workers.safety.stop import Stop
 
@@ -12,17 +14,19 @@ FOLLOW_S, IDLE_FOLLOW_S, IDLE_LINK_S = 0.1, 1.0, 0.5
 
 
 class Follower:
-    """Keeps the gate informed of Redis and of grants, and the stop of its row."""
+    """Keeps memory informed of Redis and of grants, and the stop of its row."""
 
-    def __init__(self, owned: OwnedRobot, gate: Gate, stop: Stop, pace: Pace) -> None:
-        self._owned, self._gate, self._stop, self._pace = owned, gate, stop, pace
+    def __init__(
+        self, owned: OwnedRobot, grants: KnownGrants, link: Link, lanes: tuple[Lane, ...], stop: Stop, pace: Pace
+    ) -> None:
+        self._owned, self._grants, self._link, self._lanes = owned, grants, link, lanes
+        self._stop, self._pace = stop, pace
 
-    def link(self) -> None:
+    def ask_link(self) -> None:
         """Ask Redis whether it is there, for as long as the owner runs."""
-        clock = self._owned.clock
         while self._owned.running:
             if bus.alive():
-                self._gate.link_seen = clock.monotonic()
+                self._link.seen()
             self._pace.sleep(FOLLOW_S, IDLE_LINK_S)
 
     def rows(self) -> None:
@@ -34,17 +38,17 @@ class Follower:
 
     def follow_grant(self) -> None:
         """Learn which grant is open and until when; end one whose time is up."""
-        gate, robot, now = self._gate, self._owned.robot, self._owned.now
-        # read before we ask: the control loop may open for the next one meanwhile, of which the answer says nothing
-        known = {gate.newest, gate.grant_id} - {0} - gate.revoked
+        grants, robot, now = self._grants, self._owned.robot, self._owned.now
+        # read before we ask: a lane may open for the next one meanwhile, of which the answer says nothing
+        known = {grants.newest, *(lane.gate.grant_id for lane in self._lanes)} - {0} - grants.ended
         grant = open_grant(robot)
         for ended in known - {grant.pk if grant else 0}:  # one is open at a time
-            gate.revoke(ended)
+            grants.revoke(ended)
         if grant is None:
             return
         self._pace.stir()
-        gate.know(grant, now())  # a turn may have been lengthened
+        grants.know(grant, now())  # a turn may have been lengthened
         if grant.until is not None and grant.until <= now():
             end_at_until(grant, now())
-            gate.revoke(grant.pk)
+            grants.revoke(grant.pk)
             bus.publish(robot.slug, Changed("queue"))

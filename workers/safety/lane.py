@@ -10,19 +10,20 @@ from workers.safety.gate import Gate
 from workers.safety.pace import Pace
 
 SILENT_S = 2.0
+MOTION, CONFIG = "motion", "config"
 
 
 class Lane:
     """What one lane is doing, readable from every thread. Times are monotonic (s)."""
 
-    def __init__(self, gate: Gate, clock: Clock) -> None:
-        self.gate, self._clock = gate, clock
-        self.pace = Pace(clock)
+    def __init__(self, name: str, gate: Gate, clock: Clock, pace: Pace) -> None:
+        self.name, self.gate, self._clock, self.pace = name, gate, clock, pace
         self.current: Command | None = None
         self.rung = 0  # how often a wake-up was heard
         self.beat = clock.monotonic()  # when the lane's loop came round last
         self._busy_until = 0.0
         self._wake = threading.Event()
+        self.turn = threading.Lock()  # taken while a command runs; a hold never waits for it
 
     def look(self) -> None:
         """Wake the lane: command rows may wait."""
@@ -45,6 +46,16 @@ class Lane:
             yield
         finally:
             self._busy_until = 0.0
+
+    @contextlib.contextmanager
+    def paused(self, seconds: float) -> Iterator[None]:
+        """Let no command of this lane begin, after the one that runs ended or `seconds` (s) went by."""
+        taken = self.turn.acquire(timeout=seconds)
+        try:
+            yield
+        finally:
+            if taken:
+                self.turn.release()
 
     @property
     def busy(self) -> bool:

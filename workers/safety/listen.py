@@ -7,6 +7,7 @@ import redis
 from robots import bus
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
+from workers.safety.grants import KnownGrants
 from workers.safety.lane import Lane
 from workers.safety.stop import Stop
 
@@ -14,13 +15,15 @@ from workers.safety.stop import Stop
 class Listener:
     """Hands on what is published for one robot."""
 
-    def __init__(self, owned: OwnedRobot, stop: Stop, lane: Lane, deadman: DeadManTimer) -> None:
-        self._owned, self._stop, self._lane, self._deadman = owned, stop, lane, deadman
+    def __init__(
+        self, owned: OwnedRobot, stop: Stop, grants: KnownGrants, lanes: tuple[Lane, ...], deadman: DeadManTimer
+    ) -> None:
+        self._owned, self._stop, self._grants, self._lanes, self._deadman = owned, stop, grants, lanes, deadman
         self._pubsub: redis.client.PubSub | None = None
 
     def loop(self) -> None:
         """Listen for as long as the owner runs, or until the connection breaks."""
-        owned, slug, gate = self._owned, self._owned.robot.slug, self._lane.gate
+        owned, slug = self._owned, self._owned.robot.slug
         try:
             self._pubsub = bus.listener().pubsub(ignore_subscribe_messages=True)
             bell, held = bus.bell_channel(slug), bus.held_channel(slug)
@@ -29,10 +32,11 @@ class Listener:
                 message = self._pubsub.get_message(timeout=1.0)
                 channel = message["channel"].decode() if message else ""
                 if message and channel == bell:
-                    self._lane.look()
+                    for lane in self._lanes:
+                        lane.look()
                 elif message and channel == held:
                     self._deadman.hear(*bus.heard_keep(message["data"]))
-                elif message and gate.heeds_stop_of(bus.heard_stop(message["data"])):
+                elif message and self._grants.heeds_stop_of(bus.heard_stop(message["data"])):
                     self._stop.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             owned.clock.sleep(0.2)

@@ -13,8 +13,9 @@ from robots.brownout import Brownout
 from robots.drivers.errors import RobotError
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
-from workers.safety.lane import Lane
+from workers.safety.lane import MOTION, Lane
 from workers.safety.lease import OwnerLease
+from workers.safety.pace import Pace
 
 log = logging.getLogger(__name__)
 WATCH_S, IDLE_WATCH_S = 0.05, 0.25
@@ -24,12 +25,12 @@ class Watch:
     """Holds the robot without a lease, a link, a grant or an operator's keep-alives."""
 
     def __init__(
-        self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, deadman: DeadManTimer,
-        brownout: Brownout, heartbeat: Path, on_lost: Callable[[], None],
+        self, owned: OwnedRobot, lease: OwnerLease, lanes: tuple[Lane, ...], deadman: DeadManTimer,
+        pace: Pace, brownout: Brownout, heartbeat: Path, on_lost: Callable[[], None],
     ) -> None:  # fmt: skip
-        self._owned, self._lease, self._lane, self._deadman = owned, lease, lane, deadman
-        self._brownout, self._heartbeat, self._on_lost = brownout, heartbeat, on_lost
-        self._held = 0  # the command that was held last
+        self._owned, self._lease, self._lanes, self._deadman = owned, lease, lanes, deadman
+        self._pace, self._brownout, self._heartbeat, self._on_lost = pace, brownout, heartbeat, on_lost
+        self._held: dict[str, int] = {}  # the command of each lane that was held last
 
     def loop(self) -> None:
         """Watch for as long as the owner runs."""
@@ -44,24 +45,26 @@ class Watch:
                 with contextlib.suppress(RobotError, OSError):
                     owned.driver.hold()
             ours = valid
-            self._hold_what_is_forbidden(valid)
-            if self._lane.sound:
+            for lane in self._lanes:
+                self._hold_what_is_forbidden(lane)
+            if all(lane.sound for lane in self._lanes):
                 with contextlib.suppress(OSError):
                     self._heartbeat.touch()
             begun = clock.monotonic()
-            meant = self._lane.pace.sleep(WATCH_S, IDLE_WATCH_S)
+            meant = self._pace.sleep(WATCH_S, IDLE_WATCH_S)
             woken = clock.monotonic()
             self._brownout.feel(woken - begun - meant, woken)
 
-    def _hold_what_is_forbidden(self, ours: bool) -> None:
-        gate, state, command = self._lane.gate, self._owned.driver.latest(), self._lane.current
-        running = command is not None and command.pk != self._held
-        moving = state is not None and state.moving
-        if moving or self._lane.busy or gate.latch.latched:
-            self._lane.pace.stir()
-        forbidden = not ours or gate.link_down or gate.grant_over or self._deadman.ended
-        if forbidden and (running or moving):
-            self._held = command.pk if command is not None else self._held
+    def _hold_what_is_forbidden(self, lane: Lane) -> None:
+        """Hold for a lane's command, and where it moves nobody knows why: motion is a matter of its lane alone."""
+        state, command, motion = self._owned.driver.latest(), lane.current, lane.name == MOTION
+        running = command is not None and command.pk != self._held.get(lane.name)
+        moving = motion and state is not None and state.moving
+        if moving or lane.busy or lane.gate.latch.latched:
+            self._pace.stir()
+        if (lane.gate.forbidden or (motion and self._deadman.ended)) and (running or moving):
+            if command is not None:
+                self._held[lane.name] = command.pk
             with contextlib.suppress(RobotError):
                 self._owned.driver.hold()
 

@@ -1,6 +1,7 @@
 """The Mercury arm's driver: commands in SI units become instructions on the serial line."""
 
 import time
+from collections.abc import Callable
 from math import degrees, hypot, radians
 from typing import Any
 
@@ -77,7 +78,8 @@ class Driver(Session):
             return Outcome({}, self._latest)
         if kind == "speed":
             self.settings = {**self.settings, "speed": number(args, "speed")}
-            self._set_speed(permit)
+            self._set_speed(permit, lambda: on_stage("sent"))
+            on_stage("acknowledged")
             return Outcome(dict(args), self._latest)
         if kind == "air":
             seconds = float(args.get("seconds", self._description["air"]["burst_s"]))
@@ -215,8 +217,8 @@ class Driver(Session):
             if time.monotonic() > until:
                 raise HardwareFault("The controller did not finish its own reset.")
 
-    def _set_speed(self, permit: Permit | None = None) -> None:
+    def _set_speed(self, permit: Permit | None = None, on_sent: Callable[[], None] = lambda: None) -> None:
         low, high = self._description["motion"]["speed_range"]
         speed = float(self.settings.get("speed") or self._description["motion"]["speed"])
         speed_mm_s = min(max(speed, low), high) * 1000
-        self.line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, speed_mm_s), permit)
+        self.line.instruct(lambda seq: wire.scalar(Instruction.SPEED, seq, speed_mm_s), permit, on_sent)

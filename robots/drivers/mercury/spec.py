@@ -31,6 +31,15 @@ def spec() -> Spec:
             CommandKind("jog", "Jog", direction, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("home", "Home", limit_s=limit, asked_by=BY_STAFF),
             CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),
-            CommandKind("speed", "Speed", (speed,), limit_s=5.0, asked_by=BY_STAFF, moves=False, still_after=False),
+            CommandKind(
+                "speed",
+                "Speed",
+                (speed,),
+                limit_s=5.0,
+                asked_by=BY_STAFF,
+                lane="config",
+                moves=False,
+                still_after=False,
+            ),
         ),
     )

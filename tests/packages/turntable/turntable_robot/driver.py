@@ -33,6 +33,11 @@ class Driver(Session):
     def execute(self, kind, args, permit, on_stage):
         check("turntable", kind, args, self.settings)
         permit()
+        if kind == "pace":
+            on_stage("sent")
+            self._ask(do="pace", pace=args["pace"])  # the table answers when it has taken it over
+            on_stage("acknowledged")
+            return Outcome(dict(args), self.latest())
         self._ask(do="turn", angle=args["angle"] if kind == "turn" else 0.0)
         on_stage("sent")
         on_stage("acknowledged")

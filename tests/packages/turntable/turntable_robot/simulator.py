@@ -1,4 +1,4 @@
-"""The table: one radian a second."""
+"""The table: it turns at its pace, which takes half a second to change."""
 
 import argparse
 import json
@@ -7,23 +7,29 @@ import threading
 import time
 from pathlib import Path
 
-SPEED = 1.0
+PACE = 1.0  # rad/s
+TAKES_S = 0.5
 
 
 class Table:
     def __init__(self):
         self.start = self.goal = 0.0
+        self.pace = PACE
         self.began, self.held = time.monotonic(), False
         self.lock = threading.Lock()
 
     def angle(self):
         way = self.goal - self.start
-        done = min(abs(way), SPEED * (time.monotonic() - self.began))
+        done = min(abs(way), self.pace * (time.monotonic() - self.began))
         return self.start + (done if way > 0 else -done)
 
     def take(self, said):
+        if said["do"] == "pace":
+            time.sleep(TAKES_S)
         with self.lock:
             here = self.angle()
+            if said["do"] == "pace":
+                self.start, self.began, self.pace = here, time.monotonic(), said["pace"]
             if said["do"] == "turn":
                 self.start, self.goal, self.began, self.held = here, said["angle"], time.monotonic(), False
             elif said["do"] == "hold":

@@ -2,11 +2,15 @@
 
 from typing import Any
 
+from django.db import Error
 from django.http import HttpRequest
 from django.utils.functional import SimpleLazyObject
 
 from portal.live.standing import place_info
+from portal.pages.jobs import asker_of
 from portal.stores import trouble
+from queueing.jobs.telling import untold
+from queueing.models import Job
 from queueing.places import standings
 from robots.clock import SYSTEM
 from robots.models import Robot
@@ -15,6 +19,14 @@ from robots.models import Robot
 def _my_places(user: Any) -> list[dict[str, Any]]:
     now = SYSTEM.now()
     return [place_info(one, now) for one in standings(user, now)]
+
+
+def _ended_jobs(request: HttpRequest) -> list[Job]:
+    """Return the jobs whose end the person or guest has not seen; none while the database is away."""
+    try:
+        return untold(asker_of(request))
+    except Error:
+        return []
 
 
 def site(request: HttpRequest) -> dict[str, object]:
@@ -26,5 +38,6 @@ def site(request: HttpRequest) -> dict[str, object]:
     return {
         "menu_robots": Robot.objects.filter(enabled=True).only("slug", "name"),
         "store_trouble": trouble(),
+        "ended_jobs": SimpleLazyObject(lambda: _ended_jobs(request)),
         "my_places": SimpleLazyObject(lambda: _my_places(user)),
     }

@@ -11,7 +11,7 @@ from operatorlog import results
 from operatorlog import views as log
 from portal.classic import pictures
 from portal.classic import views as classic
-from portal.pages import health, programs, views
+from portal.pages import health, jobs, programs, views
 from portal.pages.places import my_places
 
 admin.site.site_header = "Farhand"
@@ -30,6 +30,8 @@ urlpatterns = [
     path("robots/<slug:slug>/programs/", programs.programs_of, name="programs"),
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
+    path("robots/<slug:slug>/jobs/", jobs.jobs_of, name="jobs"),
+    path("jobs/<str:key>/", jobs.job_page, name="job"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
     path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),

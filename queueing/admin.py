@@ -6,7 +6,9 @@ from django.contrib import admin
 from django.http import HttpRequest
 
 from queueing import staff
-from queueing.models import Account, Queue, QueueRobot, Ticket, Turn
+from queueing.jobs.asking import Asker
+from queueing.jobs.cancelling import cancel
+from queueing.models import OPEN_JOB, Account, Job, Queue, QueueRobot, Ticket, Turn
 from robots.clock import SYSTEM
 from robots.history import Kept
 from robots.inlines import NamedInline, NamedRowsAdmin
@@ -23,7 +25,7 @@ class LinkInline(NamedInline):
 class QueueAdmin(NamedRowsAdmin):
     """Pause a queue, choose its robots."""
 
-    list_display = ("name", "paused")
+    list_display = ("name", "paused", "guest_weight")
     list_editable = ("paused",)
     inlines = (LinkInline,)
 
@@ -59,9 +61,24 @@ class TurnAdmin(Kept):
             staff.end(turn, request.user, SYSTEM.now())
 
 
+@admin.register(Job)
+class JobAdmin(Kept):
+    """Jobs, open and past."""
+
+    list_display = ("id", "robot", "kind", "user", "state", "reason", "start_tag", "asked_at", "ended_at", "charged")
+    list_filter = ("robot", "state")
+    actions = ("cancel",)
+
+    @admin.action(description="Cancel", permissions=["keep"])
+    def cancel(self, request: HttpRequest, queryset: Any) -> None:
+        """Cancel the chosen open jobs; the robot holds."""
+        for job in queryset.filter(state__in=OPEN_JOB):
+            cancel(job, Asker(user=request.user), SYSTEM.now())
+
+
 @admin.register(Account)
 class AccountAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     """What people have used, and their weight."""
 
-    list_display = ("user", "queue", "finish_tag", "weight")
-    readonly_fields = ("user", "queue", "finish_tag")
+    list_display = ("__str__", "queue", "network", "finish_tag", "weight")
+    readonly_fields = ("user", "network", "queue", "finish_tag")

@@ -18,6 +18,7 @@ from portal.consoles.console import console_of
 from portal.live.snapshot import status_of
 from portal.pages.errors import software_missing
 from queueing.estimates import waiting
+from queueing.jobs.kinds import job_kinds
 from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
@@ -70,6 +71,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "description_json": facts,
         "views": description.views(described),
         "classic": drawn(robot),
+        "takes_jobs": bool(job_kinds(robot)),
     }
     return render(request, "pages/robot.html", context)
 

@@ -1,4 +1,6 @@
-"""Everybody who may knock: eight roles, from a stranger to the superuser."""
+"""Everybody who may knock, eight roles from a stranger to the superuser; and a robot that takes jobs."""
+
+from datetime import timedelta
 
 import pytest
 
@@ -21,3 +23,25 @@ def roles(robot, people, owned, django_user_model):
     queue.accept(robot, people["bob"], SYSTEM.now())
     cast = (AnonymousUser(), people["eve"], people["ada"], people["bob"], people["mod"], viewer, people["kim"], root)
     return dict(zip(ROLES, cast, strict=True))
+
+
+@pytest.fixture
+def shuttle(robot, people, clock, monkeypatch):
+    """A shuttle that takes jobs from guests, charged in jobs; nobody drives it, and it does not roam."""
+    from queueing.models import QueueRobot
+    from robots.models import Lease, Robot
+    from tests.packaged import SHUTTLE, installed_from
+
+    with installed_from(SHUTTLE, monkeypatch):
+        Robot.objects.filter(pk=robot.pk).update(driver="shuttle", calibration={})
+        robot.refresh_from_db()
+        Lease.objects.create(robot=robot, epoch=5, expires_at=clock.now() + timedelta(days=9))
+        QueueRobot.objects.filter(robot=robot).update(
+            offers_turns=False,
+            guests_ask=True,
+            charged_in="jobs",
+            rest_after_min=1,
+            watched_at=clock.now() - timedelta(days=1),
+        )
+        monkeypatch.setattr("robots.bus.perhaps_watched", lambda slug: False)
+        yield robot

@@ -1,7 +1,5 @@
 """Jobs: asked for, promoted, settled; two guests and a driver in one fair queue."""
 
-from datetime import timedelta
-
 import pytest
 
 from queueing import services as queue
@@ -15,29 +13,10 @@ from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import NotStaff
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
-from tests.packaged import SHUTTLE, installed_from
 from workers.commands import finish
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 GUEST, OTHER = Asker(guest="a" * 64, network="192.0.2.1"), Asker(guest="b" * 64, network="192.0.2.2")
-
-
-@pytest.fixture
-def shuttle(robot, people, clock, monkeypatch):
-    """A shuttle that takes jobs from guests, charged in jobs; nobody drives it, and it does not roam."""
-    with installed_from(SHUTTLE, monkeypatch):
-        Robot.objects.filter(pk=robot.pk).update(driver="shuttle", calibration={})
-        robot.refresh_from_db()
-        Lease.objects.create(robot=robot, epoch=5, expires_at=clock.now() + timedelta(days=9))
-        QueueRobot.objects.filter(robot=robot).update(
-            offers_turns=False,
-            guests_ask=True,
-            charged_in="jobs",
-            rest_after_min=1,
-            watched_at=clock.now() - timedelta(days=1),
-        )
-        monkeypatch.setattr("robots.bus.perhaps_watched", lambda slug: False)
-        yield robot
 
 
 def running():
@@ -90,6 +69,7 @@ def test_two_who_always_ask_are_served_in_turn(shuttle, people, clock):
     assert Job.objects.filter(start_tag=None).count() == 0
 
 
+@pytest.mark.asvs("2.4.1")
 def test_guests_of_one_address_share_one_account_and_a_cookie_has_one_open_job(shuttle, people, clock):
     ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
     with pytest.raises(TooManyJobs):

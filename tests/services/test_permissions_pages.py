@@ -45,6 +45,8 @@ GET = {
     "robots/<slug:slug>/programs/": ("/robots/mercury/programs/", everybody(OK)),
     "robots/<slug:slug>/orientation/": ("/robots/mercury/orientation/", everybody(OK)),
     "robots/<slug:slug>/clearance/": ("/robots/mercury/clearance/", everybody(MOVED)),
+    "robots/<slug:slug>/jobs/": ("/robots/mercury/jobs/", everybody(OK)),
+    "jobs/<str:key>/": ("/jobs/none/", everybody(ABSENT)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),
     "classic/<slug:slug>/<str:name>.gif": ("/classic/mercury/none.gif", everybody(ABSENT)),

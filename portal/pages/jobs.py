@@ -1,0 +1,132 @@
+"""`/robots/<slug>/jobs/` and `/jobs/<key>/`: ask for a job, follow it, cancel it. Without scripts, for guests too."""
+
+import hashlib
+import secrets
+from typing import Any
+
+from django.contrib import messages
+from django.http import HttpRequest, HttpResponse
+from django.shortcuts import get_object_or_404, redirect, render
+from django.views.decorators.cache import never_cache
+from django.views.decorators.http import require_http_methods
+
+from portal.limits.addresses import network_of
+from queueing.errors import QueueError
+from queueing.estimates import jobs_ahead
+from queueing.jobs.asking import Asker, ask
+from queueing.jobs.cancelling import cancel, may_cancel
+from queueing.jobs.kinds import job_kinds, kinds_for, link_of
+from queueing.jobs.suspending import resume, suspended
+from queueing.jobs.telling import told
+from queueing.models import OPEN_JOB, Job
+from robots.clock import SYSTEM
+from robots.contract.spec import CommandKind
+from robots.drivers.errors import RobotError
+from robots.models import Command, Frame, Robot
+from robots.plain import storable
+
+GUEST = "farhand_guest"
+A_YEAR_S = 365 * 86_400
+SHOWN = 30
+
+
+def asker_of(request: HttpRequest, fresh: str = "") -> Asker:
+    """Return who asks: the person, or the guest of a signed cookie; `fresh` is a cookie that is about to be set."""
+    if request.user.is_authenticated:
+        return Asker(user=request.user)
+    cookie = fresh or request.get_signed_cookie(GUEST, default="")
+    guest = hashlib.sha256(cookie.encode()).hexdigest() if cookie else ""
+    return Asker(guest=guest, network=network_of(request.META.get("REMOTE_ADDR", "")))
+
+
+@never_cache
+@require_http_methods(["GET", "HEAD", "POST"])
+def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
+    """Show what may be asked of a robot and which jobs are open; take a new one."""
+    robot = get_object_or_404(Robot, slug=slug)
+    if request.method == "POST":
+        return _act(request, robot)
+    link = link_of(robot)
+    waiting = Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("user")
+    context = {
+        "robot": robot, "kinds": kinds_for(robot, request.user), "any_kinds": job_kinds(robot),
+        "suspended": suspended(robot, link), "guests_ask": link is not None and link.guests_ask,
+        "jobs": waiting.order_by("-state", "start_tag", "id")[:SHOWN],
+    }  # fmt: skip
+    return render(request, "pages/jobs.html", context)
+
+
+def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
+    try:
+        if request.POST.get("do") == "resume":
+            resume(robot, request.user, SYSTEM.now())
+            messages.success(request, "Jobs, idle behaviour and needs go on.")
+            return redirect("jobs", slug=robot.slug)
+        return _ask(request, robot)
+    except (QueueError, RobotError) as error:
+        messages.warning(request, str(error))
+        return redirect("jobs", slug=robot.slug)
+
+
+def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
+    fresh = ""
+    if not request.user.is_authenticated and not request.get_signed_cookie(GUEST, default=""):
+        fresh = secrets.token_urlsafe(24)
+    kind = request.POST.get("kind", "")
+    spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
+    name = request.POST.get("name", "")
+    args = _arguments(request, spec) if spec is not None else {}
+    job = ask(
+        robot, asker_of(request, fresh), kind, args, SYSTEM.now(),
+        name=name if storable(name) else "", mail=request.POST.get("mail") == "yes",
+    )  # fmt: skip
+    answer = redirect(job)
+    if fresh:
+        answer.set_signed_cookie(
+            GUEST, fresh, max_age=A_YEAR_S, httponly=True, samesite="Lax", secure=request.is_secure()
+        )
+    return answer
+
+
+def _arguments(request: HttpRequest, spec: CommandKind) -> dict[str, Any]:
+    """Return the values of the form; what is no number is left for the robot's own check to name."""
+    found: dict[str, Any] = {}
+    for argument in spec.arguments:
+        text = request.POST.get(f"arg-{argument.name}", "").strip()
+        if not text and not argument.required:
+            continue
+        found[argument.name] = text if argument.text else _number(text)
+    return found
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+@never_cache
+@require_http_methods(["GET", "HEAD", "POST"])
+def job_page(request: HttpRequest, key: str) -> HttpResponse:
+    """Show one job to everybody who has its address; its asker and staff may cancel it."""
+    job = get_object_or_404(Job.objects.select_related("robot", "user", "queue"), key=key)
+    asker, now = asker_of(request), SYSTEM.now()
+    if request.method == "POST":
+        try:
+            cancel(job, asker, now)
+            messages.success(request, "The job is cancelled; the robot holds.")
+        except QueueError as error:
+            messages.warning(request, str(error))
+        return redirect(job)
+    told(job, asker, now)
+    grants = job.runs.values("grant")
+    context = {
+        "job": job, "open": job.state in OPEN_JOB, "ahead": jobs_ahead(job), "may_cancel": may_cancel(job, asker),
+        "commands": Command.objects.filter(grant__in=grants).order_by("id"),
+        "frames": Frame.objects.filter(grant__in=grants).order_by("id")[:SHOWN],
+    }  # fmt: skip
+    answer = render(request, "pages/job.html", context)
+    if job.user is None:
+        answer["X-Robots-Tag"] = "noindex, nofollow"
+    return answer

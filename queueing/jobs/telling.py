@@ -1,0 +1,26 @@
+"""Who asked for a job is told how it ended: on every page until they have looked at it."""
+
+from datetime import datetime
+
+from django.db.models import QuerySet
+
+from queueing.jobs.asking import Asker
+from queueing.models import OPEN_JOB, Job
+
+
+def _mine(asker: Asker) -> QuerySet[Job]:
+    if asker.user is not None:
+        return Job.objects.filter(user=asker.user)
+    return Job.objects.filter(guest=asker.guest) if asker.guest else Job.objects.none()
+
+
+def untold(asker: Asker) -> list[Job]:
+    """Return the asker's jobs that have ended and that they have not looked at since."""
+    found = _mine(asker).exclude(state__in=OPEN_JOB).filter(told_at=None)
+    return list(found.select_related("robot").order_by("-id")[:3])
+
+
+def told(job: Job, asker: Asker, now: datetime) -> None:
+    """Remember that its asker has seen how the job ended."""
+    if job.state not in OPEN_JOB:
+        _mine(asker).filter(pk=job.pk, told_at=None).update(told_at=now)

@@ -1,0 +1,103 @@
+"""The pages of jobs: asked without scripts, by people and guests; what is public, and who may cancel."""
+
+import pytest
+from django.core import mail
+from django.test import Client
+
+from queueing import services as queue
+from queueing.models import Job
+from robots.models import Command
+from tests.services.test_jobs import settle
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+
+def post(client, x="1.0", **more):
+    return client.post("/robots/mercury/jobs/", {"kind": "go", "arg-x": x, **more})
+
+
+def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
+    guest, other = Client(), Client()
+    assert b"Ask for it" in guest.get("/robots/mercury/jobs/").content
+    job = Job.objects.get(key=post(guest)["Location"].split("/")[2])
+    assert (job.user, len(job.guest), job.account.network, job.args) == (None, 64, "127.0.0.1", {"x": 1.0})
+    cookie = guest.cookies["farhand_guest"]
+    assert cookie["httponly"]
+    assert job.guest not in cookie.value
+    page = guest.get(job.get_absolute_url())
+    assert page["X-Robots-Tag"] == "noindex, nofollow"
+    assert b"Cancel this job" in page.content
+    assert b"noindex" in page.content
+    assert b"Cancel this job" not in other.get(job.get_absolute_url()).content
+    assert job.key not in other.get("/robots/mercury/jobs/").content.decode(), "the address of a guest's page is theirs"
+    other.post(job.get_absolute_url())
+    job.refresh_from_db()
+    assert job.state == "waiting"
+    assert post(guest)["Location"] == "/robots/mercury/jobs/", "one open job a cookie"
+    guest.post(job.get_absolute_url())
+    job.refresh_from_db()
+    assert job.state == "cancelled"
+
+
+@pytest.mark.asvs("8.2.2")
+def test_a_forged_cookie_is_nobody(shuttle):
+    guest, thief = Client(), Client()
+    job = Job.objects.get(key=post(guest)["Location"].split("/")[2])
+    thief.cookies["farhand_guest"] = guest.cookies["farhand_guest"].value[:-3] + "abc"
+    thief.post(job.get_absolute_url())
+    job.refresh_from_db()
+    assert job.state == "waiting"
+
+
+@pytest.mark.parametrize("x", ["", "nan", "inf", "1e308", "-1", "two"])
+def test_a_wrong_value_is_refused_in_words(shuttle, x):
+    answer = Client().post("/robots/mercury/jobs/", {"kind": "go", "arg-x": x}, follow=True)
+    assert (answer.status_code, Job.objects.count()) == (200, 0)
+    assert b'class="messages"' in answer.content
+
+
+def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
+    shuttle, people, clock, django_capture_on_commit_callbacks
+):
+    ada = Client()
+    ada.force_login(people["ada"])
+    address = post(ada, name="Ada <b>", mail="yes")["Location"]
+    assert b"Ada &lt;b&gt;" in Client().get(address).content
+    queue.tick(clock.now())
+    with django_capture_on_commit_callbacks(execute=True):
+        settle(clock)
+    assert [m.to for m in mail.outbox] == [["ada@example.org"]]
+    assert address in mail.outbox[0].body
+    assert b"Your job on Mercury has ended" in ada.get("/story/").content
+    assert b"Your job on" not in Client().get("/story/").content
+    assert b"Settled" in ada.get(address).content
+    assert b"Your job on" not in ada.get("/story/").content
+
+
+def test_without_being_asked_no_mail_is_sent(shuttle, people, clock, django_capture_on_commit_callbacks):
+    ada = Client()
+    ada.force_login(people["ada"])
+    post(ada)
+    queue.tick(clock.now())
+    with django_capture_on_commit_callbacks(execute=True):
+        settle(clock)
+    assert mail.outbox == []
+
+
+def test_staff_resume_on_the_page_and_nobody_else(shuttle, people, clock):
+    from robots import services
+
+    post(Client())
+    services.stop(shuttle, people["kim"])
+    services.release_stop(shuttle, people["kim"], True)
+    kim, ada = Client(), Client()
+    kim.force_login(people["kim"])
+    ada.force_login(people["ada"])
+    assert b"Resume jobs" not in ada.get("/robots/mercury/jobs/").content
+    assert b"Resume jobs" in kim.get("/robots/mercury/jobs/").content
+    assert ada.post("/robots/mercury/jobs/", {"do": "resume"}).status_code in (302, 403)
+    queue.tick(clock.now())
+    assert Command.objects.count() == 0
+    kim.post("/robots/mercury/jobs/", {"do": "resume"})
+    queue.tick(clock.now())
+    assert Command.objects.count() == 1

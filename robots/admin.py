@@ -1,4 +1,4 @@
-"""The staff's side: add, test, enable, stop, lock out, reset, calibrate; nothing needs a shell."""
+"""The staff's side: add, test, enable, stop, lock out, run its procedures; nothing needs a shell."""
 
 from typing import Any
 
@@ -15,6 +15,8 @@ from robots import bus, grants, programs, services
 from robots.boxes import JSONField as BoxesField
 from robots.boxes import checked
 from robots.clock import SYSTEM
+from robots.contract import procedures
+from robots.contract.capabilities import Calibration, Stills
 from robots.contract.find import open_session
 from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
@@ -22,6 +24,9 @@ from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
 from robots.plain import whole
 from robots.verbs import VERBS
+
+OF_STILLS = ("stability_threshold", "delivery_exposure_s")
+SETTINGS = ("speed", *OF_STILLS, "turn_s")
 
 
 class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -33,7 +38,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         model = Robot
         fields = (
             "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera",
-            "speed", "stability_threshold", "delivery_exposure_s", "turn_s", "boxes",
+            *SETTINGS, "boxes",
         )  # fmt: skip
 
     def clean_boxes(self) -> list[dict[str, Any]]:
@@ -63,7 +68,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     fieldsets = (
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
         ("Connection", {"fields": ("driver", "address", "camera")}),
-        ("Settings", {"fields": ("speed", "stability_threshold", "delivery_exposure_s", "turn_s")}),
+        ("Settings", {"fields": SETTINGS}),
         ("Forbidden boxes", {"fields": ("boxes",), "classes": ("boxes-field",)}),
         ("State", {"fields": ("enabled", "cycle", "reason", "lockout_note")}),
     )
@@ -104,7 +109,32 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
                 (name, one.get("residual_mm"), one.get("points"))
                 for name, one in robot.calibration.items() if isinstance(one, dict)
             ],
+            **self._offered(robot),
         }  # fmt: skip
+
+    @staticmethod
+    def _offered(robot: Robot) -> dict[str, Any]:
+        """Return what the robot's spec offers to staff; nothing where its package is gone."""
+        try:
+            spec = robot.spec()
+        except LookupError:
+            return {"procedures": (), "calibrates": False}
+        offered = [p for p in procedures.procedures(spec) if p != procedures.PICTURE]
+        return {"procedures": offered, "calibrates": spec.capability(Calibration) is not None}
+
+    def get_fieldsets(self, request: HttpRequest, obj: Robot | None = None) -> Any:
+        """Return the form's parts, without the settings that this robot has no use for."""
+        if obj is None or self._takes_stills(obj):
+            return super().get_fieldsets(request, obj)
+        kept = tuple(name for name in SETTINGS if name not in OF_STILLS)
+        return tuple((t, {**o, "fields": kept} if t == "Settings" else o) for t, o in self.fieldsets or ())
+
+    @staticmethod
+    def _takes_stills(robot: Robot) -> bool:
+        try:
+            return robot.spec().capability(Stills) is not None
+        except LookupError:
+            return True
 
     def do(self, request: HttpRequest, pk: int, verb: str) -> HttpResponse:
         """Carry out one verb, asked for by POST."""
@@ -119,7 +149,9 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         except RobotError as error:
             messages.error(request, str(error))
         else:
-            self.log_change(request, robot, f"{verb} {request.POST.get('note', '')}".strip())
+            self.log_change(
+                request, robot, f"{verb} {request.POST.get('kind') or request.POST.get('note', '')}".strip()[:200]
+            )
         return back
 
     def change_view(

@@ -9,12 +9,12 @@ from django.db import IntegrityError, transaction
 from django.db.models import F
 
 from robots import bus
+from robots.contract.procedures import PICTURE
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
-SEEING = "still"  # a command of staff that moves nothing
 END_CODES = {
     CommandState.COMPLETED: GrantEnd.FINISHED, CommandState.CANCELLED: GrantEnd.STOPPED,
     CommandState.UNKNOWN: GrantEnd.OWNER_LOST, CommandState.EXPIRED: GrantEnd.OWNER_LOST,
@@ -127,7 +127,7 @@ def end_with_command(command: Command, now: datetime) -> bool:
     if grant is None:
         return False
     code = END_CODES.get(CommandState(command.state), GrantEnd.FAILED)
-    rests = command.kind == SEEING or command.lane == Lane.CONFIG
+    rests = command.kind == PICTURE.kind or command.lane == Lane.CONFIG
     return _end_single(grant, code, f"{command.kind}: {command.state}", now, rests)
 
 

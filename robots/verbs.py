@@ -7,6 +7,8 @@ from django.http import HttpRequest
 
 from robots import probes, services
 from robots.clock import SYSTEM
+from robots.contract import procedures
+from robots.drivers.errors import BadRequest
 from robots.models import Robot
 from robots.permissions import need_staff
 
@@ -74,30 +76,25 @@ def maintenance(robot: Robot, request: HttpRequest) -> str:
 
 
 @staff_only
-def soft_reset(robot: Robot, request: HttpRequest) -> str:
-    """Soft reset."""
-    services.staff_command(robot, request.user, "soft_reset")
-    return "Soft reset was queued; the command history tells its end."
-
-
-@staff_only
-def calibrate(robot: Robot, request: HttpRequest) -> str:
-    """Calibrate the camera."""
-    services.staff_command(robot, request.user, "calibrate")
-    return "Calibration was queued; it takes about a quarter of a minute."
+def procedure(robot: Robot, request: HttpRequest) -> str:
+    """Run one of the procedures that the robot offers to staff; `kind` says which."""
+    found = procedures.procedure(robot.spec(), request.POST.get("kind", ""))
+    if found is None:
+        raise BadRequest("This robot has no such procedure.")
+    services.staff_command(robot, request.user, found.kind)
+    return f"{found.label}: queued; the command history tells its end."
 
 
 @staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
     """Test the connection; a robot that is on takes a picture."""
     if robot.enabled:
-        services.staff_command(robot, request.user, "still")
+        services.staff_command(robot, request.user, procedures.PICTURE.kind)
         return "The robot is on: a new picture was asked for; see the command history."
     probes.ask(robot, request.user, SYSTEM.now())
     return "The connection is being tested; the answer appears below in some seconds."
 
 
 VERBS: dict[str, Verb] = {
-    verb.__name__: verb
-    for verb in (enable, disable, stop, release, lock_out, lift, maintenance, soft_reset, calibrate, test)
+    verb.__name__: verb for verb in (enable, disable, stop, release, lock_out, lift, maintenance, procedure, test)
 }

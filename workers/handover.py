@@ -2,9 +2,9 @@
 
 import logging
 
+from robots.contract.capabilities import Calibration
 from robots.contract.session import Permit, RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
-from robots.drivers.mercury.calibration import NotCalibrated
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
 from robots.models import Grant
 from robots.services import restore
@@ -49,8 +49,8 @@ class Handover:
             return
         except AnotherGrant:
             return
-        except (RobotError, NotCalibrated) as error:
-            incident(robot, getattr(error, "code", "calibration"), str(error), now(), remedy="Not offered.")
+        except RobotError as error:
+            incident(robot, error.code, str(error), now(), remedy="Not offered.")
             owned.set_cycle(Cycle.FAULT, f"It could not be put in order: {error}", Cycle.HANDOVER)
             self._connection.later(10.0)
         else:
@@ -90,7 +90,7 @@ class Handover:
             log.warning("homing failed, resetting: %s", error)
             owned.driver.recover(permit)
             state = self._home(permit) or state
-        if not owned.robot.calibration and self._can_calibrate():
+        if not owned.robot.calibration and owned.robot.spec().capability(Calibration) is not None:
             calibrate_and_keep(owned, self._pictures, permit)
             state = self._home(permit) or state
         return state
@@ -114,7 +114,3 @@ class Handover:
         for kind in self._owned.robot.spec().handover:
             state = driver.execute(kind, {}, permit, lambda _: None).state
         return state
-
-    def _can_calibrate(self) -> bool:
-        kinds = {c.kind for c in self._owned.robot.spec().commands}
-        return {"up", "down", "air", "move"} <= kinds

@@ -5,7 +5,9 @@ They are pure: no wire, no Django. They are called with what people sent, so eac
 processor and 50 MB whatever the values are, and raises nothing but errors of `robots.drivers.errors`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,75 @@ class Foreseen:
     hand: tuple[tuple[float, ...], ...]
     seconds: float
     steps: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class ClickInPicture:
+    """A click in the newest picture is a command: consoles send it as `kind` with `still`, `u` and `v` (px).
+
+    `resolve(picture, u, v)` returns the command's kind and arguments for a point inside a `PictureTaken`.
+    """
+
+    kind: str
+    resolve: str
+
+
+@dataclass(frozen=True)
+class PictureTaken:
+    """A kept picture: its size in px, where the robot was (m, rad), and the calibration of that time."""
+
+    width: int
+    height: int
+    joints: tuple[float, ...]
+    pose: tuple[float, ...]
+    calibration: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A procedure that measures the robot; it runs before the first turn and when staff ask for it.
+
+    `procedure(session, settle, permit)` returns the result as JSON; `settle()` returns a stable picture with its
+    verdict (`robots.vision.stability.Verdict`). Raises NotCalibrated and what `Session.execute` raises.
+    """
+
+    procedure: str
+    label: str = "Calibrate the camera"
+    limit_s: float = 180.0
+
+
+@dataclass(frozen=True)
+class Stills:
+    """How pictures at rest are taken: pairs at `settle_exposure_s` until two differ by less than `threshold`.
+
+    `threshold` is in grey levels, `tries` the most pairs. The delivered picture is exposed for `exposure_s`, within
+    `exposure_range_s` (s). `brightness` names a class whose `correct(picture)` returns (picture, next corrector).
+    Without this capability one picture is taken and not judged.
+    """
+
+    settle_exposure_s: float
+    threshold: float
+    tries: int
+    exposure_s: float
+    exposure_range_s: tuple[float, float]
+    brightness: str = ""
+
+    @classmethod
+    def described(cls, camera: Mapping[str, Any], brightness: str = "") -> "Stills":
+        """Return it from the table `[camera]` of a `robot.toml`."""
+        low, high = camera["exposure_range_s"]
+        return cls(
+            float(camera["stability_exposure_s"]), float(camera["stability_threshold"]),
+            int(camera["stability_tries"]), float(camera["delivery_exposure_s"]), (low, high), brightness,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Programs:
+    """People may save programs; the command `kind` runs one, given as `text` in the robot's own `language`."""
+
+    kind: str
+    language: str
 
 
 @dataclass(frozen=True)

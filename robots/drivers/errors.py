@@ -17,6 +17,12 @@ class BadRequest(RobotError):
     code = "bad_request"
 
 
+class NotCalibrated(RobotError):
+    """There is no calibration for what is asked, or its measurement failed."""
+
+    code = "calibration"
+
+
 class OutOfWorkspace(RobotError):
     """The target lies where the robot must not or cannot go."""
 

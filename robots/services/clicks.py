@@ -3,6 +3,8 @@
 from typing import Any
 
 from robots import programs
+from robots.contract.capabilities import ClickInPicture, PictureTaken, Programs
+from robots.contract.find import function
 from robots.drivers.errors import BadRequest
 from robots.models import Frame, Robot
 
@@ -13,32 +15,30 @@ def newest_still(robot: Robot) -> Frame | None:
 
 
 def resolve(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Turn a click in a picture into a move, by the calibration of that picture; a saved program into its text.
+    """Turn a click in a picture into a command by the robot's own rule; a saved program into its text.
 
     Raises:
-        BadRequest: no such picture, a point outside it, an old picture, no calibration.
+        BadRequest: no such picture, a point outside it, an old picture; what the robot's rule refuses.
 
     """
-    if kind == "program" and "program" in args:
+    spec = robot.spec()
+    kept, clicks = spec.capability(Programs), spec.capability(ClickInPicture)
+    if kept is not None and kind == kept.kind and "program" in args:
         return kind, {"text": programs.one(robot, user, _integer(args, "program")).text}
-    if kind != "click":
+    if clicks is None or kind != clicks.kind:
         return kind, args
     frame = Frame.objects.filter(robot=robot, pk=_integer(args, "still")).first()
     if frame is None:
         raise BadRequest("That picture is unknown; wait for the next one and click there.")
     newest = newest_still(robot)
     if newest is None or newest.pk != frame.pk:
-        raise BadRequest("The arm has moved since that picture; click in the newest one.")
+        raise BadRequest("The robot has moved since that picture; click in the newest one.")
     u, v = _real(args, "u"), _real(args, "v")
     if not (0 <= u <= frame.width - 1 and 0 <= v <= frame.height - 1):
         raise BadRequest("That point lies outside the picture.")
-    from robots.drivers.mercury import calibration  # noqa: PLC0415 - OpenCV, which only a click needs
-
-    try:
-        x, y = calibration.target(frame.calibration, tuple(frame.pose), u, v, frame.width, frame.height)
-    except calibration.NotCalibrated as error:
-        raise BadRequest(str(error)) from error
-    return "move", {"x": x, "y": y}
+    picture = PictureTaken(frame.width, frame.height, tuple(frame.joints), tuple(frame.pose), frame.calibration)
+    found: tuple[str, dict[str, Any]] = function(clicks.resolve)(picture, u, v)
+    return found
 
 
 def _integer(args: dict[str, Any], name: str) -> int:

@@ -11,6 +11,7 @@ from django.db.models import Max, Q
 from robots import bus
 from robots.clock import SYSTEM
 from robots.contract import find
+from robots.contract.procedures import procedure
 from robots.contract.spec import TURN
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
 from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
@@ -26,7 +27,7 @@ NEEDED = (
     "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
     "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
 )  # fmt: skip
-RUNTIME_KINDS = frozenset({"soft_reset", "calibrate", "still"})
+LIMIT_S = 60.0  # of a command whose kind says none
 AFTER_S = 20.0  # after its limit a command is final, and its grant with it
 IN_ORDER = "The robot is being put in order; try again when that is done."
 ONE_COMMAND = "A command of staff runs on the robot; wait for its end."
@@ -80,21 +81,16 @@ def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
     spec = find.spec_of(robot.driver)
-    found = spec.command(kind)
-    _admit(robot, user, kind, kind in RUNTIME_KINDS or (found is not None and not found.open_to(TURN)), now)
-    if kind in RUNTIME_KINDS:
-        limit_s = _limit_s(kind)
-    else:
+    by_staff = procedure(spec, kind)
+    found = by_staff or spec.command(kind)
+    _admit(robot, user, kind, found is not None and not found.open_to(TURN), now)
+    if by_staff is None:
         kind, args = resolve(robot, user, kind, args)
         find.check(robot.driver, kind, args, robot.driver_settings())
         found = spec.command(kind)
-        limit_s = found.limit_s if found else 60.0
+    limit_s = found.limit_s if found else LIMIT_S
     lane = found.lane if found else Lane.MOTION
     return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane)
-
-
-def _limit_s(kind: str) -> float:
-    return 180.0 if kind == "calibrate" else 60.0
 
 
 def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) -> None:
@@ -139,7 +135,7 @@ def next_seq(grant: Grant) -> int:
 
 
 def staff_command(robot: Robot, user: Any, kind: str) -> Command:
-    """Run one command of staff (soft reset, calibrate, still): in a maintenance turn of theirs, or by itself.
+    """Run one command of staff (one of the robot's procedures): in a maintenance turn of theirs, or by itself.
 
     By itself it has a grant of its own, which ends when the command ends, however it ends; until
     then nobody is offered the robot. What is refused opens none.
@@ -158,7 +154,8 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
             end_grant(grant, GrantEnd.PREEMPTED, "staff run a command", now)
             grant = None
         if grant is None:
-            seconds = START_S + _limit_s(kind) + AFTER_S
+            wanted = procedure(robot.spec(), kind)
+            seconds = START_S + (wanted.limit_s if wanted else LIMIT_S) + AFTER_S
             grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
         elif grant.kind == GrantKind.UPKEEP:
             raise NotPermitted(ONE_COMMAND)

@@ -185,7 +185,7 @@ HINTS = [
     "",
     "Enter or “Move here” sends the arm.",
     "Click in the camera image or in the map to choose where to go.",
-    "The arm has moved since that picture; click in the newest one.",
+    "The robot has moved since that picture; click in the newest one.",
     "The live link to the robot is down; nothing moves until it is back. Your turn is kept.",
     "The connection is gone; it is being tried again. Your turn is kept for 20 seconds.",
 ]

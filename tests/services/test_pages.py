@@ -45,7 +45,7 @@ def test_the_admin_is_for_staff(people, client, address, who):
     assert client.get(address).status_code == 302
 
 
-@pytest.mark.parametrize("verb", ["stop", "enable", "disable", "lock_out", "lift", "calibrate", "soft_reset", "test", "release", "maintenance"])  # fmt: skip
+@pytest.mark.parametrize("verb", ["stop", "enable", "disable", "lock_out", "lift", "procedure", "test", "release", "maintenance"])  # fmt: skip
 @pytest.mark.parametrize("who", [None, "ada", "mod"])
 def test_admin_verbs_are_refused_to_everybody_else(robot, people, client, verb, who):
     if who:
@@ -77,7 +77,7 @@ def test_a_keeper_runs_the_robot_from_its_page(robot, people, owned, client):
     assert (robot.cycle, robot.stop_latched) == ("locked_out", True)
     client.post(do + "release/", {"checked": "yes"})
     client.post(do + "maintenance/")
-    client.post(do + "calibrate/")
+    client.post(do + "procedure/", {"kind": "calibrate"})
     assert Command.objects.get().kind == "calibrate"
     client.post(do + "lift/")
     robot.refresh_from_db()

@@ -264,7 +264,9 @@ def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):
     before = type(world.robot).objects.values().get(), Command.objects.count()
 
     def press(w):
-        verbs.VERBS[verb](w.robot, SimpleNamespace(user=w.user, POST={"note": "cleaning", "checked": "yes"}))
+        verbs.VERBS[verb](
+            w.robot, SimpleNamespace(user=w.user, POST={"note": "cleaning", "checked": "yes", "kind": "soft_reset"})
+        )
 
     let_in = {role for role in ROLES if allowed(of_role(world, role), press) or sent.clear() or sent}
     assert let_in == ROBOT_STAFF

@@ -12,16 +12,18 @@ from django.conf import settings
 
 from robots import bus
 from robots.clock import Clock
+from robots.contract.capabilities import Stills
+from robots.contract.find import function
 from robots.contract.session import RobotState
 from robots.description import views
 from robots.drivers.errors import CameraFault
-from robots.drivers.mercury.brightness import Brightness
 from robots.messages import Changed, picture_packet
 from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
 
 log = logging.getLogger(__name__)
+EXPOSURE_S = 1 / 150  # where the robot says nothing of it
 
 
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
@@ -43,7 +45,9 @@ class Pictures:
         self.cameras = [Camera(robot, i, name) for i, name in enumerate(views(robot.description()))]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
-        self._brightness = Brightness()
+        self._stills = robot.spec().capability(Stills)
+        corrector = self._stills.brightness if self._stills else ""
+        self._brightness: Any = function(corrector)() if corrector else None
         self.still_id = 0  # of the pose the robot rests in; 0 while it moves
 
     def configure(self, robot: Robot) -> None:
@@ -57,17 +61,28 @@ class Pictures:
         return self.cameras[0].grab(exposure_s)
 
     def _corrected(self, picture: Picture) -> Picture:
-        """Return the picture with its brightness levelled; a colour camera does that itself."""
-        if picture.ndim > 2:
+        """Return the picture with its brightness corrected, where the robot declares how."""
+        if self._brightness is None:
             return picture
+        shown: Picture
         shown, self._brightness = self._brightness.correct(picture)
         return shown
 
     def settle(self) -> Verdict:
-        """Run the stability check. Raises CameraFault."""
-        exposure = float(self._description["stability_exposure_s"])
-        threshold = self._robot.stability_threshold or float(self._description["stability_threshold"])
-        return settle(lambda: grey(self.grab(exposure)), threshold, int(self._description["stability_tries"]))
+        """Run the stability check that the robot declares, or take one picture. Raises CameraFault."""
+        stills = self._stills
+        if stills is None:
+            return Verdict(self.grab(EXPOSURE_S), False, "not judged", 0.0, 1)
+        threshold = self._robot.stability_threshold or stills.threshold
+        return settle(lambda: grey(self.grab(stills.settle_exposure_s)), threshold, stills.tries)
+
+    @property
+    def _exposure_s(self) -> float:
+        """Return the exposure of a picture that is shown (s)."""
+        if self._stills is None:
+            return EXPOSURE_S
+        low, high = self._stills.exposure_range_s
+        return min(max(self._robot.delivery_exposure_s or self._stills.exposure_s, low), high)
 
     def still(self, state: RobotState, grant: Grant | None, command: Command | None) -> tuple[Frame | None, Verdict]:
         """Wait for a stable picture, take the delivered one, keep and publish it.
@@ -78,9 +93,7 @@ class Pictures:
         try:
             with self.cameras[0].lock:
                 verdict = self.settle()
-                low, high = self._description["exposure_range_s"]
-                exposure = self._robot.delivery_exposure_s or float(self._description["delivery_exposure_s"])
-                picture = self.grab(min(max(exposure, low), high))
+                picture = self.grab(self._exposure_s)
                 number = self.cameras[0].next()
             shown = self._corrected(picture)
             data = jpeg(shown)
@@ -133,7 +146,7 @@ class Pictures:
             with source.lock:
                 if first and self._wanted.is_set():
                     return True  # a still was begun while we waited for the camera
-                picture = source.grab(float(self._description["delivery_exposure_s"]))
+                picture = source.grab(self._stills.exposure_s if self._stills else EXPOSURE_S)
                 number, still = source.next(), self.still_id
         except CameraFault:
             return True

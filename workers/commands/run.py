@@ -7,21 +7,22 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
+from robots.contract.procedures import CALIBRATE, RESET, procedure
 from robots.contract.session import Permit
+from robots.contract.spec import CommandKind
 from robots.drivers.errors import (
     BadRequest,
     CameraFault,
     HardwareFault,
     Held,
+    NotCalibrated,
     NotPermitted,
     OutOfWorkspace,
     RobotError,
     TooLate,
 )
-from robots.drivers.mercury.calibration import NotCalibrated
 from robots.grants import has_own_grant
 from robots.models import Command
-from robots.services.commands import RUNTIME_KINDS
 from robots.states import CommandState
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.look import look
@@ -43,7 +44,6 @@ NOT_HEARD = "The robot did not say in time whether it had understood; whether th
 NOT_KNOWN = "The database broke off before the answer; whether this was set is not known."
 CUT_SHORT = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
 BROKEN = "The robot's software failed, so the robot was held. Look at the new picture before you go on."
-MOVING_KINDS = ("soft_reset", "calibrate")
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
 
@@ -161,9 +161,10 @@ class Runner:
             self._lane.gate.begun()
 
     def _perform(self, command: Command) -> dict[str, Any]:
-        if command.kind in RUNTIME_KINDS:
-            return self._runtime_kind(command)
         owned, permit = self._owned, self._permit
+        by_staff = procedure(owned.robot.spec(), command.kind)
+        if by_staff is not None:
+            return self._procedure(command, by_staff)
         spec = owned.robot.spec().command(command.kind)
         if spec is None:
             raise BadRequest(f"This robot has no command called {command.kind}.")
@@ -185,18 +186,14 @@ class Runner:
             result |= look(owned, self._pictures, outcome.state, command)
         return result
 
-    def _runtime_kind(self, command: Command) -> dict[str, Any]:
+    def _procedure(self, command: Command, wanted: CommandKind) -> dict[str, Any]:
         owned, pictures, permit = self._owned, self._pictures, self._permit
         permit()
         self._lane.gate.begun()
-        if command.kind in MOVING_KINDS:
+        if wanted.moves:
             self._said = command.pk
             pictures.still_id = 0
-        match command.kind:
-            case "soft_reset":
-                return look(owned, pictures, owned.driver.recover(permit), command)
-            case "calibrate":
-                found = calibrate_and_keep(owned, pictures, permit)
-                return {"calibration": found, **look(owned, pictures, owned.driver.state(), command)}
-            case _:
-                return look(owned, pictures, owned.driver.state(), command)
+        if wanted.kind == RESET.kind:
+            return look(owned, pictures, owned.driver.recover(permit), command)
+        found = {"calibration": calibrate_and_keep(owned, pictures, permit)} if wanted.kind == CALIBRATE else {}
+        return {**found, **look(owned, pictures, owned.driver.state(), command)}

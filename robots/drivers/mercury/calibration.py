@@ -17,13 +17,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.drivers.errors import NotCalibrated
+
 Picture = NDArray[np.uint8]
 RESPONSE = 0.05  # peak of the correlation below which a shift is not believed
 OUTLIER_M = 0.002
-
-
-class NotCalibrated(ValueError):
-    """There is no calibration for that height, or the measurement failed."""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,11 @@
 """What the Mercury arm can do; readable without its driver."""
 
-from robots.contract.capabilities import Check
+from robots.contract.capabilities import Calibration, Check, ClickInPicture, Stills
 from robots.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.description import load
 
 JOG_LONGEST_S = 20.0
+HERE = "robots.drivers.mercury"
 BY_STAFF = frozenset({STAFF})
 
 
@@ -22,7 +23,12 @@ def spec() -> Spec:
         name=description["name"],
         joints=("q1", "q2", "q3", "q4"),
         handover=("up", "home"),
-        capabilities=(Check("robots.drivers.mercury.checks:check"),),
+        capabilities=(
+            Check(f"{HERE}.checks:check"),
+            ClickInPicture("click", f"{HERE}.click:resolve"),
+            Calibration(f"{HERE}.calibrating:calibrate"),
+            Stills.described(description["camera"], f"{HERE}.brightness:Brightness"),
+        ),
         commands=(
             CommandKind("move", "Move", place, limit_s=limit),
             CommandKind("up", "Up", limit_s=limit),

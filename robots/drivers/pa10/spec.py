@@ -1,6 +1,6 @@
 """What the museum arm can do; readable without its driver."""
 
-from robots.contract.capabilities import Check, Preview
+from robots.contract.capabilities import Check, Preview, Programs, Stills
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.description import load
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
@@ -30,7 +30,12 @@ def spec() -> Spec:
         name=description["name"],
         joints=(*arm.names, GRIPPER),
         handover=("ready",),
-        capabilities=(Check(f"{HERE}.checks:check"), Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses")),
+        capabilities=(
+            Check(f"{HERE}.checks:check"),
+            Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),
+            Programs("program", "the lines of the arm's own wire"),
+            Stills.described(description["camera"]),
+        ),
         commands=(
             CommandKind("joints", "Move joints", (*joints, share), limit_s=limit, replaceable=True),
             CommandKind("pose", "Move hand", (*place, share), limit_s=limit, replaceable=True),

@@ -1,0 +1,16 @@
+"""A click in a picture of the Mercury arm means: move there."""
+
+from typing import Any
+
+from robots.contract.capabilities import PictureTaken
+from robots.drivers.errors import BadRequest, NotCalibrated
+from robots.drivers.mercury.calibration import target
+
+
+def resolve(picture: PictureTaken, u: float, v: float) -> tuple[str, dict[str, Any]]:
+    """Return the move to the point (u, v) in px of the picture. Raises BadRequest."""
+    try:
+        x, y = target(dict(picture.calibration), picture.pose, u, v, picture.width, picture.height)
+    except NotCalibrated as error:
+        raise BadRequest(str(error)) from error
+    return "move", {"x": x, "y": y}

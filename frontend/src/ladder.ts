@@ -36,9 +36,9 @@ export class Ladder {
     this.update({ id: 0, seq, grant, kind, state: "rejected", reason, at_ms: at, result: {} });
   }
 
-  /** Tell whether a command of this grant has not ended yet. */
-  busy(grant: number): boolean {
-    return [...this.rows.values()].some((c) => c.grant === grant && !FINAL.has(c.state));
+  /** Tell whether a motion of this grant has not ended yet; a command of `beside`, the kinds that run beside one, is none. */
+  busy(grant: number, beside: ReadonlySet<string>): boolean {
+    return [...this.rows.values()].some((c) => c.grant === grant && !FINAL.has(c.state) && !beside.has(c.kind));
   }
 
   /** Run `then` once when that command of this grant has ended. */

@@ -1,6 +1,7 @@
 /** What every robot's page has: the socket, whose turn it is, the ladder, stop and release, the log. */
 import { bannerWords } from "./banner.ts";
 import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
+import { facts, settings } from "./facts.ts";
 import type { KeepAlive } from "./jog.ts";
 import "./key_card.ts";
 import { Ladder } from "./ladder.ts";
@@ -9,7 +10,7 @@ import { Live } from "./live.ts";
 import { LogList } from "./log_list.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
-import type { CommandInfo, Message, PicturePacket, PlanAnswer, RobotFacts, Snapshot, StatePacket, Still } from "./protocol.ts";
+import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, Still } from "./protocol.ts";
 import "./stop_in_view.ts";
 import { StopPress } from "./stop.ts";
 import { byId } from "./svg.ts";
@@ -40,10 +41,7 @@ export interface Console {
 
 const SILENT_MS = 3000;
 const ALONE_MS = 1500; // what was under way together with the robot's last word does not count
-/** What the driver says of itself. */
-export const facts = JSON.parse(byId("description").textContent ?? "{}") as RobotFacts;
 Object.assign(KINDS, facts.labels);
-
 export function text(id: string, value: string): void {
   const element = byId(id);
   if (element.textContent !== value) element.textContent = value;
@@ -143,7 +141,7 @@ export class RobotPage {
   facts(): Facts {
     return {
       snapshot: this.snapshot, state: this.state, lineUp: !this.live.lost, now: this.live.now(), latency: this.live.latency,
-      busy: this.seqGrant !== 0 && this.ladder.busy(this.seqGrant),
+      busy: this.seqGrant !== 0 && this.ladder.busy(this.seqGrant, settings),
     };
   }
 

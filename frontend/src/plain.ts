@@ -1,6 +1,7 @@
 /** The console of a robot nobody wrote one for: its controls draw themselves from what its spec says it takes. */
 import type { Facts } from "./controls.ts";
-import { facts, RobotPage } from "./page.ts";
+import { facts } from "./facts.ts";
+import { RobotPage } from "./page.ts";
 import { fill } from "./parts.ts";
 import type { StatePacket } from "./protocol.ts";
 import { byId } from "./svg.ts";
@@ -10,13 +11,13 @@ import { HeldButtons } from "./widgets/held_buttons.ts";
 
 class PlainConsole extends Basics {
   private box = byId("commands");
-  private widgets = facts.commands.map((spec) =>
-    spec.held ? new HeldButtons(this.page, spec) : new CommandForm(this.page, spec),
-  );
+  private widgets = facts.commands.map((spec) => ({
+    kind: spec.kind, made: spec.held ? new HeldButtons(this.page, spec) : new CommandForm(this.page, spec),
+  }));
 
   constructor(page: RobotPage) {
     super(page);
-    this.box.append(...this.widgets.map((widget) => widget.element));
+    this.box.append(...this.widgets.map(({ made }) => made.element));
   }
 
   override state(packet: StatePacket): void {
@@ -26,7 +27,7 @@ class PlainConsole extends Basics {
 
   override draw(f: Facts): void {
     this.box.hidden = !this.page.operating;
-    for (const widget of this.widgets) widget.enable(this.whyNot("", f));
+    for (const { kind, made } of this.widgets) made.enable(this.whyNot(kind, f));
   }
 }
 

@@ -22,7 +22,7 @@ export interface Snapshot {
   still: Still | null; before: Still | null; commands: CommandInfo[]; log: LogInfo[];
 }
 export interface ArgumentInfo { name: string; unit: string; low: number; high: number; required: boolean; text: boolean }
-export interface CommandSpec { kind: string; label: string; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
+export interface CommandSpec { kind: string; label: string; lane: "motion" | "config"; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
 /** What the page is told of its robot, whatever robot it is. */
 export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }

@@ -22,7 +22,11 @@ class SmallPortal:
         self.web = Web()
         self._children += [housekeeping(), self.web]
         self.url = self.web.url
-        wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+        try:
+            wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+        except AssertionError:
+            self.stop()
+            raise
 
     def stop(self):
         for child in self._children[::-1]:

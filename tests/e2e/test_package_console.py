@@ -3,8 +3,12 @@
 import pytest
 from playwright.sync_api import expect
 
+from accounts.models import Clearance, User
 from portal.seeding import add_robot
+from queueing.jobs.asking import Asker, ask
+from queueing.models import Job
 from robots import bus
+from robots.clock import SYSTEM
 from robots.models import Command, Lease
 from tests.conftest import wait_for
 from tests.e2e.small import SmallPortal
@@ -23,6 +27,10 @@ def portal(transactional_db, redis_server, installed):
     made = SmallPortal(add_robot("turntable"))
     yield made
     made.stop()
+
+
+def turns(state):
+    return Command.objects.filter(kind="turn", state=state)
 
 
 def turn_to(page, degrees):
@@ -66,4 +74,26 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
     expect(page.locator("#release")).to_be_visible()
     ada.ladder("cancelled")
     expect(page.locator("[data-command=turn]")).to_have_attribute("aria-disabled", "true")
-    assert Command.objects.filter(state="cancelled").count() == 1
+    assert turns("cancelled").count() == 1
+
+
+def test_a_mission_of_the_package_is_a_job_and_its_idle_behaviour_yields_to_it(portal, visitor):
+    watcher = visitor()
+    page = watcher.page
+    page.goto(f"/robots/{portal.robot.slug}/")
+    expect(page.locator("#operator")).to_have_text("Nobody drives")
+    wait_for(lambda: page.wait_for_timeout(50) or swaying(), 30, "the table sways while nobody asks")
+    ada = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
+    Clearance.objects.create(user=ada, robot=portal.robot, granted_at=SYSTEM.now())
+    job = ask(portal.robot, Asker(user=ada), "tour", {"stops": 2}, SYSTEM.now())
+    wait_for(lambda: page.wait_for_timeout(50) or Job.objects.get(pk=job.pk).ended_at, 30, "the tour's end")
+    assert Job.objects.get(pk=job.pk).state == "done"
+    tour = Command.objects.get(kind="tour")
+    assert (tour.state, tour.grant.kind, tour.issued_by) == ("completed", "job", ada)
+    assert Command.objects.filter(kind="sway", pk__lt=tour.pk, ended_at__lte=tour.ended_at).exists()
+    expect(page.locator("#ladder")).to_contain_text("Tour")
+    expect(page.locator(DIAL)).not_to_have_attribute("data-angle", "0.0")
+
+
+def swaying():
+    return Command.objects.filter(kind="sway", state="acknowledged", grant__kind="idle").exists()

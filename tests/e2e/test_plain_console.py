@@ -36,7 +36,7 @@ def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visito
     ada.axe("plain")
     turn.locator("button").click()  # nothing is filled in
     expect(page.locator("#notice")).to_contain_text("Fill in angle first")
-    assert not Command.objects.exists()
+    assert not Command.objects.filter(kind="turn").exists()
     page.fill("#turn-angle", "1.5")
     page.press("#turn-angle", "Enter")
     expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
@@ -44,7 +44,11 @@ def test_a_stranger_drives_a_robot_that_nobody_drew_a_console_for(portal, visito
     assert Lease.objects.get(robot=portal.robot).state["joints"] == pytest.approx([1.5], abs=1e-6)
     page.fill("#turn-angle", "-3")
     page.press("#turn-angle", "Enter")
-    wait_for(lambda: page.wait_for_timeout(20) or Command.objects.filter(state="acknowledged").exists(), 10, "it turns")
+    wait_for(
+        lambda: page.wait_for_timeout(20) or Command.objects.filter(kind="turn", state="acknowledged").exists(),
+        10,
+        "it turns",
+    )
     page.wait_for_timeout(300)
     page.keyboard.press("Escape")
     expect(page.locator("#release")).to_be_visible()

@@ -6,7 +6,8 @@
 export { CameraView } from "../camera.ts";
 export { blocked } from "../controls.ts";
 export { Jog, named } from "../jog.ts";
-export { facts, RobotPage } from "../page.ts";
+export { facts } from "../facts.ts";
+export { RobotPage } from "../page.ts";
 export { allow, refusal, say } from "../parts.ts";
 export { shape } from "../svg.ts";
 export { Tabs } from "../tabs.ts";

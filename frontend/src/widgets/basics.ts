@@ -1,6 +1,7 @@
 /** What a console does where it says nothing of its own: the first camera on the screen, one command at a time. */
 import { CameraView } from "../camera.ts";
 import { blocked, type Facts } from "../controls.ts";
+import { settings } from "../facts.ts";
 import type { Console, RobotPage } from "../page.ts";
 import type { CommandInfo, PicturePacket, StatePacket, Still } from "../protocol.ts";
 import { byId } from "../svg.ts";
@@ -46,8 +47,8 @@ export class Basics implements Console {
     return this.camera.atMs;
   }
 
-  whyNot(_: string, f: Facts): string {
-    return blocked(f) || (f.busy ? "One command at a time: the robot is still busy." : "");
+  whyNot(kind: string, f: Facts): string {
+    return blocked(f) || (f.busy && !settings.has(kind) ? "One command at a time: the robot is still busy." : "");
   }
 }
 

@@ -3,11 +3,21 @@
 import json
 import socket
 import time
+from itertools import cycle
 from pathlib import Path
 
 from robots.contract.find import check
 from robots.contract.session import Outcome, RobotState, Session
 from robots.drivers.errors import Held, LineGone
+
+
+def angles(kind, args):
+    """Where a command leads, one angle (rad) after another; swaying has no end of its own."""
+    if kind == "sway":
+        return cycle((0.2, -0.2))
+    if kind == "tour":
+        return [3.0 * (n + 1) / args["stops"] for n in range(int(args["stops"]))]
+    return [args["angle"] if kind == "turn" else 0.0]
 
 
 class Driver(Session):
@@ -38,13 +48,15 @@ class Driver(Session):
             self._ask(do="pace", pace=args["pace"])  # the table answers when it has taken it over
             on_stage("acknowledged")
             return Outcome(dict(args), self.latest())
-        self._ask(do="turn", angle=args["angle"] if kind == "turn" else 0.0)
-        on_stage("sent")
-        on_stage("acknowledged")
-        while self.state().moving:
-            time.sleep(0.05)
-        if self._ask(do="state")["held"]:
-            raise Held("The turntable was stopped on its way.")
+        for angle in angles(kind, args):
+            permit()
+            self._ask(do="turn", angle=angle)
+            on_stage("sent")
+            on_stage("acknowledged")
+            while self.state().moving:
+                time.sleep(0.05)
+            if self._ask(do="state")["held"]:
+                raise Held("The turntable was stopped on its way.")
         return Outcome(args, self.latest())
 
     def hold(self):

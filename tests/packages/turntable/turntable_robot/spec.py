@@ -1,4 +1,7 @@
-from robots.contract.spec import Argument, CommandKind, Spec
+from robots.contract.capabilities import Idle
+from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
+
+EVERYBODY = frozenset({TURN, ANYONE})
 
 
 def spec():
@@ -10,6 +13,9 @@ def spec():
         commands=(
             CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),)),
             CommandKind("home", "Home"),
+            CommandKind("tour", "Tour", (Argument("stops", "", 1, 8),), asked_by=EVERYBODY, limit_s=60.0),
+            CommandKind("sway", "Sway", asked_by=frozenset({STAFF}), limit_s=60.0),
             CommandKind("pace", "Pace", (pace,), lane="config", default={"pace": 1.0}, moves=False, still_after=False),
         ),
+        capabilities=(Idle("sway", 60.0),),
     )

@@ -23,6 +23,10 @@ function aim() {
 
 goal.addEventListener("input", aim);
 page.on("turn", () => page.command("turn", { angle: rad(Number(goal.value)) }));
+const pace = document.getElementById("turntable-pace");
+const setPace = document.querySelector("[data-command=pace]");
+pace.addEventListener("input", () => say(document.getElementById("turntable-pace-said"), `${Number(pace.value).toFixed(1)} rad/s`));
+page.on("pace", () => page.command("pace", { pace: Number(pace.value) }));
 page.begin({
   state() {
     const angle = deg(page.value("table") ?? 0);
@@ -33,6 +37,8 @@ page.begin({
   draw() {
     goal.disabled = !page.operating;
     allow(turn, page.whyNot("turn"));
+    allow(setPace, page.whyNot("pace")); // beside a motion too: it sets something
+    document.querySelector(".turntable-pace").hidden = !page.operating;
   },
 });
 aim();

@@ -146,11 +146,17 @@ def _keeps(item):
 TOGETHER = ("tests/e2e/", "tests/faults/", "tests/drivers/")
 
 
+def _shares(item):
+    """Tell whether a test uses what its file or folder makes once."""
+    made = [defs[-1] for defs in item._fixtureinfo.name2fixturedefs.values()]
+    return any(one.scope in ("module", "package", "session") and "/" in one.baseid for one in made)
+
+
 @pytest.hookimpl(tryfirst=True)  # before the names of groups are read
 def pytest_collection_modifyitems(items):
-    """Give a file's tests to one process where they keep something running; the others fill the gaps."""
+    """Give a file's tests to one process where they share something that costs; the others fill the gaps."""
     for item in items:
-        if item.nodeid.startswith(TOGETHER):
+        if item.nodeid.startswith(TOGETHER) or _shares(item):
             item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
 
 
@@ -159,6 +165,8 @@ def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
+    if HOUSE.web is not None and "portal" not in item.fixturenames:
+        HOUSE.close_web()
     if HOUSE.sim is not None and not (_keeps(item) and HOUSE.robot(which)):
         from tests.store import wipe
 

@@ -56,8 +56,7 @@ class House:
     def web_process(self, **env: str) -> Web:
         """Return a web process with this environment."""
         if self.web is not None and (not self.web.alive() or env != self._web_env):
-            self.web.kill()
-            self.web = None
+            self.close_web()
         if self.web is None:
             self.web, self._web_env = Web(**env), env
         return self.web
@@ -120,12 +119,16 @@ class House:
             self.sim.stop()
         self._robot = self.sim = self.owner = self.broom = None
 
+    def close_web(self) -> None:
+        """Stop the web process."""
+        if self.web is not None:
+            self.web.kill()
+        self.web = None
+
     def close(self) -> None:
         """Stop everything."""
         self.leave()
-        if self.web is not None and self.web.alive():
-            self.web.kill()
-        self.web = None
+        self.close_web()
 
 
 HOUSE = House()

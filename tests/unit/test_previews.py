@@ -6,6 +6,7 @@ import pytest
 from robots import previews
 from robots.description import load
 from robots.motion.described import posture
+from tests.conftest import at_length
 
 READY = tuple(map(float, posture(load("pa10"), "ready")))
 
@@ -62,7 +63,7 @@ def test_it_answers_as_the_driver_does(child):
     assert one.process.wait(10) == 0
 
 
-@pytest.mark.parametrize("value", [1e4, 1e8, 1e308, -1e308, 5e-324, 0])
+@pytest.mark.parametrize("value", [1e8, 1e308, 5e-324, *map(at_length, (1e4, -1e308, 0))])
 def test_wild_numbers_end_nothing(child, value):
     one = child()
     for kind, args in (

@@ -143,21 +143,13 @@ def _keeps(item):
     )
 
 
-TOGETHER = ("tests/e2e/", "tests/faults/", "tests/drivers/")
+FIRST = ("tests/e2e/", "tests/faults/", "tests/drivers/")
 
 
-def _shares(item):
-    """Tell whether a test uses what its file or folder makes once."""
-    made = [defs[-1] for defs in item._fixtureinfo.name2fixturedefs.values()]
-    return any(one.scope in ("module", "package", "session") and "/" in one.baseid for one in made)
-
-
-@pytest.hookimpl(tryfirst=True)  # before the names of groups are read
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """Give a file's tests to one process where they share something that costs; the others fill the gaps."""
-    for item in items:
-        if item.nodeid.startswith(TOGETHER) or _shares(item):
-            item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
+    """Begin with the files that take longest, so that the short ones fill the gaps at the end."""
+    items.sort(key=lambda item: not item.nodeid.startswith(FIRST))
 
 
 @pytest.hookimpl(tryfirst=True)

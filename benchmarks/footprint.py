@@ -114,11 +114,16 @@ def _costs(root: int, before: dict[int, float], seconds: float) -> list[Cost]:
 
 def _name(pid: int) -> str:
     """Return what a reader calls the process."""
+    comm = Path(f"/proc/{pid}/comm").read_text().strip()
+    if comm.endswith(("worker", "work", "wor")):
+        return f"owner {comm.rpartition(' ')[0]}"
     argv = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
     settings = dict(part.partition("=")[::2] for part in Path(f"/proc/{pid}/environ").read_text().split("\0"))
     if robot := settings.get("FARHAND_ROBOT"):
         return f"owner {robot}"
     module = argv[argv.index("-m") + 1] if "-m" in argv else ""
+    if not comm.startswith("python"):
+        return comm
     if module.startswith("simulators"):
         return f"simulator {module.removeprefix('simulators.')}"
     if "manage.py" in argv:

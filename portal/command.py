@@ -11,6 +11,10 @@ def main() -> None:
     if sys.argv[1:] in (["--version"], ["version"]):
         sys.stdout.write(f"farhand {version('farhand')}\n")
         return
+    if sys.argv[1:2] == ["demo"]:
+        from portal import forks  # noqa: PLC0415 - only the supervisor's
+
+        forks.prepare()
     from django.core.management import execute_from_command_line  # noqa: PLC0415 - Django is slow to import
 
     execute_from_command_line(sys.argv)

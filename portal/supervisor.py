@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from portal import forks
 from portal.places import ROOT
 
 HEARTBEAT_S = 10.0
@@ -50,7 +51,7 @@ class Child:
     def __init__(self, program: Program, tell: Print) -> None:
         self.program = program
         self._tell = tell
-        self._process: asyncio.subprocess.Process | None = None
+        self._process: asyncio.subprocess.Process | forks.Forked | None = None
         self._stopping = False
         self._started = 0.0
         self.restarts = 0
@@ -72,22 +73,25 @@ class Child:
         self._started = time.monotonic()
         if self.program.heartbeat is not None:
             self.program.heartbeat.unlink(missing_ok=True)
-        self._process = await asyncio.create_subprocess_exec(
-            *self.program.argv,
-            env={**os.environ, **self.program.env},
-            cwd=ROOT,
-            stdin=asyncio.subprocess.DEVNULL,
-            stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.STDOUT,
-            start_new_session=True,
-            preexec_fn=_die_with_parent,
-        )
+        self._process = None
+        self._process = await self._begin(self.program.argv, {**os.environ, **self.program.env})
         assert self._process.stdout is not None
         async for line in self._process.stdout:
             text = line.decode(errors="replace").rstrip()
             if text:
                 self._tell(self.program.name, text)
         await self._process.wait()
+
+    async def _begin(self, argv: tuple[str, ...], env: dict[str, str]) -> "asyncio.subprocess.Process | forks.Forked":
+        return await forks.fork(self.program.name, argv, env, ROOT) or await asyncio.create_subprocess_exec(
+            *argv, env=env, cwd=ROOT, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT, start_new_session=True, preexec_fn=_die_with_parent,
+        )  # fmt: skip
+
+    @property
+    def pid(self) -> int:
+        """Return the newest process, 0 while one is begun."""
+        return self._process.pid if self._process else 0
 
     def check_heartbeat(self) -> None:
         """Kill a child whose control loop has gone silent."""
@@ -160,6 +164,7 @@ class Supervisor:
     async def _look(self) -> None:
         for child in list(self.children.values()):
             child.check_heartbeat()
+        forks.reap({child.pid for child in self.children.values()})
         try:
             wanted = {p.name: p for p in await self._wanted()}
         except Exception as error:  # noqa: BLE001 - a database that is down stops nothing that runs

@@ -2,11 +2,11 @@
 
 from celery import shared_task
 
-from queueing.tick import tick
+from queueing.tick import tick_seldom
 from robots.clock import SYSTEM
 
 
 @shared_task(name="queueing.tick", ignore_result=True, max_retries=0)
 def queue_tick() -> None:
     """Let time pass in every queue."""
-    tick(SYSTEM.now())
+    tick_seldom(SYSTEM.now())

@@ -7,6 +7,7 @@ imported at all where that library is missing. So it is tried here, before anyth
 import logging
 import os
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads only wait for each other, busily
 os.environ.setdefault("MUJOCO_GL", "disable")  # physics needs no window system
 try:
     import mujoco

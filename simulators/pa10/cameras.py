@@ -89,13 +89,10 @@ class Cameras:
         return np.asarray(np.clip(picture + grain, 0, 255), np.uint8)
 
 
-def main() -> None:
+def run(folder: Path) -> None:
     """Run until told to stop, or until the control process is gone."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--dir", type=Path, required=True)
-    logging.basicConfig(level=logging.INFO, stream=sys.stderr)
     os.nice(NICER)
-    cameras = Cameras(parser.parse_args().dir)
+    cameras = Cameras(folder)
     logging.getLogger(__name__).info("cameras at %s", cameras.addresses)
     over = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: over.set())
@@ -103,6 +100,14 @@ def main() -> None:
     parent = os.getppid()
     while not over.wait(1.0) and os.getppid() == parent:
         pass
+
+
+def main() -> None:
+    """Run as a program of its own."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--dir", type=Path, required=True)
+    logging.basicConfig(level=logging.INFO, stream=sys.stderr)
+    run(parser.parse_args().dir)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from robots.motion.budget import Budget
 from robots.motion.chain import Joints
 from robots.motion.planner import Refused
 from robots.motion.zones import Box
+from simulators.common.fork import Fork, fork
 
 NICER = 5  # a plan may come later; a step of the control loop may not
 TRIES = 2
@@ -31,15 +32,28 @@ KEPT = 8  # sets of boxes
 class Planning(Courses):
     """The same as `Courses`; what takes its time is done in the other process, one question after the other."""
 
-    def __init__(self, note: Callable[..., None] = lambda *_, **__: None) -> None:
+    def __init__(self, note: Callable[..., None] = lambda *_, **__: None, forked: bool = False) -> None:
+        """`forked`: begin as a fork of this process, which has one thread yet; whoever is begun again is not."""
         super().__init__()
         self._note = note
         self._extra: tuple[Box, ...] = ()
         self._asking = threading.Lock()
-        self._line, self.process = self._begin()
+        self._line, self.process = self._fork() if forked else self._begin()
 
     @staticmethod
-    def _begin() -> "tuple[Connection, subprocess.Popen[bytes]]":
+    def _fork() -> tuple[Connection, Fork | subprocess.Popen[bytes]]:
+        ours, theirs = socket.socketpair()
+
+        def work() -> None:
+            ours.close()
+            serve(Connection(theirs.detach()))
+
+        with theirs:
+            process = fork(work)
+        return Connection(ours.detach()), process
+
+    @staticmethod
+    def _begin() -> tuple[Connection, Fork | subprocess.Popen[bytes]]:
         ours, theirs = socket.socketpair()
         with theirs:
             process = subprocess.Popen(  # noqa: S603 - our own program
@@ -105,14 +119,13 @@ def answer(what: str, extra: tuple[Box, ...], about: tuple[Any, ...]) -> tuple[b
         return True, (error.code, str(error))
 
 
-def main() -> None:
+def serve(line: Connection) -> None:
     """Answer until the other end is closed."""
     os.nice(NICER)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever asks ends by it, and this then
     courses = _courses(())
     home = courses.home
     courses.planner.inverse.nearest(courses.planner.chain.forward(home), home)  # the first is slow
-    line = Connection(int(sys.argv[1]))
     while True:
         try:
             line.send(answer(*line.recv()))
@@ -121,4 +134,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    serve(Connection(int(sys.argv[1])))

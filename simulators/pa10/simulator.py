@@ -1,8 +1,5 @@
 """The simulated museum arm: plant, controller, application, network and cameras, in 2 ms steps."""
 
-import os
-import subprocess
-import sys
 import threading
 import time
 from functools import partial
@@ -13,7 +10,9 @@ import numpy as np
 
 from robots.drivers.pa10.protocol import ArmState, Request
 from simulators.common.faults import FaultBoard, serve
+from simulators.common.fork import fork
 from simulators.common.journal import Journal
+from simulators.pa10 import cameras
 from simulators.pa10.allowed import why_outside
 from simulators.pa10.application import Application
 from simulators.pa10.cameras import SharedScene
@@ -46,7 +45,7 @@ class Simulator:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
         self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
-        self._courses = Planning(self.journal.note)
+        self._courses = Planning(self.journal.note, forked=True)
         self.plant = Plant(qpos=self._kept())
         self._controller = CONTROLLERS[controller]()
         self._judge, self.nearest = Judge(self.plant.model), (Judge.FAR, "")
@@ -63,14 +62,10 @@ class Simulator:
         self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
         self._shared.write(self.plant.qpos)
+        self._cameras = fork(partial(cameras.run, folder))  # the last before there are threads
         self.network = Network(port, self, self.faults, self.journal.note, token)
         self._running = True
         serve(folder / "faults", self.faults, self.status)
-        self._cameras = subprocess.Popen(  # noqa: S603 - our own program
-            [sys.executable, "-m", "simulators.pa10.cameras", "--dir", str(folder)],
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # more of them only wait for each other, busily
-            stderr=subprocess.DEVNULL,
-        )
         (folder / "tty").write_text(f"127.0.0.1:{self.network.port}\n")
         watch(self.network, *watchdog, self.begin_again)
 

@@ -4,8 +4,10 @@ import asyncio
 import contextlib
 import os
 import socket
+import sys
 import time
 import urllib.request
+from collections.abc import Callable
 from typing import Any
 
 from asgiref.sync import sync_to_async
@@ -36,8 +38,7 @@ class Command(BaseCommand):
         _need_port(host, port)
         begun = time.monotonic()
         tighten(settings.VAR)
-        call_command("migrate", verbosity=0, interactive=False)
-        password = seed()
+        password = _apart(_prepare)
         fixed = [web_program(host, port), housekeeping_program()]
         if "REDIS_URL" not in os.environ:
             fixed.insert(0, redis_program())
@@ -60,6 +61,34 @@ class Command(BaseCommand):
 
         with contextlib.suppress(KeyboardInterrupt):
             asyncio.run(main())
+
+
+def _prepare() -> str:
+    """Bring the database up to date; return the administrator's one-time password, empty where there is one already."""
+    call_command("migrate", verbosity=0, interactive=False)
+    return seed() or ""
+
+
+def _apart(work: Callable[[], str]) -> str:
+    """Return what `work` returns in a child: what it loads and leaves behind is not kept for as long as we run."""
+    ours, theirs = os.pipe()
+    child = os.fork()
+    if not child:
+        status = 1
+        try:
+            os.write(theirs, work().encode())
+            status = 0
+        except Exception as error:  # noqa: BLE001 - told, and the command ends by it
+            sys.stderr.write(f"{type(error).__name__}: {error}\n")
+        finally:
+            sys.stdout.flush()
+            os._exit(status)
+    os.close(theirs)
+    with os.fdopen(ours, "rb") as pipe:
+        answer = pipe.read().decode()
+    if os.waitpid(child, 0)[1]:
+        raise CommandError("The database could not be prepared; the reason stands above.")
+    return answer
 
 
 def _need_port(host: str, port: int) -> None:

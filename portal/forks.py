@@ -1,0 +1,191 @@
+"""Start processes as forks of one that has loaded their libraries, so that they hold these once instead of each.
+
+A process of ours imports 50 MB of other people's code; a fork shares it with its siblings as long
+as neither writes to it. Nothing of ours that depends on the environment is loaded before the fork,
+so a process reads its own settings as one that was started anew does. Linux only: the kernel hands
+each fork over to the supervisor, which waits for it as for any child; elsewhere, and where the
+forking process is gone, processes are started anew.
+"""
+
+import asyncio
+import contextlib
+import ctypes
+import gc
+import json
+import os
+import runpy
+import signal
+import socket
+import sys
+import threading
+import time
+import warnings
+from importlib import import_module
+from pathlib import Path
+from typing import IO, Any, NoReturn
+
+# what the supervisor needs as well, and what several of the processes need
+FIRST = (
+    "django.db.models", "django.forms", "django.views.generic", "django.template.loader", "django.core.management",
+    "django.core.handlers.asgi", "django.db.backends.sqlite3.base", "redis.asyncio", "celery.app.base", "msgspec",
+    "kombu.transport.redis", "channels", "asgiref.sync", "asyncio", "ssl",
+)  # fmt: skip
+THEN = (
+    "celery.apps.worker", "celery.bin.celery", "celery.bin.worker", "celery.concurrency.thread", "celery.beat",
+    "celery.worker.components", "celery.worker.consumer", "django.test.signals", "channels.generic.websocket",
+    "uvicorn", "uvicorn.protocols.http.h11_impl", "numpy", "cv2", "scipy.spatial.transform",
+)  # fmt: skip
+PR_SET_PDEATHSIG, PR_SET_NAME, PR_SET_CHILD_SUBREAPER, M_ARENA_MAX = 1, 15, 36, -8
+ADOPTED_S = 5.0  # so long a fork waits to be handed over
+MESSAGE = 200_000  # bytes of what is asked: arguments and environment
+
+_line: socket.socket | None = None
+_asking = threading.Lock()  # one request and its answer at a time
+
+
+def prepare() -> None:
+    """Load the libraries and begin the process that forks; called first of all, while there is one thread."""
+    global _line
+    if sys.platform != "linux" or ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0):
+        return
+    _load(FIRST)
+    _freeze()
+    _line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    supervisor = os.getpid()
+    if os.fork():
+        theirs.close()
+        return
+    _line.close()
+    _line = None
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the supervisor's, whose end ends us
+    _rename("farhand forks")
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a second thread would be lost in each fork
+    _load(THEN)
+    _freeze()
+    _serve(theirs, supervisor)
+
+
+def _load(names: tuple[str, ...]) -> None:
+    for name in names:
+        with contextlib.suppress(ImportError):  # not every robot's library is installed everywhere
+            import_module(name)
+
+
+def _freeze() -> None:
+    """Keep the collector from what is loaded: it writes to what it looks at, and then a page is shared no longer."""
+    gc.collect()
+    gc.freeze()
+
+
+def _serve(line: socket.socket, supervisor: int) -> NoReturn:
+    """Fork for each request; end with the supervisor."""
+    while True:
+        asked, files, _, _ = socket.recv_fds(line, MESSAGE, 1)
+        if not asked:
+            os._exit(0)
+        middle = os.fork()
+        if middle:
+            os.close(files[0])
+            os.waitpid(middle, 0)
+            continue
+        made = os.fork()
+        if made:  # the end of the one between hands the fork over
+            line.send(b"%d" % made)
+            os._exit(0)
+        line.close()
+        _become(json.loads(asked), files[0], supervisor)
+
+
+def _become(asked: dict[str, Any], out: int, supervisor: int) -> NoReturn:
+    """Be what `python -m` with these arguments would be."""
+    os.setsid()
+    until = time.monotonic() + ADOPTED_S
+    while os.getppid() != supervisor and time.monotonic() < until:
+        time.sleep(0.001)
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != supervisor:
+        os._exit(1)
+    null = os.open(os.devnull, os.O_RDONLY)
+    for have, want in ((null, 0), (out, 1), (out, 2)):
+        os.dup2(have, want)
+    os.close(out)
+    os.close(null)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    ctypes.CDLL(None).mallopt(M_ARENA_MAX, 2)  # a heap of its own for each thread is memory for nothing
+    _rename(asked["name"])
+    os.chdir(asked["folder"])
+    os.environ.clear()
+    os.environ.update(asked["env"])
+    for option in filter(None, asked["env"].get("PYTHONWARNINGS", "").split(",")):
+        action, _, message = option.partition(":")
+        warnings.filterwarnings(action, message)  # type: ignore[arg-type]
+    module, *arguments = asked["argv"]
+    sys.argv = [module, *arguments]
+    runpy.run_module(module, run_name="__main__", alter_sys=True)
+    sys.exit(0)
+
+
+def _rename(name: str) -> None:
+    """Let `ps` and `top` show the name (15 characters of it)."""
+    ctypes.CDLL(None).prctl(PR_SET_NAME, name.encode()[:15], 0, 0, 0)
+
+
+class Forked:
+    """A forked child, as `asyncio.subprocess.Process` shows one."""
+
+    def __init__(self, pid: int, stdout: asyncio.StreamReader) -> None:
+        self.pid, self.stdout = pid, stdout
+        self.returncode: int | None = None
+
+    async def wait(self) -> int:
+        """Return the exit status once it has ended."""
+        loop, ended = asyncio.get_running_loop(), asyncio.Event()
+        descriptor = os.pidfd_open(self.pid)
+        loop.add_reader(descriptor, ended.set)
+        try:
+            await ended.wait()
+        finally:
+            loop.remove_reader(descriptor)
+            os.close(descriptor)
+        self.returncode = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+        return self.returncode
+
+
+async def fork(name: str, argv: tuple[str, ...], env: dict[str, str], folder: Path) -> Forked | None:
+    """Return a fork that runs `python -m ...` with this environment; None where one has to be started anew."""
+    if _line is None or argv[:2] != (sys.executable, "-m"):
+        return None
+    asked = json.dumps({"name": name, "argv": argv[2:], "env": env, "folder": str(folder)}).encode()
+    ours, theirs = os.pipe()
+    try:
+        pid = await asyncio.to_thread(_ask, _line, asked, theirs)
+    except OSError:
+        os.close(ours)
+        return None
+    finally:
+        os.close(theirs)
+    return Forked(pid, await _reader(os.fdopen(ours, "rb")))
+
+
+def _ask(line: socket.socket, asked: bytes, out: int) -> int:
+    with _asking:
+        socket.send_fds(line, [asked], [out])
+        answer = line.recv(64)
+    if not answer:
+        raise OSError("the forking process is gone")
+    return int(answer)
+
+
+async def _reader(pipe: IO[bytes]) -> asyncio.StreamReader:
+    reader = asyncio.StreamReader()
+    await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), pipe)
+    return reader
+
+
+def reap(ours: set[int]) -> None:
+    """Let go of processes that ended after whoever had begun them; `ours` have who waits, 0: not known yet."""
+    if _line is None or 0 in ours:
+        return
+    with contextlib.suppress(ChildProcessError):
+        while (ended := os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)) and ended.si_pid not in ours:
+            os.waitpid(ended.si_pid, 0)

@@ -147,7 +147,7 @@ def _life(folder, number):
         wait_for(lambda: cycle() == ("ready",), 120, "the demo is ready")
         subprocess.run([sys.executable, "-c", DRIVE], cwd=ROOT, env=env, check=True, capture_output=True)
         sim = Simulator.__new__(Simulator)
-        sim.folder, sim._counted = folder / "sim" / "mercury", {}
+        sim.folder, sim._counted, sim._read = folder / "sim" / "mercury", {}, 0
         wait_for(lambda: sim.status()["moving"], 10, "a motion")
         begun = time.monotonic()
         demo.send_signal(signal.SIGTERM)

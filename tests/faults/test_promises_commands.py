@@ -15,7 +15,7 @@ from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING
 from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
 from tests.faults.doomed import LABELS
-from workers import ledger
+from workers.safety.gate import TOO_LATE
 
 
 def ended():
@@ -151,7 +151,7 @@ def test_promise_03_claimed_in_time_but_said_too_late(rig, proof, monkeypatch, l
         time.sleep(max(0.0, (command.deadline - SYSTEM.now()).total_seconds() + 0.1))
         worker.signal(18)
         command = rig.final(command, 20)
-        assert (command.state, command.reason) == ("expired", ledger.TOO_LATE)
+        assert (command.state, command.reason) == ("expired", TOO_LATE)
         assert not rig.motions(command)
     proof.holds(f"{label}: {times} freezes past the deadline: 0 motions")
 

@@ -176,7 +176,7 @@ def stage_event(command: Command) -> CommandStage:
     return CommandStage(
         id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
         state=command.state, reason=command.reason, at_ms=int(command.reached_at.timestamp() * 1000),
-        result=command.result,
+        result=command.result, progress=command.progress,
     )  # fmt: skip
 
 

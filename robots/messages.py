@@ -26,6 +26,7 @@ class CommandStage(_Message, frozen=True, tag="command"):
     reason: str = ""
     at_ms: int = 0
     result: dict[str, Any] = msgspec.field(default_factory=dict)
+    progress: dict[str, Any] = msgspec.field(default_factory=dict)
 
 
 class Changed(_Message, frozen=True, tag="changed"):

@@ -77,13 +77,16 @@ function row(): HTMLElement {
   steps.append(...GOOD.map(() => document.createElement("i")));
   const stage = document.createElement("span");
   stage.className = "chip";
-  item.append(document.createElement("b"), steps, stage, document.createElement("p"));
+  const far = document.createElement("div");
+  far.className = "progress";
+  far.append(document.createElement("progress"), document.createElement("span"));
+  item.append(document.createElement("b"), steps, stage, document.createElement("p"), far);
   return item;
 }
 
 function draw(item: HTMLElement, c: CommandInfo): void {
-  const [name, steps, stage, why] = item.children as unknown as HTMLElement[];
-  if (!name || !steps || !stage || !why) return;
+  const [name, steps, stage, why, far] = item.children as unknown as HTMLElement[];
+  if (!name || !steps || !stage || !why || !far) return;
   item.className = `command ${FINAL.has(c.state) && c.state !== "completed" ? "bad" : c.state}`;
   item.dataset["state"] = c.state;
   write(name, KINDS[c.kind] ?? c.kind);
@@ -92,6 +95,20 @@ function draw(item: HTMLElement, c: CommandInfo): void {
   write(stage, c.reason.startsWith("Replaced") ? "Replaced" : (STAGES[c.state] ?? c.state));
   write(why, c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : ""));
   why.hidden = !why.textContent;
+  tellProgress(far, c);
+}
+
+/** How far a long command is, while it runs; a share that is not known is a bar without an end. */
+function tellProgress(far: HTMLElement, c: CommandInfo): void {
+  const [bar, text] = far.children as unknown as [HTMLProgressElement, HTMLElement];
+  const known = c.progress?.at_ms !== undefined && !FINAL.has(c.state);
+  far.hidden = !known;
+  if (!known) return;
+  const share = c.progress?.share;
+  if (typeof share === "number") bar.value = share;
+  else bar.removeAttribute("value");
+  write(text, c.progress?.text ?? "");
+  bar.setAttribute("aria-label", c.progress?.text || "Progress");
 }
 
 function say(c: CommandInfo): string {

@@ -7,7 +7,10 @@ export interface Still {
 }
 export interface CommandInfo {
   id: number; seq: number; grant: number; kind: string; state: string; reason: string;
-  at_ms: number; by?: string; result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
+  at_ms: number; by?: string;
+  /** How far a long command is; the share is from 0 to 1, or null where the robot does not say. */
+  progress?: { text?: string; share?: number | null; at_ms?: number };
+  result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
 export interface Snapshot {

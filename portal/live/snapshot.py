@@ -56,7 +56,7 @@ def command_info(command: Command) -> dict[str, Any]:
     """Return a command's stages for the ladder."""
     return {
         "id": command.pk, "seq": command.client_seq, "grant": command.grant_id, "kind": command.kind,
-        "state": command.state, "reason": command.reason, "result": command.result,
+        "state": command.state, "reason": command.reason, "result": command.result, "progress": command.progress,
         "at_ms": _ms(command.reached_at),
         "by": command.issued_by.username if command.issued_by else "",
     }  # fmt: skip

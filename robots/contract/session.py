@@ -6,9 +6,19 @@ from dataclasses import dataclass, field
 from typing import Any
 
 JSON = dict[str, Any]
-OnStage = Callable[[str], None]
 Permit = Callable[[], None]
 Trace = Callable[[str, bytes, str], None]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a long command is: a few words, and the share that is done (0 to 1) where it is known."""
+
+    text: str
+    share: float | None = None
+
+
+OnStage = Callable[[str | Progress], None]
 
 
 @dataclass(frozen=True)
@@ -67,7 +77,8 @@ class Session(ABC):
 
         `on_stage` is told "sent", then "acknowledged" once the robot has understood: from then
         on the deadline to begin is kept. Telling may take as long as a store takes, so no lock
-        that `hold` needs may be held meanwhile; `permit` asks memory only until then.
+        that `hold` needs may be held meanwhile; `permit` asks memory only until then. A long command
+        tells it a `Progress` after that, as often as it likes: what comes too often is left out.
 
         Where a command is replaceable, `permit` is called on its way too, and raises Replaced
         when the robot is to be left in motion for the target that comes next. A hold that

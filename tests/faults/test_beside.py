@@ -52,6 +52,8 @@ def test_a_setting_completes_beside_a_motion_and_a_crash_under_both_is_unknown(t
     other = issue("pace", 3, pace=0.2)
     wait_for(lambda: state_of(other) == "completed", 10, "the pace beside the motion")
     assert state_of(far) == "acknowledged"
+    assert far.progress["text"].endswith(" rad")
+    assert 0.0 < far.progress["share"] < 1.0
     last = issue("pace", 4, pace=0.4)
     wait_for(lambda: state_of(last) == "sent", 10, "both are on their way")
     children[-1].kill()

@@ -8,7 +8,7 @@ from typing import Any
 from django.db import Error, close_old_connections
 
 from robots.contract.procedures import CALIBRATE, RESET, procedure
-from robots.contract.session import Permit
+from robots.contract.session import Permit, Progress
 from robots.contract.spec import CommandKind
 from robots.drivers.errors import (
     BadRequest,
@@ -29,6 +29,7 @@ from workers.cameras.look import look
 from workers.cameras.pictures import Pictures
 from workers.commands import finish
 from workers.commands.motion import held_motion, replaceable
+from workers.commands.progress import Teller
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
 from workers.safety.lane import MOTION, Lane
@@ -57,7 +58,7 @@ class Runner:
         self._owned, self._lease, self._lane = owned, lease, lane
         self._deadman, self._pictures, self._on_fault = deadman, pictures, on_fault
         self._permit: Permit = lane.gate.check  # of the claim that is carried out
-        self._moves = lane.name == MOTION
+        self._moves, self._teller = lane.name == MOTION, Teller(owned)
         self._said = 0  # the command that the robot was told of last, whatever the database knows of it
 
     def run(self, command: Command) -> None:
@@ -135,8 +136,11 @@ class Runner:
         """Tell whether the lease ran out after the command was claimed."""
         return not self._lease.valid or self._lease.epoch != command.epoch
 
-    def _stage(self, command: Command, stage: str) -> None:
+    def _stage(self, command: Command, stage: str | Progress) -> None:
         """Write a stage down; a motion that has begun is not broken off by a database that is away."""
+        if isinstance(stage, Progress):
+            self._teller.tell(command, stage)
+            return
         self._said = command.pk
         if stage == "acknowledged":
             self._lane.gate.begun()
@@ -171,7 +175,7 @@ class Runner:
         if spec.moves:
             self._pictures.still_id = 0
 
-        def on_stage(stage: str) -> None:
+        def on_stage(stage: str | Progress) -> None:
             self._stage(command, stage)
 
         why = ""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import number
 from robots.description import load
 from robots.drivers.errors import ControllerRefused, HardwareFault, Held, OutOfWorkspace
-from robots.drivers.pa10.checks import added_boxes, check, courses, request_of
+from robots.drivers.pa10.checks import added_boxes, check, courses, request_of, steps_of
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
 from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
@@ -103,15 +103,22 @@ class Driver(Session):
             if "text" in args:
                 self.line.teach(TAUGHT, args["text"])
             which = TAUGHT if "text" in args else number(args, "number")
-            return self._do(Request("p", (which,)), args, permit, on_stage)
+            return self._do(Request("p", (which,)), args, permit, on_stage, len(steps_of(args)))
         return self._do(request_of(kind, args), args, permit, on_stage)
 
-    def _do(self, request: Request, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
+    def _do(self, request: Request, args: dict[str, Any], permit: Permit, on_stage: OnStage, steps: int = 0) -> Outcome:
+        """Do one request; `steps` is how many a program has, 0 where only the controller knows."""
+
+        def tell(arm: ArmState) -> None:
+            if arm.program and arm.step:
+                share = (arm.step - 1) / steps if steps else None
+                on_stage(Progress(f"step {arm.step}{f' of {steps}' if steps else ''}", share))
+
         free = until_held(permit, lambda: self._holds)
         before = self.line.state()
         self._take(before)
         self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
-        arm = self._until_rest(request, before, permit)
+        arm = self._until_rest(request, before, permit, tell)
         state = self._take(arm)
         if state.fault:
             raise HardwareFault(state.fault)
@@ -140,13 +147,16 @@ class Driver(Session):
         if on_stage is not None:
             on_stage("acknowledged")
 
-    def _until_rest(self, request: Request, before: ArmState, permit: Permit) -> ArmState:
+    def _until_rest(
+        self, request: Request, before: ArmState, permit: Permit, tell: Callable[[ArmState], None]
+    ) -> ArmState:
         limit = LONGEST_PROGRAM_S if request.letter == "p" else float(self._description["motion"]["limit_s"])
         until = time.monotonic() + limit
         while True:
             time.sleep(POLL_S)
             arm = self.line.state()
             state = self._take(arm)
+            tell(arm)
             if request.letter == "g":
                 over = bool(state.fault) or self.line.ask(Request("w")) != "b"  # fingers are no part of the state
             else:

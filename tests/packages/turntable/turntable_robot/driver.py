@@ -7,7 +7,7 @@ from itertools import cycle
 from pathlib import Path
 
 from robots.contract.find import check
-from robots.contract.session import Outcome, RobotState, Session
+from robots.contract.session import Outcome, Progress, RobotState, Session
 from robots.drivers.errors import Held, LineGone
 
 
@@ -50,10 +50,12 @@ class Driver(Session):
             return Outcome(dict(args), self.latest())
         for angle in angles(kind, args):
             permit()
+            start = self.state().joints[0]
             self._ask(do="turn", angle=angle)
             on_stage("sent")
             on_stage("acknowledged")
-            while self.state().moving:
+            while (here := self.state()).moving:
+                on_stage(Progress(f"at {here.joints[0]:.1f} rad", (here.joints[0] - start) / (angle - start)))
                 time.sleep(0.05)
             if self._ask(do="state")["held"]:
                 raise Held("The turntable was stopped on its way.")

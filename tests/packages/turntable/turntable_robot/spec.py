@@ -11,7 +11,7 @@ def spec():
         joints=("table",),
         handover=("home",),
         commands=(
-            CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),)),
+            CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),), progress=True),
             CommandKind("home", "Home"),
             CommandKind("tour", "Tour", (Argument("stops", "", 1, 8),), asked_by=EVERYBODY, limit_s=60.0),
             CommandKind("sway", "Sway", asked_by=frozenset({STAFF}), limit_s=60.0),

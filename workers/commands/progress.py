@@ -1,0 +1,54 @@
+"""How far a long command is: kept on its row and published, no more often than people can read."""
+
+import logging
+import math
+from typing import Any
+
+from django.db import Error, close_old_connections
+
+from robots import bus
+from robots.contract.session import Progress
+from robots.grants import stage_event
+from robots.models import Command
+from robots.states import COMMAND_FINAL
+from workers.owned import OwnedRobot
+
+log = logging.getLogger(__name__)
+EVERY_S = 0.5
+LONGEST = 120
+
+
+class Teller:
+    """Tells the progress of one lane's commands; what comes sooner than `EVERY_S` after the last is left out."""
+
+    def __init__(self, owned: OwnedRobot) -> None:
+        self._owned = owned
+        self._last: tuple[int, float] = (0, 0.0)  # of which command, and when (monotonic, s)
+
+    def tell(self, command: Command, progress: Progress) -> None:
+        """Keep and publish it. A database that is away loses it and breaks nothing off."""
+        now = self._owned.clock.monotonic()
+        told, at = self._last
+        if told == command.pk and now - at < EVERY_S:
+            return
+        self._last = (command.pk, now)
+        command.progress = record(progress, int(self._owned.now().timestamp() * 1000))
+        try:
+            running = Command.objects.filter(pk=command.pk).exclude(state__in=COMMAND_FINAL)
+            if not running.update(progress=command.progress):
+                return
+        except Error as error:
+            log.warning("progress of %s is lost: %s", command, error)
+            close_old_connections()
+        bus.publish(command.robot.slug, stage_event(command))
+
+
+def record(progress: Progress, at_ms: int) -> dict[str, Any]:
+    """Return what is kept: a short text, a share from 0 to 1 (None where it is no number), and when (ms since 1970)."""
+    share = progress.share
+    known = isinstance(share, int | float) and math.isfinite(share)
+    return {
+        "text": str(progress.text)[:LONGEST],
+        "share": round(min(max(float(share), 0.0), 1.0), 3) if share is not None and known else None,
+        "at_ms": at_ms,
+    }

@@ -2,7 +2,11 @@
 
 import time
 
+from django.db import Error, close_old_connections
+
 from robots import bus
+from robots.contract.capabilities import Need
+from robots.contract.find import spec_of
 from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault
 from robots.messages import state_packet
@@ -15,6 +19,7 @@ from workers.trace import WireTrace
 STATE_HZ = 4  # where the description says nothing
 TRACE_S = 0.25
 ASK_S = 0.5
+KEEP_S = 5.0
 UNHEARD_S = 1.0  # between two states of an idle robot that nobody hears
 
 
@@ -27,6 +32,8 @@ class States:
         self._owned, self._connection, self._latch, self._trace, self._pace = owned, connection, latch, trace, pace
         self._heard = True
         self._number = 0
+        self._needs = bool(spec_of(owned.robot.driver).all_of(Need))
+        self._kept = 0.0
 
     def loop(self) -> None:
         """Publish for as long as the owner runs."""
@@ -48,6 +55,17 @@ class States:
             state = owned.driver.latest()
             if state is not None:
                 self._publish(state)
+                self._keep(state)
+
+    def _keep(self, state: RobotState) -> None:
+        """Write the state down now and then, where the queue judges by it what the robot needs."""
+        if not self._needs or time.monotonic() - self._kept < KEEP_S:
+            return
+        self._kept = time.monotonic()
+        try:
+            self._owned.remember(state)
+        except Error:  # the database is away: the next one is kept
+            close_old_connections()
 
     def _publish(self, state: RobotState) -> None:
         self._number += 1

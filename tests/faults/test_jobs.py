@@ -1,0 +1,75 @@
+"""A robot that nobody drives: it takes goals from two guests in turn, recharges in between, and roams."""
+
+import json
+import shutil
+
+from django.conf import settings
+from django.test import Client
+
+from portal.programs import robot_programs
+from portal.seeding import add_robot
+from queueing import services as queue
+from queueing.models import Account, Job, QueueRobot
+from robots import bus
+from robots.clock import SYSTEM
+from robots.models import Command, Grant, Robot
+from robots.states import Cycle
+from tests.conftest import wait_for
+from tests.packaged import SHUTTLE, installed_from
+from tests.rig import Child
+
+GOALS = 4  # of each guest: 7 m in all, and a battery lasts for 5
+
+
+class Guest:
+    """Somebody without an account, who asks for the next goal when the last is reached."""
+
+    def __init__(self, address, goals):
+        self.client, self.address, self.goals, self.job = Client(REMOTE_ADDR=address), address, list(goals), None
+
+    def go_on(self):
+        if self.job is not None:
+            self.job.refresh_from_db()
+        if self.goals and (self.job is None or self.job.ended_at):
+            said = self.client.post("/robots/shuttle/jobs/", {"kind": "go", "arg-x": self.goals.pop(0)})
+            self.job = Job.objects.get(key=said["Location"].split("/")[2])
+        return not self.goals and self.job.ended_at
+
+
+def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(transactional_db, redis_server, monkeypatch):
+    bus.connection().flushall()
+    shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+    with installed_from(SHUTTLE, monkeypatch):
+        robot = add_robot("shuttle")
+        queue.queue_of(robot)
+        QueueRobot.objects.filter(robot=robot).update(offers_turns=False, guests_ask=True, charged_in="jobs")
+        shutil.rmtree(robot.rig_dir, ignore_errors=True)
+        children = []
+        try:
+            for program in robot_programs(robot):
+                children.append(Child(program.name.replace(" ", "-"), list(program.argv), **program.env))
+            wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+            guests = [Guest("192.0.2.1", [1.0] * GOALS), Guest("2001:db8::1", [0.0] * GOALS)]
+
+            def served():
+                done = [guest.go_on() for guest in guests]
+                queue.tick(SYSTEM.now())
+                return all(done)
+
+            wait_for(served, 120, "both guests are served")
+            wait_for(lambda: queue.tick(SYSTEM.now()) or Grant.objects.filter(kind="idle").exists(), 20, "it roams")
+        finally:
+            for child in children[::-1]:
+                child.kill()
+        journal = [json.loads(line) for line in (robot.rig_dir / "journal.jsonl").read_text().splitlines()]
+    assert {j.state for j in Job.objects.all()} == {"done"}
+    order = [j.account.network for j in Job.objects.order_by("ended_at")]
+    first, second = order[:2]
+    assert order == [first, second] * GOALS, "each in turn"
+    assert {a.finish_tag for a in Account.objects.filter(user=None)} == {float(GOALS)}
+    asked = [note["do"] for note in journal if note["do"] in ("go", "dock")]
+    assert asked.count("go") == 2 * GOALS, "one motion a job"
+    assert "dock" in asked[:-1], "it recharged in between"
+    assert min(note["battery"] for note in journal if note["do"] == "go") >= 0.3
+    assert Command.objects.filter(grant=None).count() == 0
+    assert set(Grant.objects.values_list("kind", flat=True)) <= {"handover", "job", "upkeep", "idle"}

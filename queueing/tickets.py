@@ -11,7 +11,7 @@ from accounts.services import cleared
 from queueing.charging import account_of, next_tag, settle
 from queueing.errors import NotCleared, RobotUnavailable
 from queueing.jobs.tagging import give_way
-from queueing.models import OPEN_TICKET, Queue, Ticket, TicketState, Turn
+from queueing.models import OPEN_TICKET, Queue, QueueRobot, Ticket, TicketState, Turn
 from queueing.rows import announce, locked, queue_of, robots_of
 from queueing.turns import end_turn, start_countdown
 from robots.models import Robot
@@ -38,6 +38,8 @@ def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticke
     if not robot.enabled:
         raise RobotUnavailable("This robot is switched off now; come back later.")
     queue = queue_of(robot)
+    if not QueueRobot.objects.filter(robot=robot, offers_turns=True).exists():
+        raise RobotUnavailable("Nobody drives this robot; it takes jobs only.")
     with transaction.atomic():
         queue = locked(queue)
         ticket = Ticket.objects.filter(queue=queue, user=user, state__in=OPEN_TICKET).first()

@@ -40,11 +40,6 @@ def newest_grant(robot: Robot) -> Grant | None:
     return Grant.objects.filter(robot=robot).order_by("-pk").first()
 
 
-def under_upkeep(robot: Robot) -> bool:
-    """Tell whether a command of staff has the robot to itself now."""
-    return Grant.objects.filter(robot=robot, ended_at=None, kind=GrantKind.UPKEEP).exists()
-
-
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
     """Return the user's open grant on the robot. Raises GrantOver."""
     return held(open_grant(robot), user, now)

@@ -19,7 +19,7 @@ const AT_ONCE_MS = 1000; // shorter gaps are nobody's concern
 export function bannerWords(k: Known): string {
   if (k.lost && (k.lostMs > AT_ONCE_MS || k.stopPending)) {
     const why = k.offline ? "this device is offline" : "the portal is not reached";
-    const turn = k.snapshot?.me.operating ? " Your turn is kept for 20 s." : "";
+    const turn = k.snapshot?.me.can.drive ? " Your turn is kept for 20 s." : "";
     return `Connection lost: ${why}. ${k.stopPending || `It is tried again by itself.${turn}`}`;
   }
   if (k.lost) return "";

@@ -78,7 +78,7 @@ export class RobotPage {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
         line: (up) => this.gotLine(up),
       },
-      () => (this.snapshot?.me.operating ? 2000 : 10_000),
+      () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
     );
     this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
     this.place = new Place(byId("place"), (m) => this.live.send(m));
@@ -131,7 +131,7 @@ export class RobotPage {
   };
 
   get operating(): boolean {
-    return this.snapshot?.me.operating ?? false;
+    return this.snapshot?.me.can.drive ?? false;
   }
 
   get grant(): number {
@@ -176,7 +176,7 @@ export class RobotPage {
 
   private stopKey(event: KeyboardEvent): void {
     const field = (event.target as HTMLElement).closest("input, textarea, select, [contenteditable]");
-    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || !this.snapshot?.me.may_stop) return;
+    if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || !this.snapshot?.me.can.stop) return;
     if (event.key !== "Escape" && (event.key.toLowerCase() !== "s" || field)) return;
     event.preventDefault();
     this.stop();
@@ -234,8 +234,8 @@ export class RobotPage {
     this.place.changed(s);
     if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
-    if (wasOperating && !s.me.operating && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
-    if (!wasOperating && s.me.operating) byId("screen").focus({ preventScroll: true });
+    if (wasOperating && !s.me.can.drive && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
+    if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
     this.log.draw(s.log, this.live.now());
     this.stopPress.heard(s); // last: what became of a Stop is more than what else is noticed
   }
@@ -253,14 +253,14 @@ export class RobotPage {
     const s = this.snapshot;
     if (!s) return;
     this.page.dataset["state"] = s.robot.state;
-    this.page.classList.toggle("operating", s.me.operating);
+    this.page.classList.toggle("operating", s.me.can.drive);
     text("state", s.robot.label);
     text("why-state", s.robot.why);
     text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
     text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
     this.place.draw(s, this.live.now(), f.lineUp);
-    byId("controls").hidden = !s.me.operating && !s.me.may_stop;
-    byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.may_stop;
+    byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
+    byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
     text("why", blocked(f) || (this.console?.advice(f) ?? ""));
     this.console?.draw(f);
   }

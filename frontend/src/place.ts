@@ -32,13 +32,13 @@ export class Place {
 
   /** Draw the panel; called at each snapshot and each second. */
   draw(s: Snapshot, now: number, up: boolean): void {
-    this.driving = s.me.operating;
+    this.driving = s.me.can.drive;
     show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, disabled: !up } : part)));
   }
 
   /** Have the bar look too when something changed here, so that the two never contradict each other. */
   changed({ me }: Snapshot): void {
-    const told = `${me.operating} ${me.ticket?.state}`;
+    const told = `${me.can.drive} ${me.ticket?.state}`;
     if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));
     this.told = told;
   }
@@ -54,7 +54,7 @@ export class Place {
   private parts(s: Snapshot, now: number): Part[] {
     const slug = s.robot.slug;
     const { me } = s;
-    if (me.operating && s.turn) {
+    if (me.can.drive && s.turn) {
       const left = s.turn.until_ms ? (s.turn.until_ms - now) / 1000 : 0;
       return [
         { tag: "h2", text: s.turn.staff ? "Maintenance turn" : "You drive" },
@@ -63,6 +63,7 @@ export class Place {
         ...(s.turn.staff ? [] : this.endParts()),
       ];
     }
+    if (!s.robot.turns) return jobsOnly(s);
     if (!me.signed_in)
       return [
         { tag: "h2", text: "Drive it yourself" },
@@ -110,4 +111,13 @@ export class Place {
       );
     return parts;
   }
+}
+
+/** A robot that nobody drives. */
+function jobsOnly({ me, robot }: Snapshot): Part[] {
+  return [
+    { tag: "h2", text: "It works by itself" },
+    { tag: "p", text: me.can.ask ? "Nobody drives this robot. Ask it for something, and watch." : "Nobody drives this robot. It takes jobs from people with clearance." },
+    { tag: "a", href: `/robots/${robot.slug}/jobs/`, text: me.can.ask ? "Ask for a job" : "See its jobs", class: "button primary" },
+  ];
 }

@@ -15,11 +15,13 @@ export interface CommandInfo {
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
 export interface Snapshot {
   t: "snapshot"; now_ms: number; link: boolean; store: string;
-  robot: { slug: string; name: string; state: string; label: string; why: string };
+  robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean };
   stopped: boolean; operator: string | null; queue: number;
   turn: null | { id: number | null; grant: number; mine: boolean; until_ms: number | null; next_seq: number; extra: boolean; staff: boolean };
   me: {
-    signed_in: boolean; name?: string; cleared: boolean; may_stop: boolean; operating: boolean; staff?: boolean; last_turn?: number | null;
+    signed_in: boolean; name?: string; cleared: boolean; staff?: boolean; last_turn?: number | null;
+    /** What this person can do now; `ask` is for jobs. */
+    can: { watch: boolean; drive: boolean; ask: boolean; stop: boolean };
     ticket: null | { state: string; ahead: number; wait_s: [number, number] | null; offer_until_ms: number | null };
   };
   still: Still | null; before: Still | null; commands: CommandInfo[]; log: LogInfo[];

@@ -46,7 +46,7 @@ export class StopPress {
   heard(s: Snapshot): void {
     this.snapshot = s;
     if (!this.at || this.socket === this.live.opened) return;
-    const meant = s.me.may_stop && (s.turn?.grant ?? null) === this.grant && performance.now() - this.at < LATE_MS;
+    const meant = s.me.can.stop && (s.turn?.grant ?? null) === this.grant && performance.now() - this.at < LATE_MS;
     if (meant) this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
     else {
       this.notice(`The connection is back. The Stop that you pressed ${this.ago()} was not sent: the turn that it was meant for is over.`, "warning");

@@ -30,7 +30,7 @@ test("the nozzle's pixel maps to no motion", () => {
 
 function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
   return {
-    snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { operating: true }, ...snapshot } as never,
+    snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { can: { drive: true } }, ...snapshot } as never,
     state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0], velocities: [], torques: [], mode: "" },
     lineUp: true, now: 10_200, latency: 10, busy: false, aim: "good", ...over,
   };
@@ -43,7 +43,7 @@ test("a control is enabled, or it says why not", () => {
     [facts({ lineUp: false }), /connection is gone/],
     [facts({}, { link: false }), /live link/],
     [facts({}, { stopped: true }), /release the stop/],
-    [facts({}, { me: { operating: false, cleared: true } }), /Join the queue/],
+    [facts({}, { me: { can: { drive: false }, cleared: true } }), /Join the queue/],
     [facts({ now: 11_500 }), /state is not known/],
     [facts({ state: null }), /state is not known/],
     [facts({}, { robot: { state: "fault", why: "no power" } }), /no power/],

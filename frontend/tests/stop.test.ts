@@ -5,7 +5,7 @@ import type { Snapshot } from "../src/protocol.ts";
 import { StopPress, UNSENT } from "../src/stop.ts";
 
 const snapshot = (grant: number | null, may_stop = true): Snapshot =>
-  ({ turn: grant === null ? null : { grant }, me: { may_stop, operating: may_stop }, link: true }) as unknown as Snapshot;
+  ({ turn: grant === null ? null : { grant }, me: { can: { drive: may_stop, stop: may_stop } }, link: true }) as unknown as Snapshot;
 
 class Line {
   lost = false;

@@ -7,15 +7,24 @@ from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from portal.stores import trouble
 from queueing.estimates import place, wait_range, waiting
+from queueing.jobs.kinds import kinds_for, link_of
 from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn
-from robots.grants import open_grant, owner_alive, under_upkeep
+from robots.grants import open_grant, owner_alive
 from robots.models import Command, Frame, Grant, Lease, Robot
 from robots.services import may_stop, newest_still
 from robots.states import Cycle, GrantKind
 
 RECENT = 8
 BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
+STAFF_COMMAND = (
+    "handover", "Staff command running", "Staff run a command now; the robot is offered again when that has ended.",
+)  # fmt: skip
+BY_ITSELF = {
+    GrantKind.UPKEEP: ("handover", "Looking after itself", "The robot does what it needs before it serves anybody."),
+    GrantKind.JOB: ("operating", "A job runs", "The robot does a job that somebody asked for."),
+    GrantKind.IDLE: ("ready", "Moves by itself", ""),
+}
 
 
 def _ms(at: datetime | None) -> int | None:
@@ -32,12 +41,9 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
         return "offline", "Offline", "Its worker does not answer; it is restarted by itself. Places are kept."
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."
-    if robot.cycle in (Cycle.READY, Cycle.OFFERED) and under_upkeep(robot):
-        return (
-            "handover",
-            "Staff command running",
-            "Staff run a command now; the robot is offered again when that has ended.",
-        )
+    grant = open_grant(robot) if robot.cycle in (Cycle.READY, Cycle.OFFERED) else None
+    if grant is not None and grant.kind in BY_ITSELF:
+        return BY_ITSELF[GrantKind(grant.kind)] if grant.holder_id is None else STAFF_COMMAND
     return robot.cycle, Cycle(robot.cycle).label, ""
 
 
@@ -85,9 +91,16 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "now_ms": _ms(now),
         "link": link,
         "store": trouble(),
-        "robot": {"slug": robot.slug, "name": robot.name, "state": state, "label": label, "why": why},
+        "robot": {
+            "slug": robot.slug,
+            "name": robot.name,
+            "state": state,
+            "label": label,
+            "why": why,
+            "turns": _offers_turns(robot),
+        },
         "stopped": robot.stop_latched,
-        "operator": turn.user.username if turn else ("staff" if grant and grant.kind in BY_STAFF else None),
+        "operator": turn.user.username if turn else ("staff" if _by_staff(grant) else None),
         "queue": waiting(robot),
         "turn": _turn(turn, grant, mine),
         "me": {**_me(robot, user, now, mine), "grant": grant.pk if grant is not None and mine else 0},
@@ -106,6 +119,15 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     }
 
 
+def _by_staff(grant: Grant | None) -> bool:
+    return grant is not None and grant.kind in BY_STAFF and grant.holder_id is not None
+
+
+def _offers_turns(robot: Robot) -> bool:
+    link = link_of(robot)
+    return link is None or link.offers_turns
+
+
 def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
     if turn is None and not (grant and grant.kind == GrantKind.STAFF):
         return None
@@ -119,8 +141,12 @@ def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
 
 
 def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
+    can = {
+        "watch": True, "drive": mine, "ask": robot.enabled and bool(kinds_for(robot, user)),
+        "stop": may_stop(robot, user),
+    }  # fmt: skip
     if not user.is_authenticated:
-        return {"signed_in": False, "cleared": False, "ticket": None, "may_stop": False, "operating": False}
+        return {"signed_in": False, "cleared": False, "ticket": None, "can": can}
     ticket = open_ticket(robot, user)
     shown = None
     if ticket is not None:
@@ -132,6 +158,6 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
     last = user.turns.filter(robot=robot).exclude(ended_at=None).order_by("-id").first()
     return {
         "signed_in": True, "name": user.username, "cleared": cleared(user, robot), "ticket": shown,
-        "may_stop": may_stop(robot, user), "operating": mine, "staff": user.has_perm("robots.change_robot"),
+        "can": can, "staff": user.has_perm("robots.change_robot"),
         "last_turn": last.pk if last and not hasattr(last, "entry") else None,
     }  # fmt: skip

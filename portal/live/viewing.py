@@ -107,7 +107,7 @@ class Viewing(Line):
         user = current_user(self.scope)
         shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
         me = shown["me"]
-        self.me, self.operating = user.pk or 0, bool(me["operating"])
+        self.me, self.operating = user.pk or 0, bool(me["can"]["drive"])
         staff = bool(me.get("staff"))
         self.grant = 0 if staff else me["grant"]
         self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, however old this knowledge is

@@ -94,7 +94,7 @@ def test_promise_34_the_session_ends_and_with_it_sockets_and_turn(
     act, code = CAUSES[cause]
     browser = Browser(people["ada"])
     with browser.open(web) as one, line(web) as watcher:
-        assert heard(one, "snapshot")["me"]["operating"]
+        assert heard(one, "snapshot")["me"]["can"]["drive"]
         if not with_redis:
             redis_server.stop()
         try:
@@ -109,7 +109,7 @@ def test_promise_34_the_session_ends_and_with_it_sockets_and_turn(
         watcher.send('{"t": "ping", "n": 1}')
         heard(watcher, "pong")
         with browser.open(web) as again:
-            assert not heard(again, "snapshot")["me"]["operating"]
+            assert not heard(again, "snapshot")["me"]["can"]["drive"]
             again.send(json.dumps({"t": "command", "kind": "up", "args": {}, "seq": 9}))
             assert not heard(again, "answer")["ok"]
     web.nothing_left()

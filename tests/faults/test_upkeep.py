@@ -8,9 +8,14 @@ from queueing import services as queue
 from queueing.models import Ticket, TicketState
 from robots import services
 from robots.clock import SYSTEM
-from robots.grants import under_upkeep
+from robots.grants import open_grant
 from robots.models import Command
 from tests.conftest import at_length, wait_for
+
+
+def upkeep(rig):
+    grant = open_grant(rig.robot)
+    return grant is not None and grant.kind == "upkeep"
 
 
 @pytest.mark.parametrize("end", ["completed", at_length("stopped"), "killed"])
@@ -23,9 +28,9 @@ def test_from_the_click_of_staff_to_the_next_turn(rig, end):
 
     def offered():
         queue.tick(SYSTEM.now())
-        busy = under_upkeep(rig.robot)
+        busy = upkeep(rig)
         ticket.refresh_from_db()
-        offered_under_it.append(busy and ticket.state == TicketState.OFFERED and under_upkeep(rig.robot))
+        offered_under_it.append(busy and ticket.state == TicketState.OFFERED and upkeep(rig))
         return ticket.state == TicketState.OFFERED
 
     rig.moving()

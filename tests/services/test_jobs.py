@@ -274,3 +274,28 @@ def test_a_silent_web_tier_is_not_nobody(redis_server):
     assert not bus.perhaps_watched("mercury")
     bus.watch("mercury", "state")
     assert bus.perhaps_watched("mercury")
+
+
+def test_nobody_joins_where_no_turns_are_offered(shuttle, people, clock):
+    with pytest.raises(RobotUnavailable):
+        queue.join(shuttle, people["ada"], clock.now())
+
+
+def test_the_snapshot_says_what_this_person_can_do_now(shuttle, people, clock):
+    from django.contrib.auth.models import AnonymousUser
+
+    from portal.live.snapshot import snapshot
+
+    def can(user):
+        return {what for what, may in snapshot(shuttle.slug, user, clock.now(), True)["me"]["can"].items() if may}
+
+    assert can(AnonymousUser()) == {"watch", "ask"}
+    assert can(people["kim"]) == {"watch", "ask", "stop"}
+    QueueRobot.objects.update(guests_ask=False)
+    assert can(AnonymousUser()) == can(people["eve"]) == {"watch"}
+    assert can(people["ada"]) == {"watch", "ask"}
+    ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    assert can(people["ada"]) == {"watch", "ask"}, "who asked drives nothing and stops nothing"
+    Robot.objects.update(enabled=False)
+    assert can(people["ada"]) == {"watch"}

@@ -6,8 +6,6 @@ In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial se
 socket), `journal.jsonl`, `bed.npy` and `state.json`.
 """
 
-import argparse
-import signal
 import sys
 import threading
 import time
@@ -22,6 +20,7 @@ from robots.drivers.mercury import protocol as wire
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
+from simulators.common.program import arguments, stop_when_told
 from simulators.common.threads import names, record_deaths
 from simulators.mercury.arm import Body
 from simulators.mercury.camera import expose
@@ -123,15 +122,13 @@ class Simulator:
 
 def main() -> None:
     """Run the simulator."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--dir", type=Path, required=True)
+    parser = arguments(__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--tcp", type=int)
     parser.add_argument("--baud", type=int, default=wire.BAUD, help="of the line; the arm's own is 4800")
     options = parser.parse_args()
     simulator = Simulator(options.dir, options.seed, options.tcp, options.baud)
-    signal.signal(signal.SIGTERM, simulator.stop)
-    signal.signal(signal.SIGINT, simulator.stop)
+    stop_when_told(simulator)
     sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {simulator.camera.port}\n")
     sys.stdout.flush()
     simulator.run()

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
+from robots.files import replaced
 from simulators.mercury.artifacts import ARTIFACTS, PIXEL_MM
 from simulators.mercury.light import REACH, illuminate
 from simulators.mercury.slide import slide, steeper
@@ -119,10 +120,8 @@ class SandBed:
 
     def save(self, path: Path) -> None:
         """Keep the bed, so that a restart finds it as it was."""
-        part = path.with_suffix(".part")
-        with part.open("wb") as file:
+        with replaced(path) as file:
             np.save(file, self.sand)
-        part.replace(path)
 
     def restore(self, path: Path) -> bool:
         """Take the bed from `path`; return False (and keep a fresh one) if it is unusable."""

@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from robots.files import replaced
 from simulators.mercury.arm import Pose
 
 START = Pose(0.0, 0.42, 0.075, 0.0)
@@ -40,6 +41,5 @@ def restore(path: Path) -> Kept:
 
 def keep(path: Path, pose: Pose, boot: int) -> None:
     """Write the state."""
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps({"pose": pose.as_tuple(), "boot": boot}))
-    part.replace(path)
+    with replaced(path) as file:
+        file.write(json.dumps({"pose": pose.as_tuple(), "boot": boot}).encode())

@@ -4,14 +4,12 @@ In DIR it keeps `tty` (the address it listens at), `camera` and `cameras.json`, 
 Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
 """
 
-import argparse
 import gc
 import os
-import signal
 import sys
-from pathlib import Path
 
 from robots.description import load
+from simulators.common.program import arguments, stop_when_told
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.priority import first_in_line
 from simulators.pa10.simulator import Simulator
@@ -22,8 +20,7 @@ SWITCH_S = 2e-4  # for so long the interpreter may stay with another thread; Pyt
 def main() -> None:
     """Run the simulator."""
     line = load("pa10")["line"]
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--dir", type=Path, required=True)
+    parser = arguments(__doc__)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--controller", choices=sorted(CONTROLLERS), default="computed_torque")
     parser.add_argument("--watchdog", type=float, default=line["watchdog_s"])
@@ -31,8 +28,7 @@ def main() -> None:
     options = parser.parse_args()
     token = os.environ.get("PA10_TOKEN", "")
     simulator = Simulator(options.dir, options.port, options.controller, token, (options.watchdog, options.nobody))
-    signal.signal(signal.SIGTERM, simulator.stop)
-    signal.signal(signal.SIGINT, simulator.stop)
+    stop_when_told(simulator)
     sys.stdout.write(f"listening on 127.0.0.1:{simulator.network.port}\n")
     sys.stdout.flush()
     sys.setswitchinterval(SWITCH_S)

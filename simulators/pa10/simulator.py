@@ -12,6 +12,7 @@ from robots.drivers.pa10.protocol import ArmState, Request
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import fork
 from simulators.common.journal import Journal
+from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
 from simulators.pa10.allowed import why_outside
 from simulators.pa10.application import Application
@@ -58,7 +59,7 @@ class Simulator:
         self._measured = self.plant.measured()
         self._reference = self._measured.q
         self.store = ProgramStore(folder / "programs.json")
-        self._note_dead_threads()
+        record_deaths(self.journal)
         self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
         self._shared.write(self.plant.qpos)
@@ -82,17 +83,6 @@ class Simulator:
             self._courses, self._measured.q.copy(), self.journal.note, self.store, gripper, error, extra
         )
         self.journal.note("application", boot=self.boot, why=why)
-
-    def _note_dead_threads(self) -> None:
-        """Write down each thread that an error ends: there must be none."""
-        usual = threading.excepthook
-
-        def note(told: threading.ExceptHookArgs) -> None:
-            name = told.thread.name if told.thread else "?"
-            self.journal.note("thread_died", name=name, error=f"{told.exc_type.__name__}: {told.exc_value}")
-            usual(told)
-
-        threading.excepthook = note
 
     def begin_again(self, why: str) -> None:
         """Start the control application again: what moved rests where it is; a range error stays."""
@@ -148,7 +138,7 @@ class Simulator:
             "q": self._measured.q.tolist(),
             "speed": float(np.max(np.abs(self._measured.v))),
             "reference": self._reference.tolist(),
-            "threads": sorted(thread.name for thread in threading.enumerate()),
+            "threads": names(),
             "moving": self.app.moving,
             "mode": str(self.app.mode),
             "boot": self.boot,

@@ -2,11 +2,11 @@
 
 import contextlib
 import json
-import os
 import threading
 from pathlib import Path
 
 from robots.drivers.pa10.protocol import program
+from robots.files import replaced
 from robots.motion.planner import Refused
 
 MOST = 200
@@ -48,9 +48,5 @@ class ProgramStore:
             self._programs = programs
 
     def _write(self, text: str) -> None:
-        part = self._path.with_suffix(".part")
-        with part.open("w") as out:
-            out.write(text)
-            out.flush()
-            os.fsync(out.fileno())
-        part.replace(self._path)
+        with replaced(self._path, sync=True) as out:
+            out.write(text.encode())

@@ -6,12 +6,10 @@ little-endian. In DIR it keeps `tty` (the line), `calibration/farhand.json` (as 
 that of a real arm), `faults` (a Unix socket) and `journal.jsonl`.
 """
 
-import argparse
 import json
 import os
 import pty
 import select
-import signal
 import threading
 import time
 import tty
@@ -20,6 +18,7 @@ from typing import Any
 
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
+from simulators.common.program import arguments, stop_when_told
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
 LOW, HIGH, MIDDLE = 700, 3395, 2047  # ticks of 4096 a turn: the calibrated range
@@ -200,11 +199,8 @@ class Simulator:
 
 def main() -> None:
     """Run the simulator."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--dir", type=Path, required=True)
-    simulator = Simulator(parser.parse_args().dir)
-    signal.signal(signal.SIGTERM, simulator.stop)
-    signal.signal(signal.SIGINT, simulator.stop)
+    simulator = Simulator(arguments(__doc__).parse_args().dir)
+    stop_when_told(simulator)
     simulator.run()
 
 

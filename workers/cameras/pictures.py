@@ -17,6 +17,7 @@ from robots.contract.find import function
 from robots.contract.session import RobotState
 from robots.description import views
 from robots.drivers.errors import CameraFault
+from robots.files import replaced
 from robots.messages import Changed, picture_packet
 from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.stability import Picture, Verdict, settle
@@ -114,9 +115,8 @@ class Pictures:
         path = Path(settings.MEDIA_ROOT) / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_suffix(".part")
-            part.write_bytes(data)
-            part.replace(path)
+            with replaced(path) as out:
+                out.write(data)
         except OSError as error:
             log.error("a picture could not be kept: %s", error)
             return None

@@ -11,10 +11,15 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_stat
 from accounts.models import Clearance, User
 from queueing import services as queue
 from queueing.errors import NotCleared, QueueError
-from queueing.models import OPEN_TICKET, Ticket, TicketState, Turn
-from robots.models import Grant, Lease, Robot
-from robots.states import Cycle
+from queueing.jobs.asking import Asker, ask
+from queueing.jobs.cancelling import cancel
+from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, QueueRobot, Ticket, TicketState, Turn
+from robots.contract.spec import ANYONE, CommandKind
+from robots.grants import end_at_until
+from robots.models import Command, Grant, Lease, Robot
+from robots.states import CommandState, Cycle
 from tests.conftest import CALIBRATION, FakeClock
+from workers.commands import finish
 
 NAMES = ("ada", "bob", "cyd", "dan")
 who = st.sampled_from(NAMES)
@@ -23,7 +28,7 @@ who = st.sampled_from(NAMES)
 class QueueMachine(RuleBasedStateMachine):
     def __init__(self):
         super().__init__()
-        for model in (Turn, Ticket, Grant, Robot, User):
+        for model in (Job, Turn, Ticket, Account, Grant, Robot, User):
             model.objects.all().delete()
         self.clock = FakeClock()
         self.robot = Robot.objects.create(
@@ -34,6 +39,8 @@ class QueueMachine(RuleBasedStateMachine):
         for person in self.people.values():
             Clearance.objects.create(user=person, robot=self.robot, granted_at=self.clock.now())
         self.told: dict[str, int] = {}
+        queue.queue_of(self.robot)
+        QueueRobot.objects.update(guests_ask=True)
 
     @rule(name=who, classic=st.booleans())
     def join(self, name, classic):
@@ -70,6 +77,27 @@ class QueueMachine(RuleBasedStateMachine):
         except QueueError as error:
             assert str(error).endswith(".")
 
+    def asker(self, name, guest):
+        return Asker(guest=name * 8, network=f"192.0.2.{len(name) % 2}") if guest else Asker(user=self.people[name])
+
+    @rule(name=who, guest=st.booleans())
+    def ask_for_a_job(self, name, guest):
+        try:
+            ask(self.robot, self.asker(name, guest), "down", {}, self.clock.now())
+        except QueueError as error:
+            assert str(error).endswith(".")
+
+    @rule(name=who, guest=st.booleans())
+    def cancel_a_job(self, name, guest):
+        asker = self.asker(name, guest)
+        for job in Job.objects.filter(state__in=OPEN_JOB, user=asker.user, guest=asker.guest)[:1]:
+            cancel(job, asker, self.clock.now())
+
+    @rule(state=st.sampled_from(["completed", "completed", "failed", "expired", "cancelled", "unknown"]))
+    def owner_ends_what_runs(self, state):
+        for command in Command.objects.select_related("robot", "grant").filter(ended_at=None):
+            finish.finish(command, CommandState(state), self.clock.now(), "So it ended.")
+
     @rule(seconds=st.sampled_from([0, 1, 5, 21, 31, 61, 100, 301, 1000, -3]))
     def time(self, seconds):
         self.clock.go(seconds)
@@ -99,9 +127,8 @@ class QueueMachine(RuleBasedStateMachine):
 
     @rule()
     def owner_ends_overdue_grants(self):
-        Grant.objects.filter(ended_at=None, until__lte=self.clock.now()).update(
-            ended_at=self.clock.now(), end_reason="time is up"
-        )
+        for grant in Grant.objects.filter(ended_at=None):
+            end_at_until(grant, self.clock.now())
 
     @invariant()
     def one_operator_one_grant(self):
@@ -127,12 +154,35 @@ class QueueMachine(RuleBasedStateMachine):
             assert turn.charged_s >= 0
 
     @invariant()
+    def a_job_runs_under_a_grant_of_its_own_and_no_job_is_lost(self):
+        for job in Job.objects.exclude(state="waiting"):
+            assert job.runs.exists() or job.state == "cancelled"
+            assert job.state == "running" or (job.ended_at and job.charged is not None and job.charged >= 0)
+        for grant in Grant.objects.filter(kind="job"):
+            assert grant.job_run
+            assert grant.commands.count() == 1
+        assert not (Ticket.objects.filter(state="offered").exists() and Grant.objects.filter(ended_at=None, kind="job"))
+
+    @invariant()
+    def of_each_account_one_request_has_a_tag(self):
+        for account in Account.objects.all():
+            tagged = Job.objects.filter(account=account, state="waiting", start_tag__isnull=False).count()
+            tickets = Ticket.objects.filter(user=account.user, state__in=OPEN_TICKET).count() if account.user else 0
+            assert tagged + tickets <= 1
+
+    @invariant()
     def at_most_one_offer(self):
         assert Ticket.objects.filter(state=TicketState.OFFERED).count() <= 1
 
 
 @pytest.mark.service
 class TestQueue(TestCase):
+    def setUp(self):
+        kinds = (CommandKind("down", "Down", asked_by=frozenset({ANYONE})),)
+        patch = pytest.MonkeyPatch()
+        patch.setattr("queueing.jobs.asking.job_kinds", lambda robot: kinds)
+        self.addCleanup(patch.undo)
+
     def test_promise_13_anything_in_any_order(self):
         from tests.faults.proof import FULL, Proof
 

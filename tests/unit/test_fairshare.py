@@ -22,6 +22,23 @@ def test_two_who_always_wait_never_drift_apart_by_more_than_two_turns(demand):
         assert max(served.values()) - min(served.values()) <= 600
 
 
+@given(st.lists(st.tuples(st.booleans(), st.floats(1, 300)), min_size=20, max_size=120))
+def test_turns_and_jobs_of_people_who_always_wait_share_the_robot_by_their_weights(demand):
+    """Ada drives, bob asks for jobs, guests with half his weight ask too: service over weight stays together."""
+    weights = {"ada": 1.0, "bob": 1.0, "guests": 0.5}
+    served = dict.fromkeys(weights, 0.0)
+    clock, tags = Clock(), dict.fromkeys(weights, 0.0)
+    for robots_fault, seconds in demand:
+        who = min(tags, key=lambda u: (tags[u], u))
+        clock = clock.serve(tags[who])
+        if robots_fault and who != "ada":
+            continue  # cut short: it keeps its tag, so it is next again, and costs nothing
+        finish = fairshare.finish_tag(tags[who], seconds, weights[who])
+        served[who] += seconds / weights[who]
+        clock, tags[who] = clock.finish(finish), fairshare.start_tag(clock, finish)
+        assert max(served.values()) - min(served.values()) <= 300 / 0.5 + 300
+
+
 @given(st.floats(0, 1e6), st.floats(0, 1e6))
 def test_absence_earns_no_credit(greatest, old_finish):
     clock = Clock(virtual=0.0, greatest_finish=greatest).empty()

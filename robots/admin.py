@@ -109,6 +109,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
                 (name, one.get("residual_mm"), one.get("points"))
                 for name, one in robot.calibration.items() if isinstance(one, dict)
             ],
+            "channels": sorted((lease.state.get("values") or {}).items()) if lease else [],
             **self._offered(robot),
         }  # fmt: skip
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import msgspec
 
+from robots.contract.channels import Scalar, encode_values
 from robots.contract.session import RobotState
 
 STATE_HEAD = struct.Struct("<BBIqBB")
@@ -86,8 +87,10 @@ def _floats(*rows: tuple[float, ...]) -> bytes:
     return struct.pack(f"<{len(values)}f", *values)
 
 
-def state_packet(number: int, at_ms: int, state: RobotState, latched: bool) -> bytes:
-    """Return type 1, flags (1 moving, 2 stop latched), number, ms, joints and rows, then float32s and a word.
+def state_packet(number: int, at_ms: int, state: RobotState, latched: bool, channels: tuple[Scalar, ...] = ()) -> bytes:
+    """Return type 1, flags, number, ms, number of joints and of rows, then float32s, channels and a word.
+
+    Flags: 1 moving, 2 stop latched, 4 values of channels follow the rows (a byte of how many, float32s).
 
     The first row are the joints (rad, m); where the robot says them, two more follow: velocities
     (rad/s, m/s) and applied torques (N m, N). What is left is the controller's own word for what
@@ -96,9 +99,10 @@ def state_packet(number: int, at_ms: int, state: RobotState, latched: bool) -> b
     count = len(state.joints)
     more = len(state.velocities) == count and len(state.torques) == count
     rows = (state.joints, state.velocities, state.torques) if more else (state.joints,)
-    flags = state.moving | (latched << 1)
+    flags = state.moving | (latched << 1) | (bool(channels) << 2)
     head = STATE_HEAD.pack(1, flags, number & 0xFFFFFFFF, at_ms, count, len(rows))
-    return head + _floats(*rows) + state.mode.encode()
+    told = encode_values(channels, state.values) if channels else b""
+    return head + _floats(*rows) + told + state.mode.encode()
 
 
 def picture_packet(

@@ -6,6 +6,7 @@ from typing import Any
 
 from robots import bus
 from robots.clock import Clock
+from robots.contract.channels import finite
 from robots.contract.find import open_session
 from robots.contract.session import RobotState, Session
 from robots.messages import Changed
@@ -57,5 +58,5 @@ class OwnedRobot:
         """Keep the state where the staff's page reads it."""
         kept = {"joints": list(state.joints), "pose": list(state.pose), "moving": state.moving, "ready": state.ready}
         if state.values:
-            kept["values"] = dict(state.values)
+            kept["values"] = finite(state.values)
         Lease.objects.filter(robot=self.robot, epoch=self._lease.epoch).update(state=kept, state_at=self.now())

@@ -5,8 +5,6 @@ import time
 from django.db import Error, close_old_connections
 
 from robots import bus
-from robots.contract.capabilities import Need
-from robots.contract.find import spec_of
 from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault
 from robots.messages import state_packet
@@ -19,7 +17,7 @@ from workers.trace import WireTrace
 STATE_HZ = 4  # where the description says nothing
 TRACE_S = 0.25
 ASK_S = 0.5
-KEEP_S = 5.0
+KEEP_S = 5.0  # between two writings of the channels
 UNHEARD_S = 1.0  # between two states of an idle robot that nobody hears
 
 
@@ -32,7 +30,7 @@ class States:
         self._owned, self._connection, self._latch, self._trace, self._pace = owned, connection, latch, trace, pace
         self._heard = True
         self._number = 0
-        self._needs = bool(spec_of(owned.robot.driver).all_of(Need))
+        self._channels = owned.robot.spec().channels
         self._kept = 0.0
 
     def loop(self) -> None:
@@ -58,8 +56,8 @@ class States:
                 self._keep(state)
 
     def _keep(self, state: RobotState) -> None:
-        """Write the state down now and then, where the queue judges by it what the robot needs."""
-        if not self._needs or time.monotonic() - self._kept < KEEP_S:
+        """Keep the values of channels in the lease's row now and then: needs are judged by them, pages show them."""
+        if not self._channels or time.monotonic() - self._kept < KEEP_S:
             return
         self._kept = time.monotonic()
         try:
@@ -70,5 +68,5 @@ class States:
     def _publish(self, state: RobotState) -> None:
         self._number += 1
         at_ms = int((self._owned.clock.now().timestamp() - (time.monotonic() - state.at)) * 1000)
-        packet = state_packet(self._number, at_ms, state, self._latch.latched)
+        packet = state_packet(self._number, at_ms, state, self._latch.latched, self._channels)
         self._heard = bus.publish_state(self._owned.robot.slug, packet)

@@ -103,8 +103,9 @@ export class RobotPage {
 
   /** The newest value of that name: rad, m or the unit that the spec names; undefined where none was heard. */
   value(name: string): number | undefined {
-    const at = facts.names.indexOf(name);
-    return at < 0 ? undefined : this.state?.joints[at];
+    const joint = facts.names.indexOf(name), channel = facts.channels.findIndex((c) => c.name === name);
+    const value = joint < 0 ? this.state?.values[channel] : this.state?.joints[joint];
+    return Number.isNaN(value) ? undefined : value;
   }
 
   /** Why that kind of command will not work now; empty when it will. */

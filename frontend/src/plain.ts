@@ -22,7 +22,10 @@ class PlainConsole extends Basics {
 
   override state(packet: StatePacket): void {
     super.state(packet);
-    fill(byId("readings").querySelector("tbody")!, facts.names.map((name) => [name, (this.page.value(name) ?? 0).toFixed(3)]));
+    fill(byId("readings").querySelector("tbody")!, [...facts.names.map((name) => [name, ""]), ...facts.channels.map((c) => [c.name, ` ${c.unit}`])].map(([name, unit]) => {
+      const value = this.page.value(name!);
+      return [name!, value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
+    }));
   }
 
   override draw(f: Facts): void {

@@ -28,8 +28,10 @@ export interface Snapshot {
 }
 export interface ArgumentInfo { name: string; unit: string; low: number; high: number; required: boolean; text: boolean }
 export interface CommandSpec { kind: string; label: string; lane: "motion" | "config"; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
+/** A value beside the joints, as a battery's charge: its unit and its usual range. */
+export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 /** What the page is told of its robot, whatever robot it is. */
-export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; cameras: number }
+export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, way of the hand (m), time on the way (s). */
@@ -45,6 +47,8 @@ export interface StatePacket {
   moving: boolean; stopped: boolean; number: number; atMs: number;
   /** rad and m; velocities and torques are empty where the robot does not say them. */
   joints: number[]; velocities: number[]; torques: number[];
+  /** Of the channels that the spec declares, in their order; NaN where nothing is known. */
+  values: number[];
   /** The controller's own word for what it is doing. */
   mode: string;
 }
@@ -61,15 +65,18 @@ function floats(view: DataView, at: number, count: number): number[] {
 /** Decode a binary packet; null for one that is too short or of an unknown type. */
 export function decode(data: ArrayBuffer): StatePacket | PicturePacket | null {
   const view = new DataView(data);
-  const type = data.byteLength > STATE_HEAD ? view.getUint8(0) : 0;
+  const type = data.byteLength >= STATE_HEAD ? view.getUint8(0) : 0;
   if (type === 1) {
     const flags = view.getUint8(1), count = view.getUint8(14), rows = view.getUint8(15);
-    const end = STATE_HEAD + 4 * count * rows;
+    const rest = STATE_HEAD + 4 * count * rows;
+    const told = flags & 4 && data.byteLength > rest ? view.getUint8(rest) : 0;
+    const end = flags & 4 ? rest + 1 + 4 * told : rest;
     if (data.byteLength < end) return null;
     const row = (i: number): number[] => (i < rows ? floats(view, STATE_HEAD + 4 * count * i, count) : []);
     return {
       moving: (flags & 1) !== 0, stopped: (flags & 2) !== 0, number: view.getUint32(2, true),
       atMs: Number(view.getBigInt64(6, true)), joints: row(0), velocities: row(1), torques: row(2),
+      values: floats(view, rest + 1, told),
       mode: words.decode(data.slice(end)),
     };
   }

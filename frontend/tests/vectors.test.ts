@@ -4,6 +4,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
+import { decode, type StatePacket } from "../src/protocol.ts";
 import { FINAL, STAGES } from "../src/words.ts";
 
 const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
@@ -55,4 +56,21 @@ test("every state of a command has words, and the same ones are final", () => {
   const known = read("command_states") as { states: string[]; final: string[] };
   assert.deepEqual([...FINAL].sort(), known.final);
   for (const state of known.states) assert.ok(STAGES[state], state);
+});
+
+interface Packet {
+  what: string; hex: string; number: number; at_ms: number; moving: boolean; stopped: boolean; mode: string;
+  joints: number[]; velocities: number[]; torques: number[]; channels: string[]; values: (number | null)[];
+}
+
+test("a state packet is read as Python packs it, and one that is cut off is none", () => {
+  for (const one of read("state_packets") as Packet[]) {
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex"));
+    const found = decode(bytes.buffer) as StatePacket;
+    assert.deepEqual([found.number, found.atMs, found.moving, found.stopped, found.mode], [one.number, one.at_ms, one.moving, one.stopped, one.mode], one.what);
+    assert.deepEqual([found.joints, found.velocities, found.torques], [one.joints, one.velocities, one.torques], one.what);
+    assert.deepEqual(found.values.map((v) => (Number.isNaN(v) ? null : v)), one.values, one.what);
+    const whole = bytes.length - Buffer.from(one.mode).length;
+    if (one.values.length) assert.equal(decode(bytes.slice(0, whole - 1).buffer), null, `${one.what}, cut off`);
+  }
 });

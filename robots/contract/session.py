@@ -23,11 +23,11 @@ OnStage = Callable[[str | Progress], None]
 
 @dataclass(frozen=True)
 class RobotState:
-    """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad.
+    """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad, empty where there is none.
 
     A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
     and its controller's own word for what it is doing.
-    `values` are scalars by name. `at` is on the clock of `time.monotonic` (s).
+    `values` are those of the channels that the spec declares, by name. `at` is on the clock of `time.monotonic` (s).
     """
 
     at: float

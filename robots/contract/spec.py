@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
+from robots.contract.channels import Scalar
+
 Lane = Literal["motion", "config"]
 TURN, ANYONE, STAFF = "turn", "anyone", "staff"
 C = TypeVar("C")
@@ -53,12 +55,17 @@ class CommandKind:
 
 @dataclass(frozen=True)
 class Spec:
-    """What the robot can do. `handover` names the commands that put it in order between two turns."""
+    """What the robot can do and what it tells.
+
+    `handover` names the commands that put it in order between two turns, `channels` the values that it
+    tells beside its joints.
+    """
 
     name: str
     commands: tuple[CommandKind, ...]
     joints: tuple[str, ...] = ()
     handover: tuple[str, ...] = ()
+    channels: tuple[Scalar, ...] = ()
     capabilities: tuple[Any, ...] = ()
 
     def command(self, kind: str) -> CommandKind | None:

@@ -118,7 +118,7 @@ class LeRobotDriver(Session):
             seen = self._observe()
         joints = tuple(v * f.scale for v, f in zip(seen, self._listed, strict=True))
         moving = before is not None and time.monotonic() - before.at < 1.0 and not self._alike(before.joints, joints)
-        return self.keep(RobotState(time.monotonic(), joints, (0.0, 0.0, 0.0, 0.0), moving, True))
+        return self.keep(RobotState(time.monotonic(), joints, (), moving, True))
 
     def _observe(self) -> tuple[float, ...]:
         seen = self._ask(lambda robot: robot.get_observation(), TRIES)

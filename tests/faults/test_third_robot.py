@@ -45,7 +45,9 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
         command = services.issue(robot.slug, people["ada"], "turn", {"angle": 1.0}, 1).command
         wait_for(lambda: ended(command), 20, "the turn")
         assert (command.state, command.result["verdict"]) == ("completed", "no camera")
-        assert Lease.objects.get(robot=robot).state["joints"] == pytest.approx([1.0], abs=1e-6)
+        kept = Lease.objects.get(robot=robot).state
+        assert kept["joints"] == pytest.approx([1.0], abs=1e-6)
+        assert (kept["pose"], kept["values"]) == ([], {"warmth": pytest.approx(21.0, abs=1e-6)}), "and nothing invented"
         far = services.issue(robot.slug, people["ada"], "turn", {"angle": -3.0}, 2).command
         wait_for(lambda: Command.objects.get(pk=far.pk).state == "acknowledged", 10, "it turns")
         time.sleep(0.3)

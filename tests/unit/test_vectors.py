@@ -5,12 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from robots.contract.channels import Scalar
+from robots.contract.session import RobotState
 from robots.description import load
 from robots.drivers.errors import OutOfWorkspace
 from robots.drivers.mercury import calibration
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.scara import scara
 from robots.drivers.pa10.protocol import Malformed, program
+from robots.messages import state_packet
 from robots.states import COMMAND_FINAL, CommandState
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
@@ -20,6 +23,7 @@ def read(name):
     return json.loads((VECTORS / f"{name}.json").read_text())
 
 
+PACKETS = read("state_packets")
 PLANE, PROGRAMS = read("mercury_plane"), read("pa10_programs")
 ARM, DESCRIPTION = scara(PLANE), load("mercury")
 
@@ -63,3 +67,15 @@ def test_programs_as_text(one):
 def test_states_of_commands():
     known = read("command_states")
     assert known == {"states": [state.value for state in CommandState], "final": sorted(COMMAND_FINAL)}
+
+
+@pytest.mark.parametrize("one", PACKETS, ids=lambda one: one["what"])
+def test_a_state_is_packed_as_the_browser_reads_it(one):
+    told = {name: float(value) for name, value in one["told"].items()}
+    state = RobotState(
+        0.0, tuple(one["joints"]), (), one["moving"], True, "", tuple(one["velocities"]), tuple(one["torques"]),
+        one["mode"], told,
+    )  # fmt: skip
+    channels = tuple(Scalar(name, "", 0.0, 1.0) for name in one["channels"])
+    packet = state_packet(one["number"], one["at_ms"], state, one["stopped"], channels)
+    assert packet.hex() == one["hex"]

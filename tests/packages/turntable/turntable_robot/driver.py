@@ -31,7 +31,7 @@ class Driver(Session):
         except (OSError, ValueError) as error:
             raise LineGone(f"The turntable does not answer: {error}.") from error
         angle = said["angle"]
-        self.keep(RobotState(time.monotonic(), (angle,), (0.0, 0.0, 0.0, angle), said["moving"], True))
+        self.keep(RobotState(time.monotonic(), (angle,), (), said["moving"], True, values={"warmth": said["warmth"]}))
         return said
 
     def state(self):

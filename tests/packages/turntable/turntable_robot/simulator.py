@@ -36,7 +36,12 @@ class Table:
                 self.held = self.held or abs(here - self.goal) > 1e-6
                 self.start = self.goal = here
             here = self.angle()
-            return {"angle": here, "moving": abs(here - self.goal) > 1e-6, "held": self.held}
+            return {
+                "angle": here,
+                "moving": abs(here - self.goal) > 1e-6,
+                "held": self.held,
+                "warmth": 20.0 + min(abs(here), 9.0),
+            }
 
 
 def main():

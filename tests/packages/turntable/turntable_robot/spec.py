@@ -1,4 +1,5 @@
 from robots.contract.capabilities import Idle
+from robots.contract.channels import Scalar
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
 
 EVERYBODY = frozenset({TURN, ANYONE})
@@ -10,6 +11,7 @@ def spec():
         name="Turntable",
         joints=("table",),
         handover=("home",),
+        channels=(Scalar("warmth", "°C", 0.0, 90.0),),
         commands=(
             CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),), progress=True),
             CommandKind("home", "Home"),

@@ -1,10 +1,12 @@
 """What a robot says of itself: pure data, readable without its driver, a wire or Django."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
-from robots.contract.channels import Scalar
+from robots.contract.capabilities import Idle, Need, Programs
+from robots.contract.channels import MOST, Scalar
 
 Lane = Literal["motion", "config"]
 TURN, ANYONE, STAFF = "turn", "anyone", "staff"
@@ -58,7 +60,7 @@ class Spec:
     """What the robot can do and what it tells.
 
     `handover` names the commands that put it in order between two turns, `channels` the values that it
-    tells beside its joints.
+    tells beside its joints. Raises ValueError where one part of it contradicts another.
     """
 
     name: str
@@ -67,6 +69,12 @@ class Spec:
     handover: tuple[str, ...] = ()
     channels: tuple[Scalar, ...] = ()
     capabilities: tuple[Any, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse at once what would otherwise fail when somebody uses it. Raises ValueError."""
+        wrong = next(_contradictions(self), "")
+        if wrong:
+            raise ValueError(f"The spec of {self.name!r} {wrong}.")
 
     def command(self, kind: str) -> CommandKind | None:
         """Return the command of that kind, or None."""
@@ -79,3 +87,44 @@ class Spec:
     def all_of(self, kind: type[C]) -> tuple[C, ...]:
         """Return every capability of that kind, in the order of the declaration."""
         return tuple(c for c in self.capabilities if isinstance(c, kind))
+
+
+def _contradictions(spec: Spec) -> Iterator[str]:
+    """Yield what is wrong with a spec, each as the end of a sentence that begins with the spec's name."""
+    for what, names in (
+        ("command", [c.kind for c in spec.commands]),
+        ("joint or channel", [*spec.joints, *(c.name for c in spec.channels)]),
+    ):
+        yield from (f"names the {what} {name!r} twice" for name in _twice(names))
+    for command in spec.commands:
+        yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command))
+    if len(spec.channels) > MOST:
+        yield f"has {len(spec.channels)} channels; at most {MOST} are possible"
+    for kind in spec.handover:
+        found = spec.command(kind)
+        if found is None:
+            yield f"has no command {kind!r}, which its handover names"
+        elif found.lane != "motion":
+            yield f"names {kind!r} of the lane {found.lane!r} in its handover; only motions belong there"
+    for one in spec.capabilities:
+        if isinstance(one, Idle | Need | Programs) and spec.command(one.kind) is None:
+            yield f"has no command {one.kind!r}, which its {type(one).__name__} names"
+        if isinstance(one, Need) and one.channel not in {c.name for c in spec.channels}:
+            yield f"has no channel {one.channel!r}, which its Need names"
+        if isinstance(one, Need) and not one.below <= one.until:
+            yield f"has a Need that begins below {one.below:g} and ends at {one.until:g}, which is less"
+
+
+def _wrong_in(command: CommandKind) -> Iterator[str]:
+    names = [a.name for a in command.arguments]
+    yield from (f"names the argument {name!r} twice" for name in _twice(names))
+    yield from (f"gives the argument {a.name!r} no range" for a in command.arguments if not a.low <= a.high)
+    yield from (
+        f"has a default for {name!r}, which is no argument," for name in command.default or {} if name not in names
+    )
+    if not command.limit_s > 0:
+        yield "has no time limit"
+
+
+def _twice(names: list[str]) -> list[str]:
+    return [name for name, times in Counter(names).items() if times > 1]

@@ -1,0 +1,71 @@
+"""A spec that contradicts itself is refused when it is made, with a sentence that names what is wrong."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robots.contract.capabilities import Idle, Need, Programs
+from robots.contract.channels import MOST, Scalar
+from robots.contract.find import spec_of
+from robots.contract.spec import Argument, CommandKind, Spec
+
+GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
+PACE = CommandKind("pace", "Pace", (Argument("pace", "m/s", 0.0, 1.0),), lane="config", default={"pace": 0.5})
+CHARGE = Scalar("charge", "%", 0.0, 100.0)
+SOUND = Spec("Cart", (GO, PACE), ("wheel",), ("go",), (CHARGE,), (Idle("go"), Need("go", "charge", 20.0, 90.0)))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"commands": (GO, GO)}, "names the command 'go' twice"),
+        ({"joints": ("wheel", "wheel")}, "'wheel' twice"),
+        ({"joints": ("charge",)}, "names the joint or channel 'charge' twice"),
+        ({"channels": (CHARGE, CHARGE)}, "'charge' twice"),
+        ({"handover": ("home",)}, "no command 'home', which its handover names"),
+        ({"handover": ("pace",)}, "of the lane 'config' in its handover"),
+        ({"capabilities": (Idle("roam"),)}, "no command 'roam', which its Idle names"),
+        ({"capabilities": (Programs("run", "text"),)}, "no command 'run', which its Programs names"),
+        ({"capabilities": (Need("dock", "charge", 20.0, 90.0),)}, "no command 'dock', which its Need names"),
+        ({"capabilities": (Need("go", "battery", 20.0, 90.0),)}, "no channel 'battery', which its Need names"),
+        ({"capabilities": (Need("go", "charge", 90.0, 20.0),)}, "begins below 90 and ends at 20"),
+        ({"capabilities": (Need("go", "charge", float("nan"), 20.0),)}, "begins below nan"),
+        ({"commands": (replace(GO, arguments=GO.arguments * 2), PACE)}, "names the argument 'x' twice in its command"),
+        ({"commands": (replace(GO, arguments=(Argument("x", "m", 1.0, 0.0),)), PACE)}, "gives the argument 'x' no range"),
+        ({"commands": (GO, replace(PACE, default={"speed": 1.0}))}, "a default for 'speed', which is no argument"),
+        ({"commands": (replace(GO, limit_s=0.0), PACE)}, "has no time limit in its command 'go'"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_refused_in_one_sentence(change, said):
+    with pytest.raises(ValueError, match="The spec of 'Cart'") as refused:
+        replace(SOUND, **change)
+    assert said in str(refused.value)
+    assert str(refused.value).endswith(".")
+
+
+@given(st.integers(0, 2 * MOST))
+def test_as_many_channels_as_a_byte_counts(count):
+    channels = tuple(Scalar(f"c{i}", "", 0.0, 1.0) for i in range(count))
+    if count <= MOST:
+        assert Spec("Many", (), channels=channels).channels == channels
+    else:
+        with pytest.raises(ValueError, match=f"has {count} channels"):
+            Spec("Many", (), channels=channels)
+
+
+@given(st.lists(st.sampled_from("abcdef")), st.lists(st.sampled_from("abcdef"), max_size=3))
+def test_a_spec_is_refused_exactly_where_a_name_stands_twice_or_is_missing(kinds, handover):
+    sound = len(set(kinds)) == len(kinds) and set(handover) <= set(kinds)
+    commands = tuple(CommandKind(kind, kind) for kind in kinds)
+    if sound:
+        assert Spec("Any", commands, handover=tuple(handover)).handover == tuple(handover)
+    else:
+        with pytest.raises(ValueError, match="The spec of 'Any'"):
+            Spec("Any", commands, handover=tuple(handover))
+
+
+@pytest.mark.parametrize("name", ["mercury", "pa10"])
+def test_the_standing_robots_are_sound(name):
+    assert spec_of(name).commands

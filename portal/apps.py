@@ -14,7 +14,7 @@ class PortalConfig(AppConfig):
     verbose_name = "Portal"
 
     def ready(self) -> None:
-        """Begin to write the security log, and to ring where sockets hang on what changed."""
+        """Connect the signals of the security log, and those that wake the check of open sockets."""
         from portal.live import changes  # noqa: PLC0415 - models are there only now
 
         checks.register(mail_leaves)

@@ -1,7 +1,7 @@
-"""The only place that names a Redis key, a channel or a Celery queue.
+"""All names of Redis keys, channels and Celery queues, and all messages sent over them.
 
-Redis is a doorbell: everything here may fail without anything being lost. Failures are
-counted and answered with False, never raised to a person.
+The database is the truth; a message only makes a reader look sooner, so nothing is lost when one fails.
+Failures are counted and answered with False; they are not raised.
 """
 
 import logging
@@ -18,7 +18,7 @@ from robots.messages import Event, StandingChanged, encode
 
 log = logging.getLogger(__name__)
 failures: Counter[str] = Counter()
-RING_TASK = "robots.look"
+WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
@@ -50,18 +50,18 @@ def state_channel(slug: str) -> str:
 
 
 def trace_channel(slug: str) -> str:
-    """Return the channel of a robot's wire trace, for keepers."""
+    """Return the channel of a robot's wire trace, for staff."""
     return f"farhand:{slug}:trace"
 
 
 def stop_channel(slug: str) -> str:
-    """Return the channel that stops a robot, round every queue."""
+    """Return the channel that stops a robot; it passes no queue."""
     return f"farhand:{slug}:stop"
 
 
-def bell_channel(slug: str) -> str:
-    """Return the quick bell's channel: lost where nobody listens, unlike the queue's."""
-    return f"farhand:{slug}:bell"
+def wake_channel(slug: str) -> str:
+    """Return the channel that wakes the owner; a message is lost if nobody listens."""
+    return f"farhand:{slug}:wake"
 
 
 def held_channel(slug: str) -> str:
@@ -70,22 +70,22 @@ def held_channel(slug: str) -> str:
 
 
 def people_channel() -> str:
-    """Return the channel that says whose standing changed."""
+    """Return the channel that says whose places in queues changed."""
     return "farhand:people"
 
 
 def sessions_channel() -> str:
-    """Return the channel on which a person's id means: look whether they may still be here, and say so if they are."""
+    """Return the channel that carries the ids of people whose session, account or clearance may have changed."""
     return "farhand:sessions"
 
 
-def ring_session(person: int) -> bool:
+def send_session_changed(person: int) -> bool:
     """Tell every web process that something about a person's session, account or clearance changed."""
     return _publish(sessions_channel(), b"%d" % person)
 
 
 def watch_key(slug: str, what: str) -> str:
-    """Return the key that says somebody looks."""
+    """Return the key that exists while somebody watches."""
     return f"farhand:{slug}:watch:{what}"
 
 
@@ -106,7 +106,7 @@ def listener() -> redis.Redis:
 
 
 def _send(channel: str, data: bytes) -> int:
-    """Return how many listened; -1 where Redis is away."""
+    """Return the number of listeners; -1 if Redis is away."""
     try:
         return int(connection().publish(channel, data))
     except (redis.RedisError, OSError):
@@ -119,22 +119,22 @@ def _publish(channel: str, data: bytes) -> bool:
 
 
 def publish(slug: str, event: Event) -> bool:
-    """Tell everybody who watches the robot."""
+    """Send an event to everybody who watches the robot. Return False if Redis did not answer."""
     return _publish(events_channel(slug), encode(event))
 
 
 def publish_on_commit(slug: str, event: Event) -> None:
-    """Tell everybody once the transaction is through."""
+    """Send an event after the transaction has committed."""
     transaction.on_commit(lambda: publish(slug, event), robust=True)
 
 
 def tell_people_on_commit(event: StandingChanged) -> None:
-    """Tell the sockets of people, once the transaction is through, that they stand elsewhere."""
+    """Tell people's sockets, after the transaction has committed, that their places changed."""
     transaction.on_commit(lambda: _publish(people_channel(), encode(event)), robust=True)
 
 
 def publish_state(slug: str, packet: bytes) -> bool:
-    """Send a state packet; tell whether somebody listens."""
+    """Send a state packet. Return whether somebody listens."""
     return _send(state_channel(slug), packet) > 0
 
 
@@ -148,45 +148,46 @@ def publish_trace(slug: str, event: Event) -> bool:
     return _publish(trace_channel(slug), encode(event))
 
 
-def ring(slug: str, epoch: int) -> bool:
-    """Ring the owner's quick bell; the queue's, which waits for a busy one, where nobody heard.
+def wake_owner(slug: str, epoch: int) -> bool:
+    """Tell the owner that command rows may wait. Return False if Redis did not answer.
 
-    Both mean "look"; hearing both, or one of them twice, changes nothing.
+    The message goes over pub/sub; if nobody listens there, it goes over the Celery queue, where it waits.
+    A wake-up carries nothing, so one that arrives twice changes nothing.
     """
     try:
-        if connection().publish(bell_channel(slug), b"look"):
+        if connection().publish(wake_channel(slug), b"wake"):
             return True
-        current_app.send_task(RING_TASK, queue=queue_name(slug, epoch), ignore_result=True, retry=False)
-    except Exception:  # noqa: BLE001 - kombu raises a zoo; a lost ring costs 100 ms, no more
-        failures["ring"] += 1
+        current_app.send_task(WAKE_TASK, queue=queue_name(slug, epoch), ignore_result=True, retry=False)
+    except Exception:  # noqa: BLE001 - kombu raises many kinds; a lost wake-up costs 100 ms
+        failures["wake"] += 1
         return False
     return True
 
 
-def ring_stop(slug: str, grant: int = 0) -> bool:
-    """Tell the owner to stop, on a channel of its own; an operator's stop names the grant it is pressed under."""
+def send_stop(slug: str, grant: int = 0) -> bool:
+    """Tell the owner to stop. An operator's stop names the grant under which it was pressed."""
     return _publish(stop_channel(slug), b"stop %d" % grant if grant else b"stop")
 
 
-def heard_stop(data: bytes) -> int:
-    """Return the grant that a stop names; 0 where it names none, or none that can be read: it always stops."""
+def grant_of_stop(data: bytes) -> int:
+    """Return the grant that a stop names; 0 if it names none or cannot be read. Such a stop always counts."""
     _, _, grant = data.partition(b" ")
     return int(grant) if re.fullmatch(rb"[0-9]{1,18}", grant) else 0
 
 
-def keep(slug: str, user: int, seq: int, held: bool) -> bool:
-    """Say that the operator's controls are still held, or were let go."""
+def send_keep_alive(slug: str, user: int, seq: int, held: bool) -> bool:
+    """Tell the owner that the operator's controls are still held, or were released."""
     return _publish(held_channel(slug), b"%d %d %d" % (user, seq, held))
 
 
-def heard_keep(data: bytes) -> tuple[int, int, bool]:
+def read_keep_alive(data: bytes) -> tuple[int, int, bool]:
     """Return (user, sequence number, held) of a keep-alive. Raises ValueError."""
     user, seq, held = (int(part) for part in data.split())
     return user, seq, bool(held)
 
 
 def watch(slug: str, what: str = "frames") -> bool:
-    """Say that somebody looks; holds for a few seconds."""
+    """Note that somebody watches, for the next `WATCH_S` seconds. Return False if Redis did not answer."""
     try:
         connection().set(watch_key(slug, what), 1, ex=WATCH_S)
     except (redis.RedisError, OSError):
@@ -196,17 +197,17 @@ def watch(slug: str, what: str = "frames") -> bool:
 
 
 def watched(slug: str, what: str = "frames") -> bool:
-    """Tell whether somebody looks. Raises redis.RedisError."""
+    """Return whether somebody watches. Raises redis.RedisError."""
     return bool(connection().exists(watch_key(slug, what)))
 
 
 def web_key() -> str:
-    """Return the key that says that a web process lives which would tell who looks."""
+    """Return the key that exists while a web process runs; without one nobody notes who watches."""
     return "farhand:web"
 
 
 def perhaps_watched(slug: str) -> bool:
-    """Tell whether somebody looks, or cannot be heard to: with Redis or every web process silent, nobody is known."""
+    """Return whether somebody watches; True also while Redis or all web processes are away, for then nobody knows."""
     try:
         looked = connection().exists(*(watch_key(slug, what) for what in ("frames", "state")))
         return bool(looked) or not connection().exists(web_key())
@@ -215,18 +216,18 @@ def perhaps_watched(slug: str) -> bool:
 
 
 def alive() -> bool:
-    """Tell whether Redis answers."""
+    """Return whether Redis answers."""
     try:
         return bool(connection().ping())
     except (redis.RedisError, OSError):
         return False
 
 
-def ring_probes() -> bool:
-    """Tell the housekeeping worker that a test of a robot was asked for; it finds out which."""
+def wake_probes() -> bool:
+    """Wake the housekeeping worker: a test of a robot waits in the database. Return False if that failed."""
     try:
         current_app.send_task(PROBE_TASK, queue=PROBES, ignore_result=True, retry=False)
-    except Exception:  # noqa: BLE001 - see ring
+    except Exception:  # noqa: BLE001 - see wake_owner
         failures["housekeeping"] += 1
         return False
     return True

@@ -54,8 +54,8 @@ def compute(job: Job) -> dict[str, Any]:
         return {"ok": False, "text": str(error)}
     return {
         "ok": True, "text": "", "joints": found.joints, "seconds": round(found.seconds, 2),
-        "hand": [[round(v, 4) for v in place] for place in found.hand],
-        "ways": [[round(v, 4) for v in q] for q in found.ways], "steps": found.steps,
+        "tool": [[round(v, 4) for v in place] for place in found.tool],
+        "path": [[round(v, 4) for v in q] for q in found.path], "steps": found.steps,
     }  # fmt: skip
 
 

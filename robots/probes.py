@@ -1,6 +1,6 @@
 """Tests of robots that no worker owns: asked for by staff, carried out one after another.
 
-A row that says so is the truth, the message behind it only a bell: a lost one is made up for by the
+A row that says so is the truth, the message behind it only a wake-up: a lost one is made up for by the
 next press or the next start of the housekeeping worker, a doubled one finds nothing to do.
 """
 
@@ -31,7 +31,7 @@ def ask(robot: Robot, user: Any, now: datetime) -> None:
     need_staff(user)
     free = Q(probe_asked_at=None) | Q(probe_begun_at__lte=now - timedelta(seconds=LIMIT_S))
     new = Robot.objects.filter(free, pk=robot.pk).update(probe_asked_at=now, probe_begun_at=None)
-    if not bus.ring_probes():
+    if not bus.wake_probes():
         Robot.objects.filter(pk=robot.pk, probe_begun_at=None).update(probe_asked_at=None)
         raise RobotOffline("The test needs the live link (Redis), which is down.")
     if not new:

@@ -9,11 +9,11 @@ from workers import bootstep
 from workers.housekeeping.clean import old_frames
 
 
-@shared_task(name="robots.look", ignore_result=True, max_retries=0)
-def look() -> None:
+@shared_task(name="robots.wake", ignore_result=True, max_retries=0)
+def wake() -> None:
     """Answer the wake-up: the owner looks at its command rows."""
     if bootstep.owner is not None:
-        bootstep.owner.look()
+        bootstep.owner.wake()
 
 
 @shared_task(name=bus.PROBE_TASK, ignore_result=True, max_retries=0)

@@ -142,7 +142,7 @@ class Owner:
             self.lease.give_back()
             return
         owned.running = False
-        self.look()
+        self.wake()
         with contextlib.suppress(RobotError):
             state = owned.driver.latest()
             busy = any(lane.current is not None for lane in self.lanes)
@@ -154,7 +154,7 @@ class Owner:
         owned.driver.close()
         self.lease.give_back()
 
-    def look(self) -> None:
-        """Answer the wake-up: command rows may wait."""
+    def wake(self) -> None:
+        """Wake all lanes: command rows may wait."""
         for lane in self.lanes:
-            lane.look()
+            lane.wake()

@@ -34,8 +34,8 @@ export interface ChannelInfo { name: string; unit: string; low: number; high: nu
 export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
-/** Where a target would lead: joints (rad, m) at its end, way of the hand (m), time on the way (s). */
-export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; hand?: number[][]; ways?: number[][]; steps?: number[]; seconds?: number }
+/** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
+export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number }
 export type Message =
   | Snapshot | Answer | TraceLine | PlanAnswer
   | ({ t: "command" } & CommandInfo)

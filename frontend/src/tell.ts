@@ -75,7 +75,7 @@ export class Teller {
 
   private offer(place: Standing, key: string, left: number): void {
     say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
-    if (kept.get("told") === key) return; // another page of this browser has rung
+    if (kept.get("told") === key) return; // another page of this browser told it
     if (this.chime()) kept.set("told", key);
     if (navigator.userActivation?.hasBeenActive && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
     if (document.hidden || !document.hasFocus()) this.notify(place, key);

@@ -29,15 +29,18 @@ class Answer:
         return {"ok": self.ok, "text": self.text, "code": self.code, **self.extra}
 
 
-def act(scope: dict[str, Any], slug: str, message: RobotMessage, rung: bool = False) -> Answer:
-    """Carry out one message; of a stop, `rung` says that the bus knows. Person, session and turn are checked anew."""
+def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = False) -> Answer:
+    """Carry out one message, with person, session and turn checked anew.
+
+    `sent`: the stop went over the bus already.
+    """
     user = current_user(scope)
     if not user.is_authenticated:
         return Answer(False, "Sign in first.", "signed_out")
     try:
         if isinstance(message, Command):
             return _command(slug, user, message)
-        return _act(Robot.objects.only("slug").get(slug=slug), user, message, rung)
+        return _act(Robot.objects.only("slug").get(slug=slug), user, message, sent)
     except (RobotError, QueueError) as error:
         return Answer(False, str(error), error.code, changed=True)
 
@@ -48,11 +51,11 @@ def _command(slug: str, user: Any, message: Command) -> Answer:
     return Answer(extra={"id": row.pk, "state": row.state, "grant": row.grant_id})
 
 
-def _act(robot: Robot, user: Any, message: RobotMessage, rung: bool) -> Answer:
+def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool) -> Answer:
     now = SYSTEM.now()
     match message:
         case Stop():
-            services.stop(robot, user, now, rung=rung)
+            services.stop(robot, user, now, sent=sent)
             return Answer(text="Stop was sent.")
         case Release():
             services.release_stop(robot, user, message.checked)

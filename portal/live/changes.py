@@ -1,4 +1,4 @@
-"""Django's signals as a doorbell: something changed that sockets hang on; the rows say what."""
+"""Wakes the check of open sockets when a session, an account or a clearance changed."""
 
 from typing import Any
 
@@ -13,27 +13,27 @@ from robots import bus
 
 def listen() -> None:
     """Follow sessions, people and clearances."""
-    post_delete.connect(_session_gone, Session, dispatch_uid="bell: session")
-    post_save.connect(_person, User, dispatch_uid="bell: person")
-    post_delete.connect(_person, User, dispatch_uid="bell: person gone")
-    post_save.connect(_clearance, Clearance, dispatch_uid="bell: clearance")
-    post_delete.connect(_clearance, Clearance, dispatch_uid="bell: clearance gone")
+    post_delete.connect(_session_gone, Session, dispatch_uid="sockets: session")
+    post_save.connect(_person, User, dispatch_uid="sockets: person")
+    post_delete.connect(_person, User, dispatch_uid="sockets: person gone")
+    post_save.connect(_clearance, Clearance, dispatch_uid="sockets: clearance")
+    post_delete.connect(_clearance, Clearance, dispatch_uid="sockets: clearance gone")
 
 
-def _ring(person: int) -> None:
-    transaction.on_commit(lambda: bus.ring_session(person), robust=True)
+def _announce(person: int) -> None:
+    transaction.on_commit(lambda: bus.send_session_changed(person), robust=True)
 
 
 def _session_gone(instance: Session, **_: Any) -> None:
     person = instance.get_decoded().get(SESSION_KEY)
     if person:
-        _ring(int(person))
+        _announce(int(person))
 
 
 def _person(instance: User, update_fields: Any = None, **_: Any) -> None:
     if update_fields is None or set(update_fields) & {"is_active", "password"}:
-        _ring(instance.pk)
+        _announce(instance.pk)
 
 
 def _clearance(instance: Clearance, **_: Any) -> None:
-    _ring(instance.user_id)
+    _announce(instance.user_id)

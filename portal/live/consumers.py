@@ -14,7 +14,7 @@ from django.db import Error
 
 from portal.live.actions import Answer, act
 from portal.live.hub import Viewer, hub
-from portal.live.messages import ROBOT, Command, Keep, LetGo, NotUnderstood, Ping, Plan, RobotMessage, Stop, Watch
+from portal.live.messages import ROBOT, Command, Keep, NotUnderstood, Ping, Plan, Released, RobotMessage, Stop, Watch
 from portal.live.people import current_user
 from portal.live.previews import Question, previewer
 from portal.live.threads import URGENT
@@ -93,7 +93,7 @@ class RobotConsumer(Viewing):
 
     async def take(self, message: RobotMessage) -> None:
         """Do at once what may not wait; queue the rest."""
-        rung = False
+        sent = False
         match message:
             case Ping():
                 at_ms = int(SYSTEM.now().timestamp() * 1000)
@@ -101,7 +101,7 @@ class RobotConsumer(Viewing):
                 if not self.me:
                     return
             case Stop() if self.may_stop:
-                rung = await URGENT.run(bus.ring_stop, self.slug, self.grant)
+                sent = await URGENT.run(bus.send_stop, self.slug, self.grant)
             case Plan():
                 previewer().ask(self.me, Question(self, self.scope, self.slug, message))
                 return
@@ -109,14 +109,14 @@ class RobotConsumer(Viewing):
                 if self.viewer is not None:
                     hub().choose(self.viewer, frozenset(message.cameras))
                 return
-            case Keep() | LetGo():
+            case Keep() | Released():
                 if message.seq == self._jog:
                     await self._keep(message.seq, held=isinstance(message, Keep))
                 return
             case Command() if self.operating and (self._held is None or message.kind in self._held):
                 self._jog = message.seq
         try:
-            self._asked.put_nowait((message, rung))
+            self._asked.put_nowait((message, sent))
         except asyncio.QueueFull:
             if not isinstance(message, Ping):
                 await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
@@ -126,20 +126,20 @@ class RobotConsumer(Viewing):
         await self._tell(error.to, error.seq, Answer(False, str(error), "bad_request"))
 
     async def _keep(self, seq: int, held: bool) -> None:
-        await URGENT.run(bus.keep, self.slug, self.me, seq, held)
+        await URGENT.run(bus.send_keep_alive, self.slug, self.me, seq, held)
         if not held:
             self._jog = 0
 
     async def _serve(self, viewer: Viewer) -> None:
         """Carry out what was asked, in order."""
         while True:
-            message, rung = await self._asked.get()
+            message, sent = await self._asked.get()
             if isinstance(message, Ping):
                 with contextlib.suppress(Exception):  # presence is told again with the next ping
                     await self.orm(self._mark_seen)
                 continue
             try:
-                answer = await self.orm(act, self.scope, self.slug, message, rung)
+                answer = await self.orm(act, self.scope, self.slug, message, sent)
             except Error as error:
                 answer = Answer(False, down_text(error), "store_down")
             except Exception:

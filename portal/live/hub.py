@@ -154,7 +154,7 @@ class Hub:
     def _route(self, channel: str, data: bytes) -> None:
         if channel == bus.sessions_channel():
             if data.isdigit():
-                doorman().ring(int(data))
+                doorman().check_soon(int(data))
             return
         _, slug, what = channel.split(":", 2)
         room = self._rooms.get(slug)

@@ -69,8 +69,8 @@ class Keep(Message, frozen=True, tag="keep"):
     seq: Sequence
 
 
-class LetGo(Message, frozen=True, tag="let_go"):
-    """The controls of the held motion `seq` were let go."""
+class Released(Message, frozen=True, tag="let_go"):
+    """The controls of the held motion `seq` were released."""
 
     seq: Sequence
 
@@ -113,7 +113,7 @@ class Do(Message, frozen=True, tag="do"):
 
 
 PersonMessage = Here | Look | Do
-RobotMessage = Command | Stop | Release | Join | Leave | Accept | Ping | Keep | LetGo | Trace | Watch | Plan
+RobotMessage = Command | Stop | Release | Join | Leave | Accept | Ping | Keep | Released | Trace | Watch | Plan
 M = TypeVar("M")
 
 

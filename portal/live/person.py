@@ -1,8 +1,8 @@
-"""The person's socket, one a page: where they stand, on whatever page they are; and their presence there.
+"""The person's socket, one for each open page: it sends the person's places in queues and notes their presence.
 
-The server asks and the page answers (`here`), because a page in the background is let run its
-own timers once a minute at most, but is given what arrives at once. For the same reason it is
-told again at the moments that it announces to its reader: 60, 20 and 10 s before an end.
+The server asks and the page answers (`here`), because browsers run the timers of a page in the
+background at most once a minute, but deliver messages at once. For the same reason the places are
+sent again when the page has to announce something: 60, 20 and 10 s before an end.
 """
 
 import asyncio
@@ -14,12 +14,12 @@ from typing import Any
 
 from django.db import Error
 
-from portal.live.bells import Bell, bells
 from portal.live.line import Line
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
 from portal.live.people import current_user
 from portal.live.sessions import badge_of
 from portal.live.standing import act, places
+from portal.live.subscriptions import Subscriber, subscriptions
 from portal.live.threads import ANYBODY, KNOWN
 from portal.stores import down_text
 from queueing.places import standings
@@ -27,9 +27,9 @@ from queueing.presence import present
 from robots.clock import SYSTEM
 
 PULSE_S = 20.0
-UNLINKED_S = 2.0  # between two looks at the database while nobody rings
-SEEN_S = 10.0  # between two marks of presence
-LEAST_S = 0.2  # between two looks, however often it is rung
+UNLINKED_S = 2.0  # between two queries while Redis is away
+SEEN_S = 10.0  # between two notes of presence
+LEAST_S = 0.2  # between two queries, however often something changed
 MOMENTS_S = (60, 20, 10, 0)
 SIGNED_OUT = 4401
 
@@ -41,11 +41,11 @@ class PersonConsumer(Line):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._bell: Bell | None = None
+        self._subscriber: Subscriber | None = None
         self._me, self._stands, self._waits, self._seen = 0, False, False, 0.0
 
     async def opened(self) -> None:
-        """Find out who it is; strangers have no such socket."""
+        """Find out who it is; the socket closes if nobody is signed in."""
         try:
             user = await ANYBODY.orm(current_user)(self.scope)
         except Error:
@@ -56,22 +56,22 @@ class PersonConsumer(Line):
             return
         self._me = user.pk
         self.sign(badge_of(self.scope, user))
-        self._bell = Bell(user.pk)
-        bells().attach(self._bell)
-        self.begin(self._serve(self._bell))
+        self._subscriber = Subscriber(user.pk)
+        subscriptions().attach(self._subscriber)
+        self.begin(self._serve(self._subscriber))
 
     async def left(self) -> None:
-        """Ring it no more."""
-        if self._bell is not None:
-            bells().detach(self._bell)
+        """Remove the subscription."""
+        if self._subscriber is not None:
+            subscriptions().detach(self._subscriber)
 
     async def _orm(self, function: Callable[..., Any], *args: Any) -> Any:
         return await (KNOWN if self._stands else ANYBODY).orm(function, self._me)(*args)
 
     async def take(self, message: PersonMessage) -> None:
-        """Note the presence, look again, or carry out what is asked."""
-        bell = self._bell
-        if bell is None:
+        """Note the presence, send the places again, or carry out a request."""
+        subscriber = self._subscriber
+        if subscriber is None:
             return
         match message:
             case Here():
@@ -80,14 +80,14 @@ class PersonConsumer(Line):
                     with contextlib.suppress(Error):  # it is told again with the next answer
                         await self._orm(self._present)
             case Look():
-                bell.rung.set()
+                subscriber.changed.set()
             case Do():
                 try:
                     wrong = await self._orm(self._act, message)
                 except Error as error:
                     wrong = down_text(error)
                 await self._answer(message.what, message.robot, wrong)
-                bell.rung.set()
+                subscriber.changed.set()
 
     async def refuse(self, error: NotUnderstood) -> None:
         """Say what was wrong with a request."""
@@ -113,10 +113,10 @@ class PersonConsumer(Line):
         found = standings(user, now)
         return places(found, now), frozenset(one.queue for one in found)
 
-    async def _serve(self, bell: Bell) -> None:
-        """Tell where the person stands whenever it changed, and now and then."""
+    async def _serve(self, subscriber: Subscriber) -> None:
+        """Send the person's places whenever they changed, and at certain moments."""
         while True:
-            bell.rung.clear()
+            subscriber.changed.clear()
             try:
                 seen = await self._orm(self._look)
             except Error:
@@ -125,32 +125,32 @@ class PersonConsumer(Line):
             if seen is None:
                 await self.close(SIGNED_OUT)
                 return
-            shown, bell.queues = seen
+            shown, subscriber.queues = seen
             states = {one["state"] for one in shown["places"]}
             self._stands = bool(states - {"missed"})
             self._waits = bool(states & {"waiting", "offered"})
             await self.send(json.dumps(shown))
             await asyncio.sleep(LEAST_S)
-            await self._pause(bell, shown)
+            await self._pause(subscriber, shown)
 
-    async def _pause(self, bell: Bell, shown: dict[str, Any]) -> None:
-        """Wait until it is rung, or time to look again; who stands nowhere is only told that the line lives."""
+    async def _pause(self, subscriber: Subscriber, shown: dict[str, Any]) -> None:
+        """Wait for a change or for the next moment; a person without a place gets a pulse meanwhile."""
         while True:
             seconds = next_look_s(shown, SYSTEM.now().timestamp() * 1000)
-            if not bells().link:
+            if not subscriptions().link:
                 seconds = min(seconds, UNLINKED_S if self._stands else PULSE_S)
             try:
                 async with asyncio.timeout(seconds):
-                    await bell.rung.wait()
+                    await subscriber.changed.wait()
                 return
             except TimeoutError:
-                if self._stands or not bells().link:
+                if self._stands or not subscriptions().link:
                     return
             await self.send(json.dumps({"t": "pulse", "now_ms": int(SYSTEM.now().timestamp() * 1000)}))
 
 
 def next_look_s(shown: dict[str, Any], now_ms: float) -> float:
-    """Return after how many seconds a page is told again: a pulse, or the next moment before an end."""
+    """Return in how many seconds the page is told again: after a pulse, or at the next moment before an end."""
     ends = [one["kept_until_ms"] or one["until_ms"] for one in shown["places"]]
     moments: list[float] = [(end - now_ms) / 1000 - before for end in ends if end for before in MOMENTS_S]
     return min([PULSE_S, *(m + 0.05 for m in moments if m > 0)])

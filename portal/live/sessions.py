@@ -1,8 +1,8 @@
 """Whether the people behind the sockets are still who they were: signed in, active, cleared, staff.
 
-The rows are the truth, read once a second for all sockets of this process together; the bell
-on the bus only makes it sooner. So it holds without Redis too, and whichever process the
-person signs out in.
+The rows are the truth, read once a second for all sockets of this process together; a message
+on the bus only makes it sooner. So it works without Redis too, and in whichever process the
+person signs out.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ from robots.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 CHECK_S = 0.8
-APART_S = 0.2  # between two checks, however often the bell rings
+APART_S = 0.2  # between two checks, however many messages arrive
 SESSIONS = Pool("sessions", 2)
 
 
@@ -102,7 +102,7 @@ class Doorman:
 
     def __init__(self) -> None:
         self._signed: set[Signed] = set()
-        self._bell = asyncio.Event()
+        self._wake = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._ending: set[asyncio.Task[None]] = set()
 
@@ -116,9 +116,9 @@ class Doorman:
         """Do so no longer."""
         self._signed.discard(socket)
 
-    def ring(self, person: int) -> None:
+    def check_soon(self, person: int) -> None:
         """Look now: that person's session, password, account or clearance may have changed; are they still here?"""
-        self._bell.set()
+        self._wake.set()
         for socket in self._signed:
             if socket.badge is not None and socket.badge.user == person:
                 socket.check_in()
@@ -127,8 +127,8 @@ class Doorman:
         while self._signed:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(CHECK_S):
-                    await self._bell.wait()
-            self._bell.clear()
+                    await self._wake.wait()
+            self._wake.clear()
             signed = [(s, s.badge) for s in self._signed if s.badge is not None]
             try:
                 ended = await SESSIONS.orm(over)(signed, SYSTEM.now())

@@ -73,8 +73,8 @@ class Viewing(Line):
     async def _give_up(self, person: int, ending: Ending) -> None:
         if ending.place is Place.OTHERS:
             await SESSIONS.orm(disconnect)(self.slug, person, SYSTEM.now())
-            doorman().ring(person)
-            await URGENT.run(bus.ring_session, person)
+            doorman().check_soon(person)
+            await URGENT.run(bus.send_session_changed, person)
             await asyncio.sleep(OTHERS_S)
         await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
 

@@ -23,7 +23,7 @@ AGAIN = "It goes on as soon as the robot can."
 
 
 def promote(queue: Queue, job: Job, now: datetime) -> None:
-    """Give the robot to the job: grant, run and command in the caller's transaction; the owner is rung after it."""
+    """Give the robot to the job: grant, run and command in the caller's transaction; the owner is woken after it."""
     robot = job.robot
     kind = spec_of(robot.driver).command(job.kind)
     limit_s = kind.limit_s if kind else 60.0

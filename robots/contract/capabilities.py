@@ -37,13 +37,14 @@ class Preview:
 class Foreseen:
     """The answer of a preview.
 
-    `joints` at the end and `ways` on the way there (rad, m), `hand` the positions of the tool
-    ((x, y, z) in m), `seconds` on the way, `steps` which of a program's steps each of `ways` belongs to.
+    `joints`: where it ends (rad, m). `path`: joints at points in time along the motion (rad, m).
+    `tool`: the tool's position (x, y, z) in m at each point of `path`. `seconds`: how long the motion lasts.
+    `steps`: the step of the program to which each point of `path` belongs, counted from 1; 0 at the start.
     """
 
     joints: tuple[float, ...]
-    ways: tuple[tuple[float, ...], ...]
-    hand: tuple[tuple[float, ...], ...]
+    path: tuple[tuple[float, ...], ...]
+    tool: tuple[tuple[float, ...], ...]
     seconds: float
     steps: tuple[int, ...] = ()
 

@@ -59,10 +59,10 @@ class TooLate(NotPermitted):
     code = "too_late"
 
 
-class HandGone(NotPermitted):
+class ControlsReleased(NotPermitted):
     """Nobody holds the controls of a held motion any more."""
 
-    code = "hand_gone"
+    code = "controls_released"
 
 
 class Held(RobotError):

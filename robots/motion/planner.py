@@ -94,7 +94,7 @@ class Planner:
             return self._swept(Plan(target, joint_path(q, v, target, self.limits, scale)), budget)
 
     def line(self, pose: Matrix, q: Joints, v: Joints, scale: float, budget: Budget | None = None) -> Plan:
-        """Return the straight motion of the hand from rest. Raises Refused."""
+        """Return the straight motion of the tool from rest. Raises Refused."""
         if np.any(np.abs(v) > 1e-6):
             raise Refused("busy", "a straight line begins at rest: hold the arm first")
         budget = budget or Budget(MOST)
@@ -115,8 +115,8 @@ class Planner:
         """Return the hardest way to rest."""
         return brake_path(q, v, self.limits)
 
-    def hand_velocity(self, q: Joints, twist: Joints) -> Joints:
-        """Return joint velocities (rad/s) for a twist of the hand (m/s, rad/s), damped near singular poses."""
+    def tool_velocity(self, q: Joints, twist: Joints) -> Joints:
+        """Return joint velocities (rad/s) for a twist of the tool (m/s, rad/s), damped near singular poses."""
         jacobian = self.chain.jacobian(q)
         damping = 0.02 if singularity(self.chain, q, 0.05) else 1e-4
         damped = jacobian @ jacobian.T + damping**2 * np.eye(6)

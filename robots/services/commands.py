@@ -50,7 +50,7 @@ class Issued:
 def issue(
     slug: str, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None
 ) -> Issued:
-    """Write one command under the user's open grant on the robot `slug` and ring its owner.
+    """Write one command under the user's open grant on the robot `slug` and wake its owner.
 
     The same sequence number again returns the same row. Every check here is done again by
     the owner and the driver.
@@ -114,7 +114,7 @@ def _write(
                 robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, lane=lane, args=args,
                 epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,
             )  # fmt: skip
-            transaction.on_commit(lambda: bus.ring(robot.slug, epoch), robust=True)
+            transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch), robust=True)
     except IntegrityError:
         return Issued(Command.objects.get(grant=grant, client_seq=client_seq), created=False)
     return Issued(command, created=True)
@@ -123,7 +123,7 @@ def _write(
 def put(
     robot: Robot, grant: Grant, kind: str, args: dict[str, Any], limit_s: float, now: datetime, asker: Any = None
 ) -> Command:
-    """Write the one command of a grant that was opened for it in the same transaction; ring its owner after that."""
+    """Write the one command of a grant opened for it in the same transaction; wake its owner after that."""
     epoch = Lease.objects.values_list("epoch", flat=True).get(robot=robot)
     return _write(robot, asker, grant, epoch, kind, args, 1, limit_s, now).command
 

@@ -60,7 +60,7 @@ def restore(robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int
         )  # fmt: skip
         rows.append(row)
     if rows:
-        transaction.on_commit(lambda: bus.ring(robot.slug, epoch), robust=True)
+        transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch), robust=True)
     return rows
 
 

@@ -31,8 +31,8 @@ def _stops_under(robot: Robot, user: Any) -> int | None:
     return grant.pk if grant is not None and grant.holder_id == user.pk else None
 
 
-def stop(robot: Robot, user: Any, now: datetime | None = None, rung: bool = False) -> None:
-    """Stop the robot: on the bus first (if that was not `rung` yet), then in the database.
+def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = False) -> None:
+    """Stop the robot: on the bus first (unless it was `sent` there already), then in the database.
 
     Raises:
         NotPermitted: neither staff nor the operator, or one whose turn is over.
@@ -41,8 +41,8 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, rung: bool = Fals
     under = _stops_under(robot, user)
     if under is None:
         raise NotPermitted(NOT_THEIRS)
-    if not rung:
-        bus.ring_stop(robot.slug, under)
+    if not sent:
+        bus.send_stop(robot.slug, under)
     now = now or SYSTEM.now()
     theirs = Robot.objects.filter(pk=robot.pk)
     if under:  # in one statement: a turn may end between the look and the stop

@@ -37,7 +37,7 @@ class VelocityCommand:
     def _wanted(self, planner: Planner, q: Joints, v: Joints, now: float) -> Joints:
         if now >= self.until:
             return np.zeros_like(v)
-        wanted = self._values if self._letter == "J" else planner.hand_velocity(q, self._values)
+        wanted = self._values if self._letter == "J" else planner.tool_velocity(q, self._values)
         wanted = wanted / max(1.0, float(np.max(np.abs(wanted) / planner.limits.velocity)))
         if now >= self._free_until:
             self._free_until = now + LOOK_S if may_go_on(planner, q, v, wanted) else 0.0

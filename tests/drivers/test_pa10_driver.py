@@ -111,7 +111,7 @@ def test_a_jog_lives_from_its_hand_and_stops_before_the_table(arm, shared):
             raise Stopped("let go")
 
     with pytest.raises(Stopped):
-        arm.execute("jog_hand", {"z": -1.0}, permit, lambda _: None)
+        arm.execute("jog_tool", {"z": -1.0}, permit, lambda _: None)
     wait_for(lambda: not arm.state().moving, 2, "rest")
     assert 0.015 < shared.status()["objects"]["tip"][2] < 0.06
     assert arm.state().ready, "stopping before a box is no error"

@@ -1,4 +1,4 @@
-"""A worker that is killed (or frozen) by its own hand at a labelled point of a command's life.
+"""A worker that is killed (or frozen) by itself at a labelled point of a command's life.
 
 ``python -m tests.faults.doomed LABEL SIGNAL -- celery arguments``
 """
@@ -26,7 +26,7 @@ def _arm(label, number):
     from robots.drivers.mercury.protocol import Instruction
     from robots.drivers.pa10.line import ArmLine
     from robots.models import Command, Robot
-    from workers import ledger
+    from workers.commands import claim, finish
 
     def before(owner, name, when=lambda *a: True):
         inner = getattr(owner, name)
@@ -60,14 +60,14 @@ def _arm(label, number):
     line = {"mercury": HostLine, "pa10": ArmLine}[Robot.objects.get(slug=os.environ["FARHAND_ROBOT"]).driver]
 
     {
-        "before_claim": lambda: before(ledger, "claim"),
-        "after_claim": lambda: after(ledger, "claim"),
+        "before_claim": lambda: before(claim, "claim"),
+        "after_claim": lambda: after(claim, "claim"),
         "before_send": lambda: before(line, "_send", is_move),
         "after_send": lambda: after(line, "_send", is_move),
-        "after_ack": lambda: before(ledger, "advance", lambda c, state, now: state == "acknowledged"),
-        "in_motion": lambda: after(ledger, "advance", lambda c, state, now: state == "acknowledged", 0.15),
-        "before_finish": lambda: before(ledger, "finish"),
-        "after_finish": lambda: after(ledger, "finish"),
+        "after_ack": lambda: before(finish, "advance", lambda c, state, now: state == "acknowledged"),
+        "in_motion": lambda: after(finish, "advance", lambda c, state, now: state == "acknowledged", 0.15),
+        "before_finish": lambda: before(finish, "finish"),
+        "after_finish": lambda: after(finish, "finish"),
     }[label]()
 
 

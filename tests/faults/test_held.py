@@ -25,7 +25,7 @@ class Holding(threading.Thread):
     def run(self):
         while self.on:
             self.last = time.monotonic()
-            bus.keep(self.slug, self.user, self.seq, True)
+            bus.send_keep_alive(self.slug, self.user, self.seq, True)
             time.sleep(0.08)
 
     def drop(self):
@@ -51,7 +51,7 @@ def test_a_jog_goes_on_while_held_and_ends_when_let_go(rig):
     assert Command.objects.get(pk=command.pk).state == "acknowledged"
     hand.drop()
     at = time.monotonic()
-    bus.keep("mercury", rig.people["ada"].pk, command.client_seq, False)
+    bus.send_keep_alive("mercury", rig.people["ada"].pk, command.client_seq, False)
     assert rest_after(rig, at) < 0.5
     command = rig.final(command)
     assert (command.state, command.result["ended"]) == ("completed", "released")
@@ -111,7 +111,7 @@ def test_a_stop_ends_a_jog_and_is_its_reason(rig):
     command = rig.issue("jog", dx=-1, dy=0)
     hand = Holding(rig.people["ada"].pk, command.client_seq)
     rig.moving()
-    bus.ring_stop("mercury")
+    bus.send_stop("mercury")
     try:
         command = rig.final(command, 5)
     finally:

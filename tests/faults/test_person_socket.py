@@ -41,13 +41,13 @@ def told(one, state, seconds=5):
 
 
 def nothing_left(web):
-    def bells():
-        from portal.live.bells import bells as here
+    def subscribers():
+        from portal.live.subscriptions import subscriptions as here
 
         return len(here()), here()._task
 
     web.nothing_left()
-    wait_for(lambda: web.ask(bells) == (0, None), 5, "no bells")
+    wait_for(lambda: web.ask(subscribers) == (0, None), 5, "no subscriber")
 
 
 def test_the_whole_way_from_another_page(web, people, robot):

@@ -24,7 +24,7 @@ def ended():
 
 @BOTH_AT_LENGTH
 def test_promise_01_one_command_at_most_one_motion(rig, proof):
-    """Each is rung, queued and asked for several times, among two rogue workers, out of order."""
+    """Each is announced, queued and asked for several times, among two rogue workers, out of order."""
     dice = random.Random(1)
     rig.owner()
     rig.start_worker()
@@ -32,14 +32,14 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
     rig.grant(seconds=3000)
     number = proof.count("commands, each delivered 2 to 5 times", 10, 250, 10_000)
     epoch = rig.lease().epoch
-    rung = 0
+    wakes = 0
     for i in range(number):
         command = rig.issue("move", x=-0.2 + 0.0004 * i, y=0.42 + 0.01 * (i % 2))
         for _ in range(dice.randint(2, 5)):
-            rung += 1
-            bus.connection().publish(bus.bell_channel(rig.robot.slug), b"look")
+            wakes += 1
+            bus.connection().publish(bus.wake_channel(rig.robot.slug), b"wake")
             for queue in (epoch, epoch - 1, epoch + 1):
-                current_app.send_task(bus.RING_TASK, queue=bus.queue_name(rig.robot.slug, queue), ignore_result=True)
+                current_app.send_task(bus.WAKE_TASK, queue=bus.queue_name(rig.robot.slug, queue), ignore_result=True)
             assert rig.issue("move", seq=command.client_seq, x=0.2, y=0.3).pk == command.pk
         if i % 3 == 2 or rig.arm.name == "pa10":  # there a newer target replaces the one before
             wait_for(ended, 30, "the end of three commands")
@@ -49,7 +49,7 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
     made = len(rig.motions(*moves))
     assert completed == number
     assert made == number, f"{made} motions of {number} commands"
-    proof.holds(f"{number} commands delivered {rung} times more: {made} motions, 0 doubled")
+    proof.holds(f"{number} commands delivered {wakes} times more: {made} motions, 0 doubled")
 
 
 KILLED = [pytest.param(x, marks=pytest.mark.tenth) if x == "in_motion" else at_length(x) for x in LABELS]

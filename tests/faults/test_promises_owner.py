@@ -118,5 +118,5 @@ def test_promise_05_one_owner_however_many_start(rig, proof):
     time.sleep(4.0)
     assert rig.lease().epoch == 2
     waiting = rig.final(rig.issue("move", x=-0.1, y=0.4))
-    assert waiting.state == "completed", "no ring is lost to a worker that waits"
+    assert waiting.state == "completed", "no wake-up is lost to a worker that waits"
     proof.holds(f"{number} workers at once: 1 owner; after its kill 1 other")

@@ -155,7 +155,7 @@ def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
     rig.grant(seconds=3000)
     rig.issue("move", x=-0.2, y=0.3)
     rig.moving()
-    assert bus.ring_stop(rig.robot.slug)
+    assert bus.send_stop(rig.robot.slug)
     wait_for(lambda: not rig.sim.status()["moving"], 3, "the hold")
     first.kill()
     Robot.objects.update(stop_latched=False)  # the row was lost; the file was not

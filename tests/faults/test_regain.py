@@ -39,7 +39,7 @@ def test_a_lapsed_lease_is_taken_again_in_the_same_process(rig):
     wait_for(works, 20, "the turn goes on")
     old, new = bus.queue_name(rig.robot.slug, epoch), bus.queue_name(rig.robot.slug, epoch + 1)
     for queue in (old, new):
-        current_app.send_task(bus.RING_TASK, queue=queue, ignore_result=True, retry=False)
+        current_app.send_task(bus.WAKE_TASK, queue=queue, ignore_result=True, retry=False)
     wait_for(lambda: bus.connection().llen(new) == 0, 5, "the new queue is listened to")
     assert bus.connection().llen(old) == 1, "the old one is not"
 

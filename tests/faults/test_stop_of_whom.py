@@ -34,13 +34,13 @@ def test_the_stop_of_a_turn_that_is_over_stops_nobody_else(rig):
     services.end_grant(before, GrantEnd.STAFF, "ended by the operator", SYSTEM.now())
     now = rig.grant("bob")
     assert rig.final(rig.issue("noop", who="bob")).state == "completed"
-    assert bus.ring_stop(rig.robot.slug, before.pk)
+    assert bus.send_stop(rig.robot.slug, before.pk)
     with pytest.raises(NotPermitted):
-        services.stop(rig.robot, rig.people["ada"], rung=True)
+        services.stop(rig.robot, rig.people["ada"], sent=True)
     time.sleep(0.5)
     assert not latched(rig)
     for grant in (now.pk, 0, now.pk + 1000):  # the operator, staff, one that nobody knows
-        bus.ring_stop(rig.robot.slug, grant)
+        bus.send_stop(rig.robot.slug, grant)
         release(rig)
 
 
@@ -52,6 +52,6 @@ def test_an_owner_that_has_just_begun_knows_whose_turn_is_over(rig):
     rig.start_worker()
     wait_for(lambda: rig.lease().epoch == 2 and owner_alive(rig.lease(), SYSTEM.now()), 30, "the next owner")
     time.sleep(1.0)
-    bus.ring_stop(rig.robot.slug, before.pk)
+    bus.send_stop(rig.robot.slug, before.pk)
     time.sleep(0.5)
     assert not latched(rig)

@@ -100,7 +100,7 @@ def test_a_stale_epoch_moves_nothing(rig):
         robot=rig.robot, grant=command.grant, client_seq=99, kind="up", args={}, epoch=command.epoch - 1,
         issued_by=rig.people["ada"], created_at=SYSTEM.now(), deadline=SYSTEM.now() + timedelta(seconds=9),
     )  # fmt: skip
-    bus.ring("mercury", command.epoch)
+    bus.wake_owner("mercury", command.epoch)
     assert rig.final(stale).state == "expired"
     assert rig.final(command).state == "completed"
     assert rig.sim.count("motion") == before + 1
@@ -113,21 +113,21 @@ def test_delivered_many_times_moves_once(rig):
     before = rig.sim.count("motion")
     command = rig.issue("down")
     for _ in range(20):
-        bus.ring("mercury", command.epoch)
+        bus.wake_owner("mercury", command.epoch)
     rig.final(command)
     for _ in range(5):
         again = rig.issue("down", seq=command.client_seq)
         assert again.pk == command.pk
-        bus.ring("mercury", command.epoch)
+        bus.wake_owner("mercury", command.epoch)
     time.sleep(0.5)
     assert rig.sim.count("motion") == before + 1
 
 
 @pytest.mark.length
-def test_a_bell_that_never_rang_costs_a_tenth_of_a_second(rig, monkeypatch):
+def test_a_wake_up_that_was_never_sent_costs_a_tenth_of_a_second(rig, monkeypatch):
     rig.owner()
     rig.grant()
-    monkeypatch.setattr(bus, "ring", lambda *_: False)
+    monkeypatch.setattr(bus, "wake_owner", lambda *_: False)
     assert rig.final(rig.issue("down"), 5).state == "completed"
 
 

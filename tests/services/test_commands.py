@@ -207,10 +207,10 @@ def test_too_many_waiting_commands_are_refused(robot, people, grant, monkeypatch
 def test_a_dead_redis_is_no_error_to_the_person(robot, people, grant, django_capture_on_commit_callbacks):
     from robots import bus
 
-    before = bus.failures["ring"]
+    before = bus.failures["wake"]
     with django_capture_on_commit_callbacks(execute=True):
         assert services.issue(robot.slug, people["ada"], "up", {}, 1).created
-    assert bus.failures["ring"] == before + 1
+    assert bus.failures["wake"] == before + 1
 
 
 def test_a_release_begins_nothing_that_was_asked_for_before_the_stop(robot, people, grant):

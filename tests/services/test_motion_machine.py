@@ -1,6 +1,6 @@
 """Commands in both lanes, owners, grants and stops in any order, with deaths at every point between (Hypothesis).
 
-Real services, real rows, the owner's real lease, gate, latch, ledger and executor; only the
+Real services, real rows, the owner's real lease, gate, latch, claims and runner; only the
 arm is a stand-in that counts, and judges each motion at the moment when it begins.
 """
 
@@ -195,10 +195,10 @@ class MotionMachine(RuleBasedStateMachine):
         self.open_grant(60)
 
     @rule(
-        again=st.booleans(), ready=st.booleans(), rung=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)),
+        again=st.booleans(), ready=st.booleans(), wakes=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)),
         beside=st.booleans(), between=st.sampled_from(["", "", "late", "lapse", "stop", "end"]),
     )  # fmt: skip
-    def issue(self, again, ready, rung, dies, beside, between):
+    def issue(self, again, ready, wakes, dies, beside, between):
         if ready:
             self._make_ready()
         self.seq += 0 if again and self.seq else 1
@@ -222,14 +222,14 @@ class MotionMachine(RuleBasedStateMachine):
                 self.stop_that_only_the_owner_hears(len(self.owners) - 1)
             case "end":
                 self.end_grant()
-        if rung and self.owners:
-            self.ring(len(self.owners) - 1, dies, rung, beside)
-        if rung > 1 and self.owners:
+        if wakes and self.owners:
+            self.wake(len(self.owners) - 1, dies, wakes, beside)
+        if wakes > 1 and self.owners:
             self.deliver_again_and_late(len(self.owners) - 1, len(self.told) - 1)
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3), dies=st.sampled_from((*DEATHS, SLOW)), times=st.integers(1, 3), beside=st.booleans())
-    def ring(self, index, dies, times, beside):
+    def wake(self, index, dies, times, beside):
         owner = self._one(index)
         owner.owned.driver.dies, owner.owned.driver.beside = dies, beside
         try:
@@ -268,7 +268,7 @@ class MotionMachine(RuleBasedStateMachine):
     @precondition(lambda self: self.owners and self.told)
     @rule(index=st.integers(0, 3), which=st.integers(0, 999))
     def deliver_again_and_late(self, index, which):
-        """A bell names no command, but a worker that was frozen may hold one in its hands."""
+        """A wake-up names no command, but a frozen worker may hold one that it read before."""
         owner = self._one(index)
         owner.owned.driver.dies = None
         command = Command.objects.select_related("grant").get(pk=self.told[which % len(self.told)])

@@ -30,7 +30,7 @@ ASKS = {
 }
 # who is told or asks nothing of the robot: presence, whose pictures, keep-alives of one's own held motion; a preview
 # is for cleared people and judged where it is computed
-ELSEWHERE = {"Ping", "Watch", "Keep", "LetGo", "Plan"}
+ELSEWHERE = {"Ping", "Watch", "Keep", "Released", "Plan"}
 PERSON = {"Here", "Look", "Do"}
 
 

@@ -231,8 +231,8 @@ def allowed(world, call):
 
 @pytest.fixture
 def world(robot, roles, monkeypatch):
-    monkeypatch.setattr(bus, "ring_stop", lambda slug, grant=0: True)
-    monkeypatch.setattr(bus, "ring_probes", lambda: True)
+    monkeypatch.setattr(bus, "send_stop", lambda slug, grant=0: True)
+    monkeypatch.setattr(bus, "wake_probes", lambda: True)
     asked_for = CommandKind("down", "Down", asked_by=frozenset({ANYONE}))
     monkeypatch.setattr("queueing.jobs.asking.job_kinds", lambda robot: (asked_for,))
     return SimpleNamespace(robot=robot, cast=roles, root=roles["superuser"], user=None)
@@ -259,7 +259,7 @@ def test_promise_35_services_by_roles(world):
 @pytest.mark.parametrize("verb", verbs.VERBS)
 def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):
     sent = []
-    monkeypatch.setattr(bus, "ring_probes", lambda: sent.append("probe") or True)
+    monkeypatch.setattr(bus, "wake_probes", lambda: sent.append("probe") or True)
     over(world)
     type(world.robot).objects.update(enabled=enabled, **({"cycle": "locked_out"} if verb == "maintenance" else {}))
     before = type(world.robot).objects.values().get(), Command.objects.count()

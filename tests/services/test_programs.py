@@ -133,7 +133,7 @@ def test_a_saved_program_is_run_as_the_text_it_had(robot, people, owned):
 def test_where_a_target_would_lead(robot, people):
     place = {"x": 0.5, "y": 0.16, "z": 0.15, "roll": 3.14159265, "pitch": 0.0, "yaw": 3.14159265}
     found = preview(robot, people["ada"], "pose", place, READY)
-    assert found["hand"][-1] == pytest.approx((0.5, 0.16, 0.15), abs=1e-4)
+    assert found["tool"][-1] == pytest.approx((0.5, 0.16, 0.15), abs=1e-4)
     assert found["seconds"] > 0.2
     assert "the table" in preview(robot, people["ada"], "pose", place | {"z": -0.1}, READY)["text"]
     run = preview(robot, people["ada"], "program", {"text": "j 10 25 75 0 80 0\nd 2\nj 0 25 75 0 80 0"}, READY)

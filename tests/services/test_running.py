@@ -29,11 +29,11 @@ def test_a_newer_target_that_cannot_be_read_breaks_nothing_off(owner, people, mo
     def gone(robot, epoch, lane):
         raise OperationalError("gone")
 
-    def ring():
-        owner.look()
+    def wake():
+        owner.wake()
         monkeypatch.setattr(claim, "due", gone)
 
-    owner.owned.driver.on_the_way = ring
+    owner.owned.driver.on_the_way = wake
     assert run(owner, people).state == "completed"
 
 

@@ -51,7 +51,7 @@ def test_a_socket_needs_no_driver(unloadable, robot):
     consumer = RobotConsumer()
     consumer.slug = robot.slug
     held = consumer._held_kinds()
-    assert held == {"mercury": {"jog"}, "pa10": {"jog_joints", "jog_hand"}}[robot.driver]
+    assert held == {"mercury": {"jog"}, "pa10": {"jog_joints", "jog_tool"}}[robot.driver]
 
 
 SPECS = """

@@ -31,7 +31,7 @@ def page(robot, people, monkeypatch):
 
 
 @pytest.fixture
-def rung(monkeypatch):
+def sent(monkeypatch):
     words = []
     monkeypatch.setattr(bus, "_publish", lambda channel, data: words.append(data) or True)
     return words
@@ -46,21 +46,21 @@ def begin(robot, person):
     return services.start_grant(robot, GrantKind.TURN, now, person, now + timedelta(minutes=5))
 
 
-def test_a_page_that_missed_the_end_of_its_turn_names_that_turn(robot, people, owned, page, rung):
+def test_a_page_that_missed_the_end_of_its_turn_names_that_turn(robot, people, owned, page, sent):
     before = begin(robot, people["ada"])
     ada = page("ada")
     services.end_grant(before, GrantEnd.STAFF, "over", datetime.now(UTC))
     begin(robot, people["bob"])
     press(ada)  # it was kept from reading, so it knows no better
-    assert [bus.heard_stop(word) for word in rung] == [before.pk]
+    assert [bus.grant_of_stop(word) for word in sent] == [before.pk]
     with pytest.raises(NotPermitted):
-        services.stop(robot, people["ada"], rung=True)
+        services.stop(robot, people["ada"], sent=True)
     assert not Robot.objects.get().stop_latched
 
 
-def test_staff_stop_whoever_operates_and_others_ring_nothing(robot, people, owned, page, rung):
+def test_staff_stop_whoever_operates_and_others_send_nothing(robot, people, owned, page, sent):
     begin(robot, people["ada"])
     press(page("kim"))
-    assert rung == [b"stop"]
+    assert sent == [b"stop"]
     press(page("bob"))
-    assert rung == [b"stop"]
+    assert sent == [b"stop"]

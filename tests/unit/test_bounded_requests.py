@@ -215,7 +215,7 @@ def test_a_program_that_is_too_much_to_plan_is_refused_with_the_bound():
         Courses().check(program(PROGRAMS["different lines"]), np.array(READY))
 
 
-@pytest.mark.parametrize("kind", ["gripper", "noop", "jog_joints", "jog_hand"])
+@pytest.mark.parametrize("kind", ["gripper", "noop", "jog_joints", "jog_tool"])
 def test_what_leads_nowhere_has_no_preview(kind):
-    with pytest.raises(BadRequest, match="no way to show"):
+    with pytest.raises(BadRequest, match="no path to show"):
         preview(kind, {"closed": 1} if kind == "gripper" else {}, READY)

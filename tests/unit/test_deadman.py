@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.drivers.errors import HandGone
+from robots.drivers.errors import ControlsReleased
 from robots.services import START_S
 from tests.conftest import FakeClock
 from workers.safety.deadman import SILENT_S, DeadManTimer
@@ -33,7 +33,7 @@ def test_a_keep_alive_that_comes_too_late_brings_nothing_back(pauses):
         timer.hear(ADA, SEQ, True)
         assert timer.ended == ("lost" if lost else "")
     if lost:
-        with pytest.raises(HandGone):
+        with pytest.raises(ControlsReleased):
             timer.check()
 
 

@@ -55,7 +55,7 @@ def test_it_answers_as_the_driver_does(child):
     place = {"x": 0.5, "y": 0.16, "z": 0.15, "roll": 3.14159265, "pitch": 0.0, "yaw": 3.14159265}
     said = one.ask("pa10", "pose", place)
     assert (said["t"], said["n"], said["ok"]) == ("plan", 7, True)
-    assert said["hand"][-1] == pytest.approx([0.5, 0.16, 0.15], abs=1e-4)
+    assert said["tool"][-1] == pytest.approx([0.5, 0.16, 0.15], abs=1e-4)
     assert "the table" in one.ask("pa10", "pose", place | {"z": -0.1})["text"]
     assert not one.ask("mercury", "up", {}, ())["ok"]
     assert not one.ask("nobody", "up", {}, ())["ok"]

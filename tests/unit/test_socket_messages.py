@@ -25,7 +25,7 @@ WRONG = [  # understood as JSON objects, answered with a sentence
     {"t": "command", "kind": "up", "seq": 1, "args": []}, {"t": "command", "kind": "up", "seq": 1, "args": {"x": [1]}},
     {"t": "command", "kind": "up", "seq": 1, "args": {"x": 10**400}}, {"t": "command", "kind": "up", "seq": 1, "args": {"x": "\0"}},
     {"t": "command", "kind": "up", "seq": 1, "args": {str(i): 0 for i in range(33)}}, {"t": "command", "kind": "up", "seq": 1, "more": 1},
-    {"t": "stop", "rung": True}, {"t": "keep", "seq": "1"}, {"t": "watch", "cameras": [8]}, {"t": "watch", "cameras": [-1]},
+    {"t": "stop", "sent": True}, {"t": "keep", "seq": "1"}, {"t": "watch", "cameras": [8]}, {"t": "watch", "cameras": [-1]},
     {"t": "watch", "cameras": [0] * 9}, {"t": "plan", "kind": "line", "from": [0.0] * 17}, {"t": "plan", "kind": "line", "from": "x"},
     {"t": "trace", "on": 1}, {"t": "release", "checked": "yes"}, {"t": "nope"}, {"t": None}, {"t": []}, {},
 ]  # fmt: skip

@@ -5,7 +5,7 @@ import logging
 from django.db import Error, close_old_connections
 
 from robots.contract.session import OnStage, Outcome, Permit
-from robots.drivers.errors import HandGone, Held, Replaced
+from robots.drivers.errors import ControlsReleased, Held, Replaced
 from robots.models import Command
 from workers.commands import claim
 from workers.owned import OwnedRobot
@@ -19,14 +19,14 @@ log = logging.getLogger(__name__)
 def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permit) -> Permit:
     """Return a permit that ends when a newer target waits; a wake-up says when to look for one."""
     kinds = [c.kind for c in owned.robot.spec().commands if c.replaceable]
-    looked = lane.rung
+    looked = lane.wakes
 
     def permit() -> None:
         nonlocal looked
         claimed()
-        if lane.rung == looked or not lane.gate.has_begun:
+        if lane.wakes == looked or not lane.gate.has_begun:
             return  # before it has begun the line may be ours, and a hold must not wait for the stores
-        looked = lane.rung
+        looked = lane.wakes
         try:
             first = claim.due(owned.robot, lease.epoch, lane.name).first()
         except Error as error:
@@ -51,11 +51,11 @@ def held_motion(
     deadman.start(command)
     try:
         return owned.driver.execute(command.kind, command.args, permit, on_stage), "edge"
-    except (HandGone, Held):
+    except (ControlsReleased, Held):
         claimed()  # a stop, a lost grant: that is the reason then
         why = deadman.ended
         if why in ("", "lost"):
-            raise Held("Nothing was heard from your controls, so the arm was held.") from None
+            raise Held("Nothing was heard from your controls, so the robot was held.") from None
         return Outcome({}, owned.driver.state()), why
     finally:
         deadman.end()

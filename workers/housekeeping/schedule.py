@@ -8,7 +8,7 @@ from celery.beat import EmbeddedService
 
 
 class Schedule(bootsteps.StartStopStep):
-    """Ring the periodic tasks for the life of this worker; FARHAND_SCHEDULE names the file that keeps their times."""
+    """Send the periodic tasks while this worker lives; FARHAND_SCHEDULE names the file that keeps their times."""
 
     requires = ("celery.worker.components:Pool",)
 

@@ -9,7 +9,7 @@ import threading
 from dataclasses import dataclass
 
 from robots.clock import Clock
-from robots.drivers.errors import HandGone
+from robots.drivers.errors import ControlsReleased
 from robots.models import Command
 from robots.services import START_S
 
@@ -68,6 +68,6 @@ class DeadManTimer:
             return "long" if now >= self._until else ""
 
     def check(self) -> None:
-        """Return while keep-alives arrive. Raises HandGone."""
+        """Return while keep-alives arrive. Raises ControlsReleased."""
         if self.ended:
-            raise HandGone("The controls were let go.")
+            raise ControlsReleased("The controls were released.")

@@ -19,15 +19,15 @@ class Lane:
     def __init__(self, name: str, gate: Gate, clock: Clock, pace: Pace) -> None:
         self.name, self.gate, self._clock, self.pace = name, gate, clock, pace
         self.current: Command | None = None
-        self.rung = 0  # how often a wake-up was heard
+        self.wakes = 0  # how often a wake-up was heard
         self.beat = clock.monotonic()  # when the lane's loop came round last
         self._busy_until = 0.0
         self._wake = threading.Event()
         self.turn = threading.Lock()  # taken while a command runs; a hold never waits for it
 
-    def look(self) -> None:
+    def wake(self) -> None:
         """Wake the lane: command rows may wait."""
-        self.rung += 1
+        self.wakes += 1
         self.pace.stir()
         self._wake.set()
 

@@ -13,7 +13,7 @@ from workers.safety.stop import Stop
 
 
 class Listener:
-    """Hands on what is published for one robot."""
+    """Hears what is published for one robot, and tells the lanes, the stop and the dead-man timer."""
 
     def __init__(
         self, owned: OwnedRobot, stop: Stop, grants: KnownGrants, lanes: tuple[Lane, ...], deadman: DeadManTimer
@@ -26,17 +26,17 @@ class Listener:
         owned, slug = self._owned, self._owned.robot.slug
         try:
             self._pubsub = bus.listener().pubsub(ignore_subscribe_messages=True)
-            bell, held = bus.bell_channel(slug), bus.held_channel(slug)
-            self._pubsub.subscribe(bus.stop_channel(slug), bell, held)
+            wake, held = bus.wake_channel(slug), bus.held_channel(slug)
+            self._pubsub.subscribe(bus.stop_channel(slug), wake, held)
             while owned.running:
                 message = self._pubsub.get_message(timeout=1.0)
                 channel = message["channel"].decode() if message else ""
-                if message and channel == bell:
+                if message and channel == wake:
                     for lane in self._lanes:
-                        lane.look()
+                        lane.wake()
                 elif message and channel == held:
-                    self._deadman.hear(*bus.heard_keep(message["data"]))
-                elif message and self._grants.heeds_stop_of(bus.heard_stop(message["data"])):
+                    self._deadman.hear(*bus.read_keep_alive(message["data"]))
+                elif message and self._grants.heeds_stop_of(bus.grant_of_stop(message["data"])):
                     self._stop.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             owned.clock.sleep(0.2)

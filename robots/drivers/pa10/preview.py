@@ -27,7 +27,7 @@ def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings
     if kind == "program":
         return preview(courses(settings), steps_of(args), here, numbered=True)
     if kind not in PLACES and f"{kind}_deg" not in arm["arm"]:
-        raise BadRequest(f"There is no way to show for the command {kind}: it leads to no place.")
+        raise BadRequest(f"There is no path to show for the command {kind}: it leads to no place.")
     return preview(courses(settings), [request_of(kind, args)], here, numbered=False)
 
 
@@ -42,26 +42,26 @@ def start(joints: tuple[float, ...], ready: Joints) -> Joints:
 
 
 def preview(courses: Courses, steps: list[Request], here: Joints, numbered: bool) -> Foreseen:
-    """Return the way through `steps` from rest at `here` (rad); `numbered`: they are those of a program.
+    """Return the path through `steps` from rest at `here` (rad); `numbered`: the steps are those of a program.
 
     Raises:
         OutOfWorkspace: a step cannot be done, or the whole lasts or costs too much.
 
     """
-    ways, steps_of, seconds = [here[None]], [0], 0.0
+    parts, steps_of, seconds = [here[None]], [0], 0.0
     try:
         for step, path in courses.along(steps, here):
             count = max(2, int(path.seconds / BETWEEN_S))
-            ways.append(path.sample(path.seconds * np.arange(1, count + 1) / count))
+            parts.append(path.sample(path.seconds * np.arange(1, count + 1) / count))
             steps_of += [step] * count
             seconds += path.seconds
         seconds += courses.pauses(steps)
     except Refused as error:
         text = str(error) if numbered else str(error).removeprefix("step 1: ")
         raise OutOfWorkspace(f"The arm cannot go there: {text}.") from error
-    q = np.concatenate(ways)
-    hand = courses.planner.chain.forward(q)[:, :3, 3]
+    q = np.concatenate(parts)
+    tool = courses.planner.chain.forward(q)[:, :3, 3]
     rows = tuple(tuple(row) for row in q.tolist())
     return Foreseen(
-        rows[-1], rows, tuple(tuple(row) for row in hand.tolist()), seconds, tuple(steps_of) if numbered else ()
+        rows[-1], rows, tuple(tuple(row) for row in tool.tolist()), seconds, tuple(steps_of) if numbered else ()
     )

@@ -38,8 +38,8 @@ def spec() -> Spec:
         ),
         commands=(
             CommandKind("joints", "Move joints", (*joints, share), limit_s=limit, replaceable=True),
-            CommandKind("pose", "Move hand", (*place, share), limit_s=limit, replaceable=True),
-            CommandKind("line", "Move hand straight", (*place, share), limit_s=limit, replaceable=True),
+            CommandKind("pose", "Move tool", (*place, share), limit_s=limit, replaceable=True),
+            CommandKind("line", "Move tool straight", (*place, share), limit_s=limit, replaceable=True),
             CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
             CommandKind(
                 "program",
@@ -51,7 +51,7 @@ def spec() -> Spec:
                 limit_s=LONGEST_PROGRAM_S,
             ),
             CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
-            CommandKind("jog_hand", "Jog hand", tool, limit_s=JOG_LONGEST_S, held=True),
+            CommandKind("jog_tool", "Jog tool", tool, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("ready", "Ready position", limit_s=limit, replaceable=True),
             CommandKind("home", "Default position", limit_s=limit, replaceable=True),
             CommandKind("noop", "No operation", limit_s=5.0, moves=False, still_after=False),

@@ -50,7 +50,7 @@ class ArmConsole implements Console, Judge {
     });
     const share = (): number => Number(speed.value) / 100;
     this.joints = new Joints(page, this, description.joints, share, "jog_joints");
-    this.position = new Position(page, this, share, () => this.tool(), "jog_hand");
+    this.position = new Position(page, this, share, () => this.tool(), "jog_tool");
     this.programs = new Programs(page, this, description.joints.map((j) => j.name));
     new Terminal(page, this, description.joints.map((j) => j.name));
     this.cameras = this.thumbnails();
@@ -185,7 +185,7 @@ class ArmConsole implements Console, Judge {
   /** Let the ghost go through a program, and say at which step it is. */
   play(answer: PlanAnswer): void {
     this.view?.refused(false);
-    this.view?.play(answer.ways ?? [], answer.hand ?? [], (i) => {
+    this.view?.play(answer.path ?? [], answer.tool ?? [], (i) => {
       const step = answer.steps?.[i] ?? 0;
       text("model-said", step ? `The ghost is at step ${step}` : "");
     });
@@ -200,7 +200,7 @@ class ArmConsole implements Console, Judge {
     }
     this.view?.refused(!answer.ok);
     const there = answer.joints?.every((q, i) => Math.abs(q - (page.state?.joints[i] ?? Infinity)) < THERE) ?? false;
-    if (answer.joints && !there) this.view?.target(answer.joints, answer.hand ?? []);
+    if (answer.joints && !there) this.view?.target(answer.joints, answer.tool ?? []);
     else this.view?.target(null);
     const way = there ? "The arm is there" : `${answer.seconds?.toFixed(1)} s on the way`;
     text("model-said", answer.ok ? way : answer.text);

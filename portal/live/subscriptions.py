@@ -1,0 +1,96 @@
+"""Tells people's sockets that their places changed: one Redis subscription per process for all of them."""
+
+import asyncio
+import logging
+
+import msgspec
+import redis.asyncio as aioredis
+from django.conf import settings
+from redis.exceptions import RedisError
+
+from robots import bus
+from robots.messages import decode_standing
+
+log = logging.getLogger(__name__)
+AGAIN_S = 0.5
+
+
+class Subscriber:
+    """One person's socket; `changed` is set when one of its queues or the person's own places changed."""
+
+    def __init__(self, user: int) -> None:
+        self.user = user
+        self.queues: frozenset[int] | None = None  # not known yet: each may be its own
+        self.changed = asyncio.Event()
+
+
+class Subscriptions:
+    """The subscribers of one event loop. `link` is True while Redis is connected."""
+
+    def __init__(self) -> None:
+        self.link = False
+        self._subscribers: set[Subscriber] = set()
+        self._task: asyncio.Task[None] | None = None
+
+    def attach(self, subscriber: Subscriber) -> None:
+        """Add a subscriber; the first one starts the task that reads."""
+        self._subscribers.add(subscriber)
+        if self._task is None or self._task.done():
+            self._task = asyncio.create_task(self._read())
+
+    def detach(self, subscriber: Subscriber) -> None:
+        """Remove a subscriber; without any the task ends."""
+        self._subscribers.discard(subscriber)
+        if not self._subscribers and self._task is not None:
+            self._task.cancel()
+            self._task, self.link = None, False
+
+    def __len__(self) -> int:
+        return len(self._subscribers)
+
+    async def _read(self) -> None:
+        while True:
+            try:
+                await self._read_once()
+            except (RedisError, OSError, ValueError) as error:
+                log.debug("subscription to people: %s", error)
+            self.link = False
+            await asyncio.sleep(AGAIN_S)
+
+    async def _read_once(self) -> None:
+        connection = aioredis.Redis.from_url(
+            settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None
+        )
+        try:
+            pubsub = connection.pubsub(ignore_subscribe_messages=True)
+            await pubsub.subscribe(bus.people_channel())
+            self.link = True
+            self._wake_all()  # messages sent meanwhile were lost
+            while True:
+                message = await pubsub.get_message(timeout=30.0)
+                if message is not None:
+                    self._wake(message["data"])
+        finally:
+            await connection.aclose()
+
+    def _wake_all(self) -> None:
+        for subscriber in self._subscribers:
+            subscriber.changed.set()
+
+    def _wake(self, data: bytes) -> None:
+        try:
+            told = decode_standing(data)
+        except msgspec.MsgspecError as error:
+            log.warning("a message on the channel of people was not understood: %s", error)
+            return
+        for subscriber in self._subscribers:
+            if told.user == subscriber.user or subscriber.queues is None or told.queue in subscriber.queues:
+                subscriber.changed.set()
+
+
+_of_loop: dict[int, Subscriptions] = {}
+
+
+def subscriptions() -> Subscriptions:
+    """Return the subscriptions of the running event loop."""
+    return _of_loop.setdefault(id(asyncio.get_running_loop()), Subscriptions())

@@ -1,5 +1,6 @@
 """The robot of this process: its row and its driver, for those who serve it."""
 
+import time
 from collections.abc import Callable
 from datetime import datetime
 from typing import Any
@@ -8,12 +9,14 @@ from robots import bus
 from robots.clock import Clock
 from robots.contract.channels import finite
 from robots.contract.find import open_session
+from robots.contract.policies import Known
 from robots.contract.session import RobotState, Session
 from robots.messages import Changed
 from robots.models import Lease, Robot
 from robots.states import Cycle
 from workers.safety.lease import OwnerLease
 
+FRESH_S = 1.0  # an older state says nothing of where the robot is now
 PublishFrame = Callable[[str, bytes, str, Any], None]
 
 
@@ -53,6 +56,20 @@ class OwnedRobot:
         if done:
             bus.publish(self.robot.slug, Changed("robot"))
         return bool(done)
+
+    @staticmethod
+    def age(state: RobotState) -> float:
+        """Return how old a state is (s). Here alone the clock of drivers' states is compared with the time now."""
+        return time.monotonic() - state.at
+
+    def known(self) -> Known | None:
+        """Return what a fresh state tells, by name; None where there is none."""
+        state = self.driver.latest()
+        if state is None or self.age(state) > FRESH_S:
+            return None
+        return Known(
+            dict(zip(self.robot.spec().joints, state.joints, strict=False)) | dict(state.values), state.velocities
+        )
 
     def remember(self, state: RobotState) -> None:
         """Keep the state where the staff's page reads it."""

@@ -43,7 +43,7 @@ class States:
                 looked = time.monotonic()
                 self._trace.look()
             heard = owned.driver.latest()
-            quiet = heard is None or time.monotonic() - heard.at >= ASK_S
+            quiet = heard is None or owned.age(heard) >= ASK_S
             if self._connection.connected and quiet and time.monotonic() - asked >= ASK_S:
                 asked = time.monotonic()
                 try:
@@ -67,6 +67,6 @@ class States:
 
     def _publish(self, state: RobotState) -> None:
         self._number += 1
-        at_ms = int((self._owned.clock.now().timestamp() - (time.monotonic() - state.at)) * 1000)
+        at_ms = int((self._owned.clock.now().timestamp() - self._owned.age(state)) * 1000)
         packet = state_packet(self._number, at_ms, state, self._latch.latched, self._channels)
         self._heard = bus.publish_state(self._owned.robot.slug, packet)

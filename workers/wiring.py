@@ -65,10 +65,10 @@ class Owner:
         self.latch = StopLatch(run / f"{slug}.stopped")
         self.lease = OwnerLease(robot, run / f"{slug}.lock", clock)
         self.link, self.grants = Link(clock, float(settings.FARHAND["REDIS_GONE_S"])), KnownGrants(clock)
-        self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
-        self.deadman = DeadManTimer(clock)
         trace = WireTrace(slug, clock)
         self.owned = OwnedRobot(robot, self.lease, clock, trace.publish)
+        self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
+        self.deadman = DeadManTimer(clock)
         self.pictures = Pictures(robot, clock)
         self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
         self.threads = Threads(self.owned, self.watch.leave)
@@ -79,7 +79,7 @@ class Owner:
         self._wire_commands()
 
     def _lane(self, name: str) -> Lane:
-        gate = Gate(self.lease, self.latch, self.link, self.grants, self.clock)
+        gate = Gate(self.lease, self.latch, self.link, self.grants, self.clock, self.owned.known)
         return Lane(name, gate, self.clock, self.pace)
 
     def _wire_safety(self, heartbeat: Path, on_lost: Callable[[], None]) -> None:

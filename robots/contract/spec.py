@@ -7,6 +7,7 @@ from typing import Any, Literal, TypeVar
 
 from robots.contract.capabilities import Idle, Need, Programs
 from robots.contract.channels import MOST, Scalar
+from robots.contract.policies import HOLD, Policies
 
 Lane = Literal["motion", "config"]
 TURN, ANYONE, STAFF = "turn", "anyone", "staff"
@@ -49,6 +50,7 @@ class CommandKind:
     held: bool = False  # it goes on for as long as keep-alives arrive
     replaceable: bool = False  # a newer one may take its place in motion; its driver asks `permit` on the way
     progress: bool = False  # it tells how far it is
+    policies: Policies = HOLD  # at the end of its grant and without a connection
 
     def open_to(self, who: str) -> bool:
         """Tell whether `who` (`turn`, `anyone`, `staff`) may ask for it."""
@@ -96,8 +98,9 @@ def _contradictions(spec: Spec) -> Iterator[str]:
         ("joint or channel", [*spec.joints, *(c.name for c in spec.channels)]),
     ):
         yield from (f"names the {what} {name!r} twice" for name in _twice(names))
+    told = {*spec.joints, *(c.name for c in spec.channels)}
     for command in spec.commands:
-        yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command))
+        yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command, told))
     if len(spec.channels) > MOST:
         yield f"has {len(spec.channels)} channels; at most {MOST} are possible"
     for kind in spec.handover:
@@ -109,13 +112,13 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     for one in spec.capabilities:
         if isinstance(one, Idle | Need | Programs) and spec.command(one.kind) is None:
             yield f"has no command {one.kind!r}, which its {type(one).__name__} names"
-        if isinstance(one, Need) and one.channel not in {c.name for c in spec.channels}:
+        if isinstance(one, Need) and one.channel not in [c.name for c in spec.channels]:
             yield f"has no channel {one.channel!r}, which its Need names"
         if isinstance(one, Need) and not one.below <= one.until:
             yield f"has a Need that begins below {one.below:g} and ends at {one.until:g}, which is less"
 
 
-def _wrong_in(command: CommandKind) -> Iterator[str]:
+def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
     names = [a.name for a in command.arguments]
     yield from (f"names the argument {name!r} twice" for name in _twice(names))
     yield from (f"gives the argument {a.name!r} no range" for a in command.arguments if not a.low <= a.high)
@@ -124,6 +127,14 @@ def _wrong_in(command: CommandKind) -> Iterator[str]:
     )
     if not command.limit_s > 0:
         yield "has no time limit"
+    for bound in (command.policies.on_link_lost, command.policies.on_grant_end):
+        if bound is None:
+            continue
+        if command.lane != "motion" or command.held:
+            yield "lets go on what lives from its operator's controls or does not move"
+        if not 0 < bound.seconds <= command.limit_s:
+            yield f"lets it go on for {bound.seconds:g} s, which is not within its time limit,"
+        yield from (f"bounds {r.name!r}, which no state tells," for r in bound.area if r.name not in told)
 
 
 def _twice(names: list[str]) -> list[str]:

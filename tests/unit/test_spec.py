@@ -9,12 +9,17 @@ from hypothesis import strategies as st
 from robots.contract.capabilities import Idle, Need, Programs
 from robots.contract.channels import MOST, Scalar
 from robots.contract.find import spec_of
+from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import Argument, CommandKind, Spec
 
 GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
 PACE = CommandKind("pace", "Pace", (Argument("pace", "m/s", 0.0, 1.0),), lane="config", default={"pace": 0.5})
 CHARGE = Scalar("charge", "%", 0.0, 100.0)
 SOUND = Spec("Cart", (GO, PACE), ("wheel",), ("go",), (CHARGE,), (Idle("go"), Need("go", "charge", 20.0, 90.0)))
+
+
+def alone(seconds, name="wheel"):
+    return Policies(on_link_lost=Bound(seconds, (Range(name, 0.0, 1.0),)))
 
 
 @pytest.mark.parametrize(
@@ -35,6 +40,9 @@ SOUND = Spec("Cart", (GO, PACE), ("wheel",), ("go",), (CHARGE,), (Idle("go"), Ne
         ({"commands": (replace(GO, arguments=GO.arguments * 2), PACE)}, "names the argument 'x' twice in its command"),
         ({"commands": (replace(GO, arguments=(Argument("x", "m", 1.0, 0.0),)), PACE)}, "gives the argument 'x' no range"),
         ({"commands": (GO, replace(PACE, default={"speed": 1.0}))}, "a default for 'speed', which is no argument"),
+        ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
+        ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
+        ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "lives from its operator's controls"),
         ({"commands": (replace(GO, limit_s=0.0), PACE)}, "has no time limit in its command 'go'"),
     ],
 )  # fmt: skip

@@ -73,6 +73,7 @@ class Runner:
         try:
             self._run(command)
         finally:
+            gate.ended()
             self._lane.current = None
 
     def _run(self, command: Command) -> None:
@@ -172,6 +173,7 @@ class Runner:
         spec = owned.robot.spec().command(command.kind)
         if spec is None:
             raise BadRequest(f"This robot has no command called {command.kind}.")
+        self._lane.gate.policies = spec.policies
         if spec.moves:
             self._pictures.still_id = 0
 

@@ -1,9 +1,11 @@
 """May this process move the robot, right now? Asked last, before every actuation."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 
 from robots.clock import Clock
+from robots.contract.policies import HOLD, Known, Policies, Why, why_held
 from robots.contract.session import Permit
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.models import Command, Grant
@@ -36,8 +38,10 @@ class Gate:
     link: Link
     grants: KnownGrants
     clock: Clock
+    known: Callable[[], Known | None]  # what is known of the robot now
     grant_id: int = 0
     begin_by: float | None = None
+    policies: Policies = HOLD  # of the command that runs
 
     def open_for(self, grant: Grant, now: datetime) -> None:
         """Let commands of `grant` through until it ends."""
@@ -52,6 +56,10 @@ class Gate:
         """The robot has understood it, or nothing is to begin any more."""
         self.begin_by = None
 
+    def ended(self) -> None:
+        """The command has ended: what moves now is held at the first reason."""
+        self.policies = HOLD
+
     @property
     def has_begun(self) -> bool:
         """Tell whether nothing is still to begin."""
@@ -65,7 +73,13 @@ class Gate:
     @property
     def forbidden(self) -> bool:
         """Tell whether what runs has to be held; the latch is not asked, for a stop holds by itself."""
-        return not self.lease.valid or self.link.down or self.grant_over
+        return not self.lease.valid or self._why() != ""
+
+    def _why(self) -> Why:
+        """Return why what runs has to be held; without a connection nothing begins, whatever its kind may do."""
+        policies = self.policies if self.has_begun else HOLD
+        known = None if policies == HOLD else self.known()
+        return why_held(policies, self.clock.monotonic(), self.link.lost_at, self.grants.until(self.grant_id), known)
 
     def bound(self, epoch: int) -> Permit:
         """Return a permit that is good under this epoch only: once the lease ran out it refuses for ever."""
@@ -83,9 +97,10 @@ class Gate:
             raise StaleEpoch(LAPSED)
         if self.latch.latched:
             raise Stopped("The robot is stopped.")
-        if self.link.down:
+        why = self._why()
+        if why == "link":
             raise LinkDown("The live link is down, so nothing moves until it is back.")
-        if self.grant_over:
+        if why == "grant":
             raise GrantOver("The turn is over.")
         if self.begin_by is not None and self.clock.monotonic() >= self.begin_by:
             raise TooLate(TOO_LATE)

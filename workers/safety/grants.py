@@ -45,9 +45,13 @@ class KnownGrants:
         """Let nothing of that grant through any more."""
         self.ended.add(grant_id)
 
+    def until(self, grant_id: int) -> float:
+        """Return when that grant ends by the monotonic clock (s); minus infinity where it has ended already."""
+        return -math.inf if grant_id in self.ended else self._until.get(grant_id, math.inf)
+
     def over(self, grant_id: int) -> bool:
         """Tell whether that grant has ended."""
-        return grant_id in self.ended or self._clock.monotonic() >= self._until.get(grant_id, math.inf)
+        return self._clock.monotonic() >= self.until(grant_id)
 
     def heeds_stop_of(self, grant_id: int) -> bool:
         """Tell whether a stop that names this grant (0: none) stops; only an end that is known is a reason not to."""

@@ -18,3 +18,8 @@ class Link:
     def down(self) -> bool:
         """Tell whether Redis has been silent for too long."""
         return self._clock.monotonic() - self._seen_at > self._gone_s
+
+    @property
+    def lost_at(self) -> float | None:
+        """Return since when it is lost, by the monotonic clock (s); None where it is not."""
+        return self._seen_at + self._gone_s if self.down else None

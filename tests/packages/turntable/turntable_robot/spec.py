@@ -1,8 +1,11 @@
 from robots.contract.capabilities import Idle
 from robots.contract.channels import Scalar
+from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
 
 EVERYBODY = frozenset({TURN, ANYONE})
+WHERE = (Range("table", -3.1, 3.1),)
+ALONE = Policies(on_link_lost=Bound(5.0, WHERE), on_grant_end=Bound(2.0, WHERE))
 
 
 def spec():
@@ -15,7 +18,9 @@ def spec():
         commands=(
             CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),), progress=True),
             CommandKind("home", "Home"),
-            CommandKind("tour", "Tour", (Argument("stops", "", 1, 8),), asked_by=EVERYBODY, limit_s=60.0),
+            CommandKind(
+                "tour", "Tour", (Argument("stops", "", 1, 8),), asked_by=EVERYBODY, limit_s=60.0, policies=ALONE
+            ),
             CommandKind("sway", "Sway", asked_by=frozenset({STAFF}), limit_s=60.0),
             CommandKind("pace", "Pace", (pace,), lane="config", default={"pace": 1.0}, moves=False, still_after=False),
         ),

@@ -1,0 +1,75 @@
+"""Whatever a kind of command declares, its robot is held by the end of the bound and of the grant, if not sooner."""
+
+from math import inf, nan
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robots.contract.policies import HOLD, Bound, Known, Policies, Range, inside, why_held
+
+SECONDS = st.floats(0.0, 1e6, exclude_min=True)
+NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
+RANGES = st.builds(Range, st.sampled_from("xyz"), NUMBERS, NUMBERS)
+BOUNDS = st.builds(Bound, SECONDS, st.lists(RANGES, max_size=3).map(tuple), st.none() | NUMBERS)
+POLICIES = st.builds(Policies, st.none() | BOUNDS, st.none() | BOUNDS)
+KNOWN = st.none() | st.builds(
+    Known, st.dictionaries(st.sampled_from("xyz"), NUMBERS), st.lists(NUMBERS, max_size=3).map(tuple)
+)
+TIMES = st.floats(-1e6, 1e6)
+
+
+@given(POLICIES, TIMES, st.none() | TIMES, TIMES | st.just(inf) | st.just(-inf), KNOWN)
+def test_it_is_held_at_the_latest_at_the_end_of_bound_and_grant(policies, now, lost_at, until, known):
+    alone = policies.on_link_lost
+    ends = [until]
+    if lost_at is not None:
+        ends.append(lost_at + (alone.seconds if alone else 0.0))
+    why = why_held(policies, now, lost_at, until, known)
+    if now >= min(ends):
+        assert why
+    if why == "link":
+        assert lost_at is not None
+
+
+@given(POLICIES, TIMES, TIMES, TIMES, KNOWN)
+def test_who_may_go_on_is_known_to_be_inside(policies, now, lost_at, until, known):
+    if why_held(policies, now, lost_at, until, known):
+        return
+    assert policies.on_link_lost is not None
+    assert inside(policies.on_link_lost, known)
+    last = policies.on_grant_end
+    assert last is None or now < until - last.seconds or inside(last, known)
+
+
+@given(TIMES, st.none() | TIMES, TIMES, KNOWN)
+def test_nothing_declared_is_held_at_once(now, lost_at, until, known):
+    assert bool(why_held(HOLD, now, lost_at, until, known)) == (lost_at is not None or now >= until)
+
+
+PLACE = Bound(5.0, (Range("x", 0.0, 2.0),), 0.3)
+
+
+@pytest.mark.parametrize(
+    ("known", "is_inside"),
+    [
+        (Known({"x": 1.0}, (0.1, -0.3)), True),
+        (Known({"x": 0.0}, (0.3,)), True),
+        (Known({"x": 2.1}, (0.1,)), False),
+        (Known({"x": nan}, (0.1,)), False),
+        (Known({"y": 1.0}, (0.1,)), False),
+        (Known({"x": 1.0}, ()), False),
+        (Known({"x": 1.0}, (0.1, -0.31)), False),
+        (Known({"x": 1.0}, (nan,)), False),
+        (None, False),
+    ],
+)
+def test_what_is_not_known_counts_as_outside(known, is_inside):
+    assert inside(PLACE, known) is is_inside
+
+
+def test_a_motion_that_draws_near_the_end_of_its_grant_has_to_be_inside():
+    policies = Policies(on_grant_end=PLACE)
+    fast, slow = Known({"x": 1.0}, (1.0,)), Known({"x": 1.0}, (0.1,))
+    assert [why_held(policies, now, None, 60.0, fast) for now in (54.9, 55.0, 60.0)] == ["", "grant", "grant"]
+    assert [why_held(policies, now, None, 60.0, slow) for now in (54.9, 55.0, 60.0)] == ["", "", "grant"]

@@ -3,7 +3,7 @@
 from benchmarks.stage import set_up, tell
 
 SECONDS = 30.0
-WAYS = ((60, 40, 60, 20, 60, 40), (-50, 10, 90, -30, 100, -60), (0, 25, 75, 0, 80, 0), (30, 0, 100, 60, 40, 90))
+TARGETS = ((60, 40, 60, 20, 60, 40), (-50, 10, 90, -30, 100, -60), (0, 25, 75, 0, 80, 0), (30, 0, 100, 60, 40, 90))
 
 
 def main() -> None:
@@ -56,7 +56,7 @@ def _measure(controller: str) -> dict[str, float]:
             number = 0
             while time.monotonic() - begun < SECONDS:
                 target = dict(
-                    zip(spec_of("pa10").joints[:6], np.radians(WAYS[number % len(WAYS)]).tolist(), strict=True)
+                    zip(spec_of("pa10").joints[:6], np.radians(TARGETS[number % len(TARGETS)]).tolist(), strict=True)
                 )
                 arm.execute("joints", target, lambda: None, lambda _: None)
                 number += 1

@@ -107,7 +107,7 @@ def _ikpy() -> Solve:
     with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
         file.write(text_of("pa10", "model.urdf"))
         file.flush()
-        made = Chain.from_urdf_file(file.name, base_elements=["base", "S1", "shoulder", "S2", "upper_arm", "E1", "forearm", "E2", "lower_forearm", "W1", "wrist", "W2", "hand", "tip_fixed"], active_links_mask=[False, *[True] * 6, False])  # fmt: skip
+        made = Chain.from_urdf_file(file.name, base_elements=["base", "S1", "shoulder", "S2", "upper_arm", "E1", "forearm", "E2", "lower_forearm", "W1", "wrist", "W2", "tool", "tip_fixed"], active_links_mask=[False, *[True] * 6, False])  # fmt: skip
 
     def solve(pose: np.ndarray, start: np.ndarray) -> np.ndarray:
         return np.asarray(made.inverse_kinematics_frame(pose, np.array([0.0, *start, 0.0]), orientation_mode="all"))[

@@ -1,4 +1,4 @@
-"""Whether the time of an answer tells if an address has an account: sign-in, sign-up and password reset, each both ways.
+"""Whether the time of an answer tells if an address has an account: sign-in, sign-up and password reset, each with a known and an unknown address.
 
 Known and unknown are asked for in turns in one run (OWASP ASVS 5.0, 6.3.8), with passwords
 hashed as in production and mails sent beside the answer.

@@ -183,7 +183,7 @@ async def _reader(pipe: IO[bytes]) -> asyncio.StreamReader:
 
 
 def reap(ours: set[int]) -> None:
-    """Let go of processes that ended after whoever had begun them; `ours` have who waits, 0: not known yet."""
+    """Reap processes that outlived the one that started them; `ours` are waited for elsewhere (0: not known yet)."""
     if _line is None or 0 in ours:
         return
     with contextlib.suppress(ChildProcessError):

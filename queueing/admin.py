@@ -39,7 +39,7 @@ class TicketAdmin(Kept):
     ordering = ("-id",)
     actions = ("remove",)
 
-    @admin.action(description="Take out of the queue", permissions=["keep"])
+    @admin.action(description="Take out of the queue", permissions=["act"])
     def remove(self, request: HttpRequest, queryset: Any) -> None:
         """Take the chosen people out; a running turn is ended."""
         for ticket in queryset:
@@ -54,7 +54,7 @@ class TurnAdmin(Kept):
     list_filter = ("robot", "end_reason")
     actions = ("end",)
 
-    @admin.action(description="End the turn now", permissions=["keep"])
+    @admin.action(description="End the turn now", permissions=["act"])
     def end(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen running turns."""
         for turn in queryset.filter(ended_at=None):
@@ -69,7 +69,7 @@ class JobAdmin(Kept):
     list_filter = ("robot", "state")
     actions = ("cancel",)
 
-    @admin.action(description="Cancel", permissions=["keep"])
+    @admin.action(description="Cancel", permissions=["act"])
     def cancel(self, request: HttpRequest, queryset: Any) -> None:
         """Cancel the chosen open jobs; the robot holds."""
         for job in queryset.filter(state__in=OPEN_JOB):

@@ -228,7 +228,7 @@ class IncidentAdmin(Kept):
     list_filter = ("robot", "code")
     actions = ("close",)
 
-    @admin.action(description="Mark as dealt with", permissions=["keep"])
+    @admin.action(description="Mark as dealt with", permissions=["act"])
     def close(self, request: HttpRequest, queryset: Any) -> None:
         """Close the chosen incidents."""
         for incident in queryset:

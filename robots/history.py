@@ -22,8 +22,8 @@ class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
 class Kept(Guarded):
     """A record that is read, never written by hand."""
 
-    def has_keep_permission(self, request: HttpRequest) -> bool:
-        """Actions that touch a robot or a turn are for keepers, not for everybody who may look."""
+    def has_act_permission(self, request: HttpRequest) -> bool:
+        """Return whether the person may act on robots and turns; to look at them a lower permission is enough."""
         return request.user.has_perm("robots.change_robot")
 
     def has_add_permission(self, request: HttpRequest) -> bool:

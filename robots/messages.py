@@ -37,7 +37,7 @@ class Changed(_Message, frozen=True, tag="changed"):
 
 
 class Trace(_Message, frozen=True, tag="trace"):
-    """One frame on the robot's wire, for keepers: direction, bytes in hex, words."""
+    """One frame on the robot's wire, for staff: direction, bytes in hex, words."""
 
     way: str
     hex: str

@@ -1,4 +1,4 @@
-"""People's programs: saved, shared, looked through by keepers, found again."""
+"""People's programs: saving, sharing, review by staff, and the gallery."""
 
 from datetime import datetime
 from typing import Any
@@ -31,7 +31,7 @@ def one(robot: Robot, user: Any, pk: int) -> Program:
 
 
 def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datetime, pk: int | None = None) -> Program:
-    """Save a program of one's own; a changed one leaves the gallery until it was looked through again.
+    """Save a program of one's own; a changed one leaves the gallery until staff approve it again.
 
     Raises:
         NotPermitted: signed out, somebody else's, too many. BadRequest: no name, no text, a name twice.
@@ -75,7 +75,7 @@ def delete(robot: Robot, user: Any, pk: int) -> None:
 def approve(program: Program, user: Any, approved: bool) -> None:
     """Let a shared program into the gallery, or take it out. Raises NotPermitted, BadRequest."""
     if not user.has_perm("robots.change_program"):
-        raise NotPermitted("Programs are looked through by keepers.")
+        raise NotPermitted("Only staff can approve programs.")
     if approved and not program.shared and program.author_id is not None:
         raise BadRequest("Its author has not shared it.")
     Program.objects.filter(pk=program.pk).update(approved=approved, approved_by=user.pk if approved else None)

@@ -61,7 +61,7 @@ MUTANTS = (
            "tests/faults/test_promises_owner.py::test_promise_05_one_owner_however_many_start[mercury]"),
     Mutant(6, "silence of the controls is not noticed", "workers/safety/deadman.py",
            "            if now - self._heard > SILENT_S:\n", "            if False:\n",
-           "tests/faults/test_held.py::test_a_lost_hand_holds_within_half_a_second_and_says_so[mercury]"),
+           "tests/faults/test_held.py::test_lost_controls_hold_within_half_a_second_and_says_so[mercury]"),
     Mutant(6, "a late keep-alive brings the motion back", "workers/safety/deadman.py",
            "self._who == (user, seq) and now - self._heard <= SILENT_S:", "self._who == (user, seq):",
            "tests/unit/test_deadman.py::test_a_keep_alive_that_comes_too_late_brings_nothing_back"),

@@ -22,7 +22,7 @@ PROMISES = {
     3: "Late commands never move.",
     4: "Only the current holder of the robot moves it.",
     5: "One owner a robot.",
-    6: "A held motion stops within 500 ms of the lost hand.",
+    6: "A held motion stops within 500 ms after its controls are lost.",
     7: "Stop overtakes everything.",
     8: "Stopped stays stopped.",
     9: "The envelope is enforced at the server and at the driver.",

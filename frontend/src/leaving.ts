@@ -6,7 +6,7 @@ export interface Leaving {
   go(): void;
 }
 
-/** Watch over the ways off this page for as long as `operating`. */
+/** Ask before this page is left, for as long as `operating`. */
 export function guard(operating: () => boolean): void {
   let sure = false;
   addEventListener("beforeunload", (event) => {

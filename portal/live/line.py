@@ -45,7 +45,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         """Answer what was not understood, with the socket left open."""
 
     async def left(self) -> None:
-        """Let go of everything; called once, however the socket ended, its tasks being gone."""
+        """Release everything; called once, however the socket ended, after its tasks have ended."""
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Serve the socket to its end; what is left of it is cleared away whatever was raised."""
@@ -89,7 +89,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
                 await self.opened()
             else:
                 await self._receive(message.get("text"))
-        except OSError as error:  # the line went away under our hands; its end follows
+        except OSError as error:  # the connection was just lost; `disconnect` follows
             log.debug("a socket's line is gone: %s", error)
         except Exception:
             log.exception("a socket failed")

@@ -66,7 +66,7 @@ class Signed(Protocol):
         """Tell the database soon that the person is here."""
 
     async def shut(self, ending: Ending) -> None:
-        """Close the socket and let go of what hangs on it."""
+        """Close the socket and release what belongs to it."""
 
 
 def badge_of(scope: dict[str, Any], user: Any) -> Badge | None:

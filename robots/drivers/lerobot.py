@@ -88,7 +88,7 @@ class LeRobotDriver(Session):
         return self.state()
 
     def close(self) -> None:
-        """Let go of the line."""
+        """Close the connection."""
         with self._line:
             robot, self._robot = self._robot, None
             if robot is not None:

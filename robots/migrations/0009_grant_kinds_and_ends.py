@@ -7,7 +7,7 @@ RENAMED = {"goal": "job", "attract": "idle"}
 
 
 def rename(apps, schema_editor):
-    """Nothing opened grants of these kinds; rows that a hand wrote keep a meaning."""
+    """Nothing opened grants of these kinds; rows written by hand keep a meaning."""
     for old, new in RENAMED.items():
         apps.get_model("robots", "Grant").objects.filter(kind=old).update(kind=new)
 

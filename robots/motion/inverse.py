@@ -22,7 +22,7 @@ from robots.motion.chain import Chain, Joints, Matrix
 EXACT = 1e-9  # an answer is an answer where no number of its pose is off by more (m, or of a rotation)
 SAME_RAD = 1e-9
 SLACK_RAD = 1e-9
-CLOSE_M = 1e-3  # an answer whose hand is farther away is not one that only lost its digits at a singular pose
+CLOSE_M = 1e-3  # an answer whose tool is farther away is not one that only lost its digits at a singular pose
 
 
 class OutOfReach(ValueError):
@@ -180,7 +180,7 @@ class Inverse:
         found, miss = self._solve(pose)
         if not found:
             nearest = float(np.min(miss, initial=np.inf))
-            raise OutOfReach(f"the hand would stay {nearest:.3f} m away: the arm is too short, or too long, for that")
+            raise OutOfReach(f"the tool would stay {nearest:.3f} m away: the arm is too short, or too long, for that")
         turned = self._into(np.array(found))
         outside = np.maximum(0.0, np.maximum(self.chain.low - turned, turned - self.chain.high))
         raise OutOfReach(self.chain.broken_limit(turned[np.argmin(np.sum(outside, axis=1))]))

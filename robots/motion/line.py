@@ -1,4 +1,4 @@
-"""The straight line of the hand: joints solved every few millimetres, passed in the time of one polynomial."""
+"""The straight line of the tool: joints solved every few millimetres, passed in the time of one polynomial."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -13,13 +13,13 @@ from robots.motion.path import SHORTEST_S, Cubic, Limits
 
 STEP_M = 0.005  # how densely a straight line is solved
 STEP_RAD = 0.02
-JUMP = 3.0  # a joint that turns so many times more than the hand is passing a singular pose
+JUMP = 3.0  # a joint that turns so many times more than the tool is passing a singular pose
 PEAK = 1.5  # greatest speed of the polynomial from 0 to 1 at rest, times its seconds
 
 
 @dataclass(frozen=True)
 class Line:
-    """A straight line of the hand: joints at equal steps of the way from 0 to 1, passed in the time of a cubic."""
+    """A straight line of the tool: joints at equal steps of the way from 0 to 1, passed in the time of a cubic."""
 
     q: Joints  # (m, n)
     slope: Joints  # (m, n), d q / d way
@@ -54,7 +54,7 @@ class Line:
 
 
 def line_path(inverse: Inverse, start: Joints, target: Matrix, limits: Limits, scale: float, budget: Budget) -> Line:
-    """Return the straight line of the hand from rest at `start` to the pose `target`.
+    """Return the straight line of the tool from rest at `start` to the pose `target`.
 
     Raises:
         OutOfReach: part of the line cannot be reached, or it passes a singular pose.
@@ -71,12 +71,12 @@ def line_path(inverse: Inverse, start: Joints, target: Matrix, limits: Limits, s
     angle = float((turns[0].inv() * turns[1]).magnitude())
     steps = max(2, ceil(max(far / STEP_M, angle / STEP_RAD)))
     budget.spend(LINE_POINT * steps)
-    ways = np.linspace(0.0, 1.0, steps + 1)
+    shares = np.linspace(0.0, 1.0, steps + 1)
     poses = np.tile(np.eye(4), (steps + 1, 1, 1))
-    poses[:, :3, :3] = Slerp([0.0, 1.0], turns)(ways).as_matrix()
-    poses[:, :3, 3] = begin[:3, 3] + ways[:, None] * (target[:3, 3] - begin[:3, 3])
+    poses[:, :3, :3] = Slerp([0.0, 1.0], turns)(shares).as_matrix()
+    poses[:, :3, 3] = begin[:3, 3] + shares[:, None] * (target[:3, 3] - begin[:3, 3])
     solved = [np.asarray(start, dtype=float)]
-    for way, pose in zip(ways[1:], poses[1:], strict=True):
+    for way, pose in zip(shares[1:], poses[1:], strict=True):
         try:
             found = inverse.nearest(pose, solved[-1], budget)
         except OutOfReach as error:
@@ -85,7 +85,7 @@ def line_path(inverse: Inverse, start: Joints, target: Matrix, limits: Limits, s
             raise OutOfReach(f"at {way:.0%} the straight line passes a singular pose; go there by joints")
         solved.append(found)
     q = np.array(solved)
-    slope = np.gradient(q, ways, axis=0)
+    slope = np.gradient(q, shares, axis=0)
     return Line(q, slope, _timed(slope, limits, scale))
 
 

@@ -1,4 +1,4 @@
-"""Poses of a serial arm at which joints turn against each other and the hand stands still."""
+"""Poses of a serial arm at which joints turn against each other and the tool stands still."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,8 +20,8 @@ def singularity(chain: Chain, q: Joints, least: float = SINGULAR) -> str:
     share = np.abs(rows[-1])
     names = [j.name for j, s in zip(chain.joints, share, strict=True) if s > 0.2 * share.max()]
     if len(names) == 1:
-        return f"a singular pose: turning {names[0]} does not move the hand"
-    return f"a singular pose: turning {', '.join(names[:-1])} and {names[-1]} against each other does not move the hand"
+        return f"a singular pose: turning {names[0]} does not move the tool"
+    return f"a singular pose: turning {', '.join(names[:-1])} and {names[-1]} against each other does not move the tool"
 
 
 def share(chain: Chain, q: Joints, pose: Matrix) -> Joints | None:

@@ -1,4 +1,4 @@
-"""Forbidden boxes: where elbow, wrist and hand must not go, checked along the whole way.
+"""Forbidden boxes: where elbow, wrist and tool must not go, checked along the whole way.
 
 After Dziemian et al. 2004 (section "Path planning"): boxes cover the base, the table and the
 cables; a motion stops before one and may only lead away from it. The paper checks the points

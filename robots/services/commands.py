@@ -99,7 +99,7 @@ def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) 
     if not owner_alive(getattr(robot, "lease", None), now):
         raise RobotOffline("The robot's worker does not answer now; your place is kept.")
     if staff_only and not user.has_perm("robots.change_robot"):
-        raise NotPermitted(f"The command {kind} is for keepers of the robot.")
+        raise NotPermitted(f"The command {kind} is for staff.")
 
 
 def _write(

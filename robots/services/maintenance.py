@@ -12,7 +12,7 @@ from robots.states import Cycle, GrantKind
 
 
 def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
-    """Open a maintenance turn: a keeper drives under lock-out. Raises NotPermitted."""
+    """Open a maintenance turn, in which staff drive under lock-out. Raises NotPermitted."""
     need_staff(user)
     robot.refresh_from_db()
     if robot.cycle != Cycle.LOCKED_OUT:

@@ -57,12 +57,12 @@ class RayRenderer:
     def take(self, data: mujoco.MjData, camera: str) -> Picture:
         """See Renderer."""
         model, count = self._model, len(self._geom)
-        eye = np.array(data.camera(camera).xpos)
+        camera_at = np.array(data.camera(camera).xpos)
         rays = self._through(camera) @ np.array(data.camera(camera).xmat).reshape(3, 3).T
-        mujoco.mj_multiRay(model, data, eye, np.ascontiguousarray(rays).reshape(-1), self._groups, True, -1,
+        mujoco.mj_multiRay(model, data, camera_at, np.ascontiguousarray(rays).reshape(-1), self._groups, True, -1,
                            self._geom, self._distance, self._normal, count, 10.0)  # fmt: skip
         hit = self._geom >= 0
-        points = eye + rays * self._distance[:, None]
+        points = camera_at + rays * self._distance[:, None]
         lamp = np.array(LAMP)
         way = points - lamp
         far = np.linalg.norm(way, axis=1)

@@ -21,7 +21,7 @@ HIDDEN = 3  # group of the shapes that collide but are not seen
 JUDGE = 4  # group of the forbidden boxes, met by nothing, seen by nobody
 LAMP = (0.8, -0.8, 2.2)
 SKY = (196, 204, 212)  # what a camera sees beyond the wall
-NEAR = 0.002  # shares of the scene's extent: the gripper's camera sits close to the hand
+NEAR = 0.002  # shares of the scene's extent: the gripper's camera sits close to the tool
 
 
 def arm() -> mujoco.MjSpec:
@@ -66,7 +66,7 @@ def _arm(made: mujoco.MjSpec) -> None:
         finger.ctrlrange = [-0.02, description["gripper"]["open"]]
         finger.forcerange = [-GRIP_N, GRIP_N]
     for geom in made.geoms:
-        if not geom.contype:  # for the eye only
+        if not geom.contype:  # only to be seen
             continue
         geom.group = HIDDEN
         pad = geom.parent.name in ("left_pad", "right_pad")
@@ -100,18 +100,18 @@ def _block(made: mujoco.MjSpec, name: str, x: float, y: float, colour: tuple[flo
 def _cameras(made: mujoco.MjSpec) -> None:
     """The paper's three views: the robot with its surroundings, the table, from the gripper."""
     world = made.worldbody
-    for name, eye, at, fovy in (
+    for name, place, at, fovy in (
         ("surroundings", (1.75, -1.35, 1.15), (0.15, 0.0, 0.45), 45),
         ("table", (0.95, 0.0, 0.75), (0.52, 0.0, 0.0), 50),
     ):
-        world.add_camera(name=name, pos=eye, xyaxes=_looking(eye, at), fovy=fovy)
-    hand = made.body("hand")
-    hand.add_camera(name="gripper", pos=[0.075, 0, 0.0], xyaxes=_looking((0.075, 0, 0.0), (0.0, 0, 0.16)), fovy=70)
+        world.add_camera(name=name, pos=place, xyaxes=_looking(place, at), fovy=fovy)
+    tool = made.body("tool")
+    tool.add_camera(name="gripper", pos=[0.075, 0, 0.0], xyaxes=_looking((0.075, 0, 0.0), (0.0, 0, 0.16)), fovy=70)
 
 
-def _looking(eye: tuple[float, float, float], at: tuple[float, float, float]) -> list[float]:
-    """Return a camera's x and y axes that look from `eye` to `at`, the top side up."""
-    back = np.subtract(eye, at)
+def _looking(place: tuple[float, float, float], at: tuple[float, float, float]) -> list[float]:
+    """Return a camera's x and y axes that look from `place` to `at`, the top side up."""
+    back = np.subtract(place, at)
     back = back / np.linalg.norm(back)
     up = np.array([0.0, 0.0, 1.0]) if abs(back[2]) < 0.999 else np.array([0.0, 1.0, 0.0])
     right = np.cross(up, back)
@@ -130,7 +130,7 @@ class Judge:
     FAR = 0.5
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        limbs = {"upper_arm", "forearm", "lower_forearm", "wrist", "hand", "left_pad", "right_pad"}
+        limbs = {"upper_arm", "forearm", "lower_forearm", "wrist", "tool", "left_pad", "right_pad"}
         self._model = model
         solid = [g for g in range(model.ngeom) if model.geom_group[g] == HIDDEN]
         arm = [g for g in solid if model.body(model.geom_bodyid[g]).name in limbs]

@@ -217,7 +217,7 @@ class Simulator:
             self.journal.note("slip")
 
     def _tidy(self) -> None:
-        """Put back what has lain beside the table for a while, as a keeper would."""
+        """Put back objects that have lain beside the table for a while, as staff would."""
         for name in OBJECTS:
             away = self.plant.place(name)[2] < FALLEN_M
             self._fallen[name] = self._fallen.get(name, 0) + 1 if away else 0

@@ -52,5 +52,5 @@ def may_go_on(planner: Planner, q: Joints, v: Joints, wanted: Joints) -> bool:
     if np.any((stop < limits.low) & (faster < 0)) or np.any((stop > limits.high) & (faster > 0)):
         return False
     floor = kept.floor(kept.distances(q))
-    ways = (q + share * (stop - q) for share in (0.5, 1.0))
-    return not any(kept.entered(kept.distances(way), floor) for way in ways)
+    ahead = (q + share * (stop - q) for share in (0.5, 1.0))
+    return not any(kept.entered(kept.distances(one), floor) for one in ahead)

@@ -6,7 +6,7 @@ from robots.drivers.mercury.driver import Driver
 from robots.drivers.pa10.driver import Driver as ArmDriver
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
-from tests.drivers.pa10_wire import Hand, allow, do
+from tests.drivers.pa10_wire import Terminal, allow, do
 from tests.faults.proof import Proof
 from tests.rig import ArmSimulator, Simulator
 
@@ -87,10 +87,10 @@ def arm(shared):
 
 
 @pytest.fixture
-def hand(shared):
+def terminal(shared):
     shared.clear()
     wait_for(lambda: not shared.status()["moving"], 20, "rest")
-    made = Hand(shared)
+    made = Terminal(shared)
     assert made.ask(f"i {time.monotonic_ns()}").startswith("ok epoch")
     if made.ask("w") == "e":
         made.ask("j 0 0 0 0 0 0")

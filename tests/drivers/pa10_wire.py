@@ -1,4 +1,4 @@
-"""The museum arm's wire as tests use it: somebody who types, and what the simulator noted."""
+"""The museum arm's wire as tests use it: a terminal, and the simulator's journal."""
 
 import contextlib
 import socket
@@ -16,8 +16,8 @@ def journal(sim, event, since=0.0):
     return [r for r in sim.journal() if r["event"] == event and r["t"] >= since]
 
 
-class Hand:
-    """Somebody who types."""
+class Terminal:
+    """A text terminal on the controller's line."""
 
     def __init__(self, sim):
         host, _, port = (sim.folder / "tty").read_text().strip().partition(":")

@@ -23,7 +23,7 @@ DOWN = {"roll": np.pi, "pitch": 0.0, "yaw": np.pi}
 ABOVE = {"x": 0.5, "y": 0.16, "z": 0.15, **DOWN}
 
 
-def test_a_hand_goes_where_it_is_told(arm, shared):
+def test_the_tool_goes_where_it_is_told(arm, shared):
     stages = []
     outcome = arm.execute("pose", ABOVE, allow, stages.append)
     assert stages == ["sent", "acknowledged"]
@@ -98,17 +98,17 @@ def test_without_a_permit_nothing_is_sent(arm, shared):
     assert len(journal(shared, "motion")) == before
 
 
-def test_a_jog_lives_from_its_hand_and_stops_before_the_table(arm, shared):
+def test_a_jog_lasts_while_it_is_permitted_and_stops_before_the_table(arm, shared):
     lowest, since, until = 9.0, time.monotonic(), time.monotonic() + 30.0
 
     def permit():
-        """Let go once the hand has not come down any further for a second."""
+        """Refuse once the tool has not come down any further for a second."""
         nonlocal lowest, since
         z = arm.latest().pose[2]
         if z < lowest - 1e-4:
             lowest, since = z, time.monotonic()
         if time.monotonic() > min(since + 1.0, until):
-            raise Stopped("let go")
+            raise Stopped("released")
 
     with pytest.raises(Stopped):
         arm.execute("jog_tool", {"z": -1.0}, permit, lambda _: None)
@@ -190,7 +190,7 @@ def test_a_block_dropped_beside_the_table_is_put_back(arm, shared):
     do(arm, "gripper", closed=0)
     wait_for(lambda: shared.status()["objects"]["green"][2] < -0.1, 10, "the fall")
     do(arm, "ready")
-    wait_for(lambda: journal(shared, "put_back", begun), 60, "the keeper")
+    wait_for(lambda: journal(shared, "put_back", begun), 60, "it is put back")
     assert shared.status()["objects"]["green"] == pytest.approx(start, abs=0.02)
 
 
@@ -224,7 +224,7 @@ class Bench:
 CAPSULE_M = 0.05  # the limbs' capsules are thicker than the shapes by no more than this
 
 
-def test_promise_09_random_targets_enter_no_box_and_each_refusal_is_true(hand, shared, request):
+def test_promise_09_random_targets_enter_no_box_and_each_refusal_is_true(terminal, shared, request):
     """Joint and pose targets, each given while the one before may still run; judged by MuJoCo's geometry."""
     proof = Proof.at(request.node)
     number = proof.count("random targets over TCP", 20, 1000)
@@ -234,11 +234,11 @@ def test_promise_09_random_targets_enter_no_box_and_each_refusal_is_true(hand, s
     for i in range(number):
         if i % 2:
             target = dice.uniform(bench.arm.low, bench.arm.high)
-            said = hand.ask("j " + " ".join(f"{np.degrees(v):.6f}" for v in target) + " 1")
+            said = terminal.ask("j " + " ".join(f"{np.degrees(v):.6f}" for v in target) + " 1")
         else:
             place = (*dice.uniform((-0.7, -0.7, -0.1), (0.9, 0.7, 1.1)), *dice.uniform(-np.pi, np.pi, 3))
             shown = (*(v * 1000 for v in place[:3]), *np.degrees(place[3:]))
-            said = hand.ask("k " + " ".join(f"{v:.6f}" for v in shown) + " 1")
+            said = terminal.ask("k " + " ".join(f"{v:.6f}" for v in shown) + " 1")
         why = "ok" if said.startswith("ok") else said.split()[1]
         if why == "box":
             why = "on the way" if "on the way" in said else "there"
@@ -250,7 +250,7 @@ def test_promise_09_random_targets_enter_no_box_and_each_refusal_is_true(hand, s
         elif why == "range" and outcome["range"] <= searched:
             assert not bench.reaches(matrix(place), dice), f"{said}: it can be reached"
         time.sleep(dice.uniform(0, 0.4))
-    assert hand.ask("W") in "ae"
+    assert terminal.ask("W") in "ae"
     distance, box = shared.status()["nearest"]
     assert distance > 0, f"the arm was {-distance} m inside {box}"
     assert outcome["ok"] > number / 10
@@ -258,7 +258,7 @@ def test_promise_09_random_targets_enter_no_box_and_each_refusal_is_true(hand, s
     proof.holds(f"{number} targets: {outcome}; nearest to a box {distance * 1000:.0f} mm ({box}), by MuJoCo's geometry")
 
 
-def test_a_keepers_box_is_told_to_the_controller(tmp_path):
+def test_a_box_of_staff_is_told_to_the_controller(tmp_path):
     """Refused by the driver, by the controller where somebody types, and gone with the next owner who knows none."""
     vase = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}
     sim = ArmSimulator(tmp_path)

@@ -7,14 +7,14 @@ import pytest
 from robots.drivers.errors import LineBusy, LineGone
 from robots.drivers.pa10.driver import Driver
 from tests.conftest import wait_for
-from tests.drivers.pa10_wire import Hand, allow, do, journal
+from tests.drivers.pa10_wire import Terminal, allow, do, journal
 from tests.rig import ArmSimulator
 
 
 def test_one_client_and_a_newer_epoch_takes_over(arm, shared):
-    other = Hand(shared)
+    other = Terminal(shared)
     assert "another client is connected" in other.ask("w")
-    stale = Hand(shared)
+    stale = Terminal(shared)
     assert "is over" in stale.ask("i 1")
     newer = Driver(str(shared.folder / "tty"), {"epoch": time.monotonic_ns()})
     newer.connect()
@@ -70,7 +70,7 @@ def test_an_absurd_epoch_locks_nobody_out(tmp_path):
     """Without a token anybody may claim; the claim ends with the minute in which nobody is connected."""
     sim = ArmSimulator(tmp_path, watchdog=2.0, nobody=2.0)
     try:
-        stranger = Hand(sim)
+        stranger = Terminal(sim)
         assert stranger.ask("i 1e308").startswith("e range")
         assert stranger.ask("i 9007199254740991").startswith("ok epoch")
         at = time.monotonic()
@@ -88,7 +88,7 @@ def test_an_absurd_epoch_locks_nobody_out(tmp_path):
 def test_who_types_is_never_silent_and_an_owner_takes_the_place(tmp_path):
     sim = ArmSimulator(tmp_path, watchdog=1.0, nobody=60.0)
     try:
-        typist = Hand(sim)
+        typist = Terminal(sim)
         assert typist.ask("w") == "a"
         for half in (b"j 10 25", b" 75 0 80", b" 0\n"):
             time.sleep(1.2)
@@ -106,7 +106,7 @@ def test_who_types_is_never_silent_and_an_owner_takes_the_place(tmp_path):
 def test_an_owner_who_waits_for_rest_is_not_silent(tmp_path):
     sim = ArmSimulator(tmp_path, watchdog=1.0, nobody=60.0)
     try:
-        owner = Hand(sim)
+        owner = Terminal(sim)
         owner.ask("i 1")
         owner.ask("j 60 25 75 0 80 0 0.1")
         assert owner.ask("W") == "a"
@@ -122,7 +122,7 @@ def test_a_fresh_connection_is_not_dropped_for_the_silence_before_it(tmp_path):
     try:
         for epoch in range(1, 25):
             time.sleep(0.4)
-            owner = Hand(sim)
+            owner = Terminal(sim)
             assert owner.ask(f"i {epoch}").startswith("ok epoch"), epoch
             assert owner.ask("w") == "a", epoch
             owner.close()
@@ -132,9 +132,9 @@ def test_a_fresh_connection_is_not_dropped_for_the_silence_before_it(tmp_path):
 
 
 def test_idle_connections_keep_nobody_out(shared):
-    strangers = [Hand(shared) for _ in range(60)]
-    hand = Hand(shared)
-    assert hand.ask(f"i {time.monotonic_ns()}").startswith("ok epoch")
+    strangers = [Terminal(shared) for _ in range(60)]
+    terminal = Terminal(shared)
+    assert terminal.ask(f"i {time.monotonic_ns()}").startswith("ok epoch")
     assert len(shared.status()["threads"]) < 50
-    for one in (*strangers, hand):
+    for one in (*strangers, terminal):
         one.close()

@@ -9,7 +9,7 @@ import pytest
 from robots.drivers.errors import HardwareFault, OutOfWorkspace
 from robots.motion.described import chain
 from tests.conftest import wait_for
-from tests.drivers.pa10_wire import Hand, allow, do, journal
+from tests.drivers.pa10_wire import Terminal, allow, do, journal
 
 
 def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm, shared):
@@ -27,29 +27,29 @@ def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm,
     assert arm.recover(allow).ready
 
 
-def pushed_out(hand, shared):
+def pushed_out(terminal, shared):
     """Turn the first axis until it is beyond its range, without a motion of its own."""
-    hand.ask("j 160 -40 -40 0 -30 0 1")
-    assert hand.ask("W") == "a"
+    terminal.ask("j 160 -40 -40 0 -30 0 1")
+    assert terminal.ask("W") == "a"
     shared.fault("disturb", 900.0)
-    wait_for(lambda: hand.ask("w") == "e", 10, "the range error")
+    wait_for(lambda: terminal.ask("w") == "e", 10, "the range error")
     shared.clear()
     wait_for(lambda: abs(shared.status()["speed"]) < 0.01, 10, "rest")
 
 
-def test_pushed_out_at_rest_it_says_so(hand, shared):
-    pushed_out(hand, shared)
+def test_pushed_out_at_rest_it_says_so(terminal, shared):
+    pushed_out(terminal, shared)
     assert "S1" in journal(shared, "range_error")[-1]["why"]
     for line in ("j 0 25 75 0 80 0", "g 1", "p 1", "J 0 0 0 0 0 1"):
-        assert hand.ask(line).startswith("e range"), line
+        assert terminal.ask(line).startswith("e range"), line
 
 
-def test_neither_silence_nor_a_restart_leads_out_of_it(hand, shared):
-    pushed_out(hand, shared)
+def test_neither_silence_nor_a_restart_leads_out_of_it(terminal, shared):
+    pushed_out(terminal, shared)
     boot = shared.status()["boot"]
     shared.fault("restart", count=1)
     wait_for(lambda: shared.status()["boot"] > boot, 10, "the restart")
-    other = Hand(shared)
+    other = Terminal(shared)
     other.ask(f"i {time.monotonic_ns()}")
     assert other.ask("w") == "e"
     assert other.ask("j 0 25 75 0 80 0").startswith("e range")
@@ -58,19 +58,19 @@ def test_neither_silence_nor_a_restart_leads_out_of_it(hand, shared):
     other.close()
 
 
-def test_the_way_out_must_be_gone_to_its_end(hand, shared):
-    pushed_out(hand, shared)
-    assert hand.ask("j 0 0 0 0 0 0 0.2").startswith("ok")
-    assert hand.ask("j 0 25 75 0 80 0").startswith("e "), "another target does not take its place"
+def test_the_way_out_must_be_gone_to_its_end(terminal, shared):
+    pushed_out(terminal, shared)
+    assert terminal.ask("j 0 0 0 0 0 0 0.2").startswith("ok")
+    assert terminal.ask("j 0 25 75 0 80 0").startswith("e "), "another target does not take its place"
     time.sleep(0.2)
-    assert hand.ask("h") == "ok hold"
-    assert hand.ask("W") == "e", "held on its way out, it is not out"
-    assert hand.ask("j 0 0 0 0 0 0").startswith("ok")
-    assert hand.ask("W") == "a"
-    assert hand.ask("j 0 25 75 0 80 0").startswith("ok")
+    assert terminal.ask("h") == "ok hold"
+    assert terminal.ask("W") == "e", "held on its way out, it is not out"
+    assert terminal.ask("j 0 0 0 0 0 0").startswith("ok")
+    assert terminal.ask("W") == "a"
+    assert terminal.ask("j 0 25 75 0 80 0").startswith("ok")
 
 
-def test_a_target_that_cannot_be_is_refused_and_is_no_range_error(hand, shared):
+def test_a_target_that_cannot_be_is_refused_and_is_no_range_error(terminal, shared):
     for line in ("j 200 0 0 0 0 0", "k 1900 0 100 180 0 180", "k 500 0 -50 180 0 180"):
-        assert hand.ask(line).startswith(("e range", "e box")), line
-        assert hand.ask("w") == "a"
+        assert terminal.ask(line).startswith(("e range", "e box")), line
+        assert terminal.ask("w") == "a"

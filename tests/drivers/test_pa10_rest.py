@@ -39,12 +39,12 @@ def test_the_gripper_closes_out_of_rest(arm, shared):
     assert abs(arm.state().joints[6] - opening) > 0.01
 
 
-def test_a_push_is_felt_out_of_rest(hand, shared):
-    assert hand.ask("j 160 -40 -40 0 -30 0 1").startswith("ok")
-    assert hand.ask("W") == "a"
+def test_a_push_is_felt_out_of_rest(terminal, shared):
+    assert terminal.ask("j 160 -40 -40 0 -30 0 1").startswith("ok")
+    assert terminal.ask("W") == "a"
     wait_for(lambda: rests(shared), REST_S, "rest")
     shared.fault("disturb", 900.0)
-    wait_for(lambda: hand.ask("w") == "e", 10, "the range error")
+    wait_for(lambda: terminal.ask("w") == "e", 10, "the range error")
     shared.clear()
     assert "S1" in journal(shared, "range_error")[-1]["why"]
     wait_for(lambda: rests(shared), REST_S, "rest, pushed to where it is")

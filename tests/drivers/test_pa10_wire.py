@@ -9,37 +9,37 @@ import numpy as np
 import pytest
 
 from tests.conftest import wait_for
-from tests.drivers.pa10_wire import Hand, journal
+from tests.drivers.pa10_wire import Terminal, journal
 
 
-def test_a_velocity_that_is_not_said_again_ends(hand, shared):
+def test_a_velocity_that_is_not_said_again_ends(terminal, shared):
     began = shared.status()["q"][5]
-    assert hand.ask("J 0 0 0 0 0 30") == "ok velocity"
+    assert terminal.ask("J 0 0 0 0 0 30") == "ok velocity"
     wait_for(lambda: not shared.status()["moving"], 10, "rest")
     assert 2 < np.degrees(shared.status()["q"][5] - began) < 15, "it went for half a second at most"
 
 
-def test_a_target_in_motion_replaces_the_one_before(hand, shared):
+def test_a_target_in_motion_replaces_the_one_before(terminal, shared):
     at = time.monotonic()
-    first = hand.ask("j 30 25 75 0 80 0")
+    first = terminal.ask("j 30 25 75 0 80 0")
     time.sleep(0.3)
-    second = hand.ask("j -20 20 75 0 80 0")
+    second = terminal.ask("j -20 20 75 0 80 0")
     assert (first[:2], second[:2]) == ("ok", "ok")
-    assert hand.ask("W") == "a"
+    assert terminal.ask("W") == "a"
     assert [r["end"] for r in journal(shared, "end", at)] == ["replaced", "done"]
     assert np.degrees(shared.status()["q"]) == pytest.approx([-20, 20, 75, 0, 80, 0], abs=0.05)
 
 
-def test_hold_is_taken_during_a_wait_and_a_program(hand, shared):
-    hand.say("j 90 0 60 0 60 0", "W")
-    assert hand.hear().startswith("ok")
+def test_hold_is_taken_during_a_wait_and_a_program(terminal, shared):
+    terminal.say("j 90 0 60 0 60 0", "W")
+    assert terminal.hear().startswith("ok")
     time.sleep(0.3)
-    assert {hand.ask("h"), hand.hear()} == {"ok hold", "a"}
-    assert hand.ask("p 1").startswith("ok program 1")
-    assert hand.ask("w") == "b"
-    assert hand.ask("j 0 0 0 0 0 0").startswith("e busy program 1")
+    assert {terminal.ask("h"), terminal.hear()} == {"ok hold", "a"}
+    assert terminal.ask("p 1").startswith("ok program 1")
+    assert terminal.ask("w") == "b"
+    assert terminal.ask("j 0 0 0 0 0 0").startswith("e busy program 1")
     time.sleep(0.4)
-    assert hand.ask("h") == "ok hold"
+    assert terminal.ask("h") == "ok hold"
     wait_for(lambda: not shared.status()["moving"], 2, "rest")
     assert shared.status()["mode"] == "NO_CTRL"
     before = len(journal(shared, "motion"))
@@ -47,30 +47,30 @@ def test_hold_is_taken_during_a_wait_and_a_program(hand, shared):
     assert len(journal(shared, "motion")) == before, "a program that was held does not go on"
 
 
-def test_a_program_is_checked_as_a_whole_before_it_moves(hand, shared):
+def test_a_program_is_checked_as_a_whole_before_it_moves(terminal, shared):
     before = len(journal(shared, "motion"))
-    hand.say("u 77", "j 0 25 75 0 80 0", "k 500 160 -50 180 0 180", ".")
-    assert hand.hear() == "ok program 77 2 lines"
-    assert "step 2" in (said := hand.ask("p 77"))
+    terminal.say("u 77", "j 0 25 75 0 80 0", "k 500 160 -50 180 0 180", ".")
+    assert terminal.hear() == "ok program 77 2 lines"
+    assert "step 2" in (said := terminal.ask("p 77"))
     assert "the table" in said
-    hand.say("u 78", "j 1 2", ".")
-    assert hand.hear().startswith("e form line 1")
-    assert hand.ask("p 78").startswith("e range there is no program 78")
+    terminal.say("u 78", "j 1 2", ".")
+    assert terminal.hear().startswith("e form line 1")
+    assert terminal.ask("p 78").startswith("e range there is no program 78")
     assert len(journal(shared, "motion")) == before
 
 
-def test_garbage_is_answered_and_moves_nothing(hand, shared):
+def test_garbage_is_answered_and_moves_nothing(terminal, shared):
     before = len(journal(shared, "motion"))
     for line in ("", "x", "j 1 2 3", "j 1 2 3 4 5 nan", "k 1 2 3 4 5 6 9", "g 7", "\x00\x01", "j é 0 0 0 0 0"):
-        assert hand.ask(line).startswith("e "), line
-    assert hand.ask("w") == "a"
+        assert terminal.ask(line).startswith("e "), line
+    assert terminal.ask("w") == "a"
     assert len(journal(shared, "motion")) == before
 
 
-def test_half_a_line_is_no_command(shared, hand):
+def test_half_a_line_is_no_command(shared, terminal):
     before = len(journal(shared, "motion"))
-    hand.socket.sendall(b"j 0 0 0 0 0 0")
-    hand.close()
+    terminal.socket.sendall(b"j 0 0 0 0 0 0")
+    terminal.close()
     wait_for(lambda: journal(shared, "disconnected")[-1]["cause"].startswith("half a line"), 5, "the cause")
     assert len(journal(shared, "motion")) == before
 
@@ -84,43 +84,43 @@ def test_half_a_line_is_no_command(shared, hand):
         "g 1e308", "g 0.5", "u 1e308", "i 1e308", "i -1", "i 1.5", "b 1e308 0 0 1 1 1 wall",
     ],
 )  # fmt: skip
-def test_a_number_beyond_its_bounds_is_refused_by_name(hand, shared, line):
+def test_a_number_beyond_its_bounds_is_refused_by_name(terminal, shared, line):
     motions = len(journal(shared, "motion"))
-    said = hand.ask(line)
+    said = terminal.ask(line)
     assert said.startswith("e range "), said
     assert "must be" in said, "it names value, range and unit"
-    assert hand.ask("w") == "a"
+    assert terminal.ask("w") == "a"
     assert np.all(np.isfinite(shared.status()["q"]))
     assert len(journal(shared, "motion")) == motions
 
 
 @pytest.mark.parametrize("line", ["E", "R 2", "d 1"])
-def test_a_program_word_is_no_command_of_its_own(hand, shared, line):
-    assert hand.ask(line).startswith("e form "), line
-    assert hand.ask("w") == "a", "the client is still served, and nothing runs"
+def test_a_program_word_is_no_command_of_its_own(terminal, shared, line):
+    assert terminal.ask(line).startswith("e form "), line
+    assert terminal.ask("w") == "a", "the client is still served, and nothing runs"
 
 
 @pytest.mark.asvs("1.3.3")
 @pytest.mark.parametrize(
     "raw", [b"\x00", b"j 0 0\x00 0 0 0 0", b"\xff\xfe", b"w\x0bw", b"\xc3\x28", b"j " + b"1" * 5000, b"\x1b[2J", b"j 1_0 0 0 0 0 0"]
 )  # fmt: skip
-def test_bytes_that_are_no_line_are_answered_and_the_next_line_is_heard(hand, raw):
-    hand.socket.sendall(raw + b"\nw\n")
-    assert hand.hear().startswith("e form ")
-    assert hand.hear() == "a"
+def test_bytes_that_are_no_line_are_answered_and_the_next_line_is_heard(terminal, raw):
+    terminal.socket.sendall(raw + b"\nw\n")
+    assert terminal.hear().startswith("e form ")
+    assert terminal.hear() == "a"
 
 
 @pytest.mark.asvs("16.5.2")
 @pytest.mark.parametrize("line", ["p 1", "J 0 0 0 0 0 20", "j 60 25 75 0 80 0 0.1", "l 500 160 300 180 0 180 0.05"])
-def test_the_end_of_the_only_clients_connection_holds_at_once(hand, shared, line):
+def test_the_end_of_the_only_clients_connection_holds_at_once(terminal, shared, line):
     """A reset, the hardest end that a client can make."""
-    assert hand.ask(line).startswith("ok")
+    assert terminal.ask(line).startswith("ok")
     wait_for(lambda: shared.status()["moving"], 5, "a motion")
-    hand.say("k 600 0 300 180 0 180", "p 1")  # what still stands in the row does not begin either
+    terminal.say("k 600 0 300 180 0 180", "p 1")  # what still stands in the row does not begin either
     closed, rest = time.monotonic(), journal(shared, "rest")
-    hand.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-    hand.lines.close()
-    hand.socket.close()
+    terminal.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    terminal.lines.close()
+    terminal.socket.close()
     wait_for(lambda: journal(shared, "disconnected", closed), 5, "the end is noticed")
     held = journal(shared, "hold", closed)
     assert held, "the end of the connection holds"
@@ -134,24 +134,24 @@ def test_the_end_of_the_only_clients_connection_holds_at_once(hand, shared, line
 
 
 @pytest.mark.asvs("2.3.3")
-def test_an_upload_that_is_cut_off_changes_nothing(hand, shared):
-    hand.say("u 50", "g 0", "g 1", ".")
-    assert hand.hear() == "ok program 50 2 lines"
+def test_an_upload_that_is_cut_off_changes_nothing(terminal, shared):
+    terminal.say("u 50", "g 0", "g 1", ".")
+    assert terminal.hear() == "ok program 50 2 lines"
     before = (shared.folder / "programs.json").read_text()
-    hand.say("u 50", "j 0 25 75 0 80 0")
-    hand.socket.sendall(b"j 0 2")
-    hand.close()
+    terminal.say("u 50", "j 0 25 75 0 80 0")
+    terminal.socket.sendall(b"j 0 2")
+    terminal.close()
     time.sleep(0.3)
     assert (shared.folder / "programs.json").read_text() == before
-    other = Hand(shared)
+    other = Terminal(shared)
     assert other.ask("p 50").startswith("ok program 50 2.0 s"), "in memory too"
     other.ask("W")
     other.close()
 
 
-def test_an_upload_that_is_wrong_is_read_to_its_dot_and_changes_nothing(hand, shared):
-    hand.say("u 51", "g 0", ".")
-    assert hand.hear() == "ok program 51 1 lines"
+def test_an_upload_that_is_wrong_is_read_to_its_dot_and_changes_nothing(terminal, shared):
+    terminal.say("u 51", "g 0", ".")
+    assert terminal.hear() == "ok program 51 1 lines"
     before = (shared.folder / "programs.json").read_text()
     for lines in (
         ["j 1 2"],
@@ -162,51 +162,51 @@ def test_an_upload_that_is_wrong_is_read_to_its_dot_and_changes_nothing(hand, sh
         ["d 1e308"],
         ["R 1e308"],
     ):
-        hand.say("u 51", *lines, ".")
-        assert hand.hear().startswith("e "), lines[0]
-        assert hand.ask("w") == "a", "no line of the program was taken for a command"
+        terminal.say("u 51", *lines, ".")
+        assert terminal.hear().startswith("e "), lines[0]
+        assert terminal.ask("w") == "a", "no line of the program was taken for a command"
     assert (shared.folder / "programs.json").read_text() == before
 
 
-def test_a_hold_is_heard_in_the_middle_of_an_upload(hand, shared):
-    assert hand.ask("j 60 25 75 0 80 0 0.1").startswith("ok")
+def test_a_hold_is_heard_in_the_middle_of_an_upload(terminal, shared):
+    assert terminal.ask("j 60 25 75 0 80 0 0.1").startswith("ok")
     wait_for(lambda: shared.status()["moving"], 5, "a motion")
-    hand.say("u 52", "g 0")
+    terminal.say("u 52", "g 0")
     time.sleep(0.2)
     at = time.monotonic()
-    assert hand.ask("h") == "ok hold"
+    assert terminal.ask("h") == "ok hold"
     assert journal(shared, "hold", at), "it was no line of the program"
-    hand.say("g 1", ".")
-    assert hand.hear() == "ok program 52 2 lines"
+    terminal.say("g 1", ".")
+    assert terminal.hear() == "ok program 52 2 lines"
     wait_for(lambda: not shared.status()["moving"], 3, "rest")
 
 
-def test_a_hold_overtakes_a_row_of_lines_and_what_stood_before_it_does_not_begin(hand, shared):
+def test_a_hold_overtakes_a_row_of_lines_and_what_stood_before_it_does_not_begin(terminal, shared):
     at = time.monotonic()
-    hand.say(*["k 500 160 300 180 0 180"] * 40, "h")
-    said = [hand.hear() for _ in range(41)]
+    terminal.say(*["k 500 160 300 180 0 180"] * 40, "h")
+    said = [terminal.hear() for _ in range(41)]
     assert "ok hold" in said[:20], "it did not wait for its place"
     assert said[-1].startswith("e busy a hold came before")
     held = journal(shared, "hold", at)[0]["t"]
     assert not [r for r in journal(shared, "motion", at) if r["t"] > held]
 
 
-def test_many_waits_cost_one_thread_and_each_is_answered(hand, shared):
-    hand.ask("j 30 25 75 0 80 0 0.3")
+def test_many_waits_cost_one_thread_and_each_is_answered(terminal, shared):
+    terminal.ask("j 30 25 75 0 80 0 0.3")
     threads = len(shared.status()["threads"])
-    hand.say(*["W"] * 50)
+    terminal.say(*["W"] * 50)
     time.sleep(0.2)
     assert len(shared.status()["threads"]) <= threads + 1
-    assert [hand.hear() for _ in range(50)] == ["a"] * 50
+    assert [terminal.hear() for _ in range(50)] == ["a"] * 50
 
 
-def test_a_client_that_does_not_read_is_cut_off_and_the_arm_held(hand, shared):
+def test_a_client_that_does_not_read_is_cut_off_and_the_arm_held(terminal, shared):
     """Its answers fill every buffer; a hold must not wait for them."""
-    hand.ask("j 60 25 75 0 80 0 0.05")
+    terminal.ask("j 60 25 75 0 80 0 0.05")
     at = time.monotonic()
-    hand.socket.settimeout(20)
+    terminal.socket.settimeout(20)
     with contextlib.suppress(OSError):
         while time.monotonic() < at + 20:
-            hand.socket.sendall(b"s\n" * 2000)
+            terminal.socket.sendall(b"s\n" * 2000)
     wait_for(lambda: journal(shared, "disconnected", at), 20, "it is cut off")
     assert journal(shared, "hold", at)

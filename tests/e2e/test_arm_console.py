@@ -149,11 +149,11 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     expect(page.locator("#model-said")).to_contain_text("s on the way")
     ada.press("go-joints")
     expect(page.locator("#readings tbody tr").first).to_contain_text("20.0°")
-    # hold to turn an axis: it goes on while held and ends when let go
+    # hold to turn an axis: it goes on while held and ends when released
     button = page.locator('[data-jog="S1,-1"]')
 
     def turns():
-        """A page that drew for half a second has lost the hand, rightly: it takes hold again."""
+        """A page that drew for half a second sent no keep-alives, so the motion has ended: press again."""
         if not page.locator(".held").count():
             page.mouse.up()
             expect(button).to_have_attribute("aria-disabled", "false")
@@ -218,7 +218,7 @@ def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
 
 
 @pytest.mark.length
-def test_a_keeper_draws_a_box_and_the_controller_refuses_it(portal, visitor, django_user_model):
+def test_staff_draw_a_box_and_the_controller_refuses_it(portal, visitor, django_user_model):
     django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
     kim = visitor()
     session(kim, django_user_model.objects.get(username="root"))

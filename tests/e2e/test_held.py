@@ -1,4 +1,4 @@
-"""Held motion in a real browser, and ten ways to lose the hand that holds it."""
+"""Held motion in a real browser, and ten causes for which its keep-alives end."""
 
 import contextlib
 import os
@@ -32,7 +32,7 @@ CANCEL = """
 () => { for (const b of document.querySelectorAll("[data-jog]")) b.dispatchEvent(new PointerEvent("pointercancel")); }
 """
 
-# drawn without a graphics card, the view in three dimensions stalls the page for longer than a hand may be silent
+# drawn without a graphics card, the view in three dimensions stalls the page for longer than the dead-man timer allows
 FLAT = """
 const context = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
@@ -64,10 +64,10 @@ def towards(portal, by):
     """Return a control that leads to the middle from where the robot is, and what a gamepad's stick says for it."""
     status = portal.sim.status()
     if portal.robot.slug == "mercury":
-        way = 1 if status["pose"][0] < 0 else -1
-        return f"{way},0", (way, 0)
-    way = 1 if status["q"][0] < 0 else -1  # turned to the left, y grows
-    return (f"y,{way}", (-way, 0)) if by == "pad" else (f"S1,{way}", (0, 0))
+        sign = 1 if status["pose"][0] < 0 else -1
+        return f"{sign},0", (sign, 0)
+    sign = 1 if status["q"][0] < 0 else -1  # turned to the left, y grows
+    return (f"y,{sign}", (-sign, 0)) if by == "pad" else (f"S1,{sign}", (0, 0))
 
 
 def hold(portal, page, direction, by="pointer", stick=(0, 1)):
@@ -135,7 +135,7 @@ def test_small_steps_by_pointer_key_and_gamepad(portal, operator):
     ada.axe("held motion")
 
 
-WAYS = (
+CAUSES = (
     "blur", "hidden page", "pointer cancel", "gamepad unplugged", "closed tab", "killed tab",
     "line cut", "worker's Redis frozen", "renderer stopped", "web process killed",
 )  # fmt: skip
@@ -166,10 +166,10 @@ class Bench:
         infos = self.cdp.send("SystemInfo.getProcessInfo")["processInfo"]
         return [p["id"] for p in infos if p["type"] == "renderer"]
 
-    def lose(self, way):
-        """Lose the hand; return when."""
+    def lose(self, cause):
+        """Make the keep-alives end; return when."""
         page, at = self.page, time.monotonic()
-        match way:
+        match cause:
             case "blur":
                 page.evaluate("window.dispatchEvent(new Event('blur'))")
             case "hidden page":  # headless Chromium hides none: an injected event
@@ -184,7 +184,7 @@ class Bench:
                 self.gone = True
                 self.frozen = self.renderers()
                 for pid in self.frozen:
-                    os.kill(pid, signal.SIGKILL if way == "killed tab" else signal.SIGSTOP)
+                    os.kill(pid, signal.SIGKILL if cause == "killed tab" else signal.SIGSTOP)
             case "line cut":
                 self.line.set("stall")
             case "worker's Redis frozen":
@@ -193,9 +193,9 @@ class Bench:
                 self.portal.web.kill()
         return at
 
-    def mend(self, way):
+    def mend(self, cause):
         """Bring the world back in order."""
-        match way:
+        match cause:
             case "renderer stopped":
                 for pid in self.frozen:
                     os.kill(pid, signal.SIGCONT)
@@ -213,28 +213,28 @@ class Bench:
 
 
 @BOTH_AT_LENGTH
-def test_promise_06_the_hand_is_lost(portal, operator, chromium, redis_server, request):
-    """Ten ways; each time the set-point rests within half a second, by the simulator's log."""
+def test_promise_06_the_controls_are_lost(portal, operator, chromium, redis_server, request):
+    """Ten causes; each time the set-point rests within half a second, by the simulator's log."""
     proof = Proof.at(request.node)
-    rounds = proof.count("rounds of ten ways", 1, 4, 50)
+    rounds = proof.count("rounds of ten causes", 1, 4, 50)
     ada = operator("ada")
     ada.allowed = ("WebSocket", "ERR_", "Failed to load", "crash", "WebGL")
     bench, witness = Bench(portal, ada, chromium, redis_server), Witness()
     took, idle = {}, 0
     try:
         for _ in range(rounds):
-            for way in WAYS:
+            for cause in CAUSES:
                 page = bench.open()
-                by = "pad" if "gamepad" in way else "pointer"
+                by = "pad" if "gamepad" in cause else "pointer"
                 direction, stick = towards(portal, by)
                 hold(portal, page, direction, by, stick)
-                at = bench.lose(way)
+                at = bench.lose(cause)
                 seconds = rest(portal, at)
-                bench.mend(way)
+                bench.mend(cause)
                 if seconds <= 0:
-                    idle += 1  # it was at rest when the hand was lost
+                    idle += 1  # it was at rest when the controls were lost
                 elif witness.clean(at - 0.1, at + seconds):
-                    took.setdefault(way, []).append(seconds)
+                    took.setdefault(cause, []).append(seconds)
                 wait_for(lambda: Command.objects.order_by("-id")[0].final, 20, "the end of the jog")
                 wait_for(lambda: not Robot.objects.get().reason, 30, "the robot is well")
                 Turn.objects.filter(ended_at=None).update(
@@ -243,10 +243,10 @@ def test_promise_06_the_hand_is_lost(portal, operator, chromium, redis_server, r
     finally:
         witness.stop()
         bench.line.close()
-    worst = {way: max(seconds) for way, seconds in took.items()}
+    worst = {cause: max(seconds) for cause, seconds in took.items()}
     print(
         "greatest time to rest, ms:",
-        {way: round(s * 1000) for way, s in worst.items()},
+        {cause: round(s * 1000) for cause, s in worst.items()},
         "discarded:",
         witness.discarded,
         "at rest already:",
@@ -256,5 +256,5 @@ def test_promise_06_the_hand_is_lost(portal, operator, chromium, redis_server, r
     assert len(worst) >= 8
     slowest = max(worst, key=worst.get)
     proof.holds(
-        f"{sum(map(len, took.values()))} losses in {len(worst)} ways: at rest within {worst[slowest] * 1000:.0f} ms ({slowest}); {witness.discarded} discarded, {idle} at rest already"
+        f"{sum(map(len, took.values()))} losses for {len(worst)} causes: at rest within {worst[slowest] * 1000:.0f} ms ({slowest}); {witness.discarded} discarded, {idle} at rest already"
     )

@@ -1,4 +1,4 @@
-"""Held motion against the real worker: steps while the hand is felt, rest soon after it is gone."""
+"""Held motion against the real worker: steps while keep-alives arrive, rest soon after they end."""
 
 import threading
 import time
@@ -41,15 +41,15 @@ def rest_after(rig, at):
 
 
 @pytest.mark.tenth
-def test_a_jog_goes_on_while_held_and_ends_when_let_go(rig):
+def test_a_jog_goes_on_while_held_and_ends_when_released(rig):
     rig.owner()
     rig.grant()
     x = rig.sim.status()["pose"][0]
     command = rig.issue("jog", dx=1, dy=0)
-    hand = Holding(rig.people["ada"].pk, command.client_seq)
+    controls = Holding(rig.people["ada"].pk, command.client_seq)
     wait_for(lambda: rig.sim.status()["pose"][0] > x + 0.03, 10, "several steps")
     assert Command.objects.get(pk=command.pk).state == "acknowledged"
-    hand.drop()
+    controls.drop()
     at = time.monotonic()
     bus.send_keep_alive("mercury", rig.people["ada"].pk, command.client_seq, False)
     assert rest_after(rig, at) < 0.5
@@ -59,18 +59,18 @@ def test_a_jog_goes_on_while_held_and_ends_when_let_go(rig):
 
 
 @BOTH_AT_LENGTH
-def test_a_lost_hand_holds_within_half_a_second_and_says_so(rig):
+def test_lost_controls_hold_within_half_a_second_and_says_so(rig):
     rig.owner()
     rig.grant()
     worst = 0.0
     for i in range(5):
         kind, args = rig.arm.jog((-1) ** i)
         command = rig.issue(kind, **args)
-        hand = Holding(rig.people["ada"].pk, command.client_seq, rig.robot.slug)
+        controls = Holding(rig.people["ada"].pk, command.client_seq, rig.robot.slug)
         rig.moving()
         time.sleep(0.2 + 0.07 * i)
-        hand.drop()
-        worst = max(worst, rest_after(rig, hand.last))
+        controls.drop()
+        worst = max(worst, rest_after(rig, controls.last))
         command = rig.final(command)
         assert command.state == "cancelled"
         assert "Nothing was heard" in command.reason
@@ -78,15 +78,15 @@ def test_a_lost_hand_holds_within_half_a_second_and_says_so(rig):
 
 
 @pytest.mark.length
-def test_nobody_elses_hand_counts(rig):
+def test_nobody_elses_keep_alives_count(rig):
     rig.owner()
     rig.grant()
     command = rig.issue("jog", dx=1, dy=0)
-    hand = Holding(rig.people["bob"].pk, command.client_seq)
+    controls = Holding(rig.people["bob"].pk, command.client_seq)
     try:
         assert rig.final(command, 5).state == "cancelled"
     finally:
-        hand.drop()
+        controls.drop()
 
 
 @pytest.mark.length
@@ -95,11 +95,11 @@ def test_a_jog_stays_on_the_sand(rig):
     rig.grant()
     rig.final(rig.issue("move", x=0.23, y=0.5))
     command = rig.issue("jog", dx=1, dy=0)
-    hand = Holding(rig.people["ada"].pk, command.client_seq)
+    controls = Holding(rig.people["ada"].pk, command.client_seq)
     try:
         command = rig.final(command, 10)
     finally:
-        hand.drop()
+        controls.drop()
     assert (command.state, command.result["ended"]) == ("completed", "edge")
     assert max(r["target"][0] for r in rig.sim.journal() if r["event"] == "motion") <= 0.2401
 
@@ -109,11 +109,11 @@ def test_a_stop_ends_a_jog_and_is_its_reason(rig):
     rig.owner()
     rig.grant()
     command = rig.issue("jog", dx=-1, dy=0)
-    hand = Holding(rig.people["ada"].pk, command.client_seq)
+    controls = Holding(rig.people["ada"].pk, command.client_seq)
     rig.moving()
     bus.send_stop("mercury")
     try:
         command = rig.final(command, 5)
     finally:
-        hand.drop()
+        controls.drop()
     assert (command.state, command.reason) == ("cancelled", "The robot is stopped.")

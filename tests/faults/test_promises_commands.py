@@ -58,7 +58,7 @@ KILLED = [pytest.param(x, marks=pytest.mark.tenth) if x == "in_motion" else at_l
 @BOTH_AT_LENGTH
 @pytest.mark.parametrize("label", KILLED)
 def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
-    """Killed by its own hand at a labelled point; the next owner repeats nothing."""
+    """Killed by itself at a labelled point; the next owner repeats nothing."""
     if label not in ("after_claim", "in_motion"):
         proof_only(proof)
     seeds = proof.count("seeds", 1, 2, 50)

@@ -93,15 +93,15 @@ def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
         for _ in range(times):
             if services.open_grant(rig.robot) is None:
                 rig.grant(seconds=3000)
-            with socket_of(web, rig.people["ada"]) as operator, socket_of(web, rig.people["kim"]) as keeper:
-                drain(keeper)
+            with socket_of(web, rig.people["ada"]) as operator, socket_of(web, rig.people["kim"]) as staff:
+                drain(staff)
                 heard = drain(operator) if condition != "frozen tab" else []
                 time.sleep(0.4)
                 fill(rig, 100)
                 if proxy:
                     proxy.set("stall")
                     operator.send(json.dumps({"t": "command", "kind": "noop", "args": {}, "seq": 10**6}))
-                presser = keeper if condition == "frozen tab" else operator  # a frozen tab presses nothing
+                presser = staff if condition == "frozen tab" else operator  # a frozen tab presses nothing
                 at = time.monotonic()
                 presser.send(json.dumps({"t": "stop"}))
                 seconds = held_after(rig, at)

@@ -161,7 +161,7 @@ def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
     proxy, env = rig.database_proxy()
     site = web(**env)
     worst_rest = worst_back = 0.0
-    keeper = Supervised(rig, env)
+    supervisor = Supervised(rig, env)
     rig.wait_ready()
     rig.grant(seconds=3000)
     Robot.objects.update(speed=0.02)
@@ -187,7 +187,7 @@ def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
                 worst_back = max(worst_back, works(rig, 20))
                 assert fetch(site, "/")[0] == 200
     finally:
-        keeper.stop()
+        supervisor.stop()
     # a lease of 3 s that nobody can renew ends, and with it the motion
     assert worst_rest <= 4.0, worst_rest
     assert worst_back <= 15.0, worst_back

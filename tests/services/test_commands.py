@@ -109,8 +109,8 @@ def test_bad_requests_leave_no_row(robot, people, grant, kind, args, error):
 
 
 @pytest.mark.parametrize("kind", ["home", "speed", "calibrate", "soft_reset"])
-def test_keepers_commands_are_not_for_operators(robot, people, grant, kind):
-    with pytest.raises(NotPermitted, match="for keepers"):
+def test_staff_commands_are_not_for_operators(robot, people, grant, kind):
+    with pytest.raises(NotPermitted, match="is for staff"):
         services.issue(robot.slug, people["ada"], kind, {}, 1)
 
 

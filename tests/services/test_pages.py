@@ -65,7 +65,7 @@ def test_a_get_of_an_admin_verb_does_nothing(robot, people, client):
     assert not robot.stop_latched
 
 
-def test_a_keeper_runs_the_robot_from_its_page(robot, people, owned, client):
+def test_staff_run_the_robot_from_its_page(robot, people, owned, client):
     client.force_login(people["kim"])
     page = client.get(f"/admin/robots/robot/{robot.pk}/change/")
     assert page.status_code == 200
@@ -198,7 +198,7 @@ def test_sign_up_does_not_tell_who_has_an_account(robot, people, client):
     assert (known.status_code, known["Location"]) == (other.status_code, other["Location"])
 
 
-def test_ending_a_turn_from_the_admin_is_for_keepers(robot, people, owned, client):
+def test_ending_a_turn_from_the_admin_is_for_staff(robot, people, owned, client):
     from django.contrib.auth.models import Permission
 
     from queueing.models import Turn

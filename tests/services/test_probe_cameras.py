@@ -56,7 +56,7 @@ def bomb(line):
     line.sendall(b"HTTP/1.1 200 OK\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(head) + head)
 
 
-WAYS = (hang, break_off, garbage, dribble, dribble_head, bomb)
+FAULTS = (hang, break_off, garbage, dribble, dribble_head, bomb)
 ADDRESSES = (
     "http://127.0.0.1:{port}/snapshot.jpg",
     "http://127.0.0.1:{port}/stream.mjpg",
@@ -104,7 +104,7 @@ def ours():
 
 @pytest.mark.asvs("1.4.3", "15.2.2")
 @pytest.mark.parametrize("address", ADDRESSES)
-@pytest.mark.parametrize("camera", WAYS, indirect=True, ids=lambda way: way.__name__)
+@pytest.mark.parametrize("camera", FAULTS, indirect=True, ids=lambda way: way.__name__)
 def test_a_probe_of_a_broken_camera_leaves_no_thread(robot, camera, address):
     Robot.objects.update(address="tcp:127.0.0.1:9", camera=address.format(port=camera))
     before, files, begun = ours(), descriptors(), time.monotonic()

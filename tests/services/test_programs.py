@@ -62,21 +62,21 @@ def test_ones_own_are_ones_own(robot, people):
     assert Program.objects.get().author == people["ada"]
 
 
-def test_a_shared_one_is_seen_once_a_keeper_has_looked_through_it_and_again_after_each_change(robot, people):
+def test_a_shared_one_is_seen_once_staff_have_looked_through_it_and_again_after_each_change(robot, people):
     kept = save(robot, people["ada"], shared=True)
     assert not programs.visible(robot, people["bob"]).exists()
     with pytest.raises(NotPermitted):
         programs.approve(kept, people["ada"], True)
-    keeper = people["kim"]
-    keeper.user_permissions.add(Permission.objects.get(codename="change_program"))
-    keeper = type(keeper).objects.get(pk=keeper.pk)
-    programs.approve(kept, keeper, True)
+    staff = people["kim"]
+    staff.user_permissions.add(Permission.objects.get(codename="change_program"))
+    staff = type(staff).objects.get(pk=staff.pk)
+    programs.approve(kept, staff, True)
     assert [p.name for p in programs.visible(robot, people["bob"])] == ["Wave"]
     save(robot, people["ada"], text=TEXT + "\nd 1", shared=True, pk=kept.pk)
     assert not programs.visible(robot, people["bob"]).exists(), "what was changed is looked through again"
     private = save(robot, people["ada"], "Private")
     with pytest.raises(BadRequest, match="not shared"):
-        programs.approve(private, keeper, True)
+        programs.approve(private, staff, True)
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_a_preview_of_nonsense_is_refused_in_words(robot, people, message):
     assert found["text"].endswith(".")
 
 
-def test_a_keepers_box_is_in_the_way_of_preview_and_command(robot, people, owned):
+def test_a_box_of_staff_is_in_the_way_of_preview_and_command(robot, people, owned):
     services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
     place = {"x": 0.5, "y": 0.16, "z": 0.15, "roll": 3.14159265, "pitch": 0.0, "yaw": 3.14159265}
     services.issue(robot.slug, people["ada"], "pose", place, 1)

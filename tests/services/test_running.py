@@ -51,7 +51,7 @@ def test_what_breaks_off_in_mid_motion_is_held_and_its_end_is_unknown(owner, peo
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(owner, people, monkeypatch):
-    """A turn's first command begins in the very moment in which the end of the hand-over is read."""
+    """A turn's first command begins in the very moment in which the end of the handover is read."""
     turn = services.open_grant(owner.owned.robot)
     earlier = Grant.objects.create(
         robot=owner.owned.robot,

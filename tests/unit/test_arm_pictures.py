@@ -48,4 +48,4 @@ def test_each_view_shows_the_scene_whatever_library_there_is(library):
     assert set(found) == {"surroundings", "table", "gripper"}
     for shape, kind, brightness in found.values():
         assert (shape, kind) == ([48, 64, 3], "uint8")
-        assert 90 < brightness < 200  # lit, with a sky, nothing of the hand cut away
+        assert 90 < brightness < 200  # lit, with a sky, nothing of the tool cut away

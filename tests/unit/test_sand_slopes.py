@@ -8,7 +8,7 @@ from simulators.mercury.sand import LEVEL_MM, X0_MM, Y0_MM, SandBed
 from simulators.mercury.slide import REPOSE
 
 REPOSE_DEG = float(np.degrees(np.arctan(REPOSE)))
-WAYS = np.arange(16) * np.pi / 8
+DIRECTIONS = np.arange(16) * np.pi / 8
 ROW, COLUMN = 420 - Y0_MM, 60 - X0_MM  # nothing lies buried there
 
 
@@ -36,7 +36,7 @@ def slopes_deg(bed, near, far):
     """The slope along a ray in 16 directions from the middle, between two distances (mm); up is positive."""
     d = np.arange(near, far)
     found = []
-    for way in WAYS:
+    for way in DIRECTIONS:
         h = map_coordinates(bed.sand.astype(float), [ROW + d * np.sin(way), COLUMN + d * np.cos(way)], order=1)
         found.append(np.degrees(np.arctan(np.polyfit(d, h, 1)[0])))
     return np.array(found)

@@ -30,7 +30,7 @@ def all_that_wait(give_up: Callable[[], bool]) -> None:
     """Carry out every test that is asked for; return at once where that is being done already."""
     while probes.waiting() and not give_up():
         if not _slot.acquire(blocking=False):
-            return  # whoever has it looks once more after letting go
+            return  # the thread that holds the lock looks once more after it has released it
         try:
             while not give_up() and (robot := probes.claim(SYSTEM.now())) is not None:
                 _one(robot)

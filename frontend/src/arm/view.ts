@@ -12,9 +12,9 @@ const GLIDE_MS = 160;
 const FAST_MS = 25; // between two frames
 const SLOW_MS = 300;
 const REACH = 1.2;
-const NEAREST = 0.6; // m from the eye to what it looks at
+const NEAREST = 0.6; // m from the camera to what it looks at
 const FARTHEST = 5;
-const EYE = [1.55, 1.25, 1.75] as const;
+const CAMERA_AT = [1.55, 1.25, 1.75] as const;
 
 export class ArmView {
   private renderer: WebGLRenderer;
@@ -63,7 +63,7 @@ export class ArmView {
     grid.material.transparent = true;
     grid.material.opacity = 0.35;
     this.scene.add(grid);
-    this.camera.position.set(...EYE);
+    this.camera.position.set(...CAMERA_AT);
     this.controls = new OrbitControls(this.camera, domElement);
     this.controls.target.set(0.2, 0.45, 0);
     this.controls.minDistance = NEAREST;
@@ -131,11 +131,11 @@ export class ArmView {
     }, 100);
   }
 
-  /** Bring the eye nearer (a factor below 1) or farther; 0 puts it back where it was in the beginning. */
+  /** Move the camera nearer (a factor below 1) or farther; 0 puts it back where it was at the start. */
   zoom(factor: number): void {
     const { position } = this.camera;
     const { target } = this.controls;
-    if (factor === 0) position.set(...EYE);
+    if (factor === 0) position.set(...CAMERA_AT);
     const way = position.clone().sub(target);
     if (factor > 0) position.copy(target).add(way.setLength(Math.min(FARTHEST, Math.max(NEAREST, way.length() * factor))));
     this.controls.update();

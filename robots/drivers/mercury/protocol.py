@@ -1,6 +1,6 @@
 """The Mercury arm's serial line, byte for byte; the wire format's only home.
 
-Frame, both ways: ``id, length, data[length], checksum``, the paper's four parts
+Frame, in both directions: ``id, length, data[length], checksum``, the paper's four parts
 (Goldberg et al. 1995, section 6.5: "instruction id, length, data and checksum", IEEE
 floats). Ours: the first data byte is a sequence number, floats are little-endian binary32
 and the checksum is a CRC-32, because a one-byte sum lets one broken frame in 256 pass.

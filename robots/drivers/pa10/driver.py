@@ -56,7 +56,7 @@ class Driver(Session):
         return self.state()
 
     def _open(self) -> None:
-        """Connect, and tell the controller of the keepers' boxes; its own it knows."""
+        """Connect, and tell the controller which boxes staff have added; it knows its own."""
         self.line.open()
         self._boot = None
         self.line.ask(Request("b"))

@@ -99,7 +99,7 @@ class ArmLine:
         return self._exchange(request.encode(), seconds, permit)
 
     def teach(self, number: int, program: str, seconds: float = ANSWER_S) -> str:
-        """Hand over a program under a number. Raises as `ask`."""
+        """Send a program under a number. Raises as `ask`."""
         lines = [line for line in program.splitlines() if line.strip() not in ("", ".")]
         data = "\n".join([f"u {number}", *lines, ".", ""]).encode("ascii", "replace")
         return self._exchange(data, seconds)

@@ -1,8 +1,7 @@
 """Celery bootsteps: a worker started for a robot opens it at start and closes it at stop.
 
-Only a worker with FARHAND_ROBOT in its environment owns a robot; the housekeeping worker
-is an ordinary one. The lease is taken before the consumer exists, so a worker that waits
-swallows no wake-up.
+Only a worker with FARHAND_ROBOT in its environment owns a robot; the housekeeping worker is an ordinary one.
+The lease is taken before the consumer exists, so a worker that waits for the lease consumes no wake-up.
 """
 
 import contextlib
@@ -25,9 +24,9 @@ owner: "Owner | None" = None
 
 
 def listen(worker: Any, queue: str, on: bool) -> None:
-    """Listen to a queue from now on, or no more; the consumer's own thread does it.
+    """Start or stop to consume a queue; the consumer's own thread does it.
 
-    Where the broker is away just now, the consumer begins with the queues that are selected then.
+    If the broker is away, the consumer starts later with the queues that are selected then.
     """
 
     def follow() -> None:
@@ -41,7 +40,7 @@ def listen(worker: Any, queue: str, on: bool) -> None:
 
 
 class OwnRobot(bootsteps.StartStopStep):
-    """Own the robot for the life of this worker."""
+    """Makes this worker the owner of one robot."""
 
     requires = ("celery.worker.components:Pool",)
 
@@ -51,7 +50,7 @@ class OwnRobot(bootsteps.StartStopStep):
         super().__init__(worker, **kwargs)
 
     def start(self, worker: Any) -> None:
-        """Wait for the lease, then open the robot and listen to its own queue."""
+        """Wait for the lease, then open the robot and consume its queue."""
         global owner
         from workers.wiring import Owner  # noqa: PLC0415 - a worker without a robot needs none of it
 
@@ -63,12 +62,12 @@ class OwnRobot(bootsteps.StartStopStep):
         owner = made
 
     def stop(self, worker: Any) -> None:
-        """Hold the robot first; Celery shuts down after."""
+        """Hold the robot, then let Celery shut down."""
         if owner is not None:
             owner.stop()
 
     def terminate(self, worker: Any) -> None:
-        """Hold the robot first."""
+        """Hold the robot at once."""
         self.stop(worker)
 
 

@@ -1,4 +1,4 @@
-"""Carry out the calibration that a robot declares, and keep its result in the robot's row."""
+"""Runs the calibration that a robot declares and stores its result in the robot's row."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from workers.owned import OwnedRobot
 
 
 def calibrate_and_keep(owned: OwnedRobot, pictures: Pictures, permit: Permit) -> dict[str, Any]:
-    """Measure, store and return the calibration. Raises BadRequest, NotCalibrated and as drivers do."""
+    """Measure, store and return the calibration. Raises BadRequest, NotCalibrated and the errors of drivers."""
     declared = owned.robot.spec().capability(Calibration)
     if declared is None:
         raise BadRequest("This robot has no calibration.")

@@ -1,4 +1,4 @@
-"""The connection to the robot: open the wire, ask, and mend what has gone wrong, again and again."""
+"""The connection to the robot: opens the line, asks for the state, and repairs faults, again and again."""
 
 import logging
 
@@ -19,7 +19,7 @@ AGAIN_S = 3.0
 
 
 class Connection:
-    """Whether the robot answers, and what is done until it does."""
+    """Whether the robot answers, and the attempts to reconnect until it does."""
 
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, recovery: Recovery) -> None:
         self._owned, self._lease, self._lane, self._recovery = owned, lease, lane, recovery
@@ -27,14 +27,14 @@ class Connection:
         self._retry_at = 0.0
 
     def _ask(self) -> RobotState:
-        """Open the wire and ask; what moves is held."""
+        """Open the line and ask for the state; a robot that moves is held."""
         state = self._owned.driver.connect()
         return self._owned.driver.hold() if state.moving else state
 
     def connect(self, untouched: bool = False) -> None:
-        """Connect under a new epoch; what was not verified is not offered.
+        """Connect under a new epoch; a robot that is not verified is not offered to people.
 
-        `untouched`: it was ours all the time and at rest, so that one that was in order still is.
+        `untouched`: it was ours all the time and at rest, so a robot that was in order still is.
         """
         owned = self._owned
         try:
@@ -52,15 +52,15 @@ class Connection:
         if cycle in (Cycle.OFFLINE, Cycle.FAULT, Cycle.READY, Cycle.OFFERED):
             owned.set_cycle(Cycle.HANDOVER, "", cycle)
         elif cycle == Cycle.OPERATING and not state.ready:
-            self.faulted(HardwareFault("The controller lost its calibration."), None)
+            self.faulted(HardwareFault("The controller has lost its calibration."), None)
 
     def later(self, seconds: float) -> None:
-        """Look after the robot again in `seconds` (s)."""
+        """Try to mend the connection again in `seconds` (s)."""
         self.connected = False
         self._retry_at = self._owned.clock.monotonic() + seconds
 
     def faulted(self, error: HardwareFault, command: Command | None) -> None:
-        """Soft reset after a hardware fault; what cannot be mended is a fault to wait out."""
+        """Soft reset after a hardware fault; if that fails, the robot is in fault and later attempts follow."""
         if self._recovery.soft_reset(error, command):
             self.connected = True
             self._clear_reason()
@@ -76,12 +76,12 @@ class Connection:
             self._unready(str(error), code=error.code)
 
     def faulted_beside(self, error: HardwareFault, command: Command) -> None:
-        """Look after the robot soon, where a command beside a motion failed; a motion that runs fails by itself."""
+        """Check the robot soon, because a command beside a motion failed; a running motion reports its own failure."""
         log.warning("%s of the robot: %s", command.kind, error)
         self.lost_while_idle(error)
 
     def mend(self) -> None:
-        """Try again to connect and put the robot in order; quick to return before its time."""
+        """Try again to connect and to put the robot in order; returns at once if it is not time yet."""
         owned = self._owned
         if owned.clock.monotonic() < self._retry_at:
             return

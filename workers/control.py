@@ -1,4 +1,4 @@
-"""The loop of the lane `motion`: it runs what is due, and looks after the robot in between."""
+"""The loop of the lane `motion`: it runs commands, and connects, tidies and hands over between them."""
 
 import contextlib
 
@@ -19,7 +19,7 @@ AWAY_S, PAUSE_S = 30.0, 5.0
 
 
 class Control:
-    """Runs commands; connects, tidies, hands over and looks when none is due."""
+    """Runs due commands; connects, tidies, hands over and takes pictures when none is due."""
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, motion: Commands, beside: Commands,
@@ -30,7 +30,7 @@ class Control:
         self._looked = 0.0
 
     def loop(self) -> None:
-        """Serve for as long as the owner runs."""
+        """Run until the owner ends."""
         owned, lane, swept = self._owned, self._motion.lane, 0.0
         while owned.running:
             lane.sleep(SWEEP_S if lane.pace.lively else IDLE_SWEEP_S)
@@ -38,7 +38,7 @@ class Control:
                 self._regain.regain()
                 continue
             if self._connection.connected:
-                self._motion.run_due()  # answer the wake-up before anything else
+                self._motion.run_due()  # commands come before everything else
                 if lane.beat - swept < SWEEP_S:
                     continue
             swept = lane.beat
@@ -59,7 +59,7 @@ class Control:
             self._look_if_unseen()
 
     def _look_if_unseen(self) -> None:
-        """Where a motion was cut short or a picture failed, take the picture of where the robot rests."""
+        """Take the picture of the robot at rest if a motion was cut short or the last picture failed."""
         owned, beat = self._owned, self._motion.lane.beat
         state = owned.driver.latest()
         resting = self._connection.connected and state is not None and not state.moving

@@ -1,4 +1,4 @@
-"""Between two turns: home, verify by state and camera, only then ready. Fails closed."""
+"""Handover between two turns: home the robot, verify it by state and camera, then make it ready. Fails closed."""
 
 import logging
 
@@ -24,7 +24,7 @@ LIMIT_S = 180
 
 
 class Handover:
-    """Puts one robot in order under a grant of its own."""
+    """Puts one robot in order, under a grant of kind `handover`."""
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, latch: StopLatch, gate: Gate,
@@ -34,10 +34,10 @@ class Handover:
         self._pictures, self._connection, self._config = pictures, connection, config
 
     def hand_over(self) -> None:
-        """Put the robot in order; it ends ready, or faulty with a reason."""
+        """Put the robot in order; it ends ready, or in fault with a reason."""
         owned, robot, now = self._owned, self._owned.robot, self._owned.now
         grant = open_grant(robot)
-        if grant is not None and grant.kind == GrantKind.HANDOVER:  # an earlier owner's, interrupted
+        if grant is not None and grant.kind == GrantKind.HANDOVER:  # of an earlier owner that was interrupted
             end_grant(grant, GrantEnd.OWNER_LOST, "owner restarted", now())
             grant = None
         if grant is not None:
@@ -45,7 +45,7 @@ class Handover:
         try:
             with granted(robot, GrantKind.HANDOVER, now, LIMIT_S) as opened:
                 self._put_in_order(opened)
-        except StaleEpoch:  # nothing is wrong with the robot: it is done once more when it is ours again
+        except StaleEpoch:  # the robot is in order; the handover is repeated under the new lease
             return
         except AnotherGrant:
             return
@@ -64,7 +64,7 @@ class Handover:
         state = owned.driver.state()
         if self._latch.latched:
             # A stop outlives the turn: nothing moves, and the next operator must look and
-            # release it. At rest and in the picture is all that is verified.
+            # release it. Only rest and picture are verified.
             if state.moving:
                 raise HardwareFault("The robot moves although it is stopped.")
         else:
@@ -77,10 +77,10 @@ class Handover:
         if verdict.reason in ("black", "frozen", "camera stopped"):
             raise CameraFault(f"The camera is {verdict.reason}.")
         if frame is None:
-            raise CameraFault("The picture could not be kept: the disk may be full.")
+            raise CameraFault("The picture could not be stored: the disk may be full.")
 
     def _homed(self, state: RobotState, permit: Permit) -> RobotState:
-        """Bring the robot home from `state`, reset and calibrated where that is needed."""
+        """Home the robot from `state`, with reset and calibration if they are needed. Return the new state."""
         owned = self._owned
         if not state.ready:
             state = owned.driver.recover(permit)
@@ -96,13 +96,13 @@ class Handover:
         return state
 
     def _restore(self, grant: Grant) -> None:
-        """Set back what commands of the last turn changed. Raises HardwareFault where that is not confirmed."""
+        """Set back settings that commands of the last turn changed. Raises HardwareFault if that is not confirmed."""
         owned, kinds = self._owned, self._owned.robot.spec().commands
         rows = restore(owned.robot, kinds, grant, self._lease.epoch, owned.now())
         if not rows:
             return
         self._config.run_due()
-        with self._config.lane.paused(LIMIT_S):  # one that the lane's own thread has begun
+        with self._config.lane.paused(LIMIT_S):  # wait for a command that the lane's own thread has started
             pass
         for row in rows:
             row.refresh_from_db()

@@ -1,4 +1,4 @@
-"""The robot of this process: its row and its driver, for those who serve it."""
+"""The robot of this process: its database row and its driver."""
 
 import time
 from collections.abc import Callable
@@ -16,12 +16,12 @@ from robots.models import Lease, Robot
 from robots.states import Cycle
 from workers.safety.lease import OwnerLease
 
-FRESH_S = 1.0  # an older state says nothing of where the robot is now
+FRESH_S = 1.0  # an older state does not say where the robot is now
 PublishFrame = Callable[[str, bytes, str, Any], None]
 
 
 class OwnedRobot:
-    """Row and driver of one robot; `running` from the owner's start to its end."""
+    """Row and driver of one robot; `running` is True from the owner's start to its end."""
 
     def __init__(self, robot: Robot, lease: OwnerLease, clock: Clock, trace: PublishFrame) -> None:
         self.robot, self.clock = robot, clock
@@ -34,7 +34,7 @@ class OwnedRobot:
         return self._lease.now()
 
     def renew_driver(self) -> None:
-        """Make the driver anew, for the epoch that we own the robot with; some controllers want to be told it."""
+        """Create the driver again with the present epoch; some controllers need to know it."""
         self.driver = self._open_session()
 
     def _open_session(self) -> Session:
@@ -45,13 +45,13 @@ class OwnedRobot:
         self._trace(way, data, words, getattr(self.driver, "line", None))
 
     def refresh(self) -> bool:
-        """Follow changes of the row; True where they want a new driver."""
+        """Read the row again. Return True if the change needs a new driver."""
         old, self.robot = self.robot, Robot.objects.get(pk=self.robot.pk)
         new = self.robot
         return (new.address, new.speed, new.boxes) != (old.address, old.speed, old.boxes)
 
     def set_cycle(self, cycle: Cycle, reason: str, was: str) -> bool:
-        """Advance the robot's turn cycle by a conditional update."""
+        """Advance the robot's turn cycle by a conditional UPDATE."""
         done = Robot.objects.filter(pk=self.robot.pk, cycle=was).update(cycle=cycle, reason=reason[:300])
         if done:
             bus.publish(self.robot.slug, Changed("robot"))
@@ -59,11 +59,11 @@ class OwnedRobot:
 
     @staticmethod
     def age(state: RobotState) -> float:
-        """Return how old a state is (s). Here alone the clock of drivers' states is compared with the time now."""
+        """Return the age of a state (s). Only here is the clock of drivers' states compared with the present."""
         return time.monotonic() - state.at
 
     def known(self) -> Known | None:
-        """Return what a fresh state tells, by name; None where there is none."""
+        """Return the values of a fresh state by name; None if there is none."""
         state = self.driver.latest()
         if state is None or self.age(state) > FRESH_S:
             return None
@@ -72,7 +72,7 @@ class OwnedRobot:
         )
 
     def remember(self, state: RobotState) -> None:
-        """Keep the state where the staff's page reads it."""
+        """Store the state in the lease row, where pages of staff read it."""
         kept = {"joints": list(state.joints), "pose": list(state.pose), "moving": state.moving, "ready": state.ready}
         if state.values:
             kept["values"] = finite(state.values)

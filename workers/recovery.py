@@ -15,13 +15,13 @@ MENDED = "Soft reset: controller reset, recalibrated, back at the previous posit
 
 
 class Recovery:
-    """Resets one robot, keeps the incident and tells the operator."""
+    """Resets one robot, records the incident and informs the operator."""
 
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, gate: Gate, pictures: Pictures) -> None:
         self._owned, self._lease, self._gate, self._pictures = owned, lease, gate, pictures
 
     def soft_reset(self, cause: HardwareFault, command: Command | None) -> bool:
-        """Reset after `cause`, which happened during `command`; True if it worked."""
+        """Reset after `cause`, which happened during `command`. Return whether it worked."""
         owned, slug = self._owned, self._owned.robot.slug
         kept = incident(owned.robot, cause.code, str(cause), owned.now(), command)
 

@@ -1,4 +1,4 @@
-"""Take a lapsed lease again in the same process: everything under the old epoch ends before the new one begins."""
+"""Takes a lapsed lease again in the same process; everything under the old epoch ends first."""
 
 import contextlib
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from workers.safety.watch import Watch
 
 Listen = Callable[[str, bool], None]
 AWAY_S, PAUSE_S = 30.0, 5.0
-BACK = "The robot's worker lost the robot for a moment and has it again. Look at the picture, then go on."
+BACK = "The robot's worker lost control of the robot for a moment and has it again. Look at the picture, then go on."
 
 
 class Regain:
@@ -29,12 +29,10 @@ class Regain:
         self._connection, self._watch, self._listen = connection, watch, listen
 
     def regain(self) -> None:
-        """Get the robot back, called by the control loop while no motion runs; leave where another has it.
+        """Take the lease again; the control loop calls this while no motion runs. End the process if another has it.
 
-        What runs beside is waited for; by its own end it is `unknown`.
-
-        In this order: the old queue is left, the robot is held, the epoch is raised, what was begun
-        ends `unknown`, the driver is opened anew, the new queue is listened to.
+        In this order: stop consuming the old queue, hold the robot, raise the epoch, end started commands as `unknown`,
+        open the driver again, consume the new queue. A command beside a motion is waited for and ends `unknown` too.
         """
         with self._lane.taking(AWAY_S), self._beside.paused(PAUSE_S):
             self._regain()

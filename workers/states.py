@@ -1,4 +1,4 @@
-"""The loop that publishes the robot's state, and asks for it where the wire has been quiet."""
+"""The loop that publishes the robot's state, and asks for it if the robot has not sent it lately."""
 
 import time
 
@@ -14,7 +14,7 @@ from workers.safety.latch import StopLatch
 from workers.safety.pace import Pace
 from workers.trace import WireTrace
 
-STATE_HZ = 4  # where the description says nothing
+STATE_HZ = 4  # if the description names no rate
 TRACE_S = 0.25
 ASK_S = 0.5
 KEEP_S = 5.0  # between two writings of the channels
@@ -22,7 +22,7 @@ UNHEARD_S = 1.0  # between two states of an idle robot that nobody hears
 
 
 class States:
-    """Publishes the newest state, some times a second."""
+    """Publishes the newest state several times a second."""
 
     def __init__(
         self, owned: OwnedRobot, connection: Connection, latch: StopLatch, trace: WireTrace, pace: Pace
@@ -34,7 +34,7 @@ class States:
         self._kept = 0.0
 
     def loop(self) -> None:
-        """Publish for as long as the owner runs."""
+        """Publish until the owner ends."""
         owned, asked, looked = self._owned, 0.0, 0.0
         every = 1.0 / float(owned.robot.description().get("motion", {}).get("state_hz", STATE_HZ))
         while owned.running:

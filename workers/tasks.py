@@ -1,4 +1,4 @@
-"""The Celery tasks of a robot: the wake-up, the test of a connection, the removal of old pictures."""
+"""A robot's Celery tasks: the wake-up, the test of a connection, the removal of old pictures."""
 
 from celery import shared_task
 from celery.worker import state
@@ -11,14 +11,14 @@ from workers.housekeeping.clean import old_frames
 
 @shared_task(name="robots.wake", ignore_result=True, max_retries=0)
 def wake() -> None:
-    """Answer the wake-up: the owner looks at its command rows."""
+    """Make the owner look at its command rows."""
     if bootstep.owner is not None:
         bootstep.owner.wake()
 
 
 @shared_task(name=bus.PROBE_TASK, ignore_result=True, max_retries=0)
 def probe() -> None:
-    """Carry out the tests that are asked for, one at a time; who comes meanwhile has nothing to do."""
+    """Carry out requested tests, one at a time; returns at once if another thread does so."""
     if probes.waiting():
         from workers.housekeeping.probe import all_that_wait  # noqa: PLC0415 - cameras and their libraries
 
@@ -27,5 +27,5 @@ def probe() -> None:
 
 @shared_task(name="robots.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
-    """Remove pictures past their time that nothing refers to; return how many."""
+    """Remove old pictures that nothing refers to. Return how many."""
     return old_frames(SYSTEM.now())

@@ -1,4 +1,4 @@
-"""The owner's threads. Each runs its loop for as long as the owner lives, or ends it by failing again and again."""
+"""The owner's threads: each repeats its loop until the owner ends; a loop that keeps failing ends the owner."""
 
 import logging
 import threading
@@ -12,13 +12,13 @@ from workers.owned import OwnedRobot
 log = logging.getLogger(__name__)
 PAUSE_S = 0.5
 FAILURES = 3
-WELL_S = 10.0  # a loop that ran so long before it failed had been well
+WELL_S = 10.0  # a loop that ran this long before it failed counts as having worked
 
 
 class Threads:
-    """Begins loops and goes on with one that failed, until it fails `FAILURES` times in a row.
+    """Starts loops and repeats those that fail, until one fails `FAILURES` times in a row.
 
-    Then `end` is called with the reason: it holds the robot and ends the owner, which its supervisor starts anew.
+    Then `end` is called with the reason: it holds the robot and ends the owner; the supervisor starts a new one.
     """
 
     def __init__(self, owned: OwnedRobot, end: Callable[[str], None]) -> None:
@@ -32,13 +32,13 @@ class Threads:
         self._threads.append(thread)
 
     def join(self, name: str, seconds: float) -> None:
-        """Wait for the end of the thread of that name, at most `seconds` (s)."""
+        """Wait at most `seconds` (s) for the thread of that name."""
         for thread in self._threads:
             if thread.name == name:
                 thread.join(seconds)
 
     def _guarded(self, name: str, loop: Callable[[], None]) -> None:
-        """Run a loop for as long as we live; a store that is down is waited for."""
+        """Repeat a loop until the owner ends; while a store is down, wait for it."""
         owned, failed = self._owned, 0
         while owned.running:
             begun = owned.clock.monotonic()

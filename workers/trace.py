@@ -1,4 +1,4 @@
-"""The trace of the wire: every frame sent and received, published while staff look."""
+"""The wire trace: every frame sent and received, published while staff watch."""
 
 from typing import Any
 
@@ -10,21 +10,21 @@ from robots.messages import Trace
 
 
 class WireTrace:
-    """Publishes frames of one robot's wire while `watched`."""
+    """Publishes the frames of one robot's line while `watched`."""
 
     def __init__(self, slug: str, clock: Clock) -> None:
         self._slug, self._clock = slug, clock
         self._watched = False
 
     def look(self) -> None:
-        """Ask whether somebody looks at the trace."""
+        """Ask Redis whether somebody watches the trace."""
         try:
             self._watched = bus.watched(self._slug, "trace")
         except (redis.RedisError, OSError):
             self._watched = False
 
     def publish(self, way: str, data: bytes, words: str, line: Any) -> None:
-        """Publish one frame; `line` counts what was sent again and what arrived broken, or is None."""
+        """Publish one frame. `line` counts resent and broken frames, or is None."""
         if not self._watched:
             return
         at_ms = int(self._clock.now().timestamp() * 1000)

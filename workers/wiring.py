@@ -1,8 +1,8 @@
-"""The owner of one robot: which part takes which. Only the bootstep imports this file.
+"""The owner of one robot: creates its parts and connects them. Only the bootstep imports this file.
 
-Threads: `control` runs motions and looks after the robot; `config` runs what may run beside a motion;
-`watch` holds what may no longer move; `listen` hears stops; `link`, `follow` and `renew` ask the stores;
-`state` and `camera` publish.
+Threads: `control` runs motions and keeps the robot in order; `config` runs commands beside a motion; `watch` holds
+motions that are no longer allowed; `listen` receives stops; `link`, `follow` and `renew` query the stores; `state`
+and `camera` publish.
 """
 
 import contextlib
@@ -47,12 +47,12 @@ from workers.states import States
 from workers.threads import Threads
 from workers.trace import WireTrace
 
-LOST = 3  # exit status that says: the robot was held and left
+LOST = 3  # exit status: the robot was held, and its lease is lost
 INTERRUPTED = "The robot's worker was interrupted and is back. Look at the picture, then go on."
 
 
 class Owner:
-    """The parts of one owner process, from the lease to its end."""
+    """All parts of one owner process, from taking the lease to its end."""
 
     def __init__(
         self, slug: str, clock: Clock = SYSTEM, on_lost: Callable[[], None] | None = None,
@@ -100,23 +100,23 @@ class Owner:
 
     @property
     def lanes(self) -> tuple[Lane, ...]:
-        """The lanes that have a thread: one for what runs beside a motion only where the robot declares such."""
+        """Return the lanes that have a thread; `config` has one only if the robot declares such commands."""
         beside = any(kind.lane == CONFIG for kind in self.owned.robot.spec().commands)
         return (self.lane, self.beside) if beside else (self.lane,)
 
     def own(self, give_up: Callable[[], bool]) -> bool:
-        """Wait for the lease; nothing is opened before. False if `give_up` said so."""
+        """Wait for the lease; opens nothing. Return False if `give_up` said so."""
         owned = self.lease.acquire(give_up)
         self.owned.renew_driver()
         return owned
 
     def start(self) -> None:
-        """Ask the hardware, end what was interrupted, then begin to serve."""
+        """Connect to the hardware, end interrupted commands, then start the threads."""
         owned, robot, begin = self.owned, self.owned.robot, self.threads.begin
         owned.running = True
         self.link.seen()
         self.grants.know_newest(newest_grant(robot))
-        begin("renew", self._renew)  # a line that is slow to open must not cost the lease
+        begin("renew", self._renew)  # a line that opens slowly must not cost the lease
         interrupted = claim.abandon(robot, owned.now())
         self.connection.connect()
         if interrupted:

@@ -92,7 +92,7 @@ def test_what_ran_ends_unknown_and_what_waited_is_not_begun(owner, people, told)
     old = owner.lease.epoch
     again(owner)
     waiting.refresh_from_db()
-    assert (waiting.state, "anew" in waiting.reason) == ("expired", True)
+    assert (waiting.state, "start again" in waiting.reason) == ("expired", True)
     slug = owner.owned.robot.slug
     assert told == [
         (bus.queue_name(slug, old), False), "close", ("connect", old + 1), (bus.queue_name(slug, old + 1), True),

@@ -20,7 +20,7 @@ class Camera:
         self._number = 0
 
     def configure(self, robot: Robot) -> None:
-        """Follow a changed address."""
+        """Use the address in `robot`, if it changed."""
         if robot.camera_address(self.index) != self._address:
             self._drop()
             self._address = robot.camera_address(self.index)
@@ -40,7 +40,7 @@ class Camera:
             return picture
 
     def next(self) -> int:
-        """Number a picture where it is taken, so that a late one is known for one."""
+        """Return the number of the next picture, counted when it is taken, so that a late picture can be recognised."""
         self._number += 1
         return self._number
 

@@ -8,14 +8,14 @@ LEAST_S, LOOK_S = 0.01, 0.5
 
 
 def send_live(owned: OwnedRobot, pictures: Pictures, brownout: Brownout, camera: int = 0) -> None:
-    """Send pictures of camera number `camera` at its rate for as long as the owner runs."""
+    """Send pictures of camera number `camera` at its rate until the owner ends."""
     clock, sent = owned.clock, owned.clock.monotonic()
     while owned.running:
         due = sent + brownout.every_s(pictures.every_s)
         clock.sleep(min(max(due - clock.monotonic(), LEAST_S), LOOK_S))
         now = clock.monotonic()
         if now < due:
-            continue  # it may be time sooner than it was: the machine is less busy now
+            continue  # the rate may have changed: the machine is less busy now
         sent = due if now - due < pictures.every_s else now
         if not pictures.live_once(owned.driver.latest(), camera):
             clock.sleep(LOOK_S)

@@ -1,4 +1,4 @@
-"""The picture of where the robot rests, as the result of a command."""
+"""The picture of the robot at rest, taken after a command."""
 
 import logging
 from typing import Any
@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 
 def look(owned: OwnedRobot, pictures: Pictures, state: RobotState, command: Command | None) -> dict[str, Any]:
-    """Take the new stable picture; a camera that fails does not undo the motion."""
+    """Take a stable picture and return the result; a camera that fails does not undo the motion."""
     try:
         owned.remember(state)
         if not pictures.cameras:
@@ -24,9 +24,13 @@ def look(owned: OwnedRobot, pictures: Pictures, state: RobotState, command: Comm
     except CameraFault as error:
         return {"picture": None, "verdict": "no picture", "note": str(error)}
     except Error as error:
-        log.warning("a picture is lost: %s", error)
+        log.warning("a picture could not be stored: %s", error)
         close_old_connections()
-        return {"picture": None, "verdict": "no picture", "note": "The database did not take the picture."}
+        return {
+            "picture": None,
+            "verdict": "no picture",
+            "note": "The database did not store the picture.",
+        }
     result: dict[str, Any] = {
         "verdict": verdict.reason,
         "stable": verdict.stable,
@@ -34,7 +38,7 @@ def look(owned: OwnedRobot, pictures: Pictures, state: RobotState, command: Comm
         "difference": round(verdict.difference, 2),
     }
     if frame is None:
-        result["note"] = "The picture could not be kept: the disk may be full."
+        result["note"] = "The picture could not be stored: the disk may be full."
     else:
         result |= {"picture": frame.url, "still": frame.pk}
     return result

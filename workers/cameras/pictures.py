@@ -24,7 +24,7 @@ from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
 
 log = logging.getLogger(__name__)
-EXPOSURE_S = 1 / 150  # where the robot says nothing of it
+EXPOSURE_S = 1 / 150  # if the robot names none
 
 
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
@@ -38,7 +38,7 @@ def grey(picture: Picture) -> Picture:
 
 
 class Pictures:
-    """The cameras of one robot and what is done with their pictures; stills come from the first."""
+    """The cameras of one robot. Stills are taken with the first camera."""
 
     def __init__(self, robot: Robot, clock: Clock) -> None:
         self._robot, self._clock = robot, clock
@@ -49,10 +49,10 @@ class Pictures:
         self._stills = robot.spec().capability(Stills)
         corrector = self._stills.brightness if self._stills else ""
         self._brightness: Any = function(corrector)() if corrector else None
-        self.still_id = 0  # of the pose the robot rests in; 0 while it moves
+        self.still_id = 0  # the still that shows the robot as it rests; 0 while it moves
 
     def configure(self, robot: Robot) -> None:
-        """Take over changed settings."""
+        """Use changed settings of the robot."""
         for camera in self.cameras:
             camera.configure(robot)
         self._robot = robot
@@ -62,7 +62,7 @@ class Pictures:
         return self.cameras[0].grab(exposure_s)
 
     def _corrected(self, picture: Picture) -> Picture:
-        """Return the picture with its brightness corrected, where the robot declares how."""
+        """Return the picture with its brightness corrected, if the robot declares a correction."""
         if self._brightness is None:
             return picture
         shown: Picture
@@ -70,7 +70,7 @@ class Pictures:
         return shown
 
     def settle(self) -> Verdict:
-        """Run the stability check that the robot declares, or take one picture. Raises CameraFault."""
+        """Run the stability check that the robot declares; without one, take one picture. Raises CameraFault."""
         stills = self._stills
         if stills is None:
             return Verdict(self.grab(EXPOSURE_S), False, "not judged", 0.0, 1)
@@ -79,16 +79,16 @@ class Pictures:
 
     @property
     def _exposure_s(self) -> float:
-        """Return the exposure of a picture that is shown (s)."""
+        """Return the exposure of a delivered picture (s)."""
         if self._stills is None:
             return EXPOSURE_S
         low, high = self._stills.exposure_range_s
         return min(max(self._robot.delivery_exposure_s or self._stills.exposure_s, low), high)
 
     def still(self, state: RobotState, grant: Grant | None, command: Command | None) -> tuple[Frame | None, Verdict]:
-        """Wait for a stable picture, take the delivered one, keep and publish it.
+        """Wait for a stable picture, take the delivered one, store and publish it. Raises CameraFault.
 
-        A full disk loses the kept copy, not the picture. Raises CameraFault.
+        If the disk is full, the picture is published but not stored.
         """
         self._wanted.set()
         try:
@@ -118,7 +118,7 @@ class Pictures:
             with replaced(path) as out:
                 out.write(data)
         except OSError as error:
-            log.error("a picture could not be kept: %s", error)
+            log.error("a picture could not be stored: %s", error)
             return None
         return Frame.objects.create(
             robot=self._robot, grant=grant, command=command, taken_at=at, file=name,
@@ -132,7 +132,7 @@ class Pictures:
         bus.publish_picture(self._robot.slug, picture_packet(number, at_ms, still, state.joints, data, camera), camera)
 
     def live_once(self, state: RobotState | None, camera: int = 0) -> bool:
-        """Send one live picture of that camera if somebody watches it; called in a loop. False where nobody does."""
+        """Send one live picture of a camera if somebody watches it. Return False if nobody does."""
         source = self.cameras[camera]
         first = camera == 0
         if (first and self._wanted.is_set()) or state is None:
@@ -145,7 +145,7 @@ class Pictures:
         try:
             with source.lock:
                 if first and self._wanted.is_set():
-                    return True  # a still was begun while we waited for the camera
+                    return True  # a still was started while this thread waited for the camera
                 picture = source.grab(self._stills.exposure_s if self._stills else EXPOSURE_S)
                 number, still = source.next(), self.still_id
         except CameraFault:

@@ -1,4 +1,4 @@
-"""A network camera's answer, read within one limit for the whole of it: one that dribbles is no camera."""
+"""HTTP answers of network cameras, read within one time limit for the whole answer."""
 
 import http.client
 import io
@@ -8,33 +8,33 @@ from typing import Any
 
 
 class _Patient(io.RawIOBase):
-    """What comes from a socket until the limit is over, with no longer silence than it is given."""
+    """Raw input from a socket with a limit for the whole answer and one for each silence."""
 
     def __init__(self, raw: Any, line: socket.socket, until: float, silence: float) -> None:
         self._raw, self._line, self._until, self._silence = raw, line, until, silence
 
     def readable(self) -> bool:
-        """It is."""
+        """Return True."""
         return True
 
     def readinto(self, buffer: Any) -> int | None:
-        """Read what has come. Raises TimeoutError after the limit."""
+        """Read available bytes. Raises TimeoutError after the limit."""
         left = self._until - time.monotonic()
         if left <= 0:
             raise TimeoutError("The answer took too long.")
         self._line.settimeout(min(left, self._silence))
         got: int | None = self._raw.readinto(buffer)
-        self._line.settimeout(self._silence)  # for what is sent next on this line
+        self._line.settimeout(self._silence)  # for the next request on this connection
         return got
 
     def close(self) -> None:
-        """Close what is read from."""
+        """Close the socket's reader."""
         self._raw.close()
         super().close()
 
 
 def answer_within(seconds: float, silence: float) -> type[http.client.HTTPResponse]:
-    """Return a response class that reads status, head and body within `seconds` (s) from its making.
+    """Return a response class that must read status, head and body within `seconds` (s) of its creation.
 
     `silence` (s) is the longest time without a byte.
     """

@@ -1,4 +1,4 @@
-"""Read cameras: a network camera's snapshot, or anything PyAV can open."""
+"""Camera sources: a snapshot address, or anything that PyAV can open."""
 
 import contextlib
 import http.client
@@ -24,10 +24,10 @@ ANSWER = answer_within(2 * TIMEOUT_S, TIMEOUT_S)
 
 
 class Source(Protocol):
-    """A source of pictures, shape (rows, columns), or (rows, columns, 3) where colour was wanted."""
+    """A source of pictures of shape (rows, columns), or (rows, columns, 3) for colour."""
 
     def grab(self, exposure_s: float) -> Picture:
-        """Return a picture that was begun after this call. Raises CameraFault."""
+        """Return a picture whose exposure began after this call. Raises CameraFault."""
 
     def close(self) -> None:
         """Release the camera."""
@@ -41,7 +41,7 @@ class SnapshotCamera:
         self._connection: http.client.HTTPConnection | None = None
 
     def grab(self, exposure_s: float) -> Picture:
-        """Ask for one picture; one try more on a connection that had gone stale."""
+        """Request one picture; try once more if the kept connection was closed. Raises CameraFault."""
         for attempt in (1, 2):
             try:
                 return decode(self._fetch(exposure_s), self._colour)
@@ -79,22 +79,22 @@ class SnapshotCamera:
 
 
 def decode(data: bytes, colour: bool = False) -> Picture:
-    """Return the picture in JPEG or PNG bytes, grey or blue-green-red. Raises CameraFault."""
+    """Return a JPEG or PNG as grey or blue-green-red picture. Raises CameraFault."""
     how = cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE
     try:
         picture = cv2.imdecode(np.frombuffer(data, np.uint8), how) if data else None
-    except cv2.error:  # larger than any picture
+    except cv2.error:  # an impossible size
         picture = None
     if picture is None:
-        raise CameraFault("The camera sent something that is no picture.")
+        raise CameraFault("The camera sent data that is not a picture.")
     return np.asarray(picture, np.uint8)
 
 
 def fitted(picture: Picture, width: int, height: int) -> Picture:
-    """Return the middle of the picture that has the wanted shape, scaled to `width` x `height` (px).
+    """Return the middle of the picture, cut and scaled to `width` x `height` (px).
 
-    A camera's own resolution may differ from the robot's description, and may change under way;
-    clicks and calibration count in the description's points.
+    A camera's own resolution may differ from the robot's description and may change while it runs; clicks and
+    calibration count in the pixels of the description.
     """
     rows, columns = picture.shape[:2]
     if (columns, rows) == (width, height):
@@ -108,7 +108,7 @@ def fitted(picture: Picture, width: int, height: int) -> Picture:
 
 
 class StreamCamera:
-    """A USB camera, RTSP or motion JPEG, decoded in a thread; only the newest picture is kept."""
+    """A USB camera, RTSP or motion JPEG, decoded in a thread that keeps only the newest picture."""
 
     def __init__(self, source: str, form: str | None = None, colour: bool = False) -> None:
         self._source, self._form = source, form
@@ -132,7 +132,7 @@ class StreamCamera:
             self._ended.wait(0.5)
 
     def _follow(self, container: Any) -> None:
-        """Keep the newest picture; packets that hold none are looked at one by one, so that `close` is heard."""
+        """Keep the newest picture; packets without one are read one by one, so that `close` ends the loop soon."""
         for packet in container.demux(container.streams.video[0]):
             for frame in packet.decode():
                 picture = frame.to_ndarray(format=self._pixels)
@@ -153,7 +153,7 @@ class StreamCamera:
         return av.open(self._source, format=self._form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
 
     def grab(self, exposure_s: float) -> Picture:
-        """Return the first picture that arrives from now on; the exposure is the camera's own."""
+        """Return the first picture that arrives from now on; the camera chooses the exposure. Raises CameraFault."""
         since = time.monotonic()
         with self._news:
             while self._newest is None or self._at <= since:
@@ -171,11 +171,10 @@ class StreamCamera:
 
 
 def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> Source:
-    """Return the camera for an address; empty means the simulated one of `rig` that is called `view`.
+    """Return the camera at an address; an empty address means the simulated camera `view` of `rig`.
 
     Raises:
-        CameraFault: the simulated camera has not said its address yet.
-
+        CameraFault: the simulated camera has not announced its address yet.
     """
     if not url:
         with contextlib.suppress(OSError, ValueError, KeyError):
@@ -183,7 +182,7 @@ def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> So
             if view and several.exists():
                 return SnapshotCamera(json.loads(several.read_text())[view] + "/snapshot.jpg", colour)
             return SnapshotCamera((rig / "camera").read_text().strip() + "/snapshot.jpg", colour)
-        raise CameraFault("The simulated camera is not there yet.")
+        raise CameraFault("The simulated camera has not started yet.")
     if url.startswith("v4l2:"):
         return StreamCamera(url.removeprefix("v4l2:"), "v4l2", colour)
     if url.startswith("http") and urlsplit(url).path.endswith((".jpg", ".jpeg", ".png")):

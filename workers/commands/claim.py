@@ -1,4 +1,4 @@
-"""Which command rows wait for this owner, which one it takes, and which can no longer begin or end."""
+"""Which command rows wait for this owner, how one is claimed, and how others are ended."""
 
 from datetime import datetime
 
@@ -12,20 +12,20 @@ from workers.commands.finish import finish
 from workers.safety.gate import TOO_LATE
 
 INTERRUPTED = (
-    "The robot's worker was interrupted; what became of this command is not known. "
+    "The robot's worker was interrupted; whether this command was carried out is not known. "
     "Look at the new picture before you go on."
 )
-RESTARTED = "The robot's worker had to take the robot anew before this began; it was not carried out."
-BROKEN_OFF = "The database broke off before it began; it was not carried out."
+RESTARTED = "The robot's worker had to start again before this command began; it was not carried out."
+BROKEN_OFF = "The database failed before this command began; it was not carried out."
 
 
 def due(robot: Robot, epoch: int, lane: str) -> QuerySet[Command]:
-    """Return the commands of a lane that wait for this owner, in order."""
+    """Return the commands of a lane that wait for this owner, oldest first."""
     return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch, lane=lane).order_by("id")
 
 
 def claim(command: Command, epoch: int, now: datetime) -> bool:
-    """Take a command for execution; False if somebody else did, or it is too late."""
+    """Claim a command. Return False if it was claimed already or is too late."""
     done = Command.objects.filter(pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now).update(
         state=CommandState.ACCEPTED, accepted_at=now
     )
@@ -36,10 +36,11 @@ def claim(command: Command, epoch: int, now: datetime) -> bool:
 
 
 def tidy(robot: Robot, epoch: int, now: datetime, lane: str) -> int:
-    """End what can no longer begin or end; called while no command runs in this lane. Return how many.
+    """End commands of a lane that can no longer start or finish. Return how many.
 
-    Too late, meant for an owner that is gone, or claimed in words that the database lost:
-    the last was not begun, for this owner begins only what it knows it has claimed.
+    Called while no command runs in this lane. It ends commands that are too late, that were meant for an earlier
+    owner, or whose claim the database carried out but did not confirm. The last were never started, because this
+    owner starts only commands of which it knows that it claimed them.
     """
     ended = 0
     for command in Command.objects.filter(robot=robot).exclude(state__in=COMMAND_FINAL).order_by("id"):
@@ -54,7 +55,7 @@ def tidy(robot: Robot, epoch: int, now: datetime, lane: str) -> int:
 
 
 def abandon(robot: Robot, now: datetime) -> list[Command]:
-    """End as `unknown` what an earlier owner had begun: never repeated."""
+    """End as `unknown` the commands that an earlier owner had started. They are never repeated."""
     left = list(Command.objects.filter(robot=robot, state__in=COMMAND_RUNNING))
     for command in left:
         command.robot = robot

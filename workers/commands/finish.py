@@ -1,4 +1,4 @@
-"""Advance a claimed command and end it. Each step is one conditional UPDATE."""
+"""Advances a claimed command and ends it; each step is one conditional UPDATE."""
 
 from contextlib import nullcontext
 from datetime import datetime
@@ -33,7 +33,7 @@ def advance(command: Command, state: CommandState, now: datetime) -> None:
 def finish(
     command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None
 ) -> bool:
-    """End a command, and a grant that was for it alone; a final state is never changed."""
+    """End a command, and its grant if that was opened for it alone. Return False if it had ended before."""
     alone = has_own_grant(command)
     with transaction.atomic() if alone else nullcontext():
         done = (

@@ -1,4 +1,4 @@
-"""Motions whose permit ends them on the way: held ones, and those that a newer target replaces."""
+"""Motions that their permit ends early: held motions, and motions that a newer target replaces."""
 
 import logging
 
@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permit) -> Permit:
-    """Return a permit that ends when a newer target waits; a wake-up says when to look for one."""
+    """Return a permit that raises Replaced once a newer target waits. It looks for one after each wake-up."""
     kinds = [c.kind for c in owned.robot.spec().commands if c.replaceable]
     looked = lane.wakes
 
@@ -25,7 +25,7 @@ def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permi
         nonlocal looked
         claimed()
         if lane.wakes == looked or not lane.gate.has_begun:
-            return  # before it has begun the line may be ours, and a hold must not wait for the stores
+            return  # until it has begun, this thread may hold the line's lock, and a hold must not wait for a query
         looked = lane.wakes
         try:
             first = claim.due(owned.robot, lease.epoch, lane.name).first()
@@ -42,7 +42,10 @@ def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permi
 def held_motion(
     owned: OwnedRobot, deadman: DeadManTimer, command: Command, claimed: Permit, on_stage: OnStage
 ) -> tuple[Outcome, str]:
-    """Run a held motion until its controls are released; that is its good end unless they fell silent."""
+    """Run a held motion. Return its outcome and why it ended: `released`, `long`, or `edge` if the robot ended it.
+
+    Raises Held if the keep-alives ended, and the reason of the gate if that ended the motion.
+    """
 
     def permit() -> None:
         claimed()
@@ -52,7 +55,7 @@ def held_motion(
     try:
         return owned.driver.execute(command.kind, command.args, permit, on_stage), "edge"
     except (ControlsReleased, Held):
-        claimed()  # a stop, a lost grant: that is the reason then
+        claimed()  # if a stop or a lost grant ended it, that is the reason
         why = deadman.ended
         if why in ("", "lost"):
             raise Held("Nothing was heard from your controls, so the robot was held.") from None

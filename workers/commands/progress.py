@@ -1,4 +1,4 @@
-"""How far a long command is: kept on its row and published, no more often than people can read."""
+"""The progress of a long command, stored and published no more often than people can read."""
 
 import logging
 import math
@@ -19,14 +19,14 @@ LONGEST = 120
 
 
 class Teller:
-    """Tells the progress of one lane's commands; what comes sooner than `EVERY_S` after the last is left out."""
+    """Stores and publishes progress; a report that comes sooner than `EVERY_S` after the last one is dropped."""
 
     def __init__(self, owned: OwnedRobot) -> None:
         self._owned = owned
-        self._last: tuple[int, float] = (0, 0.0)  # of which command, and when (monotonic, s)
+        self._last: tuple[int, float] = (0, 0.0)  # the command, and the time (monotonic, s)
 
     def tell(self, command: Command, progress: Progress) -> None:
-        """Keep and publish it. A database that is away loses it and breaks nothing off."""
+        """Store and publish it. If the database is away, this report is lost and the command goes on."""
         now = self._owned.clock.monotonic()
         told, at = self._last
         if told == command.pk and now - at < EVERY_S:
@@ -44,7 +44,7 @@ class Teller:
 
 
 def record(progress: Progress, at_ms: int) -> dict[str, Any]:
-    """Return what is kept: a short text, a share from 0 to 1 (None where it is no number), and when (ms since 1970)."""
+    """Return the stored form: a short text, a share from 0 to 1 or None, and the time (ms since 1970)."""
     share = progress.share
     known = isinstance(share, int | float) and math.isfinite(share)
     return {

@@ -1,4 +1,4 @@
-"""Carry out claimed commands in one lane, each to a final state."""
+"""Runs claimed commands in one lane and gives each a final state."""
 
 import contextlib
 import logging
@@ -37,13 +37,13 @@ from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
 LEASE_LOST = (
-    "The robot's worker lost the robot for a moment and held it; what became of this command is not known. "
-    "Look at the new picture before you go on."
+    "The robot's worker lost control of the robot for a moment and held it; "
+    "whether this command was carried out is not known. Look at the new picture before you go on."
 )
-UNHEARD = "The robot did not say in time whether it had understood, so it was held."
-NOT_HEARD = "The robot did not say in time whether it had understood; whether this was set is not known."
-NOT_KNOWN = "The database broke off before the answer; whether this was set is not known."
-CUT_SHORT = "The database broke off in mid-motion, so the robot was held. Look at the new picture before you go on."
+UNHEARD = "The robot did not acknowledge the command in time, so it was held."
+NOT_HEARD = "The robot did not acknowledge the command in time; whether the setting was changed is not known."
+NOT_KNOWN = "The database failed before the answer; whether the setting was changed is not known."
+CUT_SHORT = "The database failed during the motion, so the robot was held. Look at the new picture before you go on."
 BROKEN = "The robot's software failed, so the robot was held. Look at the new picture before you go on."
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
@@ -57,19 +57,19 @@ class Runner:
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._lane = owned, lease, lane
         self._deadman, self._pictures, self._on_fault = deadman, pictures, on_fault
-        self._permit: Permit = lane.gate.check  # of the claim that is carried out
+        self._permit: Permit = lane.gate.check  # of the command that runs
         self._moves, self._teller = lane.name == MOTION, Teller(owned)
-        self._said = 0  # the command that the robot was told of last, whatever the database knows of it
+        self._said = 0  # the last command that was sent to the robot, whatever the database says
 
     def run(self, command: Command) -> None:
-        """Execute a claimed command to a final state."""
+        """Run a claimed command to a final state."""
         gate, now = self._lane.gate, self._owned.now
         gate.open_for(command.grant, now())
         gate.expect(command, now())
         self._permit = gate.bound(command.epoch)
         if command.grant.ended_at is not None:
             gate.grants.revoke(command.grant_id)
-        self._lane.current = command  # only now: who watches must not hold it by the grant before
+        self._lane.current = command  # not earlier: the watch must not judge it by the grant before
         try:
             self._run(command)
         finally:
@@ -91,12 +91,12 @@ class Runner:
             self._end(command, CommandState.CANCELLED if held else CommandState.FAILED, str(error))
         except HardwareFault as error:
             self._end(command, CommandState.FAILED, str(error))
-            if not self._stale(command):  # then the robot is connected anew anyway
+            if not self._stale(command):  # otherwise the robot is connected again anyway
                 self._on_fault(error, command)
         except Error as error:
             if self._said != command.pk:
-                raise  # not begun: the next sweep ends it
-            log.warning("%s is broken off by the database: %s", command, error)
+                raise  # not started: the next sweep ends it
+            log.warning("%s failed because of the database: %s", command, error)
             if self._moves:
                 with contextlib.suppress(RobotError):
                     self._owned.driver.hold()
@@ -108,14 +108,14 @@ class Runner:
             self._end(command, CommandState.COMPLETED, "", result)
 
     def _hold_and_end(self, command: Command) -> None:
-        """End what an error of our own or of the driver's program broke off."""
+        """Hold the robot and end a command that an error in our code or in the driver broke off."""
         with contextlib.suppress(RobotError):
             self._owned.driver.hold()
         begun = self._said == command.pk
         self._end(command, CommandState.UNKNOWN if begun else CommandState.FAILED, BROKEN)
 
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
-        """Write the end down; a database that is away is waited for, for as long as the robot is ours."""
+        """Store the end of a command; while the database is away, try again for as long as the robot is ours."""
         at = self._owned.now()
         if self._said == command.pk and self._stale(command):
             state, reason, result = CommandState.UNKNOWN, LEASE_LOST, None
@@ -131,14 +131,14 @@ class Runner:
             else:
                 break
         if has_own_grant(command):
-            self._lane.gate.grants.revoke(command.grant_id)  # it ended with the command, so nothing moves under it
+            self._lane.gate.grants.revoke(command.grant_id)  # the grant ended with the command
 
     def _stale(self, command: Command) -> bool:
-        """Tell whether the lease ran out after the command was claimed."""
+        """Return whether the lease ran out after the command was claimed."""
         return not self._lease.valid or self._lease.epoch != command.epoch
 
     def _stage(self, command: Command, stage: str | Progress) -> None:
-        """Write a stage down; a motion that has begun is not broken off by a database that is away."""
+        """Store a stage; if the database is away, a motion that has begun goes on."""
         if isinstance(stage, Progress):
             self._teller.tell(command, stage)
             return
@@ -152,7 +152,10 @@ class Runner:
             close_old_connections()
 
     def _in_time(self, command: Command) -> dict[str, Any]:
-        """Perform; what was said and not heard to be understood by its deadline is held. Raises as drivers do."""
+        """Run the command. If the robot does not acknowledge it before the deadline, hold the robot.
+
+        Raises the errors of drivers.
+        """
         try:
             return self._perform(command)
         except TooLate as error:

@@ -1,4 +1,4 @@
-"""Remove pictures past their time that nothing refers to."""
+"""Removes old pictures that nothing refers to."""
 
 import shutil
 from datetime import datetime, timedelta
@@ -10,7 +10,7 @@ from robots.models import Frame
 
 
 def old_frames(now: datetime) -> int:
-    """Remove frames that are not kept, their files and folders left empty; return how many."""
+    """Remove old pictures with their files and empty folders. Return how many."""
     before = now - timedelta(days=settings.FRAME_KEEP_DAYS)
     removed = 0
     for frame in Frame.objects.filter(taken_at__lt=before, kept=False).iterator():

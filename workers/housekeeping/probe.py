@@ -1,4 +1,4 @@
-"""Test robots that no worker owns: connection, state, first picture. One at a time in a process."""
+"""Tests robots that no worker owns (connection, state, first picture), one at a time per process."""
 
 import logging
 import subprocess
@@ -27,7 +27,7 @@ _slot = threading.Lock()
 
 
 def all_that_wait(give_up: Callable[[], bool]) -> None:
-    """Carry out every test that is asked for; return at once where that is being done already."""
+    """Carry out every requested test; return at once if another thread is doing so."""
     while probes.waiting() and not give_up():
         if not _slot.acquire(blocking=False):
             return  # the thread that holds the lock looks once more after it has released it
@@ -40,7 +40,7 @@ def all_that_wait(give_up: Callable[[], bool]) -> None:
 
 def _one(robot: Robot) -> None:
     found: dict[str, Any] = {
-        "connection": "The test broke off; the log of the housekeeping worker has why.",
+        "connection": "The test failed; the log of the housekeeping worker says why.",
         "picture": "",
     }
     try:
@@ -52,7 +52,7 @@ def _one(robot: Robot) -> None:
                 simulator.terminate()
                 simulator.wait(10)
     except Exception:
-        log.exception("the test of %s broke off", robot.slug)
+        log.exception("the test of %s failed", robot.slug)
     finally:
         probes.finish(robot, found, SYSTEM.now())
 

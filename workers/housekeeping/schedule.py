@@ -1,4 +1,4 @@
-"""The scheduler of the housekeeping worker: a thread of it, where Celery's own `-B` is a process of 60 MB."""
+"""The housekeeping worker's scheduler, as a thread; Celery's own `-B` is a process of 60 MB."""
 
 import os
 from typing import Any
@@ -18,5 +18,5 @@ class Schedule(bootsteps.StartStopStep):
         super().__init__(worker, **kwargs)
 
     def create(self, worker: Any) -> Any:
-        """Return the thread; it is started after the pool and stopped before it."""
+        """Return the thread; Celery starts it after the pool and stops it before the pool."""
         return EmbeddedService(worker.app, thread=True, schedule_filename=self._file)

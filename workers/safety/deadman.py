@@ -1,8 +1,8 @@
-"""The dead-man timer of a held motion: a stream of keep-alives, and what follows when it ends.
+"""The dead-man timer of a held motion.
 
-A held motion lives while its operator's controls say so. It ends when they are released, when
-nothing was heard for `SILENT_S`, or when it has lasted long enough. Once silence has ended it,
-it stays ended: the robot is held by then, and a keep-alive that was late must not move it again.
+A held motion goes on while keep-alives arrive from its operator's controls. It ends when the controls are
+released, when no keep-alive came for `SILENT_S`, or at its longest duration. Once silence has ended it, it stays
+ended: the robot is held by then, and a late keep-alive must not move it again.
 """
 
 import threading
@@ -13,12 +13,12 @@ from robots.drivers.errors import ControlsReleased
 from robots.models import Command
 from robots.services import START_S
 
-SILENT_S = 0.25  # with one short step's braking after it, half a second to rest
+SILENT_S = 0.25  # together with the braking of one short step this is half a second to rest
 
 
 @dataclass
 class DeadManTimer:
-    """Which held motion runs, and when a keep-alive for it was heard last. Thread safe."""
+    """Which held motion runs, and when its last keep-alive came. Thread safe."""
 
     clock: Clock
     _who: tuple[int | None, int] | None = None
@@ -28,25 +28,25 @@ class DeadManTimer:
     _released_at: float = 0.0
 
     def __post_init__(self) -> None:
-        """Make the lock."""
+        """Create the lock."""
         self._lock = threading.Lock()
 
     def start(self, command: Command) -> None:
-        """Begin to wait for the keep-alives of `command`."""
+        """Start to wait for keep-alives of `command`."""
         now = self.clock.monotonic()
         with self._lock:
             self._who = (command.issued_by_id, command.client_seq)
             self._heard, self._until = now, now + command.limit_s
-            if now - self._released_at > START_S:  # of an earlier turn, whose numbers were the same
+            if now - self._released_at > START_S:  # of an earlier turn, which used the same numbers
                 self._released = None
 
     def end(self) -> None:
-        """No held motion runs any more."""
+        """Note that no held motion runs any more."""
         with self._lock:
             self._who = None
 
     def hear(self, user: int, seq: int, held: bool) -> None:
-        """Hear a keep-alive, or that the controls were released."""
+        """Note a keep-alive (`held`), or that the controls were released."""
         now = self.clock.monotonic()
         with self._lock:
             if not held:
@@ -56,7 +56,7 @@ class DeadManTimer:
 
     @property
     def ended(self) -> str:
-        """Tell why the held motion has to end: released, lost, long; empty while it may go on."""
+        """Return why the held motion has to end: released, lost or long; empty while it may go on."""
         with self._lock:
             if self._who is None:
                 return ""
@@ -68,6 +68,6 @@ class DeadManTimer:
             return "long" if now >= self._until else ""
 
     def check(self) -> None:
-        """Return while keep-alives arrive. Raises ControlsReleased."""
+        """Return if the held motion may go on. Raises ControlsReleased."""
         if self.ended:
             raise ControlsReleased("The controls were released.")

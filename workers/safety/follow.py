@@ -1,4 +1,4 @@
-"""The loops that ask the stores, so that safety is judged from memory."""
+"""The loops that query Redis and the database, so that safety is judged from memory."""
 
 from robots import bus
 from robots.grants import end_at_until, open_grant
@@ -14,7 +14,7 @@ FOLLOW_S, IDLE_FOLLOW_S, IDLE_LINK_S = 0.1, 1.0, 0.5
 
 
 class Follower:
-    """Keeps memory informed of Redis and of grants, and the stop of its row."""
+    """Keeps the state of Redis, of grants and of the stop in memory."""
 
     def __init__(
         self, owned: OwnedRobot, grants: KnownGrants, link: Link, lanes: tuple[Lane, ...], stop: Stop, pace: Pace
@@ -23,31 +23,31 @@ class Follower:
         self._stop, self._pace = stop, pace
 
     def ask_link(self) -> None:
-        """Ask Redis whether it is there, for as long as the owner runs."""
+        """Ask Redis again and again whether it answers, until the owner ends."""
         while self._owned.running:
             if bus.alive():
                 self._link.seen()
             self._pace.sleep(FOLLOW_S, IDLE_LINK_S)
 
     def rows(self) -> None:
-        """Follow the rows of stop and grant, for as long as the owner runs."""
+        """Read the rows of stop and grant again and again, until the owner ends."""
         while self._owned.running:
             self._stop.follow()
             self.follow_grant()
             self._pace.sleep(FOLLOW_S, IDLE_FOLLOW_S)
 
     def follow_grant(self) -> None:
-        """Learn which grant is open and until when; end one whose time is up."""
+        """Learn which grant is open and until when; end it if its time is up."""
         grants, robot, now = self._grants, self._owned.robot, self._owned.now
-        # read before we ask: a lane may open for the next one meanwhile, of which the answer says nothing
+        # read before the query: a lane may open for the next grant meanwhile, which the answer does not contain
         known = {grants.newest, *(lane.gate.grant_id for lane in self._lanes)} - {0} - grants.ended
         grant = open_grant(robot)
-        for ended in known - {grant.pk if grant else 0}:  # one is open at a time
+        for ended in known - {grant.pk if grant else 0}:  # only one is open at a time
             grants.revoke(ended)
         if grant is None:
             return
         self._pace.stir()
-        grants.know(grant, now())  # a turn may have been lengthened
+        grants.know(grant, now())  # a turn may have been extended
         if grant.until is not None and grant.until <= now():
             end_at_until(grant, now())
             grants.revoke(grant.pk)

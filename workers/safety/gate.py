@@ -1,4 +1,4 @@
-"""May this process move the robot, right now? Asked last, before every actuation."""
+"""The gate: may this process move the robot now? Asked last, before every actuation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,23 +14,23 @@ from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
 from workers.safety.link import Link
 
-BEFORE_S = 0.5  # so long before its deadline a command is said at the latest: it has to be planned, too
-LAPSED = "The robot's worker lost the robot for a moment; this was not carried out."
-TOO_LATE = "It came too late and was not carried out."
+BEFORE_S = 0.5  # a command must be sent this long before its deadline, because the robot has to plan it
+LAPSED = "The robot's worker lost control of the robot for a moment; this command was not carried out."
+TOO_LATE = "The command came too late and was not carried out."
 
 
 class LinkDown(NotPermitted):
-    """The live link is gone: nobody could stop the robot round the queue."""
+    """The live link is down: nobody could stop the robot past the queue."""
 
     code = "link_down"
 
 
 @dataclass
 class Gate:
-    """Lease, latch, link, grant and deadline in one question, answered from memory.
+    """Checks lease, latch, link, grant and deadline from memory.
 
-    Lease, latch, link and what is known of grants are shared; each lane has a gate with the grant and
-    the deadline of its own command.
+    Lease, latch, link and the knowledge of grants are shared; each lane has a gate with the grant and the deadline
+    of its own command.
     """
 
     lease: OwnerLease
@@ -38,51 +38,51 @@ class Gate:
     link: Link
     grants: KnownGrants
     clock: Clock
-    known: Callable[[], Known | None]  # what is known of the robot now
+    known: Callable[[], Known | None]  # the robot's present values
     grant_id: int = 0
     begin_by: float | None = None
     policies: Policies = HOLD  # of the command that runs
 
     def open_for(self, grant: Grant, now: datetime) -> None:
-        """Let commands of `grant` through until it ends."""
+        """Let commands of `grant` pass until it ends."""
         self.grants.know(grant, now)
         self.grant_id = grant.pk
 
     def expect(self, command: Command, now: datetime) -> None:
-        """Let a claimed command begin until shortly before its deadline, whatever holds it up on its way."""
+        """Let a claimed command start until shortly before its deadline."""
         self.begin_by = self.clock.monotonic() + (command.deadline - now).total_seconds() - BEFORE_S
 
     def begun(self) -> None:
-        """The robot has understood it, or nothing is to begin any more."""
+        """Note that the robot has acknowledged the command, or that none is to start any more."""
         self.begin_by = None
 
     def ended(self) -> None:
-        """The command has ended: what moves now is held at the first reason."""
+        """Note that the command has ended: from now on any reason holds the robot."""
         self.policies = HOLD
 
     @property
     def has_begun(self) -> bool:
-        """Tell whether nothing is still to begin."""
+        """Return whether no command has still to start."""
         return self.begin_by is None
 
     @property
     def grant_over(self) -> bool:
-        """Tell whether the grant that is let through has ended."""
+        """Return whether the grant that may pass has ended."""
         return self.grants.over(self.grant_id)
 
     @property
     def forbidden(self) -> bool:
-        """Tell whether what runs has to be held; the latch is not asked, for a stop holds by itself."""
+        """Return whether a running command has to be held. The latch is not asked, because a stop holds by itself."""
         return not self.lease.valid or self._why() != ""
 
     def _why(self) -> Why:
-        """Return why what runs has to be held; without a connection nothing begins, whatever its kind may do."""
+        """Return why a running command has to be held; without a link nothing starts, whatever its policies allow."""
         policies = self.policies if self.has_begun else HOLD
         known = None if policies == HOLD else self.known()
         return why_held(policies, self.clock.monotonic(), self.link.lost_at, self.grants.until(self.grant_id), known)
 
     def bound(self, epoch: int) -> Permit:
-        """Return a permit that is good under this epoch only: once the lease ran out it refuses for ever."""
+        """Return a permit for this epoch only: once the lease has run out, it refuses for ever."""
 
         def permit() -> None:
             self.check()

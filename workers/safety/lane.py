@@ -1,4 +1,4 @@
-"""One lane of the owner: a thread, its gate and the command that it carries out now."""
+"""One lane of the owner: a thread, its gate and its current command."""
 
 import contextlib
 import threading
@@ -14,16 +14,16 @@ MOTION, CONFIG = "motion", "config"
 
 
 class Lane:
-    """What one lane is doing, readable from every thread. Times are monotonic (s)."""
+    """What one lane does, readable from every thread. Times are monotonic (s)."""
 
     def __init__(self, name: str, gate: Gate, clock: Clock, pace: Pace) -> None:
         self.name, self.gate, self._clock, self.pace = name, gate, clock, pace
         self.current: Command | None = None
-        self.wakes = 0  # how often a wake-up was heard
-        self.beat = clock.monotonic()  # when the lane's loop came round last
+        self.wakes = 0  # number of wake-ups so far
+        self.beat = clock.monotonic()  # when the lane's loop last went round
         self._busy_until = 0.0
         self._wake = threading.Event()
-        self.turn = threading.Lock()  # taken while a command runs; a hold never waits for it
+        self.turn = threading.Lock()  # held while a command runs; a hold of the robot never waits for it
 
     def wake(self) -> None:
         """Wake the lane: command rows may wait."""
@@ -39,7 +39,7 @@ class Lane:
 
     @contextlib.contextmanager
     def taking(self, seconds: float) -> Iterator[None]:
-        """Say that the loop may be away for `seconds` (s)."""
+        """Announce that the loop may be busy for `seconds` (s)."""
         self._busy_until = self._clock.monotonic() + seconds
         self.pace.stir()
         try:
@@ -49,7 +49,7 @@ class Lane:
 
     @contextlib.contextmanager
     def paused(self, seconds: float) -> Iterator[None]:
-        """Let no command of this lane begin, after the one that runs ended or `seconds` (s) went by."""
+        """Let no command of this lane start; waits at most `seconds` (s) for the one that runs."""
         taken = self.turn.acquire(timeout=seconds)
         try:
             yield
@@ -59,11 +59,11 @@ class Lane:
 
     @property
     def busy(self) -> bool:
-        """Tell whether the loop is at something that takes its time."""
+        """Return whether the loop runs a command or has announced that it is busy."""
         return self.current is not None or self._busy_until > self._clock.monotonic()
 
     @property
     def sound(self) -> bool:
-        """Tell whether the loop comes round, or is away for no longer than it said."""
+        """Return whether the loop goes round, or is busy for no longer than it announced."""
         now = self._clock.monotonic()
         return now - self.beat < SILENT_S or now < self._busy_until

@@ -1,7 +1,6 @@
-"""The stop's latch: one byte in a file, synced before it is confirmed.
+"""The latch of a stop: one byte in a file, synced before the stop is confirmed.
 
-A restart of everything finds it. The database row follows the file; the robot is latched
-if either says so.
+It survives a restart of everything. The database row follows the file; the robot is latched if either says so.
 """
 
 import os
@@ -10,31 +9,31 @@ from pathlib import Path
 
 
 class StopLatch:
-    """A latch in `path`; thread safe."""
+    """A latch in the file `path`. Thread safe."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._lock = threading.Lock()
         self._set = path.exists()
-        self.row_pending = self._set  # the row may not know yet
+        self.row_pending = self._set  # the row may not be written yet
         self.releases: int | None = None
 
     @property
     def latched(self) -> bool:
-        """Tell whether motion is forbidden."""
+        """Return whether motion is forbidden."""
         return self._set
 
     def forbid(self, releases: int | None = None) -> None:
-        """Forbid motion in memory, before the disk is waited for.
+        """Forbid motion in memory, before the disk is written.
 
-        `releases` is how often stops had been released by then: only a later release undoes this.
+        `releases`: how many releases there had been by then; only a later release undoes this stop.
         """
         self._set = True
         self.releases = releases
         self.row_pending = True
 
     def keep(self) -> None:
-        """Write the latch to disk before returning. A full disk still latches in memory and in the row."""
+        """Write the latch to disk before returning. With a full disk it is still latched in memory and in the row."""
         with self._lock:
             try:
                 self._path.parent.mkdir(parents=True, exist_ok=True)

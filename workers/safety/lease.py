@@ -1,4 +1,4 @@
-"""One owner a robot: a device lock of the machine and a lease with an epoch in the database."""
+"""One owner per robot: a device lock on the machine, and a lease with an epoch in the database."""
 
 import contextlib
 import fcntl
@@ -19,11 +19,11 @@ from robots.grants import take_epoch
 from robots.models import Lease, Robot
 
 log = logging.getLogger(__name__)
-RENEW_S = 0.75  # three tries within a lease of three seconds
+RENEW_S = 0.75  # three attempts within a lease of three seconds
 
 
 def process_start(pid: int) -> str:
-    """Return when the process started, as the kernel tells; empty if there is none."""
+    """Return the process's start time as the kernel gives it; empty if there is no such process."""
     try:
         text = Path(f"/proc/{pid}/stat").read_text()
     except OSError:
@@ -32,7 +32,7 @@ def process_start(pid: int) -> str:
 
 
 def kill_recorded_owner(lease: Lease) -> None:
-    """Kill the process that the lease names, if it is still that process on this host."""
+    """Kill the process that the lease names, if the same process still runs on this host."""
     if lease.host != socket.gethostname() or not lease.pid or lease.pid == os.getpid():
         return
     if not lease.started or process_start(lease.pid) != lease.started:
@@ -48,7 +48,10 @@ def kill_recorded_owner(lease: Lease) -> None:
 
 
 class OwnerLease:
-    """Whether the robot is ours. Lapsed: hold, then take it again under a new epoch. Lost to another: hold, leave."""
+    """Whether the robot is ours.
+
+    If the lease lapses: hold, then take it again under a new epoch. If another has taken it: hold, and end.
+    """
 
     def __init__(self, robot: Robot, lock_file: Path, clock: Clock = SYSTEM) -> None:
         self._robot, self._lock_file, self._clock = robot, lock_file, clock
@@ -56,20 +59,20 @@ class OwnerLease:
         self._descriptor: int | None = None
         self._until = 0.0
         self.epoch = 0
-        self.offset = timedelta(0)  # database time minus ours
+        self.offset = timedelta(0)  # the database's time minus ours
         self.lost = False
         self._measured = self._lapsed = False
         self._lock = threading.Lock()
 
     @property
     def valid(self) -> bool:
-        """Tell whether we own the robot, by our own clock; what ran out stays out until it is taken again."""
+        """Return whether we own the robot, by our own clock; a lapsed lease stays invalid until it is taken again."""
         with self._lock:
             self._lapsed = self._lapsed or self._clock.monotonic() >= self._until
             return not self.lost and not self._lapsed
 
     def acquire(self, give_up: Callable[[], bool]) -> bool:
-        """Wait until the robot is ours; False if `give_up` said so."""
+        """Wait until the robot is ours. Return False if `give_up` said so."""
         Lease.objects.get_or_create(robot=self._robot)
         while not give_up():
             if self._try():
@@ -99,9 +102,9 @@ class OwnerLease:
         return True
 
     def regain(self) -> bool:
-        """Take a lapsed lease again, under a new epoch; False, and lost, where somebody else has taken it.
+        """Take a lapsed lease again under a new epoch. Return False if another has taken it; the lease is lost then.
 
-        Called where nothing runs. Raises django.db.Error while the database does not answer.
+        Called while no command runs. Raises django.db.Error while the database does not answer.
         """
         self.measure_offset()
         lease = Lease.objects.filter(robot=self._robot, epoch=self.epoch, pid=os.getpid()).first()
@@ -122,13 +125,13 @@ class OwnerLease:
         return True
 
     def now(self) -> datetime:
-        """Return the database's time, by the offset measured last."""
+        """Return the database's time, by the last measured offset."""
         return self._clock.now() + self.offset
 
     def measure_offset(self) -> None:
-        """Measure how the database's clock differs from ours."""
+        """Measure how far the database's clock is from ours."""
         if connection.vendor != "postgresql":
-            self.offset = timedelta(0)  # SQLite has no clock but this host's
+            self.offset = timedelta(0)  # SQLite uses this host's clock
             return
         before = self._clock.now()
         with connection.cursor() as cursor:
@@ -137,15 +140,15 @@ class OwnerLease:
         self._learn(theirs - self._clock.now(), theirs - before)
 
     def _learn(self, least: timedelta, greatest: timedelta) -> None:
-        """Keep the offset where the measurement allows it: one that took long proves little."""
+        """Use the offset if the measurement was quick; a slow one says little."""
         if not self._measured:
             self.offset, self._measured = least + (greatest - least) / 2, True
         self.offset = min(max(self.offset, least), greatest)
 
     def renew(self) -> None:
-        """Renew once; marks the lease lost where somebody else has taken it, or where it was given back meanwhile.
+        """Renew once; mark the lease lost if another has taken it or it was given back.
 
-        A renewal that comes through after the lease ran out renews nothing: permits have been refused by then.
+        A renewal that succeeds after the lease ran out changes nothing, because permits have been refused by then.
         """
         if not self.valid and not self.lost:
             return
@@ -156,7 +159,7 @@ class OwnerLease:
         )
         with self._lock:
             if epoch != self.epoch:
-                return  # it was taken again meanwhile
+                return  # it was taken again in the meantime
             if not done:
                 self.lost = True
             elif self._lapsed or self._clock.monotonic() >= self._until:
@@ -165,7 +168,7 @@ class OwnerLease:
                 self._until = begun + self._seconds
 
     def keep(self, running: Callable[[], bool]) -> None:
-        """Renew again and again while `running`; a database that does not answer is asked again soon."""
+        """Renew again and again while `running`; while the database is away, try again soon."""
         while running():
             begun = self._clock.monotonic()
             try:
@@ -179,7 +182,7 @@ class OwnerLease:
     def give_back(self) -> None:
         """End the lease at once, so that the next owner need not wait.
 
-        The process is struck out with it: a renewal that is under way in another thread finds nothing to renew.
+        The process is removed from the row too, so that a renewal under way in another thread finds nothing to renew.
         """
         with contextlib.suppress(Exception):
             Lease.objects.filter(robot=self._robot, epoch=self.epoch).update(expires_at=self.now(), pid=0)

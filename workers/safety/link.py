@@ -1,10 +1,10 @@
-"""The live link: when Redis answered last."""
+"""The live link: when Redis last answered."""
 
 from robots.clock import Clock
 
 
 class Link:
-    """Whether somebody could stop the robot round the queue."""
+    """Whether a stop could arrive past the queue."""
 
     def __init__(self, clock: Clock, gone_s: float) -> None:
         self._clock, self._gone_s = clock, gone_s
@@ -16,10 +16,10 @@ class Link:
 
     @property
     def down(self) -> bool:
-        """Tell whether Redis has been silent for too long."""
+        """Return whether Redis has not answered for too long."""
         return self._clock.monotonic() - self._seen_at > self._gone_s
 
     @property
     def lost_at(self) -> float | None:
-        """Return since when it is lost, by the monotonic clock (s); None where it is not."""
+        """Return since when the link is down, by the monotonic clock (s); None if it is not."""
         return self._seen_at + self._gone_s if self.down else None

@@ -1,4 +1,4 @@
-"""The loop that hears stops, keep-alives and wake-ups on channels of their own."""
+"""The loop that receives stops, keep-alives and wake-ups over pub/sub."""
 
 import contextlib
 
@@ -13,7 +13,7 @@ from workers.safety.stop import Stop
 
 
 class Listener:
-    """Hears what is published for one robot, and tells the lanes, the stop and the dead-man timer."""
+    """Passes what is published for one robot to the lanes, the stop and the dead-man timer."""
 
     def __init__(
         self, owned: OwnedRobot, stop: Stop, grants: KnownGrants, lanes: tuple[Lane, ...], deadman: DeadManTimer
@@ -22,7 +22,7 @@ class Listener:
         self._pubsub: redis.client.PubSub | None = None
 
     def loop(self) -> None:
-        """Listen for as long as the owner runs, or until the connection breaks."""
+        """Listen until the owner ends or the connection breaks."""
         owned, slug = self._owned, self._owned.robot.slug
         try:
             self._pubsub = bus.listener().pubsub(ignore_subscribe_messages=True)

@@ -1,4 +1,4 @@
-"""How often the owner's loops look: often while there is something to look after, seldom on an idle robot."""
+"""How often the owner's loops look: often while the robot is in use, seldom while it is idle."""
 
 import threading
 
@@ -8,10 +8,10 @@ LIVELY_S = 3.0
 
 
 class Pace:
-    """Lively for some seconds after each `stir`, idle then; a stir ends every idle wait at once.
+    """Lively for some seconds after each `stir`, idle afterwards; a stir ends every idle wait at once.
 
-    A wake-up, an open grant, a command, a stop and a motion stir; whoever stirs late costs a moment of an idle
-    wait, never a promise: stops and keep-alives are heard through a channel of their own.
+    Wake-ups, open grants, commands, stops and motions stir. A late stir costs part of an idle wait and breaks no
+    promise: stops and keep-alives arrive over a channel of their own.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -21,17 +21,17 @@ class Pace:
 
     @property
     def lively(self) -> bool:
-        """Tell whether there is something to look after."""
+        """Return whether the robot is in use."""
         return self._clock.monotonic() < self._until
 
     def stir(self) -> None:
-        """Say that there is something to look after."""
+        """Note that the robot is in use."""
         with self._stirred:
             self._until = self._clock.monotonic() + LIVELY_S
             self._stirred.notify_all()
 
     def sleep(self, lively_s: float, idle_s: float) -> float:
-        """Sleep for `lively_s`, or on an idle robot until it is stirred or for `idle_s`; return which was meant (s)."""
+        """Sleep for `lively_s`; on an idle robot for `idle_s` or until a stir. Return the chosen time (s)."""
         with self._stirred:
             if not self.lively:
                 self._stirred.wait(idle_s)

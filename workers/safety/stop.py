@@ -1,4 +1,4 @@
-"""The stop: hold the hardware, latch on disk; the row follows."""
+"""The stop: holds the hardware and latches on disk; the row follows."""
 
 import logging
 import threading
@@ -15,21 +15,21 @@ log = logging.getLogger(__name__)
 
 
 class Stop:
-    """Stops one robot, and keeps latch and row together."""
+    """Stops one robot, and keeps latch and row the same."""
 
     def __init__(self, owned: OwnedRobot, latch: StopLatch) -> None:
         self._owned, self._latch = owned, latch
         self._halting = threading.Lock()
-        self._releases: int | None = None  # how many releases the row told of last
-        self._at_rest = False  # the hold of the stop that is latched was confirmed
-        self._trouble = ""  # a stop that the robot did not confirm, until it is written down
+        self._releases: int | None = None  # number of releases in the row when it was last read
+        self._at_rest = False  # the robot confirmed the hold of the latched stop
+        self._trouble = ""  # an unconfirmed stop that is not yet stored as an incident
 
     def halt(self, source: str) -> None:
-        """Hold the hardware and latch on disk. No store is asked here."""
+        """Hold the hardware and latch on disk. Queries neither Redis nor the database."""
         latch = self._latch
         with self._halting:
             if latch.latched and self._at_rest:
-                return  # pressed twice; a press that is heard late must not undo a release
+                return  # pressed twice; a late press must not undo a release
             first = not latch.latched
             latch.forbid(self._releases)
             kept = threading.Thread(target=latch.keep, name="latch")  # a slow disk must not delay the hold
@@ -63,7 +63,7 @@ class Stop:
             latch.row_pending = False
             bus.publish(robot.slug, Changed("stop"))
         elif latch.latched:
-            with self._halting:  # not in the middle of a hold
+            with self._halting:  # not during a hold
                 latch.release()
                 self._at_rest = False
             bus.publish(robot.slug, Changed("stop"))

@@ -1,7 +1,6 @@
-"""The loop that holds what may no longer move, and feeds the heartbeat.
+"""The loop that holds motions that are no longer allowed, and reports that the owner lives.
 
-It asks no store: a database that stalls or a Redis that is gone cannot keep it waiting.
-What it judges by is memory, written by the loops that do ask.
+It queries neither Redis nor the database, so neither can delay it; it judges from memory, which other loops write.
 """
 
 import contextlib
@@ -22,7 +21,7 @@ WATCH_S, IDLE_WATCH_S = 0.05, 0.25
 
 
 class Watch:
-    """Holds the robot without a lease, a link, a grant or an operator's keep-alives."""
+    """Holds the robot if lease, link, grant or an operator's keep-alives are missing."""
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, lanes: tuple[Lane, ...], deadman: DeadManTimer,
@@ -30,17 +29,17 @@ class Watch:
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._lanes, self._deadman = owned, lease, lanes, deadman
         self._pace, self._brownout, self._heartbeat, self._on_lost = pace, brownout, heartbeat, on_lost
-        self._held: dict[str, int] = {}  # the command of each lane that was held last
+        self._held: dict[str, int] = {}  # by lane: the command that was held last
 
     def loop(self) -> None:
-        """Watch for as long as the owner runs."""
+        """Watch until the owner ends."""
         owned, clock, ours = self._owned, self._owned.clock, True
         while owned.running:
             if self._lease.lost:
                 self.leave("its lease is lost to another owner")
                 return
             valid = self._lease.valid
-            if ours and not valid:  # whatever the robot does: nobody may be told that it is ours
+            if ours and not valid:  # in any case: no heartbeat may say that the robot is ours
                 log.warning("the lease of %s ran out: holding", owned.robot.slug)
                 with contextlib.suppress(RobotError, OSError):
                     owned.driver.hold()
@@ -56,7 +55,7 @@ class Watch:
             self._brownout.feel(woken - begun - meant, woken)
 
     def _hold_what_is_forbidden(self, lane: Lane) -> None:
-        """Hold for a lane's command, and where it moves nobody knows why: motion is a matter of its lane alone."""
+        """Hold for a lane's forbidden command, and for a motion without a command; only the lane `motion` moves."""
         state, command, motion = self._owned.driver.latest(), lane.current, lane.name == MOTION
         running = command is not None and command.pk != self._held.get(lane.name)
         moving = motion and state is not None and state.moving
@@ -69,7 +68,7 @@ class Watch:
                 self._owned.driver.hold()
 
     def leave(self, why: str) -> None:
-        """Hold the robot and end this process; another owner takes it, or the supervisor starts one."""
+        """Hold the robot and end this process; another owner takes the robot, or the supervisor starts one."""
         owned = self._owned
         log.error("the owner of %s holds it and ends: %s", owned.robot.slug, why)
         owned.running = False

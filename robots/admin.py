@@ -103,6 +103,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         return {
             "robot": robot, "lease": lease, "alive": grants.owner_alive(lease, SYSTEM.now()), "link": bus.alive(),
             "grant": grants.open_grant(robot), "frame": services.newest_still(robot), "now": SYSTEM.now(),
+            "stop": services.stop_shown(robot, SYSTEM.now()),
             "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
             "commands": commands[:8] if user.has_perm("robots.view_command") else None,
             "calibration": [

@@ -47,6 +47,8 @@ class Robot(models.Model):
     stop_latched = models.BooleanField(default=False, editable=False)
     releases = models.PositiveIntegerField(default=0, db_default=0, editable=False)  # how often a stop was released
     stopped_at = models.DateTimeField(null=True, blank=True, editable=False)
+    stop_confirmed = models.BooleanField(default=False, db_default=False, editable=False)  # the robot said it rests
+    rests_by = models.DateTimeField(null=True, blank=True, editable=False)  # at the latest, where it did not say so
     speed = models.FloatField(
         null=True, blank=True, validators=[positive], help_text="m/s; empty for the driver's default."
     )

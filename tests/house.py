@@ -16,7 +16,16 @@ from tests.rig import Child, Simulator, Web, housekeeping, worker
 from tests.store import wipe
 
 SETTLE_S = 20.0
-STATE = {"id", "cycle", "reason", "stop_latched", "stopped_at", "releases"}  # what an owner and services change
+STATE = {
+    "id",
+    "cycle",
+    "reason",
+    "stop_latched",
+    "stopped_at",
+    "stop_confirmed",
+    "rests_by",
+    "releases",
+}  # what an owner and services change
 
 
 class House:

@@ -1,5 +1,5 @@
 /** What the banner over a robot's page says: the truth about the connection first, for only with it is more known. */
-import type { Snapshot } from "./protocol.ts";
+import type { Snapshot, StopShown } from "./protocol.ts";
 
 export interface Known {
   /** Whether nothing reaches the portal, and for how long it has been so (ms). */
@@ -12,9 +12,23 @@ export interface Known {
   stopPending: string;
   storeDown: string;
   snapshot: Snapshot | null;
+  /** The portal's time (ms). */
+  now: number;
 }
 
 const AT_ONCE_MS = 1000; // shorter gaps are nobody's concern
+
+const CONFIRMED_MS = 1000; // so long a confirmation may take before its absence is worth a word
+
+/** What is said of a stop that the robot has not confirmed; empty where there is none, or none to speak of yet. */
+export function unconfirmed(stop: StopShown | null, now: number): string {
+  if (!stop || stop.confirmed || (stop.rests_by_ms === null && now - (stop.since_ms ?? 0) < CONFIRMED_MS)) return "";
+  const said = "Stop is pressed, but the robot has not confirmed that it rests.";
+  if (stop.rests_by_ms === null) return `${said} When it will is not known: do not rely on it.`;
+  const at = new Date(stop.rests_by_ms).toLocaleTimeString("en-GB");
+  if (now >= stop.rests_by_ms) return `${said} Without a connection it stops by itself, and should rest since ${at}. Look at the picture.`;
+  return `${said} Without a connection it stops by itself, at ${at} at the latest.`;
+}
 
 export function bannerWords(k: Known): string {
   if (k.lost && (k.lostMs > AT_ONCE_MS || k.stopPending)) {
@@ -24,6 +38,8 @@ export function bannerWords(k: Known): string {
   }
   if (k.lost) return "";
   if (k.stopPending) return k.stopPending;
+  const still = unconfirmed(k.snapshot?.stop ?? null, k.now);
+  if (still) return still;
   if (k.snapshot && !k.snapshot.link) return "The live link to the robots is down. Pages work; nothing moves until it is back.";
   if (k.storeDown) return k.storeDown;
   return k.robotSilent ? "The robot does not answer. What looks after it is started again by itself; turns and places are kept." : "";

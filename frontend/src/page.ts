@@ -271,7 +271,7 @@ export class RobotPage {
     const s = this.snapshot;
     const words = bannerWords({
       lost: !f.lineUp, lostMs: this.live.lostMs, offline: !navigator.onLine, snapshot: s, storeDown: this.storeDown,
-      stopPending: this.stopPress.pending, robotSilent: this.robotSilent(f),
+      stopPending: this.stopPress.pending, robotSilent: this.robotSilent(f), now: f.now,
     });
     if (words && !banner.textContent) byId("notice").hidden = true; // older news than the banner's
     if (banner.textContent !== words) banner.textContent = words;

@@ -13,10 +13,13 @@ export interface CommandInfo {
   result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
+export interface StopShown { confirmed: boolean; since_ms: number | null; rests_by_ms: number | null }
 export interface Snapshot {
   t: "snapshot"; now_ms: number; link: boolean; store: string;
   robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean };
   stopped: boolean; operator: string | null; queue: number;
+  /** The stop that is latched: whether the robot confirmed that it rests, and by when it rests at the latest where it did not. */
+  stop: StopShown | null;
   turn: null | { id: number | null; grant: number; mine: boolean; until_ms: number | null; next_seq: number; extra: boolean; staff: boolean };
   me: {
     signed_in: boolean; name?: string; cleared: boolean; staff?: boolean; last_turn?: number | null;

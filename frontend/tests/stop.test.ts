@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { bannerWords, type Known } from "../src/banner.ts";
+import { bannerWords, unconfirmed, type Known } from "../src/banner.ts";
 import type { Snapshot } from "../src/protocol.ts";
 import { StopPress, UNSENT } from "../src/stop.ts";
 
@@ -67,7 +67,7 @@ test("a Stop that is answered at once says nothing more", () => {
 });
 
 const known = (more: Partial<Known>): Known =>
-  ({ lost: false, lostMs: 0, offline: false, robotSilent: false, stopPending: "", storeDown: "", snapshot: snapshot(7), ...more });
+  ({ lost: false, lostMs: 0, offline: false, robotSilent: false, stopPending: "", storeDown: "", snapshot: snapshot(7), now: 100_000, ...more });
 
 test("a lost connection never blames the robot, for as long as it lasts", () => {
   for (const lostMs of [1001, 5000, 60_000, 3_600_000])
@@ -79,4 +79,16 @@ test("a lost connection never blames the robot, for as long as it lasts", () => 
   assert.equal(bannerWords(known({ lost: true, lostMs: 500, robotSilent: true })), "");
   assert.match(bannerWords(known({ robotSilent: true })), /robot does not answer/);
   assert.match(bannerWords(known({ lost: true, lostMs: 100, stopPending: UNSENT })), /could not be sent/);
+});
+
+test("a stop that the robot has not confirmed says so, with the latest time by which it rests", () => {
+  const stop = (confirmed: boolean, rests_by_ms: number | null) => ({ confirmed, since_ms: 90_000, rests_by_ms });
+  assert.equal(unconfirmed(null, 100_000), "");
+  assert.equal(unconfirmed(stop(true, null), 100_000), "");
+  assert.equal(unconfirmed(stop(false, null), 90_500), "", "a moment is no news");
+  assert.match(unconfirmed(stop(false, null), 91_500), /not confirmed .* not known/);
+  assert.match(unconfirmed(stop(false, 112_000), 100_000), /not confirmed .* at \d\d:\d\d:\d\d at the latest/);
+  assert.match(unconfirmed(stop(false, 99_000), 100_000), /should rest since/);
+  const shown = { ...snapshot(7), stop: stop(false, 112_000) } as Snapshot;
+  assert.match(bannerWords(known({ snapshot: shown, robotSilent: true })), /has not confirmed/);
 });

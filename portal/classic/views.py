@@ -27,7 +27,7 @@ from robots.drivers.errors import RobotError
 from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
 from robots.models import Command, Robot
-from robots.services import newest_still
+from robots.services import newest_still, stop_shown
 
 WAIT_S = 20.0
 POLL_S = 0.1
@@ -91,7 +91,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
         "left_s": round((turn.until - now).total_seconds()) if turn else None,
         "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
         "sizes": {"large": (panel.WIDTH * 2, panel.HEIGHT * 2), "small": (panel.WIDTH, panel.HEIGHT)},
-        "buttons": classic(robot.driver), "unwritten": unwritten,
+        "buttons": classic(robot.driver), "unwritten": unwritten, "stop": stop_shown(robot, now),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
     }  # fmt: skip
 

@@ -12,7 +12,7 @@ from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn
 from robots.grants import open_grant, owner_alive
 from robots.models import Command, Frame, Grant, Lease, Robot
-from robots.services import may_stop, newest_still
+from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantKind
 
 RECENT = 8
@@ -100,6 +100,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "turns": _offers_turns(robot),
         },
         "stopped": robot.stop_latched,
+        "stop": _stop(stop_shown(robot, now)),
         "operator": turn.user.username if turn else ("staff" if _by_staff(grant) else None),
         "queue": waiting(robot),
         "turn": _turn(turn, grant, mine),
@@ -117,6 +118,12 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             .select_related("author", "frame")[:5]
         ],
     }
+
+
+def _stop(shown: StopShown | None) -> dict[str, Any] | None:
+    if shown is None:
+        return None
+    return {"confirmed": shown.confirmed, "since_ms": _ms(shown.since), "rests_by_ms": _ms(shown.rests_by)}
 
 
 def _by_staff(grant: Grant | None) -> bool:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Literal, TypeVar
 
 from robots.contract.capabilities import Idle, Need, Programs
@@ -62,7 +63,8 @@ class Spec:
     """What the robot can do and what it tells.
 
     `handover` names the commands that put it in order between two turns, `channels` the values that it
-    tells beside its joints. Raises ValueError where one part of it contradicts another.
+    tells beside its joints. `rest_s` is the longest time (s) after which it rests by itself when no word reaches
+    it any more; None where nobody knows. Raises ValueError where one part of it contradicts another.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Spec:
     handover: tuple[str, ...] = ()
     channels: tuple[Scalar, ...] = ()
     capabilities: tuple[Any, ...] = ()
+    rest_s: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse at once what would otherwise fail when somebody uses it. Raises ValueError."""
@@ -103,6 +106,8 @@ def _contradictions(spec: Spec) -> Iterator[str]:
         yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command, told))
     if len(spec.channels) > MOST:
         yield f"has {len(spec.channels)} channels; at most {MOST} are possible"
+    if spec.rest_s is not None and not 0 <= spec.rest_s < inf:
+        yield f"says that the robot rests by itself after {spec.rest_s:g} s"
     for kind in spec.handover:
         found = spec.command(kind)
         if found is None:

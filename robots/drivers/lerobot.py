@@ -21,11 +21,10 @@ from robots.contract.session import OnStage, Outcome, Permit, RobotState, Sessio
 from robots.contract.values import number
 from robots.description import load
 from robots.drivers.errors import HardwareFault, Held, LineGone, LineSilent
-from robots.drivers.lerobot_spec import features
+from robots.drivers.lerobot_spec import REST_S, features
 
 STEP_S = 1 / 30  # between two goals on the way
 TRIES = 3  # a goal is the same when it is sent again, and so is a question
-REST_S = 1.5  # the longest wait for rest after a hold or the last goal
 STILL = 0.004  # of a feature's range: less than that in two looks is rest
 LOOK_S = 0.06
 REACHED = 0.03  # of a feature's range: nearer than that is there

@@ -8,6 +8,7 @@ from robots.contract.spec import Argument, CommandKind, Spec
 from robots.description import load
 
 LIMIT_S = 30.0
+REST_S = 1.5  # the longest wait for rest after a hold or the last goal
 SCALES = {"deg": (radians(1.0), "rad"), "%": (0.01, "")}  # what LeRobot says, in our units
 
 
@@ -50,6 +51,7 @@ def spec_from(driver: str) -> Spec:
         name=load(driver)["name"],
         joints=tuple(f.name for f in listed),
         handover=("ready",),
+        rest_s=REST_S,
         commands=(
             CommandKind("move", "Move", tuple(f.argument() for f in listed), limit_s=LIMIT_S),
             CommandKind("ready", "Ready position", limit_s=LIMIT_S),

@@ -10,7 +10,7 @@ from robots.services.commands import START_S, Issued, RobotOffline, issue, next_
 from robots.services.configuring import configure, restore, to_restore
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled
 from robots.services.maintenance import close_incident, start_maintenance
-from robots.services.stopping import may_stop, release_stop, stop
+from robots.services.stopping import StopShown, may_stop, release_stop, stop, stop_shown
 
 __all__ = (  # noqa: RUF022 - in the order of the rooms
     # grants: who may move a robot now
@@ -20,7 +20,7 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     # settings
     "configure", "restore", "to_restore",
     # the stop
-    "may_stop", "release_stop", "stop",
+    "StopShown", "may_stop", "release_stop", "stop", "stop_shown",
     # the lock-out and the switch
     "lift_lock_out", "lock_out", "set_enabled",
     # maintenance

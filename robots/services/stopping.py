@@ -1,17 +1,18 @@
 """The stop: who may press it, what it does, and its release."""
 
-from datetime import datetime
+from dataclasses import dataclass
+from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import transaction
-from django.db.models import F
+from django.db.models import Case, F, When
 
 from robots import bus
 from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
-from robots.grants import cancel_queued, open_grant
+from robots.grants import cancel_queued, open_grant, owner_alive
 from robots.messages import Changed
-from robots.models import Robot
+from robots.models import Lease, Robot
 
 NOT_THEIRS = "Only the operator and staff can stop this robot."
 
@@ -47,10 +48,45 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
     theirs = Robot.objects.filter(pk=robot.pk)
     if under:  # in one statement: a turn may end between the look and the stop
         theirs = theirs.filter(grants__pk=under, grants__ended_at=None)
-    if not theirs.update(stop_latched=True, stopped_at=now):
+    confirmed = Case(When(stop_latched=True, then=F("stop_confirmed")), default=False)  # only its owner confirms it
+    if not theirs.update(stop_latched=True, stopped_at=now, stop_confirmed=confirmed):
         raise NotPermitted(NOT_THEIRS)
     cancel_queued(robot, "the robot was stopped", now)
     bus.publish_on_commit(robot.slug, Changed("stop"))
+
+
+@dataclass(frozen=True)
+class StopShown:
+    """A latched stop: whether the robot confirmed that it rests, since when, and when it rests at the latest."""
+
+    confirmed: bool
+    since: datetime | None
+    rests_by: datetime | None
+
+
+def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
+    """Return what is known of the stop that is latched; None where there is none.
+
+    Where no owner is there to hold the robot, it rests by itself after the time that its spec names: nothing was
+    sent to it after the stop, nor after its owner's lease ended.
+    """
+    if not robot.stop_latched:
+        return None
+    if robot.stop_confirmed:
+        return StopShown(True, robot.stopped_at, None)
+    rests_by, lease = robot.rests_by, Lease.objects.filter(robot=robot).first()
+    if rests_by is None and not owner_alive(lease, now):
+        rests_by = _rests_by_itself(robot, lease)
+    return StopShown(False, robot.stopped_at, rests_by)
+
+
+def _rests_by_itself(robot: Robot, lease: Lease | None) -> datetime | None:
+    try:
+        rest_s = robot.spec().rest_s
+    except LookupError:
+        return None
+    known = [at for at in (robot.stopped_at, lease and lease.expires_at) if at]
+    return max(known) + timedelta(seconds=rest_s) if known and rest_s is not None else None
 
 
 def release_stop(robot: Robot, user: Any, checked: bool) -> None:

@@ -2,8 +2,10 @@
 
 import logging
 import threading
+from datetime import datetime, timedelta
 
 from robots import bus
+from robots.contract.session import RobotState
 from robots.drivers.errors import RobotError
 from robots.messages import Changed
 from robots.models import Robot
@@ -22,6 +24,8 @@ class Stop:
         self._halting = threading.Lock()
         self._releases: int | None = None  # number of releases in the row when it was last read
         self._at_rest = False  # the robot confirmed the hold of the latched stop
+        self._rests_by: datetime | None = None  # the latest time of rest of an unconfirmed stop
+        self._heard: RobotState | None = None  # the newest state when the hold was not confirmed
         self._trouble = ""  # an unconfirmed stop that is not yet stored as an incident
 
     def halt(self, source: str) -> None:
@@ -34,16 +38,44 @@ class Stop:
             latch.forbid(self._releases)
             kept = threading.Thread(target=latch.keep, name="latch")  # a slow disk must not delay the hold
             kept.start()
-            try:
-                self._at_rest = not self._owned.driver.hold().moving
-            except RobotError as error:
-                self._at_rest = False
-                log.error("a stop could not be confirmed: %s", error)
-                self._trouble = f"A stop could not be confirmed: {error}"
+            self._hold()
             kept.join()
         if first:
             log.info("stopped by %s", source)
             bus.publish(self._owned.robot.slug, Changed("stop"))
+
+    def _hold(self) -> None:
+        """Hold the hardware, and note whether it confirmed or by when it rests without another word."""
+        owned = self._owned
+        try:
+            self._at_rest = not owned.driver.hold().moving
+        except RobotError as error:
+            self._at_rest = False
+            log.error("a stop could not be confirmed: %s", error)
+            self._trouble = f"A stop could not be confirmed: {error}"
+        if self._at_rest:
+            self._rests_by = None
+            return
+        rest_s = owned.robot.spec().rest_s
+        if self._rests_by is None and rest_s is not None:  # by the first hold that failed: nothing was begun since
+            self._rests_by = owned.now() + timedelta(seconds=rest_s)
+        self._heard = owned.driver.latest()
+
+    def _again(self) -> None:
+        """Hold once more where a stop was not confirmed and the hardware has answered since."""
+        if not self._latch.latched or self._at_rest or self._owned.driver.latest() in (None, self._heard):
+            return
+        with self._halting:
+            if self._latch.latched and not self._at_rest:
+                self._hold()
+
+    def _tell(self, confirmed: bool, rests_by: datetime | None) -> None:
+        """Write into the row, which says this, whether the stop is confirmed."""
+        if not self._latch.latched or (confirmed, rests_by) == (self._at_rest, self._rests_by):
+            return
+        robot = self._owned.robot
+        Robot.objects.filter(pk=robot.pk).update(stop_confirmed=self._at_rest, rests_by=self._rests_by)
+        bus.publish(robot.slug, Changed("stop"))
 
     def follow(self) -> None:
         """Compare latch and row once: the robot is latched if either says so, until a release undoes both."""
@@ -51,7 +83,9 @@ class Stop:
         if self._trouble:
             incident(robot, "stop_failed", self._trouble, self._owned.now())
             self._trouble = ""
-        in_row, releases = Robot.objects.values_list("stop_latched", "releases").get(pk=robot.pk)
+        self._again()
+        row = Robot.objects.values_list("stop_latched", "releases", "stop_confirmed", "rests_by").get(pk=robot.pk)
+        in_row, releases, confirmed, rests_by = row
         released = latch.releases is not None and releases > latch.releases
         self._releases = releases
         if in_row and not latch.latched:
@@ -59,11 +93,14 @@ class Stop:
         elif in_row:
             latch.row_pending = False
         elif latch.latched and latch.row_pending and not released:
-            Robot.objects.filter(pk=robot.pk).update(stop_latched=True)
+            Robot.objects.filter(pk=robot.pk).update(
+                stop_latched=True, stop_confirmed=self._at_rest, rests_by=self._rests_by
+            )
             latch.row_pending = False
             bus.publish(robot.slug, Changed("stop"))
         elif latch.latched:
             with self._halting:  # not during a hold
                 latch.release()
-                self._at_rest = False
+                self._at_rest, self._rests_by, self._heard = False, None, None
             bus.publish(robot.slug, Changed("stop"))
+        self._tell(confirmed, rests_by)

@@ -23,6 +23,7 @@ def spec() -> Spec:
         name=description["name"],
         joints=("q1", "q2", "q3", "q4"),
         handover=("up", "home"),
+        rest_s=motion["rest_s"],
         capabilities=(
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.click:resolve"),

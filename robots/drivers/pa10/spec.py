@@ -30,6 +30,7 @@ def spec() -> Spec:
         name=description["name"],
         joints=(*arm.names, GRIPPER),
         handover=("ready",),
+        rest_s=description["line"]["rest_s"],
         capabilities=(
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),

@@ -1,0 +1,64 @@
+"""The line is lost in motion and Stop is pressed: nobody is told that the robot rests before it says so itself."""
+
+import json
+import time
+
+import pytest
+from django.contrib.auth.models import AnonymousUser
+
+from portal.live.snapshot import snapshot
+from robots import services
+from robots.clock import SYSTEM
+from robots.models import Robot
+from tests.conftest import at_length, wait_for
+from tests.faults.proxy import Proxy
+from tests.rig import free_port
+
+
+def stop_shown(rig):
+    return snapshot(rig.robot.slug, AnonymousUser(), SYSTEM.now(), True)["stop"] or {}
+
+
+@pytest.mark.parametrize("which", ["mercury"], indirect=True)
+def test_an_arm_that_holds_and_cannot_say_so(rig):
+    rig.owner()
+    rig.grant(seconds=600)
+    Robot.objects.update(speed=0.1)
+    time.sleep(0.5)
+    rig.issue("move", x=-0.2, y=0.5)
+    rig.moving()
+    rig.sim.fault("mute")
+    pressed = time.time()
+    services.stop(rig.robot, rig.people["ada"])
+    wait_for(lambda: stop_shown(rig).get("rests_by_ms"), 30, "the time by which it rests")
+    shown = stop_shown(rig)
+    assert shown["confirmed"] is False
+    assert pressed + rig.robot.spec().rest_s <= shown["rests_by_ms"] / 1000
+    wait_for(lambda: not rig.sim.status()["moving"], 40, "the hold was heard all the same")
+    assert stop_shown(rig)["confirmed"] is False, "nobody heard it say so"
+    rig.sim.clear()
+    wait_for(lambda: stop_shown(rig)["confirmed"], 30, "it answers at rest")
+    assert stop_shown(rig)["rests_by_ms"] is None
+
+
+@pytest.mark.parametrize("which", [at_length("pa10")], indirect=True)
+def test_an_arm_that_hears_nothing_rests_by_the_time_that_is_shown(rig):
+    host, _, port = (rig.sim.folder / "tty").read_text().strip().partition(":")
+    proxy = Proxy(("127.0.0.1", free_port()), (host, int(port)))
+    rig.proxies.append(proxy)
+    cameras = json.loads((rig.sim.folder / "cameras.json").read_text()).values()
+    Robot.objects.update(address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in cameras))
+    rig.owner()
+    rig.grant(seconds=600)
+    rig.share = 0.05
+    rig.issue("move", x=0.2, y=0.4)
+    rig.moving()
+    proxy.set("stall")
+    services.stop(rig.robot, rig.people["ada"])
+    wait_for(lambda: stop_shown(rig).get("rests_by_ms"), 30, "the time by which it rests")
+    rests_by = stop_shown(rig)["rests_by_ms"] / 1000
+    wait_for(lambda: not rig.sim.status()["moving"], 40, "rest without a word")
+    assert time.time() <= rests_by
+    assert stop_shown(rig)["confirmed"] is False
+    proxy.set("pass")
+    wait_for(lambda: stop_shown(rig)["confirmed"], 60, "it answers at rest")

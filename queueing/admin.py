@@ -1,4 +1,4 @@
-"""The queue: pause it, take people out, end turns."""
+"""Admin pages of queues: pause them, remove people, end turns."""
 
 from typing import Any
 
@@ -48,7 +48,7 @@ class TicketAdmin(Kept):
 
 @admin.register(Turn)
 class TurnAdmin(Kept):
-    """Turns, running and past."""
+    """Turns, running and ended."""
 
     list_display = ("id", "robot", "user", "started_at", "ended_at", "end_reason", "charged_s")
     list_filter = ("robot", "end_reason")
@@ -63,7 +63,7 @@ class TurnAdmin(Kept):
 
 @admin.register(Job)
 class JobAdmin(Kept):
-    """Jobs, open and past."""
+    """Jobs, open and ended."""
 
     list_display = ("id", "robot", "kind", "user", "state", "reason", "start_tag", "asked_at", "ended_at", "charged")
     list_filter = ("robot", "state")

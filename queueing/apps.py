@@ -4,7 +4,7 @@ from django.apps import AppConfig
 
 
 class QueueingConfig(AppConfig):
-    """Whose turn it is."""
+    """Queues, turns and jobs."""
 
     name = "queueing"
     verbose_name = "Queue and turns"

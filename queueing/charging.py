@@ -1,4 +1,4 @@
-"""What the use of a robot costs: the account's finish tag, and the queue's virtual time."""
+"""What the use of a robot costs: the account's finish tag and the queue's virtual time."""
 
 from typing import Any
 
@@ -7,12 +7,12 @@ from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, Queue, Ticket
 
 
 def account_of(queue: Queue, user: Any) -> Account:
-    """Return the person's account in the queue; the first use opens it."""
+    """Return the person's account in the queue; the first call creates it."""
     return Account.objects.get_or_create(queue=queue, user=user)[0]
 
 
 def account_of_guests(queue: Queue, network: str) -> Account:
-    """Return the account that all guests of one network address share, with the weight that staff set."""
+    """Return the account that all guests of one network address share; staff set its weight."""
     account, _ = Account.objects.get_or_create(queue=queue, user=None, network=network)
     if account.weight != queue.guest_weight:
         account.weight = queue.guest_weight
@@ -21,18 +21,18 @@ def account_of_guests(queue: Queue, network: str) -> Account:
 
 
 def next_tag(queue: Queue, account: Account) -> float:
-    """Return the start tag of a request of the account's that joins now."""
+    """Return the start tag of the account's request that joins now."""
     return fairshare.start_tag(fairshare.Clock(queue.virtual_time, queue.greatest_finish), account.finish_tag)
 
 
 def serve(queue: Queue, start_tag: float) -> None:
-    """Let the queue's virtual time follow the request that goes into service."""
+    """Advance the queue's virtual time to the request that is served now."""
     queue.virtual_time = fairshare.Clock(queue.virtual_time, queue.greatest_finish).serve(start_tag).virtual
     Queue.objects.filter(pk=queue.pk).update(virtual_time=queue.virtual_time)
 
 
 def charge(queue: Queue, account: Account, start_tag: float, amount: float) -> None:
-    """Charge a request that was served, in the unit of the queue: seconds, weighted by the account."""
+    """Charge a served request: seconds or jobs, divided by the weight of the account."""
     tag = fairshare.finish_tag(start_tag, amount, account.weight)
     Account.objects.filter(pk=account.pk).update(finish_tag=tag)
     queue.greatest_finish = fairshare.Clock(queue.virtual_time, queue.greatest_finish).finish(tag).greatest_finish
@@ -40,7 +40,7 @@ def charge(queue: Queue, account: Account, start_tag: float, amount: float) -> N
 
 
 def settle(queue: Queue) -> None:
-    """Take away what absence would earn, once nobody waits and nobody is served."""
+    """Remove credit for absence once nobody waits and nobody is served."""
     asked = Ticket.objects.filter(queue=queue, state__in=OPEN_TICKET).exists()
     if not asked and not Job.objects.filter(queue=queue, state__in=OPEN_JOB).exists():
         clock = fairshare.Clock(queue.virtual_time, queue.greatest_finish).empty()

@@ -1,20 +1,20 @@
-"""What the queue answers when it says no."""
+"""Errors of the queue, each with a sentence for the person."""
 
 
 class QueueError(Exception):
-    """Root; `str()` is a sentence for the person."""
+    """Base class; `str()` is a sentence for the person."""
 
     code = "queue"
 
 
 class NotCleared(QueueError):
-    """The clearance test comes first."""
+    """The person has not passed the clearance test."""
 
     code = "not_cleared"
 
 
 class NotYourTurn(QueueError):
-    """There is no offer or turn of this person's."""
+    """The person has no offer or turn."""
 
     code = "not_your_turn"
 
@@ -26,12 +26,12 @@ class RobotUnavailable(QueueError):
 
 
 class TooManyJobs(QueueError):
-    """As many jobs as one may have are open."""
+    """The person has as many open jobs as allowed."""
 
     code = "too_many_jobs"
 
 
 class NotYourJob(QueueError):
-    """The job is somebody else's."""
+    """The job is another person's."""
 
     code = "not_your_job"

@@ -1,4 +1,4 @@
-"""How many are before somebody, and how long that may take. Reads only."""
+"""How many people are ahead, and how long the wait may be. Reads only."""
 
 from datetime import datetime
 
@@ -27,7 +27,7 @@ def place(ticket: Ticket) -> int:
 
 
 def jobs_ahead(job: Job) -> int | None:
-    """Return how many tagged requests are before a waiting job; None where it waits behind another of its account."""
+    """Return the number of tagged requests ahead of a waiting job; None if it waits behind another of its account."""
     if job.start_tag is None:
         return None
     before = {"queue": job.queue_id, "start_tag__lte": job.start_tag}
@@ -36,7 +36,7 @@ def jobs_ahead(job: Job) -> int | None:
 
 
 def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | None:
-    """Return the least and greatest wait in s; None where the robot's return is not known."""
+    """Return the least and greatest wait in s; None if nobody knows when the robot will be back."""
     if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     turn = Turn.objects.filter(robot=robot, ended_at=None).first()

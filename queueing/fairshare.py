@@ -1,33 +1,32 @@
-"""Start-time fair queueing (Goyal, Vin, Cheng 1996), as pure rules.
+"""Start-time fair queueing (Goyal, Vin, Cheng 1996), as pure functions.
 
-A ticket's start tag is max(V, F of its user) and never changes while it waits; the queue
-is served in tag order; F grows by the charged seconds over the weight; V is the tag in
-service. When the queue runs empty V becomes the greatest finish tag served, or absence
-would earn credit.
+A ticket's start tag is max(V, F of its user) and does not change while it waits. The queue is served in the order of
+tags. F grows by the charged seconds divided by the weight. V is the tag in service. When the queue is empty, V becomes
+the greatest finish tag served; otherwise absence would earn credit.
 """
 
 from dataclasses import dataclass
 
-SLICE_CHARGE = 0.5  # of a second, while nobody waits
+SLICE_CHARGE = 0.5  # cost of a second while nobody waits
 
 
 @dataclass(frozen=True)
 class Clock:
-    """A queue's virtual time and the greatest finish tag it has served."""
+    """A queue's virtual time and the greatest finish tag that it has served."""
 
     virtual: float = 0.0
     greatest_finish: float = 0.0
 
     def serve(self, start_tag: float) -> "Clock":
-        """Return the clock when a ticket goes into service."""
+        """Return the clock after a ticket goes into service."""
         return Clock(max(self.virtual, start_tag), self.greatest_finish)
 
     def finish(self, finish_tag: float) -> "Clock":
-        """Return the clock when a turn has ended and was charged."""
+        """Return the clock after a turn has ended and was charged."""
         return Clock(self.virtual, max(self.greatest_finish, finish_tag))
 
     def empty(self) -> "Clock":
-        """Return the clock when nobody waits and nobody is served."""
+        """Return the clock if nobody waits and nobody is served."""
         return Clock(max(self.virtual, self.greatest_finish), self.greatest_finish)
 
 
@@ -44,16 +43,17 @@ def finish_tag(tag: float, charged_s: float, weight: float) -> float:
 
 
 def charged(used_s: float, alone_s: float) -> float:
-    """Return the seconds to charge: time that nobody wanted counts less."""
+    """Return the seconds to charge: time while nobody waits costs less."""
     alone = min(max(0.0, alone_s), max(0.0, used_s))
     return max(0.0, used_s) - alone * (1 - SLICE_CHARGE)
 
 
 def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float) -> tuple[int, int]:
-    """Return the least and greatest wait (s) for somebody with `ahead` people before them.
+    """Return the least and greatest wait (s) of a person with `ahead` people before them.
 
-    The least supposes that everybody leaves after a quarter of the turn, the greatest that
-    everybody stays and answers an offer late.
+    The least assumes that everybody leaves after a quarter of the turn; the greatest, that everybody uses the whole
+    turn
+    and answers the offer late.
     """
     low = min(running_left_s, turn_s * 0.1) + ahead * (turn_s * 0.25 + handover_s)
     high = running_left_s + handover_s + ahead * (turn_s + 30 + handover_s)

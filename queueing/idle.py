@@ -1,4 +1,4 @@
-"""What a robot does of itself: its needs before everybody, its idle behaviour while nobody asks."""
+"""What a robot does by itself: its needs before everybody's requests, its idle behaviour while nobody asks."""
 
 from datetime import datetime, timedelta
 from typing import TypeVar
@@ -13,13 +13,13 @@ from robots.services.commands import AFTER_S, START_S, put
 from robots.states import GrantEnd, GrantKind
 
 AGAIN_S = 30.0  # after a need's command failed
-FRESH_S = 60.0  # an older value of a channel says nothing
-NOTED_S = 20.0  # so seldom it is written that somebody watches
+FRESH_S = 60.0  # an older value of a channel is not used
+NOTED_S = 20.0  # between two notes that somebody watches
 C = TypeVar("C")
 
 
 def wanted_need(robot: Robot, now: datetime) -> Need | None:
-    """Return what the robot needs before anybody is served: a channel fell below its bound, or is not full again."""
+    """Return what the robot needs before anybody is served: a channel is too low, or not yet full again."""
     found = _capabilities(robot, Need)
     if not found:
         return None
@@ -42,7 +42,7 @@ def _own(grant: Grant) -> bool:
 
 
 def open_need(robot: Robot, need: Need, now: datetime) -> bool:
-    """Run the need's command under an upkeep grant; not at once again after a failure."""
+    """Run the need's command under an upkeep grant; after a failure not before `AGAIN_S`."""
     last = newest_grant(robot)
     failed = last is not None and _own(last) and last.end_code != GrantEnd.FINISHED
     if last is not None and failed and last.ended_at and (now - last.ended_at).total_seconds() < AGAIN_S:
@@ -55,7 +55,7 @@ def open_need(robot: Robot, need: Need, now: datetime) -> bool:
 
 
 def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
-    """Begin one slice of the robot's idle behaviour, unless nobody has watched for long."""
+    """Start one slice of the robot's idle behaviour, unless nobody has watched for long."""
     found = _capabilities(robot, Idle)
     if not found or rests(link, now):
         return False
@@ -66,14 +66,17 @@ def open_idle(robot: Robot, link: QueueRobot, now: datetime) -> bool:
 
 
 def rests(link: QueueRobot, now: datetime) -> bool:
-    """Tell whether nobody has watched for so long that the robot stays at rest."""
+    """Return whether nobody has watched for so long that the robot stays at rest."""
     if link.rest_after_min is None or link.watched_at is None:
         return False
     return now - link.watched_at > timedelta(minutes=link.rest_after_min)
 
 
 def note_watchers(queue: Queue, now: datetime) -> None:
-    """Write down that somebody watches. Whoever waits counts; where no page server is heard, nobody is assumed gone."""
+    """Store that somebody watches. People who wait count as watchers.
+
+    While no web process answers, everybody is assumed to be still there.
+    """
     for link in QueueRobot.objects.select_related("robot").filter(queue=queue):
         if not _capabilities(link.robot, Idle):
             continue

@@ -14,7 +14,7 @@ __all__ = (
 
 
 class TicketState(models.TextChoices):
-    """Where a place in the queue is in its life."""
+    """The states of a place in the queue."""
 
     WAITING = "waiting", "Waiting"
     OFFERED = "offered", "Offered"
@@ -29,14 +29,14 @@ NOT_YET = (TicketState.WAITING, TicketState.OFFERED)
 
 
 class Charge(models.TextChoices):
-    """In what the use of a robot is charged."""
+    """The unit in which the use of a robot is charged."""
 
     SECONDS = "seconds", "Seconds"
     JOBS = "jobs", "Jobs"
 
 
 class Queue(models.Model):
-    """A line of people for one robot, or for several that are alike."""
+    """A queue for one robot, or for several equal robots."""
 
     name = models.CharField(max_length=80)
     paused = models.BooleanField(default=False, help_text="Nobody is offered the robot; places are kept.")
@@ -52,7 +52,7 @@ class Queue(models.Model):
 
 
 class QueueRobot(models.Model):
-    """A robot is served by one queue."""
+    """A robot in its queue; a robot has one queue."""
 
     robot = models.OneToOneField("robots.Robot", models.CASCADE, related_name="queue_link")
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="robot_links")
@@ -66,7 +66,7 @@ class QueueRobot(models.Model):
         help_text="Minutes without anybody watching after which idle behaviour rests; empty: never.",
     )  # fmt: skip
     watched_at = models.DateTimeField(null=True, blank=True, editable=False)
-    resumed_at = models.DateTimeField(null=True, blank=True, editable=False)  # staff looked after the last stop
+    resumed_at = models.DateTimeField(null=True, blank=True, editable=False)  # when staff resumed after the last stop
 
     class Meta:
         verbose_name = "robot"
@@ -97,7 +97,7 @@ class Account(models.Model):
 
 
 class Ticket(models.Model):
-    """A person's place."""
+    """A person's place in a queue."""
 
     queue = models.ForeignKey(Queue, models.CASCADE, related_name="tickets")
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="tickets")
@@ -127,7 +127,7 @@ class Ticket(models.Model):
 
 
 class Turn(models.Model):
-    """Somebody's minutes on a robot: a permanent object with an address."""
+    """A turn of a person on a robot; it has a permanent page."""
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="turns")
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="turns")
@@ -160,7 +160,7 @@ class Turn(models.Model):
 
 
 class ClassicToken(models.Model):
-    """The rotating token of the console without scripts: good for at most one motion."""
+    """The rotating token of the console without scripts: it allows at most one motion."""
 
     token = models.CharField(max_length=44, unique=True)
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")

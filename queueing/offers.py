@@ -1,4 +1,4 @@
-"""Offers: made, taken back, and taken up. Whatever the robot's part in it, nobody loses a place."""
+"""Offers: made, taken back and accepted. A fault of the robot costs nobody their place."""
 
 from datetime import datetime, timedelta
 from typing import Any
@@ -27,7 +27,7 @@ IN_USE = {
 
 
 class RobotsFault(Exception):
-    """The robot cannot be taken up now, and the person has no part in it."""
+    """The robot cannot be used now, for a reason that the person did not cause."""
 
     def __init__(self, robot: Robot, why: str) -> None:
         super().__init__(why)
@@ -35,12 +35,11 @@ class RobotsFault(Exception):
 
 
 def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
-    """Begin the turn of an offer that was taken up.
+    """Start the turn of an accepted offer.
 
     Raises:
         RobotsFault: somebody else may move the robot.
-        RobotUnavailable: the person operates another one.
-
+        RobotUnavailable: the person operates another robot.
     """
     until = now + timedelta(seconds=robot.turn_s or RULES["TURN_S"])
     if Turn.objects.filter(user=ticket.user, ended_at=None).exists():
@@ -54,7 +53,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
             )  # fmt: skip
     except NotPermitted as error:
         raise RobotsFault(robot, str(error)) from error
-    except IntegrityError as error:  # another turn of theirs began in the same moment, on another robot
+    except IntegrityError as error:  # a turn of theirs started at the same moment on another robot
         raise RobotUnavailable(ELSEWHERE) from error
     Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.OPERATING, last_seen=now)
     Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
@@ -65,7 +64,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
 def why_not_ready(
     robot: Robot, now: datetime, cycle: Cycle = Cycle.READY, giving_way: frozenset[GrantKind] = frozenset()
 ) -> str:
-    """Return why the robot cannot be offered or started now; empty if it can, or if what has it gives way."""
+    """Return why the robot cannot be offered now; empty if it can, also if only idle behaviour runs."""
     if not robot.enabled:
         return "The robot is switched off."
     if robot.cycle != cycle:
@@ -79,13 +78,12 @@ def why_not_ready(
 
 
 def accept(robot: Robot, user: Any, now: datetime) -> Turn:
-    """Take up an offer: grant and turn begin.
+    """Accept an offer: grant and turn start.
 
     Raises:
-        NotYourTurn: no open offer of this person's.
+        NotYourTurn: the person has no open offer.
         NotCleared: suspended, or the clearance was withdrawn, since the offer.
-        RobotUnavailable: the robot fell out of order since the offer; the place is kept.
-
+        RobotUnavailable: the robot failed since the offer; the place is kept.
     """
     ticket = open_ticket(robot, user)
     if ticket is not None and ticket.state == TicketState.OPERATING:
@@ -119,7 +117,7 @@ def _accept(ticket: Ticket | None, now: datetime) -> Turn:
 
 
 def recall_offers(queue: Queue, now: datetime) -> None:
-    """Put people whose robot fell out of order back at their place."""
+    """Take back offers of robots that are no longer in order."""
     for ticket in Ticket.objects.select_related("robot").filter(queue=queue, state=TicketState.OFFERED):
         robot = ticket.robot
         if robot is None or why_not_ready(robot, now, Cycle.OFFERED):
@@ -142,7 +140,7 @@ def recall(queue: Queue, ticket: Ticket, robot: Robot | None) -> None:
 
 
 def head(queue: Queue, now: datetime) -> Ticket | None:
-    """Return the ticket of the first who is there and operates no other robot."""
+    """Return the ticket of the first person who is present and operates no other robot."""
     busy = Turn.objects.filter(ended_at=None).values("user_id")
     present = now - timedelta(seconds=RULES["PRESENCE_S"])
     there = Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)

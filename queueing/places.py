@@ -1,4 +1,4 @@
-"""Where a person stands with every robot at once. Reads only."""
+"""A person's places at all robots. Reads only."""
 
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
@@ -17,14 +17,14 @@ URGENT_FIRST = ("offered", "operating", "missed", "waiting")
 
 @dataclass(frozen=True)
 class Standing:
-    """What a person has at one robot: `offered`, `operating`, `waiting`, or `missed` and not dismissed yet."""
+    """A person's place at one robot: `offered`, `operating`, `waiting`, or `missed` and not dismissed yet."""
 
     state: str
     ticket: int
     queue: int
     robot: Robot
-    until: datetime | None = None  # the offer or the turn ends
-    kept_until: datetime | None = None  # the turn ends earlier unless its robot's page is opened again
+    until: datetime | None = None  # when the offer or the turn ends
+    kept_until: datetime | None = None  # when the turn ends unless its robot's page is opened again
     ahead: int = 0
     wait_s: tuple[int, int] | None = None
     ended_at: datetime | None = None
@@ -32,7 +32,7 @@ class Standing:
 
 
 def standings(user: Any, now: datetime) -> list[Standing]:
-    """Return where the person stands with every robot, the most urgent first."""
+    """Return the person's places at all robots, the most urgent first."""
     if user is None or not user.is_authenticated:
         return []
     newer = Ticket.objects.filter(queue=OuterRef("queue"), user=OuterRef("user"), pk__gt=OuterRef("pk"))
@@ -57,7 +57,7 @@ def _standing(ticket: Ticket, now: datetime) -> Standing | None:
         return replace(found, until=ticket.offer_until)
     if state == "operating":
         turn, kept = getattr(ticket, "turn", None), None
-        if turn is None:  # its robot was deleted
+        if turn is None:  # the robot was deleted
             return None
         if not turn.connected and not turn.classic:
             kept = min(turn.until, turn.last_seen + timedelta(seconds=RULES["RECONNECT_S"]))

@@ -1,4 +1,4 @@
-"""That a person is there, on whatever page, and has been told what became of their place."""
+"""Notes that people are present, and that they have read what happened to their place."""
 
 from datetime import datetime
 from typing import Any
@@ -28,23 +28,23 @@ def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None) ->
 
 
 def disconnected(robot: Robot, user: Any, now: datetime) -> None:
-    """Remember that the operator's line is gone; the turn is kept for a while."""
+    """Note that the operator's socket closed; the turn is kept for a while."""
     mine = Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False)
     if mine.update(connected=False, last_seen=now):
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
 def present(user: Any, now: datetime) -> None:
-    """Count a sign of life from any page for all places in which the person waits.
+    """Note that a person who waits is present, on whatever page.
 
-    A turn that runs needs the page of its robot: it is not lengthened from elsewhere.
+    A running turn needs its robot's page; presence on other pages does not keep it.
     """
     if user.is_authenticated:
         Ticket.objects.filter(user=user, state__in=NOT_YET).update(last_seen=now)
 
 
 def dismiss(ticket: int, user: Any, now: datetime) -> None:
-    """Remember that the person has read that this place of theirs was given on."""
+    """Note that the person has read that this place was lost."""
     mine = Ticket.objects.filter(pk=ticket, user=user, state=TicketState.EXPIRED, dismissed_at=None)
     if mine.update(dismissed_at=now):
         bus.tell_people_on_commit(StandingChanged(user=user.pk))

@@ -1,4 +1,4 @@
-"""What every verb of the queue does first and last: find and lock its row, and say that it changed."""
+"""Finds and locks the rows of a queue, and announces changes."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from robots.models import Robot
 
 
 def queue_of(robot: Robot) -> Queue:
-    """Return the queue that serves the robot; a new robot gets one of its own."""
+    """Return the queue of the robot; a new robot gets one of its own."""
     link = QueueRobot.objects.select_related("queue").filter(robot=robot).first()
     if link is not None:
         return link.queue
@@ -31,7 +31,7 @@ def robots_of(queue: Queue) -> list[Robot]:
 
 
 def announce(queue: Queue, user: Any = None) -> None:
-    """Tell who watches its robots, who stands in it, and `user`, who came to it; once the transaction is through."""
+    """Tell watchers of its robots, people in it, and `user` that the queue changed, after the transaction."""
     for robot in robots_of(queue):
         bus.publish_on_commit(robot.slug, Changed("queue"))
     bus.tell_people_on_commit(StandingChanged(queue=queue.pk, user=user.pk if user else 0))

@@ -1,7 +1,7 @@
-"""Whose turn is it: the verbs, room by room. One verb is one function.
+"""The verbs of queues, by subject. One verb is one function.
 
-Every change of a queue happens under a lock of its row (PostgreSQL) or of the database
-(SQLite, immediate transactions), so two ticks or two people cannot interleave.
+Every change of a queue happens under a lock of its row (PostgreSQL) or of the database (SQLite, immediate
+transactions), so two ticks or two people cannot interleave.
 """
 
 from queueing.offers import accept
@@ -14,7 +14,7 @@ from queueing.turns import end_turn, open_turn, turn_of
 __all__ = (  # noqa: RUF022 - in the order of the rooms
     # the queue of a robot
     "queue_of",
-    # tickets: a place, from joining to its end
+    # tickets
     "join", "leave", "open_ticket", "remove",
     # offers
     "accept",

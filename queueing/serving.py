@@ -1,4 +1,4 @@
-"""Who has each robot next: its needs, then turns and jobs in the order of their tags, then idle behaviour."""
+"""Decides what each robot does next: its needs, then turns and jobs in the order of their tags, then idle behaviour."""
 
 from datetime import datetime
 
@@ -18,7 +18,7 @@ GIVES_WAY = {GrantKind.IDLE: "somebody asked for the robot", GrantKind.JOB: "the
 
 
 def serve_next(queue: Queue, now: datetime) -> None:
-    """Give each robot that is ready to what comes next on it."""
+    """Start what comes next on each robot that is ready."""
     tag_next(queue)
     note_watchers(queue, now)
     for link in QueueRobot.objects.select_related("robot").filter(queue=queue).order_by("robot_id"):
@@ -61,7 +61,7 @@ def _give_way(robot: Robot, grant: Grant | None, now: datetime) -> None:
 
 
 def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
-    """Offer the robot; one that has moved for a job or of itself is put in order first."""
+    """Offer the robot; if it moved for a job or by itself, it is handed over first."""
     _give_way(robot, grant, now)
     last = newest_grant(robot)
     of_itself = last is not None and last.kind == GrantKind.UPKEEP and last.holder_id is None

@@ -1,4 +1,4 @@
-"""What becomes of a place and a turn when its person signs out, or may no longer drive."""
+"""What happens to a place and a turn when their person signs out or may no longer drive."""
 
 from datetime import datetime
 from enum import Enum
@@ -10,7 +10,7 @@ from robots.states import GrantEnd
 
 
 class Place(Enum):
-    """What becomes of a person's place and turn when a session of theirs ends."""
+    """What happens to place and turn when a session of the person ends."""
 
     KEPT = "kept"
     OTHERS = "goes on only where another session of theirs drives"
@@ -19,16 +19,16 @@ class Place(Enum):
 
 
 def disconnect(slug: str, person: int, now: datetime) -> None:
-    """Mark the person's turn on the robot as one whose line is gone."""
+    """Mark the person's turn on the robot as disconnected."""
     turns = Turn.objects.filter(robot__slug=slug, user=person, ended_at=None, classic=False)
     turns.update(connected=False, last_seen=now)
 
 
 def session_over(slug: str, person: int, place: Place, reason: str, now: datetime) -> None:
-    """End the person's turn on the robot, or take them out of its queue, as `place` says.
+    """End the person's turn on the robot, or remove them from its queue, as `place` says.
 
-    With `OTHERS` the turn is to have been marked as disconnected a moment before: whoever still
-    drives has said so since.
+    With `OTHERS` the turn must have been marked as disconnected a moment before: another session that still drives has
+    removed the mark since.
     """
     if place is Place.LOST:
         ticket = Ticket.objects.filter(queue__robot_links__robot__slug=slug, user=person, state__in=OPEN_TICKET).first()

@@ -1,4 +1,4 @@
-"""What staff do to a queue: take somebody out, end a turn. Each asks for the permission itself."""
+"""Verbs of staff on a queue: remove a person, end a turn. Each checks the permission itself."""
 
 from datetime import datetime
 from typing import Any
@@ -10,12 +10,12 @@ from robots.states import GrantEnd
 
 
 def remove(ticket: Ticket, user: Any, now: datetime) -> None:
-    """Take a person out of the queue; a running turn is ended. Raises NotStaff."""
+    """Remove a person from the queue; a running turn is ended. Raises NotStaff."""
     need_staff(user)
     tickets.remove(ticket, now)
 
 
 def end(turn: Turn, user: Any, now: datetime) -> bool:
-    """End a running turn; False if it had ended. Raises NotStaff."""
+    """End a running turn. Return False if it had ended. Raises NotStaff."""
     need_staff(user)
     return turns.end_turn(turn, GrantEnd.STAFF, "ended by staff", now)

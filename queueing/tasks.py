@@ -1,4 +1,4 @@
-"""The tick of the queues; harmless when two schedulers send it twice."""
+"""The periodic task of the queues; it may be sent twice."""
 
 from celery import shared_task
 
@@ -8,5 +8,5 @@ from robots.clock import SYSTEM
 
 @shared_task(name="queueing.tick", ignore_result=True, max_retries=0)
 def queue_tick() -> None:
-    """Let time pass in every queue."""
+    """Advance every queue."""
     tick_seldom(SYSTEM.now())

@@ -1,4 +1,4 @@
-"""Time passes in the queues: what is over ends, and who is next is offered the robot."""
+"""Advances the queues in time: ends what is over, and offers robots to the next people."""
 
 from datetime import datetime, timedelta
 
@@ -16,24 +16,24 @@ from robots.grants import end_overdue_single
 from robots.models import Grant, Robot
 from robots.states import Cycle
 
-ABSENT_S = 900  # a waiting person who is away so long has left
-QUIET_S = 5  # between two looks at a queue that nobody waits in
+ABSENT_S = 900  # a waiting person who is away this long loses the place
+QUIET_S = 5  # between two looks at a queue in which nobody waits
 RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
 NO_ANSWER = "did not answer the offer"
 
 
 def tick(now: datetime) -> None:
-    """Let time pass in every queue: end, expire, lengthen, offer. Safe to run twice at once."""
+    """Advance every queue: end, expire, extend, offer. Safe to run twice at once."""
     _tick_all(Queue.objects.all(), now)
 
 
 def tick_seldom(now: datetime) -> None:
-    """As `tick`, but a queue in which nothing is open, only every fifth second: a portal at rest costs little."""
+    """As `tick`, but queues without anything open only every fifth second, so that an idle portal costs little."""
     _tick_all(Queue.objects.all() if now.second % QUIET_S == 0 else busy_queues(), now)
 
 
 def busy_queues() -> QuerySet[Queue]:
-    """Return the queues with an open ticket, turn, job or grant, or with a robot in the middle of its turn cycle."""
+    """Return the queues with an open ticket, turn, job or grant, or with a robot in its turn cycle."""
     mine: Q = Q(robot__queue_link__queue=OuterRef("pk"))
     return Queue.objects.filter(
         Exists(Ticket.objects.filter(queue=OuterRef("pk"), state__in=OPEN_TICKET))
@@ -58,7 +58,7 @@ def _tick(queue: Queue, now: datetime) -> None:
         robot__queue_link__queue=queue, ended_at=None
     ):
         tick_turn(queue, turn, now)
-    recall_offers(queue, now)  # first: an offer that nobody could take up must not lapse
+    recall_offers(queue, now)  # first, so that an offer that could not be accepted does not expire
     for ticket in Ticket.objects.filter(queue=queue, state=TicketState.OFFERED, offer_until__lte=now):
         withdraw(queue, ticket, TicketState.EXPIRED, NO_ANSWER, now)
     for ticket in Ticket.objects.filter(

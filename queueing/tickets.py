@@ -1,4 +1,4 @@
-"""Tickets: a person's place in a queue, from joining to its end."""
+"""A person's place in a queue, from joining to its end."""
 
 from datetime import datetime
 from typing import Any
@@ -26,12 +26,11 @@ def open_ticket(robot: Robot, user: Any) -> Ticket | None:
 
 
 def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticket:
-    """Give the person a place; who has one keeps it.
+    """Give the person a place; a person who has one keeps it.
 
     Raises:
         NotCleared: sign-up, orientation and test come first.
-        RobotUnavailable: switched off by staff.
-
+        RobotUnavailable: switched off by staff, or the robot takes jobs only.
     """
     if not cleared(user, robot):
         raise NotCleared("Pass the clearance test of this robot first.")
@@ -58,7 +57,7 @@ def join(robot: Robot, user: Any, now: datetime, classic: bool = False) -> Ticke
 
 
 def leave(robot: Robot, user: Any, now: datetime) -> None:
-    """Give up one's place, offer or turn. Nothing happens where there is none."""
+    """Give up a place, an offer or a turn, if there is one."""
     ticket = open_ticket(robot, user)
     if ticket is None:
         return
@@ -82,7 +81,7 @@ def withdraw(queue: Queue, ticket: Ticket, state: TicketState, reason: str, now:
 
 
 def dismiss_unfit(queue: Queue, now: datetime) -> None:
-    """Take out who was suspended or lost the clearance, also in mid-turn."""
+    """Remove people who were suspended or lost the clearance, also during a turn."""
     suspended, lost = Q(user__is_active=False), Q()
     if not any(not robot.clearance_required for robot in robots_of(queue)):
         kept = Clearance.objects.filter(robot__queue_link__queue=queue, revoked_at=None)
@@ -94,7 +93,7 @@ def dismiss_unfit(queue: Queue, now: datetime) -> None:
 
 
 def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff", code: GrantEnd = GrantEnd.STAFF) -> None:
-    """Take a person out of the queue (staff)."""
+    """Remove a person from the queue (staff)."""
     with transaction.atomic():
         queue = locked(ticket.queue)
         ticket.refresh_from_db()

@@ -1,4 +1,4 @@
-"""Turns: whose runs, how long it goes on, and its end."""
+"""Turns: which one runs, until when, and its end."""
 
 from datetime import datetime, timedelta
 from typing import Any
@@ -31,7 +31,7 @@ def turn_of(robot: Robot, user: Any) -> Turn | None:
 
 
 def start_countdown(queue: Queue, now: datetime) -> None:
-    """Bound a newcomer's wait: a turn in its extra time ends in a minute."""
+    """Limit the wait of a newcomer: a turn in its extra time ends in a minute."""
     for turn in Turn.objects.select_related("grant").filter(robot__queue_link__queue=queue, ended_at=None):
         end = max(turn.base_until, now + timedelta(seconds=RULES["COUNTDOWN_S"]))
         if turn.until > end:
@@ -46,7 +46,7 @@ def set_until(turn: Turn, until: datetime) -> None:
 
 
 def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
-    """End a turn, charge it, and send the robot to be put in order; False if it had ended."""
+    """End a turn, charge it, and send the robot into handover. Return False if it had ended."""
     with transaction.atomic():
         queue = locked(turn.ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
@@ -64,7 +64,7 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
 
 
 def tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
-    """Lengthen the turn while nobody waits, or end it where its time, its line or its operator's interest is over."""
+    """Extend the turn while nobody waits; end it if time is up, or its operator is gone or idle while others wait."""
     grant = turn.grant
     grant.refresh_from_db()
     queued = Ticket.objects.filter(queue=queue, state__in=NOT_YET)

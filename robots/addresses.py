@@ -1,7 +1,7 @@
-"""Where a robot and its cameras may be: checked when staff save an address, and again when it is opened.
+"""Checks of the addresses of robots and cameras: when staff save one, and again before it is opened.
 
-A portal asks what staff write down, from a machine that may stand in a cloud or beside other devices: the addresses
-where machines answer for themselves (link-local, cloud metadata) and files outside /dev are never asked.
+The portal opens addresses that staff write down, from a machine that may stand in a cloud or beside other devices.
+Addresses of machine services (link-local, cloud metadata) and files outside /dev are never opened.
 """
 
 import ipaddress
@@ -10,18 +10,18 @@ import socket
 from pathlib import Path
 from urllib.parse import urlsplit
 
-METADATA = frozenset({"fd00:ec2::254", "100.100.100.200", "168.63.129.16"})  # clouds whose service is not link-local
+METADATA = frozenset({"fd00:ec2::254", "100.100.100.200", "168.63.129.16"})  # cloud metadata, not link-local
 SHAPE = "Use sim:NAME, serial:/dev/PORT or tcp:HOST:PORT."
 CAMERA_SHAPE = "Use http(s)://…, rtsp://… or v4l2:/dev/videoN, one camera a line."
-FORBIDDEN = "{} is an address where machines answer for themselves; robots and cameras are elsewhere."
+FORBIDDEN = "{} is an address of a machine's own services; a robot or camera cannot be there."
 
 
 class AddressError(ValueError):
-    """The address may not be used; says why."""
+    """The address may not be used; the message says why."""
 
 
 def check_host(host: str) -> None:
-    """Refuse a numeric address that is never a robot's; names pass until they are looked up. Raises AddressError."""
+    """Refuse a numeric address that cannot be a robot's; names are checked by `check_resolved`. Raises AddressError."""
     text = host.strip("[]").partition("%")[0]
     try:
         ip = ipaddress.ip_address(text)
@@ -34,26 +34,26 @@ def check_host(host: str) -> None:
 
 
 def _check_name(name: str) -> None:
-    """Refuse numbers in disguise (2852039166, 0xA9FEA9FE, 0251.0376…), which systems read as addresses."""
+    """Refuse numbers in other notations (2852039166, 0xA9FEA9FE, 0251.0376…), which systems read as addresses."""
     if re.fullmatch(r"(0[xX][0-9a-fA-F]*|[0-9]+)(\.(0[xX][0-9a-fA-F]*|[0-9]+)){0,3}", name):
         raise AddressError(f"Write {name} as four numbers with dots, or as a name.")
     if not re.fullmatch(r"[A-Za-z0-9]([\w-]*[A-Za-z0-9])?(\.[A-Za-z0-9]([\w-]*[A-Za-z0-9])?)*\.?", name, re.ASCII):
-        raise AddressError(f"{name!r} is no name of a machine.")
+        raise AddressError(f"{name!r} is not the name of a machine.")
 
 
 def check_resolved(host: str, port: int) -> None:
-    """Look a name up and refuse it where it leads to what `check_host` refuses. Raises AddressError."""
+    """Look up a name and refuse it if `check_host` refuses one of its addresses. Raises AddressError."""
     check_host(host)
     try:
         found = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_STREAM)
     except OSError:
-        return  # whoever opens it says that it is not there
+        return  # opening it will fail with its own message
     for *_, place in found:
         check_host(str(place[0]))
 
 
 def check_robot(address: str) -> None:
-    """Refuse what is no address of a robot. Raises AddressError."""
+    """Refuse text that is not the address of a robot. Raises AddressError."""
     kind, _, rest = address.partition(":")
     if kind == "sim" and re.fullmatch(r"[a-z0-9_]+", rest):
         return
@@ -67,7 +67,7 @@ def check_robot(address: str) -> None:
 
 
 def check_robot_now(address: str) -> None:
-    """Check an address again right before it is opened, its name looked up. Raises AddressError."""
+    """Check an address again just before it is opened, with its name looked up. Raises AddressError."""
     check_robot(address)
     kind, _, rest = address.partition(":")
     if kind == "tcp":
@@ -77,14 +77,14 @@ def check_robot_now(address: str) -> None:
 
 def _check_device(path: str) -> None:
     if ".." in path.split("/"):
-        raise AddressError("The port's path may not lead upwards (..).")
+        raise AddressError("The port's path must not contain '..'.")
     real = Path(path).resolve()
     if Path("/dev") not in real.parents or Path("/dev/shm") in real.parents:  # noqa: S108 - refused, not used
-        raise AddressError(f"{path} leads to {real}, which is no device under /dev.")
+        raise AddressError(f"{path} leads to {real}, which is not a device under /dev.")
 
 
 def check_cameras(text: str) -> None:
-    """Refuse what is no list of camera addresses. Raises AddressError."""
+    """Refuse text that is not a list of camera addresses. Raises AddressError."""
     for address in text.split():
         if re.fullmatch(r"v4l2:/dev/video[0-9]{1,3}", address):
             continue

@@ -1,4 +1,4 @@
-"""The staff's side: add, test, enable, stop, lock out, run its procedures; nothing needs a shell."""
+"""Admin pages for staff: add, test, enable, stop and lock out robots, and run their procedures."""
 
 from typing import Any
 
@@ -42,7 +42,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         )  # fmt: skip
 
     def clean_boxes(self) -> list[dict[str, Any]]:
-        """Refuse what is no list of boxes, in words."""
+        """Refuse a value that is not a list of boxes, with a sentence."""
         return checked(self.cleaned_data.get("boxes") or [])
 
     def clean(self) -> dict[str, Any]:
@@ -75,7 +75,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
 
     @admin.display(description="State")
     def state(self, robot: Robot) -> str:
-        """Return the robot's state in words, its worker's silence included."""
+        """Return the robot's state as text, or that its worker does not answer."""
         alive = grants.owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
         worker = "" if alive or not robot.enabled else " (worker silent)"
         return f"{robot.get_cycle_display()}{worker}"
@@ -90,7 +90,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         ]
 
     def status(self, request: HttpRequest, pk: int) -> HttpResponse:
-        """Return the live part of the page, to those who may see the page."""
+        """Return the live part of the page."""
         robot = get_object_or_404(Robot, pk=pk)
         if not self.has_view_permission(request, robot):
             raise PermissionDenied
@@ -116,7 +116,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
 
     @staticmethod
     def _offered(robot: Robot) -> dict[str, Any]:
-        """Return what the robot's spec offers to staff; nothing where its package is gone."""
+        """Return what the robot's spec offers to staff; nothing if its package is not installed."""
         try:
             spec = robot.spec()
         except LookupError:
@@ -125,7 +125,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         return {"procedures": offered, "calibrates": spec.capability(Calibration) is not None}
 
     def get_fieldsets(self, request: HttpRequest, obj: Robot | None = None) -> Any:
-        """Return the form's parts, without the settings that this robot has no use for."""
+        """Return the form's groups without settings that this robot does not use."""
         if obj is None or self._takes_stills(obj):
             return super().get_fieldsets(request, obj)
         kept = tuple(name for name in SETTINGS if name not in OF_STILLS)
@@ -139,7 +139,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
             return True
 
     def do(self, request: HttpRequest, pk: int, verb: str) -> HttpResponse:
-        """Carry out one verb, asked for by POST."""
+        """Run one verb, sent by POST."""
         robot = get_object_or_404(Robot, pk=pk)
         back = redirect("admin:robots_robot_change", pk)
         if request.method != "POST" or verb not in VERBS:
@@ -173,7 +173,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
 
 @admin.register(Program)
 class ProgramAdmin(Guarded):
-    """People's programs, looked through for the gallery."""
+    """People's programs, reviewed for the gallery."""
 
     list_display = ("name", "robot", "author", "shared", "approved", "changed_at")
     list_filter = ("robot", "shared", "approved")
@@ -188,12 +188,12 @@ class ProgramAdmin(Guarded):
 
     @admin.action(description="Take into the gallery", permissions=["change"])
     def take_in(self, request: HttpRequest, queryset: Any) -> None:
-        """Approve."""
+        """Approve the chosen programs."""
         self._decide(request, queryset, True)
 
     @admin.action(description="Take out of the gallery", permissions=["change"])
     def take_out(self, request: HttpRequest, queryset: Any) -> None:
-        """Withdraw the approval."""
+        """Withdraw the approval of the chosen programs."""
         self._decide(request, queryset, False)
 
     def _decide(self, request: HttpRequest, queryset: Any, approved: bool) -> None:
@@ -215,7 +215,7 @@ class CommandAdmin(Kept):
 
 @admin.register(Grant)
 class GrantAdmin(Kept):
-    """Who might move a robot, when."""
+    """The history of grants."""
 
     list_display = ("robot", "kind", "holder", "opened_at", "ended_at", "end_reason")
     list_filter = ("robot", "kind")
@@ -223,7 +223,7 @@ class GrantAdmin(Kept):
 
 @admin.register(Incident)
 class IncidentAdmin(Kept):
-    """What went wrong."""
+    """The incidents of robots."""
 
     list_display = ("at", "robot", "code", "text", "remedy", "closed_at")
     list_filter = ("robot", "code")

@@ -1,4 +1,4 @@
-"""Forbidden boxes as staff write them: JSON in a form's field, checked in words."""
+"""Forbidden boxes as staff write them: JSON in a form field, checked with sentences."""
 
 import re
 from typing import Any
@@ -10,7 +10,7 @@ MOST_BOXES = 20
 
 
 class JSONField(forms.JSONField):
-    """Django's field, which says so too where JSON is nested too deep or a number has thousands of digits."""
+    """Django's field, which also refuses JSON that is nested too deep or has numbers of thousands of digits."""
 
     def to_python(self, value: Any) -> Any:
         """Return the parsed value. Raises ValidationError."""
@@ -20,7 +20,7 @@ class JSONField(forms.JSONField):
             raise forms.ValidationError("Write a list of boxes as JSON.") from error
 
     def bound_data(self, data: Any, initial: Any) -> Any:
-        """Return what the form shows again."""
+        """Return the text that the form shows again."""
         try:
             return super().bound_data(data, initial)
         except (ValueError, RecursionError):
@@ -28,7 +28,7 @@ class JSONField(forms.JSONField):
 
 
 def checked(found: Any) -> list[dict[str, Any]]:
-    """Return forbidden boxes with their corners in order. Raises ValidationError with a sentence."""
+    """Return forbidden boxes with each low corner below its high corner. Raises ValidationError with a sentence."""
     if not isinstance(found, list) or len(found) > MOST_BOXES:
         raise forms.ValidationError(f"Write a list of at most {MOST_BOXES} boxes.")
     tidy = []
@@ -41,7 +41,7 @@ def checked(found: Any) -> list[dict[str, Any]]:
             raise forms.ValidationError(f"{name}: low and high are corners of three numbers each, at most 5 m away.")
         low, high = ([f(a, b) for a, b in zip(*corners, strict=True)] for f in (min, max))
         if any(b - a < 0.001 for a, b in zip(low, high, strict=True)):
-            raise forms.ValidationError(f"{name} is flatter than a millimetre.")
+            raise forms.ValidationError(f"{name} must be at least one millimetre thick.")
         tidy.append({"name": name, "low": low, "high": high})
     return tidy
 

@@ -1,21 +1,21 @@
-"""Slow down what can wait when the machine is too busy: pictures first, by how late one's own loops are.
+"""Slows down what can wait if the machine is too busy: live pictures first.
 
-A loop that sleeps tells by how much it woke too late. The mean of the last seconds decides: load
-averages say what others do, lateness says what it does to us.
+A loop that sleeps measures how late it wakes up, and the mean of the last seconds decides. Load averages tell how
+busy the machine is; lateness tells what that does to this process.
 """
 
 import math
 from collections import deque
 
 WINDOW_S = 2.0
-CALM_S = 3.0  # so long it must be well before a step is taken back
-# from which mean lateness on (s), how many pictures a second
+CALM_S = 3.0  # the machine must be calm this long before a step is taken back
+# (least mean lateness in s, pictures a second)
 STEPS = ((0.0, math.inf), (0.04, 5.0), (0.10, 2.0), (0.25, 0.0))
 ONLY_STILLS = len(STEPS) - 1
 
 
 class Brownout:
-    """How far to slow down: level 0 (not at all) to `ONLY_STILLS`."""
+    """How much to slow down: level 0 (not at all) to `ONLY_STILLS`."""
 
     def __init__(self) -> None:
         self.level = 0
@@ -23,7 +23,7 @@ class Brownout:
         self._calm_since = 0.0
 
     def feel(self, late_s: float, now: float) -> None:
-        """Hear that a loop woke `late_s` (s) too late, at the time `now` (s, monotonic)."""
+        """Note that a loop woke `late_s` (s) too late at the time `now` (s, monotonic)."""
         self._felt.append((now, max(0.0, late_s)))
         while now - self._felt[0][0] > WINDOW_S:
             self._felt.popleft()
@@ -37,6 +37,6 @@ class Brownout:
             self.level, self._calm_since = self.level - 1, now
 
     def every_s(self, usual_s: float) -> float:
-        """Return the time between two pictures (s) where it is `usual_s` otherwise; infinite: only stills."""
+        """Return the time between two pictures (s), usually `usual_s`; infinite if only stills are sent."""
         rate = STEPS[self.level][1]
         return max(usual_s, 1.0 / rate) if rate else math.inf

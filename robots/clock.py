@@ -1,7 +1,7 @@
-"""One injected clock: now and sleep together.
+"""The injected clock: now and sleep together.
 
-Watchdogs and leases use `monotonic`, which counts suspend where the platform has
-such a clock, so that a laptop lid cannot stretch a lease.
+Watchdogs and leases use `monotonic`. Where the platform allows it, it counts the time in which the machine is
+suspended, so that closing a laptop cannot extend a lease.
 """
 
 import time
@@ -10,7 +10,7 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """What every part of Farhand that knows about time is given."""
+    """The time as every part of Farhand sees it."""
 
     def now(self) -> datetime:
         """Return the wall-clock time, timezone aware, UTC."""
@@ -33,7 +33,7 @@ class SystemClock:
         return datetime.now(UTC)
 
     def monotonic(self) -> float:
-        """Return seconds since boot, suspend included where the system tells it."""
+        """Return seconds since boot, with suspended time if the system counts it."""
         if _BOOTTIME is not None:
             return time.clock_gettime(_BOOTTIME)
         return time.monotonic()

@@ -1,4 +1,4 @@
-"""Load a robot's description: `robot.toml` beside its driver, and what follows from it."""
+"""Loads a robot's description: `robot.toml` beside its driver, and other files of its folder."""
 
 import tomllib
 from functools import cache
@@ -11,7 +11,7 @@ from robots.installed import package
 
 @cache
 def folder(driver: str) -> Traversable:
-    """Return the robot's folder. Raises ImportError where its package is not installed."""
+    """Return the robot's folder. Raises ImportError if its package is not installed."""
     return files(package(driver))
 
 
@@ -28,17 +28,17 @@ def load(driver: str) -> dict[str, Any]:
 
 
 def text_of(driver: str, name: str) -> str:
-    """Return the text of a file of the robot's folder (`orientation.md`, `clearance.toml`)."""
+    """Return the text of a file in the robot's folder (`orientation.md`, `clearance.toml`)."""
     return folder(driver).joinpath(name).read_text("utf-8")
 
 
 def views(description: dict[str, Any]) -> tuple[str, ...]:
-    """Return the names of the robot's cameras, none where it has none; stills come from the first."""
+    """Return the names of the robot's cameras; stills come from the first."""
     return tuple(description["camera"].get("views", ("camera",))) if "camera" in description else ()
 
 
 def programs_of(driver: str) -> list[tuple[str, str]]:
-    """Return (name, text) of the programs that come with the robot: `programs/*.txt`, the name in the first line."""
+    """Return (name, text) of the robot's own programs, `programs/*.txt`; the first line has the name."""
     kept = folder(driver).joinpath("programs")
     if not kept.is_dir():
         return []

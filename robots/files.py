@@ -1,4 +1,4 @@
-"""Write a file so that it is whole whenever it is read: beside its place first, then into it."""
+"""Writes a file so that readers see the old or the new content, never a part."""
 
 import contextlib
 import os
@@ -9,9 +9,9 @@ from typing import BinaryIO
 
 @contextlib.contextmanager
 def replaced(path: Path, sync: bool = False) -> Iterator[BinaryIO]:
-    """Open a file that takes the place of `path` once it was written without an error.
+    """Open a file that replaces `path` after it was written without an error.
 
-    `sync`: it is on the disk before it does. Raises OSError; what stood there before stays then.
+    `sync`: the content is on the disk before the replacement. Raises OSError; the old file stays then.
     """
     part = path.with_suffix(".part")
     with part.open("wb") as out:

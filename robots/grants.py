@@ -1,4 +1,4 @@
-"""Who may move a robot now: grants, from their opening to their end, and the epoch of its owner."""
+"""Grants, the permissions to move a robot, from opening to end; and the epoch of the robot's owner."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,11 +22,11 @@ END_CODES = {
 
 
 class AnotherGrant(NotPermitted):
-    """A grant is open on the robot, and at most one may be."""
+    """A grant is open on the robot, which may have only one."""
 
 
 def owner_alive(lease: Lease | None, now: datetime) -> bool:
-    """Tell whether the robot's worker renewed its lease lately."""
+    """Return whether the robot's worker renewed its lease lately."""
     return bool(lease and lease.expires_at and lease.expires_at > now)
 
 
@@ -36,7 +36,7 @@ def open_grant(robot: Robot) -> Grant | None:
 
 
 def newest_grant(robot: Robot) -> Grant | None:
-    """Return the grant on the robot that was opened last, ended or not."""
+    """Return the grant of the robot that was opened last, ended or not."""
     return Grant.objects.filter(robot=robot).order_by("-pk").first()
 
 
@@ -46,7 +46,7 @@ def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
 
 
 def held(grant: Grant | None, user: Any, now: datetime) -> Grant:
-    """Return the grant if it is the user's and goes on. Raises GrantOver."""
+    """Return the grant if it belongs to the user and is open. Raises GrantOver."""
     if grant is None or user is None or grant.holder_id != user.pk:
         raise GrantOver("It is not your turn on this robot.")
     if grant.until and grant.until <= now:
@@ -57,7 +57,7 @@ def held(grant: Grant | None, user: Any, now: datetime) -> Grant:
 def start_grant(
     robot: Robot, kind: GrantKind, now: datetime, holder: Any = None, until: datetime | None = None
 ) -> Grant:
-    """Open a grant. Raises AnotherGrant where one is open."""
+    """Open a grant. Raises AnotherGrant if one is open."""
     lease = Lease.objects.filter(robot=robot).first()
     try:
         with transaction.atomic():
@@ -70,11 +70,10 @@ def start_grant(
 
 @contextmanager
 def granted(robot: Robot, kind: GrantKind, now: Callable[[], datetime], seconds: float) -> Iterator[Grant]:
-    """Open a grant for what runs inside, at most `seconds`; it ends with it, however it ends.
+    """Open a grant for the body of a `with` statement, for at most `seconds`; it ends with the body.
 
     Raises:
-        AnotherGrant: one is open.
-
+        AnotherGrant: a grant is open.
     """
     grant = start_grant(robot, kind, now(), until=now() + timedelta(seconds=seconds))
     try:
@@ -90,9 +89,9 @@ def granted(robot: Robot, kind: GrantKind, now: Callable[[], datetime], seconds:
 
 
 def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
-    """Close a grant and cancel what waits under it; False if it was closed before.
+    """Close a grant and cancel the commands that wait under it. Return False if it was closed before.
 
-    Nothing else writes the end of a grant. `code` is for programs, `reason` for people.
+    No other function ends a grant. `code` is for software, `reason` for people.
     """
     done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_code=code, end_reason=reason[:120])
     if done:
@@ -102,20 +101,20 @@ def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
 
 
 def end_at_until(grant: Grant, now: datetime) -> bool:
-    """End a grant whose time is up; False if it goes on or has ended."""
+    """End a grant whose time is up. Return False if it goes on or has ended."""
     if grant.until is None or grant.until > now:
         return False
     return end_grant(grant, GrantEnd.TIME_UP, "time is up", now)
 
 
 def has_own_grant(command: Command) -> bool:
-    """Tell whether its grant was opened for this command; a setting beside a job or idle behaviour has none."""
+    """Return whether the grant was opened for this command alone."""
     kind = command.grant.kind
     return kind in ONE_COMMAND and (command.lane != Lane.CONFIG or kind == GrantKind.UPKEEP)
 
 
 def end_with_command(command: Command, now: datetime) -> bool:
-    """End the grant that was opened for this one command, which has ended; False if there is none such."""
+    """End the grant that was opened for this one command, which has ended. Return False if there is none."""
     if not has_own_grant(command):
         return False
     grant = Grant.objects.filter(pk=command.grant_id, kind__in=ONE_COMMAND, ended_at=None).first()
@@ -127,7 +126,7 @@ def end_with_command(command: Command, now: datetime) -> bool:
 
 
 def end_overdue_single(robot: Robot, now: datetime) -> None:
-    """End what a grant for one command has left open: its owner is gone, and nobody has come in its place."""
+    """End grants for one command whose owner died and was not replaced."""
     grant = Grant.objects.filter(robot=robot, kind__in=ONE_COMMAND, ended_at=None).first()
     if grant is None:
         return
@@ -137,7 +136,7 @@ def end_overdue_single(robot: Robot, now: datetime) -> None:
 
 
 def _end_single(grant: Grant, code: GrantEnd, reason: str, now: datetime, rests: bool = False) -> bool:
-    """End it; a robot that staff may have moved is put in order before anybody is offered it."""
+    """End it; a robot that staff may have moved is handed over before it is offered."""
     if not end_grant(grant, code, reason, now):
         return False
     if grant.kind == GrantKind.UPKEEP and grant.holder_id is not None and not rests:
@@ -147,12 +146,12 @@ def _end_single(grant: Grant, code: GrantEnd, reason: str, now: datetime, rests:
 
 
 def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None = None) -> int:
-    """Cancel every command that has not begun."""
+    """Cancel every command that has not started."""
     waiting = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
     if grant is not None:
         waiting = waiting.filter(grant=grant)
     found = list(waiting.select_related("grant"))
-    # one statement for all: after a stop a hundred may wait, and none may slip out between two of them
+    # one statement for all, so that none can start meanwhile; after a stop a hundred may wait
     if not waiting.update(state=CommandState.CANCELLED, reason=reason, ended_at=now):
         return 0
     ended = Command.objects.filter(pk__in=[c.pk for c in found], state=CommandState.CANCELLED, ended_at=now)
@@ -176,7 +175,7 @@ def stage_event(command: Command) -> CommandStage:
 
 
 def take_epoch(lease: Lease, now: datetime, seconds: float, host: str, pid: int, started: str) -> int | None:
-    """Raise the fencing epoch and hold the lease; None if somebody was faster."""
+    """Raise the epoch and take the lease. Return None if another process was faster."""
     done = Lease.objects.filter(pk=lease.pk, epoch=lease.epoch).update(
         epoch=F("epoch") + 1, expires_at=now + timedelta(seconds=seconds), host=host, pid=pid, started=started
     )

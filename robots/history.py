@@ -1,4 +1,4 @@
-"""The base of the admin's pages: actions that are refused in words, and records that nobody writes by hand."""
+"""Base classes of admin pages: actions with permissions, and read-only records."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from django.http import HttpRequest, HttpResponse
 
 
 class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
-    """A list whose actions answer 403 to who may not use them, where Django's own answers nothing at all."""
+    """A list whose actions answer 403 to people without the permission; Django would ignore them silently."""
 
     def changelist_view(self, request: HttpRequest, extra_context: dict[str, Any] | None = None) -> HttpResponse:
         """Show the list, or carry out an action on it."""
@@ -20,20 +20,20 @@ class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
 
 
 class Kept(Guarded):
-    """A record that is read, never written by hand."""
+    """A record that is only read in the admin."""
 
     def has_act_permission(self, request: HttpRequest) -> bool:
         """Return whether the person may act on robots and turns; to look at them a lower permission is enough."""
         return request.user.has_perm("robots.change_robot")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
-        """Nobody adds history."""
+        """Return False: history is not added by hand."""
         return False
 
     def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Nobody changes history."""
+        """Return False: history does not change."""
         return False
 
     def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Nobody deletes history."""
+        """Return False: history is not deleted."""
         return False

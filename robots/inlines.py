@@ -1,4 +1,7 @@
-"""Rows of an admin's table whose fields have names: Django's own have column headings only, which nobody hears."""
+"""Admin tables whose fields have accessible names.
+
+Django's tables have only column headings, which screen readers do not read with a field.
+"""
 
 from typing import Any
 
@@ -10,7 +13,7 @@ from django.http import HttpRequest
 
 def _name(form: "forms.BaseForm") -> None:
     for field in form.fields.values():
-        widget: Any = getattr(field.widget, "widget", field.widget)  # a field that leads to another model is wrapped
+        widget: Any = getattr(field.widget, "widget", field.widget)  # the widget of a foreign key is wrapped
         if not widget.is_hidden:
             widget.attrs.setdefault("aria-label", str(field.label or ""))
 
@@ -37,7 +40,7 @@ class NamedRowsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     """A list that is edited in place and names its fields."""
 
     def get_changelist_formset(self, request: HttpRequest, **kwargs: Any) -> Any:
-        """Return the rows' forms."""
+        """Return the form set of the rows."""
         return super().get_changelist_formset(request, formset=NamedList, **kwargs)
 
 

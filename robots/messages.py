@@ -1,4 +1,4 @@
-"""Typed messages on the bus; unknown fields are refused, every unit is in a docstring."""
+"""Typed messages on the bus; unknown fields are refused, and docstrings name all units."""
 
 import struct
 from typing import Any
@@ -31,7 +31,7 @@ class CommandStage(_Message, frozen=True, tag="command"):
 
 
 class Changed(_Message, frozen=True, tag="changed"):
-    """Part `what` (robot, queue, log, frame, stop) of the robot changed: read it again."""
+    """The part `what` (robot, queue, log, frame, stop) of the robot changed and should be read again."""
 
     what: str
 
@@ -48,14 +48,14 @@ class Trace(_Message, frozen=True, tag="trace"):
 
 
 class Notice(_Message, frozen=True, tag="notice"):
-    """A sentence for everybody who looks at this robot."""
+    """A sentence for everybody who watches this robot."""
 
     text: str
     level: str = "info"
 
 
 class StandingChanged(_Message, frozen=True, tag="standing"):
-    """Where people stand in this queue, or this person anywhere, changed (ids; 0: none): read it again."""
+    """Places in this queue, or the places of this person, changed (ids; 0: none) and should be read again."""
 
     queue: int = 0
     user: int = 0
@@ -68,7 +68,7 @@ _PEOPLE = msgspec.json.Decoder(StandingChanged)
 
 
 def decode_standing(data: bytes) -> StandingChanged:
-    """Return what was told to people. Raises msgspec.ValidationError for anything else."""
+    """Return the decoded message. Raises msgspec.ValidationError for anything else."""
     return _PEOPLE.decode(data)
 
 

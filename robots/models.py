@@ -1,4 +1,4 @@
-"""What a robot is, who may move it now, what it was asked and what became of it."""
+"""Database rows of robots: the catalogue, grants, leases, commands, incidents, pictures and programs."""
 
 import os
 import secrets
@@ -18,7 +18,7 @@ from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKin
 
 
 class Robot(models.Model):
-    """A robot in the catalogue: its address, its settings and where it is in its cycle."""
+    """A robot in the catalogue: its address, its settings and its state in the turn cycle."""
 
     slug = models.SlugField(unique=True, max_length=40)
     name = models.CharField(max_length=80)
@@ -45,7 +45,7 @@ class Robot(models.Model):
         settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
     )
     stop_latched = models.BooleanField(default=False, editable=False)
-    releases = models.PositiveIntegerField(default=0, db_default=0, editable=False)  # how often a stop was released
+    releases = models.PositiveIntegerField(default=0, db_default=0, editable=False)  # number of releases of a stop
     stopped_at = models.DateTimeField(null=True, blank=True, editable=False)
     stop_confirmed = models.BooleanField(default=False, db_default=False, editable=False)  # the robot said it rests
     rests_by = models.DateTimeField(null=True, blank=True, editable=False)  # at the latest, where it did not say so
@@ -90,12 +90,12 @@ class Robot(models.Model):
 
     def driver_settings(self, epoch: int = 0) -> dict[str, Any]:
         """Return the settings handed to the driver of the owner with that epoch."""
-        token = os.environ.get(f"FARHAND_TOKEN_{self.slug.upper().replace('-', '_')}")  # a secret is in no row
+        token = os.environ.get(f"FARHAND_TOKEN_{self.slug.upper().replace('-', '_')}")  # secrets are not stored in rows
         more = {"speed": self.speed, "boxes": self.boxes, "token": token}
         return {"epoch": epoch} | {name: value for name, value in more.items() if value}
 
     def camera_address(self, index: int) -> str:
-        """Return the address of one of its cameras; empty for a simulated one, or one that is not there."""
+        """Return the address of one of its cameras; empty for a simulated camera or one that it does not have."""
         addresses = self.camera.split()
         return addresses[index] if index < len(addresses) else ""
 
@@ -109,12 +109,12 @@ class Robot(models.Model):
 
     @property
     def rig_dir(self) -> Path:
-        """Return where a simulated robot keeps its line, camera and sand."""
+        """Return the folder of a simulated robot, with its line, camera and sand."""
         return Path(settings.VAR) / "sim" / self.slug
 
 
 class Grant(models.Model):
-    """Permission to move one robot, now. At most one is open a robot."""
+    """Permission to move one robot, from now on. A robot has at most one open grant."""
 
     robot = models.ForeignKey(Robot, models.CASCADE, related_name="grants")
     kind = models.CharField(max_length=10, choices=GrantKind)
@@ -152,7 +152,7 @@ class Lease(models.Model):
 
 
 class Command(models.Model):
-    """One request to a robot. Services write rows; only the owner advances them."""
+    """One request to a robot. Services create rows; only the owner changes them."""
 
     robot = models.ForeignKey(Robot, models.CASCADE, related_name="commands")
     grant = models.ForeignKey(Grant, models.CASCADE, related_name="commands")
@@ -194,12 +194,12 @@ class Command(models.Model):
 
     @property
     def final(self) -> bool:
-        """Tell whether nothing will change any more."""
+        """Return whether the command has ended."""
         return self.state in COMMAND_FINAL
 
 
 class Incident(models.Model):
-    """Something went wrong with a robot; kept for the admin."""
+    """A fault of a robot, kept for staff."""
 
     robot = models.ForeignKey(Robot, models.CASCADE, related_name="incidents")
     command = models.ForeignKey(Command, models.SET_NULL, null=True, blank=True)
@@ -217,12 +217,12 @@ class Incident(models.Model):
 
 
 def frame_name() -> str:
-    """Return a random part for a frame's name, so that names cannot be guessed or reused."""
+    """Return the random part of a frame's name, so that names cannot be guessed or reused."""
     return secrets.token_hex(6)
 
 
 class Frame(models.Model):
-    """A kept picture: where the robot was, how sure we are that it is sharp, and its file."""
+    """A stored picture: where the robot was, the verdict of the stability check, and the file."""
 
     robot = models.ForeignKey(Robot, models.CASCADE, related_name="frames")
     grant = models.ForeignKey(Grant, models.SET_NULL, null=True, blank=True, related_name="frames")
@@ -253,7 +253,7 @@ class Frame(models.Model):
 
 
 class Program(models.Model):
-    """A list of steps in the lines of the robot's own wire, to be looked through and run as a whole."""
+    """A list of steps in the robot's own language, checked and run as a whole."""
 
     robot = models.ForeignKey(Robot, models.CASCADE, related_name="programs")
     author = models.ForeignKey(

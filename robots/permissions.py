@@ -1,4 +1,4 @@
-"""Who may do what to a robot beyond driving it; asked by each verb itself, wherever it is called from."""
+"""Permissions of staff beyond driving; each verb asks for them itself."""
 
 from typing import Any
 
@@ -6,10 +6,10 @@ from robots.drivers.errors import NotPermitted
 
 
 class NotStaff(NotPermitted):
-    """The person is not on this robot's staff."""
+    """The person is not staff of this robot."""
 
 
 def need_staff(user: Any) -> None:
-    """Refuse everybody who may not change robots. Raises NotStaff."""
+    """Return if the person may change robots. Raises NotStaff."""
     if user is None or not user.has_perm("robots.change_robot"):
         raise NotStaff("This is for staff who may change robots.")

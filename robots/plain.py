@@ -1,13 +1,13 @@
-"""What people type, read once and for all: whole numbers, and texts that every store can keep."""
+"""Reads what people type: whole numbers, and texts that every database can store."""
 
-DIGITS = 18  # what fits into a row's number
+DIGITS = 18  # these fit into a database integer
 
 
 def whole(text: str) -> int | None:
-    """Return a whole number written in ASCII digits; None for anything else, and for more digits than a row holds."""
+    """Return a whole number written in ASCII digits; None for anything else or for too many digits."""
     return int(text) if text.isascii() and text.isdigit() and len(text) <= DIGITS else None
 
 
 def storable(text: str) -> bool:
-    """Tell whether a database keeps the text: no NUL, no half of a character."""
+    """Return whether a database can store the text: it has no NUL and no unpaired surrogate."""
     return "\0" not in text and not any("\ud800" <= letter <= "\udfff" for letter in text)

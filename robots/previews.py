@@ -1,8 +1,8 @@
-"""Where a command would lead, computed in a process of its own: `python -m robots.previews`.
+"""Computes where a command would lead, in a process of its own: `python -m robots.previews`.
 
-Jobs come on standard input, answers go to standard output, each as four bytes of length and
-a body. A job has bounds of processor time and memory; one that passes them ends this process,
-never the one that asked. Pure: no Django, no wire, no secret.
+Jobs come on standard input, answers go to standard output, each as four bytes of length and a body. A job has limits
+of processor time and memory; one that exceeds them ends this process, not the one that asked. No Django, no robot
+connection, no secrets.
 """
 
 import os
@@ -21,15 +21,15 @@ from robots.contract.capabilities import Preview
 from robots.contract.find import function, spec_of
 from robots.drivers.errors import BadRequest, RobotError
 
-CPU_S = 1.0  # for one job, many times what the drivers that ship need
+CPU_S = 1.0  # for one job; many times what our own drivers need
 MEMORY = 256 * 2**20  # bytes more than before the job
 LARGEST = 2**20  # bytes of an answer
 LENGTH = struct.Struct("<I")
-TOO_MUCH = "That leads further than can be computed in advance; choose a nearer target or a shorter program."
+TOO_MUCH = "This is too long to compute in advance; choose a nearer target or a shorter program."
 
 
 class Job(msgspec.Struct, frozen=True):
-    """A command that was not given: which robot, which command, from which joints (rad, m)."""
+    """A command that is only tried: robot, command, and the joints from which it starts (rad, m)."""
 
     driver: str
     settings: dict[str, Any]
@@ -40,11 +40,11 @@ class Job(msgspec.Struct, frozen=True):
 
 
 _DECODER = msgspec.msgpack.Decoder(Job)
-_JSON = msgspec.json.Encoder(enc_hook=float)  # drivers count in numpy's floats
+_JSON = msgspec.json.Encoder(enc_hook=float)  # drivers return numpy's floats
 
 
 def compute(job: Job) -> dict[str, Any]:
-    """Answer where the command would lead, or why it leads nowhere."""
+    """Return where the command would lead, or why it cannot be done."""
     try:
         offered = spec_of(job.driver).capability(Preview)
         if offered is None:
@@ -60,7 +60,7 @@ def compute(job: Job) -> dict[str, Any]:
 
 
 def prepare(job: Job) -> None:
-    """Load what has to be loaded, outside the bounds. Raises LookupError."""
+    """Load the modules and data of the robot, outside the limits. Raises LookupError."""
     offered = spec_of(job.driver).capability(Preview)
     if offered is not None:
         function(offered.function)
@@ -70,7 +70,7 @@ def prepare(job: Job) -> None:
 
 @contextmanager
 def bounds() -> Iterator[None]:
-    """Bound this process: over its processor time the kernel ends it, over its memory it is refused more."""
+    """Limit this process: above its processor time the kernel ends it, above its memory allocation fails."""
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, hard))
@@ -83,13 +83,13 @@ def bounds() -> Iterator[None]:
 
 
 def answer(body: bytes) -> bytes:
-    """Return the message for the page, in JSON. Bounds this process meanwhile: call it in one of its own."""
+    """Return the message for the page as JSON. Limits this process meanwhile, so call it in a process of its own."""
     job = _DECODER.decode(body)
     try:
         prepare(job)
         with bounds():
             said = _JSON.encode({"t": "plan", "n": job.n, **compute(job)})
-    except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:  # no reason to end
+    except (ArithmeticError, LookupError, MemoryError, TypeError, ValueError) as error:  # not a reason to end
         sys.stderr.write(f"a preview failed: {type(error).__name__}: {error}\n")
         said = msgspec.json.encode({"t": "plan", "n": job.n, "ok": False, "text": TOO_MUCH})
     if len(said) > LARGEST:
@@ -113,9 +113,9 @@ def _warm(body: bytes) -> None:
 
 
 def main() -> None:
-    """Answer jobs until nobody asks any more; everything else on the machine goes first."""
+    """Answer jobs until standard input ends, at low priority."""
     if (body := read(sys.stdin.buffer)) is not None:
-        _warm(body)  # at the usual priority: it is waited for
+        _warm(body)  # at normal priority, because somebody waits for it
     os.nice(10)
     while body is not None:
         said = answer(body)

@@ -1,7 +1,7 @@
-"""Tests of robots that no worker owns: asked for by staff, carried out one after another.
+"""Tests of robots that no worker owns: requested by staff, carried out one after another.
 
-A row that says so is the truth, the message behind it only a wake-up: a lost one is made up for by the
-next press or the next start of the housekeeping worker, a doubled one finds nothing to do.
+The row is the truth, and the message behind it only a wake-up: if one is lost, the next request or the next start of
+the housekeeping worker makes up for it; a second one finds nothing to do.
 """
 
 from datetime import datetime, timedelta
@@ -16,17 +16,16 @@ from robots.models import Robot
 from robots.permissions import need_staff
 from robots.services import RobotOffline
 
-LIMIT_S = 120.0  # one that has not ended by then died with its process
+LIMIT_S = 120.0  # a test that takes longer died with its process
 
 
 def ask(robot: Robot, user: Any, now: datetime) -> None:
-    """Ask for a test of the robot's connection and camera.
+    """Request a test of the robot's connection and camera.
 
     Raises:
-        NotStaff: who asks may not.
-        NotPermitted: a test of this robot is asked for already.
-        RobotOffline: nobody can be told now.
-
+        NotStaff: the person is not staff.
+        NotPermitted: a test of this robot is requested already.
+        RobotOffline: the housekeeping worker cannot be reached now.
     """
     need_staff(user)
     free = Q(probe_asked_at=None) | Q(probe_begun_at__lte=now - timedelta(seconds=LIMIT_S))
@@ -39,7 +38,7 @@ def ask(robot: Robot, user: Any, now: datetime) -> None:
 
 
 def claim(now: datetime) -> Robot | None:
-    """Return the robot whose test is to be carried out next, claimed; nothing where none waits."""
+    """Claim the next requested test and return its robot; None if no test waits."""
     waiting = Robot.objects.filter(probe_begun_at=None).exclude(probe_asked_at=None)
     for robot in waiting.order_by("probe_asked_at", "pk"):
         if waiting.filter(pk=robot.pk).update(probe_begun_at=now):
@@ -48,12 +47,12 @@ def claim(now: datetime) -> Robot | None:
 
 
 def waiting() -> bool:
-    """Tell whether a test waits to be carried out."""
+    """Return whether a test waits."""
     return Robot.objects.filter(probe_begun_at=None).exclude(probe_asked_at=None).exists()
 
 
 def finish(robot: Robot, found: dict[str, Any], now: datetime) -> None:
-    """Write down what a test found."""
+    """Store the result of a test."""
     found = {**found, "at": now.isoformat()}
     Robot.objects.filter(pk=robot.pk).update(probe=found, probe_asked_at=None, probe_begun_at=None)
     bus.publish(robot.slug, Changed("robot"))

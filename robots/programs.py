@@ -16,7 +16,7 @@ LONGEST = 6000
 
 
 def visible(robot: Robot, user: Any) -> QuerySet[Program]:
-    """Return the gallery and, signed in, one's own."""
+    """Return the programs of the gallery and, if signed in, the person's own."""
     mine = Q(author=user.pk) if user.is_authenticated else Q(pk=None)
     found = Program.objects.filter(robot=robot).select_related("author")
     return found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
@@ -31,21 +31,21 @@ def one(robot: Robot, user: Any, pk: int) -> Program:
 
 
 def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datetime, pk: int | None = None) -> Program:
-    """Save a program of one's own; a changed one leaves the gallery until staff approve it again.
+    """Save the person's own program; a changed one leaves the gallery until staff approve it again.
 
     Raises:
-        NotPermitted: signed out, somebody else's, too many. BadRequest: no name, no text, a name twice.
-
+        NotPermitted: signed out, another person's program, or too many. BadRequest: no name, no text, a name used
+        twice.
     """
     if not user.is_authenticated:
         raise NotPermitted("Sign in to save programs.")
     name, text = " ".join(name.split()), text.replace("\r\n", "\n").strip()
     if not storable(name + text):
-        raise BadRequest("The program holds characters that cannot be kept; use plain text.")
+        raise BadRequest("The program contains characters that cannot be stored; use plain text.")
     if not 0 < len(name) <= 60:
         raise BadRequest("Give the program a name of at most 60 characters.")
     if not 0 < len(text) <= LONGEST:
-        raise BadRequest(f"A program has a step at least, and at most {LONGEST} characters.")
+        raise BadRequest(f"A program has at least one step, and at most {LONGEST} characters.")
     own = Program.objects.filter(robot=robot, author=user.pk)
     program = own.filter(pk=pk).first() if pk is not None else Program(robot=robot, author=user)
     if program is None:
@@ -55,7 +55,7 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
     program.name, program.text, program.shared, program.changed_at = name, text, shared, now
     try:
         with transaction.atomic():
-            # one at a time a person: two that count at once would both find room
+            # one at a time per person: two at once would both find room
             get_user_model().objects.select_for_update().filter(pk=user.pk).first()
             if program.pk is None and own.count() >= MOST:
                 raise NotPermitted(f"You have {MOST} programs for this robot; delete one first.")
@@ -66,14 +66,14 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
 
 
 def delete(robot: Robot, user: Any, pk: int) -> None:
-    """Delete a program of one's own. Raises NotPermitted."""
+    """Delete the person's own program. Raises NotPermitted."""
     done, _ = Program.objects.filter(robot=robot, author=user.pk, pk=pk).delete() if user.is_authenticated else (0, {})
     if not done:
         raise NotPermitted("That program is not yours.")
 
 
 def approve(program: Program, user: Any, approved: bool) -> None:
-    """Let a shared program into the gallery, or take it out. Raises NotPermitted, BadRequest."""
+    """Put a shared program into the gallery, or take it out. Raises NotPermitted, BadRequest."""
     if not user.has_perm("robots.change_program"):
         raise NotPermitted("Only staff can approve programs.")
     if approved and not program.shared and program.author_id is not None:

@@ -1,4 +1,4 @@
-"""What staff may write into a robot's row: each rule is one function for Django's fields."""
+"""Validators for the fields of a robot that staff edit."""
 
 from collections.abc import Callable
 from math import isfinite
@@ -18,22 +18,22 @@ def _in_words(check: Callable[[str], None], text: str) -> None:
 
 
 def robot_address(text: str) -> None:
-    """Refuse what is no address of a robot. Raises ValidationError."""
+    """Refuse text that is not the address of a robot. Raises ValidationError."""
     _in_words(addresses.check_robot, text)
 
 
 def camera_addresses(text: str) -> None:
-    """Refuse what is no list of camera addresses. Raises ValidationError."""
+    """Refuse text that is not a list of camera addresses. Raises ValidationError."""
     _in_words(addresses.check_cameras, text)
 
 
 def positive(value: float) -> None:
-    """Refuse zero, negative numbers and what is none. Raises ValidationError."""
+    """Refuse zero, negative numbers and NaN. Raises ValidationError."""
     if not (isfinite(value) and value > 0):
         raise ValidationError("Write a number greater than zero, or leave it empty.")
 
 
 def a_turn(seconds: int) -> None:
-    """Refuse a turn nobody can use. Raises ValidationError."""
+    """Refuse a length of turn that is too short or too long. Raises ValidationError."""
     if not TURN_S[0] <= seconds <= TURN_S[1]:
         raise ValidationError(f"A turn takes {TURN_S[0]} to {TURN_S[1]} seconds.")

@@ -4,7 +4,7 @@ from django.db import models
 
 
 class CommandState(models.TextChoices):
-    """A command's life; the last five and `completed` are final."""
+    """The states of a command; `completed` and the last five are final."""
 
     QUEUED = "queued", "Queued"
     ACCEPTED = "accepted", "Accepted"
@@ -31,14 +31,14 @@ COMMAND_NEXT: dict[str, frozenset[str]] = {
 
 
 class Lane(models.TextChoices):
-    """Where a command runs: one motion at a time, and beside it one that moves nothing."""
+    """Where a command runs: `motion`, one at a time, or `config`, beside a motion."""
 
     MOTION = "motion", "Motion"
     CONFIG = "config", "Beside a motion"
 
 
 class Cycle(models.TextChoices):
-    """Where a robot is in its turn cycle."""
+    """The states of a robot in its turn cycle."""
 
     OFFLINE = "offline", "Offline"
     READY = "ready", "Ready"
@@ -50,7 +50,7 @@ class Cycle(models.TextChoices):
 
 
 class GrantKind(models.TextChoices):
-    """On what ground a robot may move."""
+    """What a grant was opened for."""
 
     TURN = "turn", "Turn"
     JOB = "job", "Job"
@@ -60,12 +60,12 @@ class GrantKind(models.TextChoices):
     UPKEEP = "upkeep", "Upkeep"
 
 
-# opened for one command, and over when that is
+# opened for one command, and ended with it
 ONE_COMMAND = frozenset({GrantKind.JOB, GrantKind.IDLE, GrantKind.UPKEEP})
 
 
 class GrantEnd(models.TextChoices):
-    """Why a grant ended; `end_reason` says the same to people."""
+    """Why a grant ended; `end_reason` says it to people."""
 
     FINISHED = "finished", "What it was opened for is done"
     FAILED = "failed", "What it was opened for failed"

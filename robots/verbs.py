@@ -1,4 +1,4 @@
-"""What staff do from the admin: one verb, one function, each answering with a sentence."""
+"""Verbs of the admin page: each is one function that returns a sentence."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -16,7 +16,7 @@ Verb = Callable[[Robot, HttpRequest], str]
 
 
 def staff_only(verb: Verb) -> Verb:
-    """Let a verb begin for those alone who may change robots; it raises NotStaff for everybody else."""
+    """Make a verb raise NotStaff for people who may not change robots."""
 
     @wraps(verb)
     def checked(robot: Robot, request: HttpRequest) -> str:
@@ -49,7 +49,7 @@ def stop(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def release(robot: Robot, request: HttpRequest) -> str:
-    """Release the stop after a look."""
+    """Release the stop after a look at the robot."""
     services.release_stop(robot, request.user, request.POST.get("checked") == "yes")
     return "The stop is released; nothing moves until somebody gives a command."
 
@@ -70,29 +70,29 @@ def lift(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def maintenance(robot: Robot, request: HttpRequest) -> str:
-    """Begin a maintenance turn."""
+    """Start a maintenance turn."""
     services.start_maintenance(robot, request.user)
     return "You drive now, for 30 minutes, from the robot's page. Release the stop there first."
 
 
 @staff_only
 def procedure(robot: Robot, request: HttpRequest) -> str:
-    """Run one of the procedures that the robot offers to staff; `kind` says which."""
+    """Run the procedure `kind`, if the robot offers it to staff."""
     found = procedures.procedure(robot.spec(), request.POST.get("kind", ""))
     if found is None:
         raise BadRequest("This robot has no such procedure.")
     services.staff_command(robot, request.user, found.kind)
-    return f"{found.label}: queued; the command history tells its end."
+    return f"{found.label}: queued; the command history shows its result."
 
 
 @staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
-    """Test the connection; a robot that is on takes a picture."""
+    """Test the connection; a robot that is switched on takes a picture."""
     if robot.enabled:
         services.staff_command(robot, request.user, procedures.PICTURE.kind)
         return "The robot is on: a new picture was asked for; see the command history."
     probes.ask(robot, request.user, SYSTEM.now())
-    return "The connection is being tested; the answer appears below in some seconds."
+    return "The connection is being tested; the result appears below in some seconds."
 
 
 VERBS: dict[str, Verb] = {

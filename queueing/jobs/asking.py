@@ -1,4 +1,4 @@
-"""Asking for a job: who may, how many, and where it waits."""
+"""Requests of jobs: who may ask, how many, and where the job waits."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -16,7 +16,7 @@ from robots.contract.find import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
 
-LIMIT = 10  # open jobs of a person and queue
+LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
 TOO_MANY = "You have {} open jobs on this robot; wait until one has ended, or cancel one."
 ONE_A_GUEST = "You have an open job on this robot; wait until it has ended, or cancel it."
@@ -24,7 +24,7 @@ ONE_A_GUEST = "You have an open job on this robot; wait until it has ended, or c
 
 @dataclass(frozen=True)
 class Asker:
-    """Who asks: a person, or a guest known by the hash of a cookie and by the network address."""
+    """The person who asks, or a guest: the hash of a cookie, and the network address."""
 
     user: Any = None
     guest: str = ""
@@ -34,19 +34,18 @@ class Asker:
 def ask(
     robot: Robot, asker: Asker, kind: str, args: dict[str, Any], now: datetime, name: str = "", mail: bool = False
 ) -> Job:
-    """Write a job that waits for its turn.
+    """Create a job that waits for its turn.
 
     Raises:
-        NotCleared: this person, or guests, may not ask the robot for that.
-        BadRequest, OutOfWorkspace: no such job, or its values are wrong.
+        NotCleared: this person, or guests, may not ask for this kind of job.
+        BadRequest, OutOfWorkspace: no such job, or wrong values.
         RobotUnavailable: switched off by staff.
-        TooManyJobs: as many as may be open are.
-
+        TooManyJobs: the asker has as many open jobs as allowed.
     """
     user, link = asker.user, link_of(robot)
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
     if spec is None:
-        raise BadRequest("This robot takes no such job.")
+        raise BadRequest("This robot does not take this kind of job.")
     guests_ask = link is not None and link.guests_ask
     if not may_ask(robot, user, spec, guests_ask) or (user is None and not asker.guest):
         raise NotCleared("Pass the clearance test of this robot first." if user else "Sign in to ask for this.")
@@ -66,7 +65,7 @@ def ask(
                     kind=kind, args=args, asked_at=now, mail=mail and user is not None,
                     shown_name=name.strip()[:40] if user else "",
                 )  # fmt: skip
-        except IntegrityError as error:  # the same guest in the same moment
+        except IntegrityError as error:  # the same guest asked twice at once
             raise TooManyJobs(ONE_A_GUEST) from error
         tag_next(queue)
         announce(queue, user)

@@ -1,4 +1,4 @@
-"""Cancelling a job: whoever asked for it, and staff. The robot holds; nothing is latched."""
+"""Cancels jobs, for their asker and for staff. The robot holds; nothing is latched."""
 
 from datetime import datetime
 
@@ -14,21 +14,20 @@ from robots.states import GrantEnd
 
 
 def may_cancel(job: Job, asker: Asker) -> bool:
-    """Tell whether the job is this person's or guest's, or they are staff."""
+    """Return whether the person or guest asked for the job, or is staff."""
     if asker.user is not None:
         return bool(job.user_id == asker.user.pk or asker.user.has_perm("robots.change_robot"))
     return bool(job.guest) and job.guest == asker.guest
 
 
 def cancel(job: Job, asker: Asker, now: datetime) -> None:
-    """Cancel a job. One that waits ends at once; of one that runs the grant ends, so that the robot holds.
+    """Cancel a job. A waiting job ends at once; the grant of a running job ends, so the robot holds.
 
     Raises:
         NotYourJob: neither its asker nor staff.
-
     """
     if not may_cancel(job, asker):
-        raise NotYourJob("Only who asked for this job, and staff, can cancel it.")
+        raise NotYourJob("Only the person who asked for this job, and staff, can cancel it.")
     with transaction.atomic():
         queue = locked(job.queue)
         job.refresh_from_db()

@@ -1,4 +1,4 @@
-"""What of a robot may be asked for as a job, and by whom."""
+"""Which jobs a robot takes, and from whom."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ def link_of(robot: Robot) -> QueueRobot | None:
 
 
 def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
-    """Return the command kinds that may be asked for as jobs; none where the robot's package is not installed."""
+    """Return the command kinds that may be requested as jobs; none if the robot's package is not installed."""
     try:
         commands = spec_of(robot.driver).commands
     except LookupError:
@@ -24,9 +24,9 @@ def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
 
 
 def may_ask(robot: Robot, user: Any, kind: CommandKind, guests_ask: bool) -> bool:
-    """Tell whether this person, or a guest, may ask the robot for a job of that kind.
+    """Return whether this person, or a guest, may ask the robot for this kind of job.
 
-    Where guests may ask, every account may; else the clearance that the kind's level asks for is needed.
+    If guests may ask, every account may; otherwise the person needs the clearance for the kind's level.
     """
     signed_in = user is not None and user.is_authenticated
     if signed_in and not user.is_active:

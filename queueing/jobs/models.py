@@ -1,4 +1,4 @@
-"""Jobs: requests that wait their turn without their person."""
+"""Jobs: requests that wait for their turn without a person present."""
 
 import secrets
 
@@ -8,7 +8,7 @@ from django.db.models import Q
 
 
 class JobState(models.TextChoices):
-    """Where a job is in its life; the last four are final."""
+    """The states of a job; the last four are final."""
 
     WAITING = "waiting", "Waiting"
     RUNNING = "running", "Running"
@@ -22,15 +22,15 @@ OPEN_JOB = (JobState.WAITING, JobState.RUNNING)
 
 
 def new_key() -> str:
-    """Return a job's address, which nobody can guess."""
+    """Return the random part of a job's address."""
     return secrets.token_urlsafe(18)
 
 
 class Job(models.Model):
-    """One command that a person or a guest asked for; it has a grant each time that it runs.
+    """One command that a person or a guest asked for; each run has a grant.
 
-    `start_tag` is empty while another request of the same account is before it. `guest` is the
-    hash of a guest's cookie, `shown_name` the name that its asker wants on its page.
+    `start_tag` is empty while another request of the same account is ahead. `guest` is the hash of a guest's cookie,
+    `shown_name` the name that the asker wants on the page.
     """
 
     queue = models.ForeignKey("queueing.Queue", models.CASCADE, related_name="jobs")
@@ -75,7 +75,7 @@ class Job(models.Model):
 
 
 class JobRun(models.Model):
-    """One time that a job had the robot: its grant, under which its command stands."""
+    """One run of a job: its grant, under which its command stands."""
 
     job = models.ForeignKey(Job, models.CASCADE, related_name="runs")
     grant = models.OneToOneField("robots.Grant", models.CASCADE, related_name="job_run")

@@ -1,4 +1,4 @@
-"""A job's time on the robot: promoted, and settled by the end of its grant."""
+"""Starts jobs, and settles them when their grant ends."""
 
 from datetime import datetime, timedelta
 
@@ -18,12 +18,12 @@ from robots.models import Command, Grant, Robot
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import CommandState, GrantEnd, GrantKind
 
-FAULTS = 3  # so often a job is begun again after a fault of the robot's
+FAULTS = 3  # a job is started again this often after a fault of the robot
 AGAIN = "It goes on as soon as the robot can."
 
 
 def promote(queue: Queue, job: Job, now: datetime) -> None:
-    """Give the robot to the job: grant, run and command in the caller's transaction; the owner is woken after it."""
+    """Start the job: write grant, run and command in the caller's transaction; the owner is woken after it."""
     robot = job.robot
     kind = spec_of(robot.driver).command(job.kind)
     limit_s = kind.limit_s if kind else 60.0
@@ -37,12 +37,12 @@ def promote(queue: Queue, job: Job, now: datetime) -> None:
 
 
 def settle(queue: Queue, now: datetime) -> None:
-    """Bring each job whose grant has ended to its end, or back to waiting."""
+    """End each job whose grant has ended, or put it back into the queue."""
     running = Job.objects.filter(queue=queue, state=JobState.RUNNING).select_related("account", "robot", "user")
     for job in running:
         run = job.runs.select_related("grant").order_by("-id").first()
-        if run is None:  # its grant was deleted
-            end(queue, job, JobState.UNKNOWN, "What became of it is not known.", 0.0, now)
+        if run is None:  # the grant was deleted
+            end(queue, job, JobState.UNKNOWN, "Whether it was carried out is not known.", 0.0, now)
         elif run.grant.ended_at is not None:
             _settle(queue, job, run.grant, run.grant.commands.order_by("id").first(), now)
 
@@ -51,25 +51,25 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
     state = command.state if command is not None else CommandState.EXPIRED
     reason = command.reason if command is not None else ""
     if command is not None and not command.final:
-        return  # the robot still comes to rest
+        return  # the robot is still coming to rest
     used = _used(grant, job.robot)
     stopped = Robot.objects.filter(pk=job.robot_id, stopped_at__gte=grant.opened_at).exists()
     if state == CommandState.COMPLETED:
         end(queue, job, JobState.DONE, "", used, now)
     elif state not in (CommandState.CANCELLED, CommandState.FAILED, CommandState.EXPIRED, CommandState.REJECTED):
-        end(queue, job, JobState.UNKNOWN, reason or "What became of it is not known.", 0.0, now)
+        end(queue, job, JobState.UNKNOWN, reason or "Whether it was carried out is not known.", 0.0, now)
     elif job.cancel_asked_at is not None:
         end(queue, job, JobState.CANCELLED, "Cancelled.", used, now)
     elif stopped:
         end(queue, job, JobState.CANCELLED, "The robot was stopped.", used, now)
     elif grant.end_code == GrantEnd.TIME_UP and state != CommandState.EXPIRED:
-        end(queue, job, JobState.FAILED, "It took longer than a job may.", used, now)
+        end(queue, job, JobState.FAILED, "It took longer than a job is allowed to.", used, now)
     else:
         _wait_again(queue, job, grant, reason, now)
 
 
 def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime) -> None:
-    """Put back what the robot's own needs or faults cut short: it keeps its tag and costs nothing."""
+    """Put a job back that the robot's own needs or faults cut short: it keeps its tag and costs nothing."""
     faults = job.faults + (grant.end_code != GrantEnd.PREEMPTED)
     if faults >= FAULTS:
         end(queue, job, JobState.FAILED, f"It was begun {faults} times in vain. {reason}", 0.0, now)
@@ -79,7 +79,7 @@ def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime
 
 
 def _used(grant: Grant, robot: Robot) -> float:
-    """Return what the run costs, in the unit of the robot's queue."""
+    """Return the cost of the run in the unit of the robot's queue."""
     link = QueueRobot.objects.filter(robot=robot).first()
     if link is not None and link.charged_in == Charge.JOBS and not link.offers_turns:
         return 1.0

@@ -1,4 +1,4 @@
-"""A stop suspends jobs, idle behaviour and needs; staff resume them after looking."""
+"""A stop suspends jobs, idle behaviour and needs; staff resume them after a look at the robot."""
 
 from datetime import datetime
 from typing import Any
@@ -11,7 +11,7 @@ from robots.permissions import need_staff
 
 
 def suspended(robot: Robot, link: QueueRobot | None) -> bool:
-    """Tell whether nothing may begin by itself: a stop is latched, or nobody has looked since the last."""
+    """Return whether nothing may start by itself: a stop is latched, or staff have not resumed since the last one."""
     if robot.stop_latched:
         return True
     resumed = link.resumed_at if link is not None else None
@@ -22,9 +22,8 @@ def resume(robot: Robot, user: Any, now: datetime) -> None:
     """Let jobs, idle behaviour and needs go on after a stop.
 
     Raises:
-        NotStaff: only staff resume.
+        NotStaff: the person is not staff.
         NotPermitted: the stop is not released.
-
     """
     need_staff(user)
     robot.refresh_from_db()

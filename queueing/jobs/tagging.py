@@ -1,11 +1,11 @@
-"""Which of an account's requests has a start tag: one, a ticket or a job; more wait untagged behind it."""
+"""Gives one request of each account a start tag, a ticket or a job; further requests wait without a tag."""
 
 from queueing.charging import next_tag
 from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, JobState, Queue, Ticket
 
 
 def tag_next(queue: Queue) -> None:
-    """Tag the first waiting job of each account that has nothing tagged in the queue. Harmless when done twice."""
+    """Tag the first waiting job of each account without a tag in the queue. Can be repeated."""
     waiting = Job.objects.filter(queue=queue, state=JobState.WAITING, start_tag=None).select_related("account")
     seen: set[int] = set()
     for job in waiting.order_by("id"):
@@ -24,12 +24,12 @@ def _has_tagged(account: Account) -> bool:
 
 
 def give_way(account: Account) -> None:
-    """Let a waiting job of the account stand untagged behind the ticket that its person takes now."""
+    """Remove the tag of the account's waiting job, because the person takes a ticket now."""
     Job.objects.filter(account=account, state=JobState.WAITING).update(start_tag=None)
 
 
 def follow_charge(account: Account) -> None:
-    """Move a ticket that was taken while a job of its person ran behind what that job cost."""
+    """Move a ticket that was taken while a job of the person ran, by the cost of that job."""
     if account.user_id is not None:
         mine = Ticket.objects.filter(queue=account.queue_id, user=account.user_id, state__in=OPEN_TICKET)
         mine.filter(start_tag__lt=account.finish_tag).update(start_tag=account.finish_tag)

@@ -1,4 +1,4 @@
-"""Who asked for a job is told how it ended: on every page until they have looked at it."""
+"""Tells an asker on every page that a job has ended, until they have looked at it."""
 
 from datetime import datetime
 
@@ -15,12 +15,12 @@ def _mine(asker: Asker) -> QuerySet[Job]:
 
 
 def untold(asker: Asker) -> list[Job]:
-    """Return the asker's jobs that have ended and that they have not looked at since."""
+    """Return the asker's ended jobs that they have not looked at."""
     found = _mine(asker).exclude(state__in=OPEN_JOB).filter(told_at=None)
     return list(found.select_related("robot").order_by("-id")[:3])
 
 
 def told(job: Job, asker: Asker, now: datetime) -> None:
-    """Remember that its asker has seen how the job ended."""
+    """Note that the asker has seen the end of the job."""
     if job.state not in OPEN_JOB:
         _mine(asker).filter(pk=job.pk, told_at=None).update(told_at=now)

@@ -1,7 +1,7 @@
-"""What may be asked of a robot, by whom: the verbs, room by room. One verb is one function.
+"""The verbs of robots, by subject. One verb is one function.
 
-Pages, sockets, admin and tasks call these; permission, transaction, row and event live
-here. Services write rows, only the owner advances them.
+Pages, sockets, admin and tasks call these functions, which check permissions, open the transaction, write rows and
+send events. Services create rows; only the owner changes them.
 """
 
 from robots.grants import end_grant, open_grant, start_grant

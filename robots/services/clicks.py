@@ -1,4 +1,4 @@
-"""What a command means in the robot's own terms: a click in a picture, a saved program."""
+"""Translates a click in a picture or a saved program into a command of the robot."""
 
 from typing import Any
 
@@ -15,11 +15,10 @@ def newest_still(robot: Robot) -> Frame | None:
 
 
 def resolve(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Turn a click in a picture into a command by the robot's own rule; a saved program into its text.
+    """Return the command for a click, by the robot's own rule, or for a saved program.
 
     Raises:
-        BadRequest: no such picture, a point outside it, an old picture; what the robot's rule refuses.
-
+        BadRequest: unknown or old picture, a point outside it, or the robot's rule refuses it.
     """
     spec = robot.spec()
     kept, clicks = spec.capability(Programs), spec.capability(ClickInPicture)

@@ -1,4 +1,4 @@
-"""Asking for one command: judged here first, and again by the owner and the driver."""
+"""Requests of one command: checked here first, and again by the owner and the driver."""
 
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ from robots.permissions import need_staff
 from robots.services.clicks import resolve
 from robots.states import COMMAND_FINAL, GrantEnd, GrantKind, Lane
 
-START_S = 10.0  # a command that has not begun by then never will
+START_S = 10.0  # a command that has not started by then never starts
 PENDING = 128
-# what is read to judge a command: one small row, for it is on the way of every click
+# the fields needed to check a command; few, because every click reads them
 NEEDED = (
     "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
     "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
 )  # fmt: skip
-LIMIT_S = 60.0  # of a command whose kind says none
-AFTER_S = 20.0  # after its limit a command is final, and its grant with it
+LIMIT_S = 60.0  # if the kind of command names none
+AFTER_S = 20.0  # so long after its limit a command and its grant have ended
 IN_ORDER = "The robot is being put in order; try again when that is done."
-ONE_COMMAND = "A command of staff runs on the robot; wait for its end."
+ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
 
 
 class RobotOffline(NotPermitted):
@@ -41,7 +41,7 @@ class RobotOffline(NotPermitted):
 
 @dataclass(frozen=True)
 class Issued:
-    """A command's row, and whether this call made it."""
+    """A command's row, and whether this call created it."""
 
     command: Command
     created: bool
@@ -52,13 +52,11 @@ def issue(
 ) -> Issued:
     """Write one command under the user's open grant on the robot `slug` and wake its owner.
 
-    The same sequence number again returns the same row. Every check here is done again by
-    the owner and the driver.
+    The same sequence number returns the same row again. The owner and the driver repeat every check.
 
     Raises:
         NotPermitted: no grant, grant over, stop latched, robot offline, too many waiting.
         BadRequest, OutOfWorkspace: the command itself is wrong.
-
     """
     now = now or SYSTEM.now()
     found = Grant.objects.select_related("robot__lease").filter(robot__slug=slug, ended_at=None)
@@ -69,7 +67,7 @@ def issue(
 
 
 def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
-    """Write one command under a grant that is known to be open. Raises as `issue` does."""
+    """Write one command under a grant that is known to be open. Raises as `issue`."""
     robot = grant.robot
     unfinished = ~Q(state__in=COMMAND_FINAL)
     rows = list(Command.objects.filter(unfinished | Q(client_seq=client_seq), grant=grant)[: PENDING + 1])
@@ -106,7 +104,7 @@ def _write(
     robot: Robot, user: Any, grant: Grant, epoch: int, kind: str, args: dict[str, Any],
     client_seq: int, limit_s: float, now: datetime, lane: str = Lane.MOTION,
 ) -> Issued:  # fmt: skip
-    # one statement needs no transaction of its own; inside somebody's it needs a savepoint
+    # one statement needs no transaction of its own; inside another transaction it needs a savepoint
     scope = transaction.atomic() if connection.in_atomic_block else nullcontext()
     try:
         with scope:
@@ -129,21 +127,20 @@ def put(
 
 
 def next_seq(grant: Grant) -> int:
-    """Return a sequence number after all that were used under the grant."""
+    """Return a sequence number greater than all that were used under the grant."""
     last = Command.objects.filter(grant=grant).aggregate(last=Max("client_seq"))["last"]
     return (last or 0) + 1
 
 
 def staff_command(robot: Robot, user: Any, kind: str) -> Command:
-    """Run one command of staff (one of the robot's procedures): in a maintenance turn of theirs, or by itself.
+    """Run one command of staff (a procedure of the robot) in their maintenance turn, or alone.
 
-    By itself it has a grant of its own, which ends when the command ends, however it ends; until
-    then nobody is offered the robot. What is refused opens none.
+    Alone it has a grant of its own, which ends with the command; until then the robot is offered to nobody. A refused
+    command opens no grant.
 
     Raises:
-        NotPermitted: not staff; somebody operates the robot, or it is being put in order.
+        NotPermitted: not staff; somebody operates the robot, or it is in handover.
         Stopped, RobotOffline: as for every command.
-
     """
     need_staff(user)
     now = SYSTEM.now()

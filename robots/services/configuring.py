@@ -1,6 +1,6 @@
-"""Settings of a robot that commands change beside its motions, and setting back what a turn or a job changed.
+"""Settings that commands change beside motions, and how a turn's or a job's changes are set back.
 
-The rows tell it: what an operator changed is set back, to what staff set last or to the kind's default.
+The command rows tell what an operator changed; it is set back to what staff set last, or to the kind's default.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,12 +21,12 @@ from robots.permissions import need_staff
 from robots.services.commands import AFTER_S, IN_ORDER, ONE_COMMAND, START_S, issue_under
 from robots.states import CommandState, GrantKind, Lane
 
-# by staff: under a grant of theirs, or under somebody else's
+# by staff: under their own grant or another person's
 BY_STAFF = Q(grant__kind__in=(GrantKind.UPKEEP, GrantKind.STAFF)) | ~Q(issued_by=F("grant__holder"))
 
 
 def to_restore(robot: Robot, kinds: Iterable[CommandKind]) -> list[tuple[CommandKind, Mapping[str, Any]]]:
-    """Return (kind, arguments) of each setting that is not as staff or the kind's default want it."""
+    """Return (kind, arguments) of each setting that differs from what staff set or from the default."""
     found: list[tuple[CommandKind, Mapping[str, Any]]] = []
     for kind in kinds:
         if kind.lane != "config" or kind.default is None:
@@ -47,9 +47,9 @@ def to_restore(robot: Robot, kinds: Iterable[CommandKind]) -> list[tuple[Command
 
 
 def restore(robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int, now: datetime) -> list[Command]:
-    """Write the commands that set back what was changed, under an open grant; return them.
+    """Write the commands that set back changed settings, under an open grant. Return them.
 
-    The owner carries them out as any other; each is confirmed where it is completed.
+    The owner runs them as any other command; a completed one is confirmed by the robot.
     """
     rows = []
     for kind, args in to_restore(robot, kinds):
@@ -65,16 +65,16 @@ def restore(robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int
 
 
 def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: datetime | None = None) -> Command:
-    """Run one command of staff that changes a setting beside whatever the robot does; it persists.
+    """Run one command of staff that changes a setting beside whatever the robot does; the setting stays.
 
-    Under the grant that is open, whoever holds it, or under one of its own. Numbered downwards, so
-    that the numbers of the holder's controls stay theirs.
+    It runs under the open grant, whoever holds it, or under one of its own. It is numbered downwards, so that the
+    numbers
+    of the holder's commands are not used.
 
     Raises:
-        NotPermitted: not staff; a command of staff runs, or the robot is being put in order.
-        BadRequest: no such setting, or values that it does not take.
+        NotPermitted: not staff; a command of staff runs, or the robot is in handover.
+        BadRequest: no such setting, or wrong values.
         Stopped, RobotOffline: as for every command.
-
     """
     need_staff(user)
     now = now or SYSTEM.now()

@@ -1,4 +1,4 @@
-"""Taking a robot from the public and giving it back: the lock-out, and the switch."""
+"""Closing a robot to the public and opening it again: the lock-out, and the switch."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ from robots.states import Cycle, GrantEnd, GrantKind
 
 
 def lock_out(robot: Robot, user: Any, note: str) -> None:
-    """Take the robot from the public: stop it, keep people's places. Only staff lift it."""
+    """Close the robot to the public: stop it; people keep their places. Only staff lift it."""
     need_staff(user)
     if not note.strip():
         raise BadRequest("Write a note that says why the robot is locked out.")
@@ -33,7 +33,7 @@ def lock_out(robot: Robot, user: Any, note: str) -> None:
 
 
 def lift_lock_out(robot: Robot, user: Any) -> None:
-    """Give the robot back: it is put in order first, then offered."""
+    """Open the robot again: it is handed over first, then offered."""
     need_staff(user)
     now = SYSTEM.now()
     with transaction.atomic():
@@ -53,7 +53,7 @@ def lift_lock_out(robot: Robot, user: Any) -> None:
 
 
 def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
-    """Switch a robot on or off; the supervisor follows."""
+    """Switch a robot on or off; the supervisor starts or stops its worker."""
     need_staff(user)
     robot.refresh_from_db()
     if not enabled:

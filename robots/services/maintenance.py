@@ -1,4 +1,4 @@
-"""What staff do to keep a robot going: drive it under lock-out, close its incidents."""
+"""Verbs of staff: the maintenance turn, and closing incidents."""
 
 from datetime import timedelta
 from typing import Any

@@ -1,4 +1,4 @@
-"""The stop: who may press it, what it does, and its release."""
+"""The stop and its release."""
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -18,12 +18,12 @@ NOT_THEIRS = "Only the operator and staff can stop this robot."
 
 
 def may_stop(robot: Robot, user: Any) -> bool:
-    """Tell whether this person is offered the stop: the holder of the grant, and staff."""
+    """Return whether this person may stop the robot: the holder of the open grant, and staff."""
     return _stops_under(robot, user) is not None
 
 
 def _stops_under(robot: Robot, user: Any) -> int | None:
-    """Return the grant under which this person stops the robot; 0 for staff, None for who may not."""
+    """Return the grant under which this person stops the robot; 0 for staff, None for others."""
     if user is None or not user.is_authenticated:
         return None
     if user.has_perm("robots.change_robot"):
@@ -33,11 +33,10 @@ def _stops_under(robot: Robot, user: Any) -> int | None:
 
 
 def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = False) -> None:
-    """Stop the robot: on the bus first (unless it was `sent` there already), then in the database.
+    """Stop the robot: over the bus first (unless it was `sent` there already), then in the database.
 
     Raises:
-        NotPermitted: neither staff nor the operator, or one whose turn is over.
-
+        NotPermitted: neither staff nor the operator of an open turn.
     """
     under = _stops_under(robot, user)
     if under is None:
@@ -46,7 +45,7 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
         bus.send_stop(robot.slug, under)
     now = now or SYSTEM.now()
     theirs = Robot.objects.filter(pk=robot.pk)
-    if under:  # in one statement: a turn may end between the look and the stop
+    if under:  # in one statement: the turn may end between the check and the stop
         theirs = theirs.filter(grants__pk=under, grants__ended_at=None)
     confirmed = Case(When(stop_latched=True, then=F("stop_confirmed")), default=False)  # only its owner confirms it
     if not theirs.update(stop_latched=True, stopped_at=now, stop_confirmed=confirmed):
@@ -90,17 +89,16 @@ def _rests_by_itself(robot: Robot, lease: Lease | None) -> datetime | None:
 
 
 def release_stop(robot: Robot, user: Any, checked: bool) -> None:
-    """Release a latched stop after an explicit re-check; starts no motion.
+    """Release a latched stop after the person has checked the robot; starts no motion.
 
     Raises:
-        NotPermitted: not the operator nor staff, or the re-check was not confirmed.
-
+        NotPermitted: neither operator nor staff, or the check was not confirmed.
     """
     if not may_stop(robot, user):
         raise NotPermitted("Only the operator and staff can release the stop.")
     if not checked:
-        raise NotPermitted("Look at the newest picture first, and confirm that the way is clear.")
+        raise NotPermitted("Look at the newest picture first, and confirm that the robot can move safely.")
     with transaction.atomic():
-        cancel_queued(robot, "the robot was stopped", SYSTEM.now())  # what was asked for before must not begin now
+        cancel_queued(robot, "the robot was stopped", SYSTEM.now())  # earlier requests must not start now
         Robot.objects.filter(pk=robot.pk).update(stop_latched=False, releases=F("releases") + 1)
     bus.publish_on_commit(robot.slug, Changed("stop"))

@@ -81,7 +81,12 @@ def test_a_shared_one_is_seen_once_staff_have_looked_through_it_and_again_after_
 
 @pytest.mark.parametrize(
     ("name", "text", "why"),
-    [("", TEXT, "a name"), ("x" * 61, TEXT, "at most 60"), ("Wave", "", "a step"), ("Wave", "g 0\n" * 3000, "6000")],
+    [
+        ("", TEXT, "a name"),
+        ("x" * 61, TEXT, "at most 60"),
+        ("Wave", "", "at least one step"),
+        ("Wave", "g 0\n" * 3000, "6000"),
+    ],
 )
 def test_what_cannot_be_saved_is_refused_in_words(robot, people, name, text, why):
     answer = ask(people["ada"], "post", robot, name=name, text=text)

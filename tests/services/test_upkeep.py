@@ -84,9 +84,9 @@ def test_a_command_that_is_refused_opens_no_grant(robot, people, owned, stopped,
 
 
 def test_it_is_one_command_and_no_turn(robot, people, running):
-    with pytest.raises(NotPermitted, match="wait for its end"):
+    with pytest.raises(NotPermitted, match="wait until it has ended"):
         services.issue(robot.slug, people["kim"], "noop", {}, 2)
-    with pytest.raises(NotPermitted, match="wait for its end"):
+    with pytest.raises(NotPermitted, match="wait until it has ended"):
         services.staff_command(robot, people["kim"], "still")
 
 

@@ -37,7 +37,7 @@ def test_what_is_no_robots_address(address):
 
 def test_a_port_that_leads_out_of_dev_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(addresses.Path, "resolve", lambda self: tmp_path / "x")
-    with pytest.raises(addresses.AddressError, match="no device"):
+    with pytest.raises(addresses.AddressError, match="is not a device"):
         addresses.check_robot("serial:/dev/ttyUSB0")
 
 

@@ -99,3 +99,11 @@ def terminal(shared):
     made.ask("W")
     yield made
     made.close()
+
+
+@pytest.fixture(autouse=True)
+def nobody_types_on():
+    """Close what a test has left open, before the collector finds it in another."""
+    yield
+    while Terminal.OPEN:
+        Terminal.OPEN.pop().close()

@@ -2,6 +2,7 @@
 
 import contextlib
 import socket
+from typing import ClassVar
 
 
 def allow():
@@ -19,7 +20,10 @@ def journal(sim, event, since=0.0):
 class Terminal:
     """A text terminal on the controller's line."""
 
+    OPEN: ClassVar[list] = []
+
     def __init__(self, sim):
+        self.OPEN.append(self)
         host, _, port = (sim.folder / "tty").read_text().strip().partition(":")
         self.socket = socket.create_connection((host, int(port)), timeout=120)
         self.lines = self.socket.makefile("rb")
@@ -37,4 +41,5 @@ class Terminal:
     def close(self):
         with contextlib.suppress(OSError):
             self.socket.shutdown(socket.SHUT_RDWR)
+        self.lines.close()
         self.socket.close()

@@ -17,8 +17,14 @@ def url(sim):
     return (sim.folder / "camera").read_text().strip()
 
 
-def test_a_snapshot_is_grey_and_of_the_papers_size(sim, url):
+@pytest.fixture
+def camera(url):
     camera = SnapshotCamera(url + "/snapshot.jpg")
+    yield camera
+    camera.close()
+
+
+def test_a_snapshot_is_grey_and_of_the_papers_size(camera):
     picture = camera.grab(1 / 150)
     assert picture.shape == (165, 192)
     assert picture.dtype == np.uint8
@@ -26,8 +32,7 @@ def test_a_snapshot_is_grey_and_of_the_papers_size(sim, url):
     assert not np.array_equal(picture, camera.grab(1 / 150)), "a sensor has noise"
 
 
-def test_a_longer_exposure_is_brighter(sim, url):
-    camera = SnapshotCamera(url + "/snapshot.jpg")
+def test_a_longer_exposure_is_brighter(camera):
     assert camera.grab(1 / 64).mean() > camera.grab(1 / 200).mean() + 5
 
 
@@ -41,8 +46,7 @@ def test_pyav_reads_the_motion_jpeg_as_it_would_a_network_camera(sim, url):
 
 
 @pytest.mark.parametrize(("verb", "reason"), [("cam_freeze", "frozen"), ("cam_black", "black"), ("cam_flicker", "unstable")])  # fmt: skip
-def test_a_bad_camera_never_counts_as_stable_and_always_answers(sim, url, verb, reason):
-    camera = SnapshotCamera(url + "/snapshot.jpg")
+def test_a_bad_camera_never_counts_as_stable_and_always_answers(sim, camera, verb, reason):
     camera.grab(0.01)
     sim.fault(verb, seed=2)
     verdict = settle(lambda: camera.grab(1 / 64), 0.9)
@@ -50,8 +54,7 @@ def test_a_bad_camera_never_counts_as_stable_and_always_answers(sim, url, verb, 
     assert verdict.reason in (reason, "black")
 
 
-def test_a_camera_that_is_gone_is_a_fault_and_comes_back(sim, url):
-    camera = SnapshotCamera(url + "/snapshot.jpg")
+def test_a_camera_that_is_gone_is_a_fault_and_comes_back(sim, camera):
     camera.grab(0.01)
     sim.fault("cam_gone")
     with pytest.raises(CameraFault, match="does not answer"):
@@ -60,10 +63,10 @@ def test_a_camera_that_is_gone_is_a_fault_and_comes_back(sim, url):
     assert camera.grab(0.01).shape == (165, 192)
 
 
-def test_a_camera_slower_than_the_limit_is_a_fault(sim, url):
+def test_a_camera_slower_than_the_limit_is_a_fault(sim, camera):
     sim.fault("cam_slow", 5)
     with pytest.raises(CameraFault):
-        SnapshotCamera(url + "/snapshot.jpg").grab(0.01)
+        camera.grab(0.01)
 
 
 def test_no_simulated_camera_yet(tmp_path):
@@ -71,9 +74,14 @@ def test_no_simulated_camera_yet(tmp_path):
         open_camera("", tmp_path)
 
 
+def _read(url):
+    with urlopen(url, timeout=10) as answer:
+        return answer.read()
+
+
 def test_many_can_look_at_once(sim, url):
     sizes = []
-    threads = [Thread(target=lambda: sizes.append(len(urlopen(url + "/snapshot.jpg").read()))) for _ in range(6)]
+    threads = [Thread(target=lambda: sizes.append(len(_read(url + "/snapshot.jpg")))) for _ in range(6)]
     for t in threads:
         t.start()
     for t in threads:

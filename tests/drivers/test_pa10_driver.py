@@ -118,9 +118,9 @@ def test_a_jog_lasts_while_it_is_permitted_and_stops_before_the_table(arm, share
     assert arm.execute("line", {**dict(zip(("x", "y"), arm.latest().pose[:2], strict=True)), "z": 0.2, **DOWN}, allow, lambda _: None)  # fmt: skip
 
 
-def test_a_hold_overtakes_what_is_still_being_planned(arm, shared):
+def test_a_hold_overtakes_what_is_still_being_planned(arm, shared, monkeypatch):
     text = "\n".join(f"k 500 {160 - k} 150 180 0 180" for k in range(150))
-    began, said = time.monotonic(), []
+    began, said, sent = time.monotonic(), [], threading.Event()
 
     def drive():
         try:
@@ -128,9 +128,11 @@ def test_a_hold_overtakes_what_is_still_being_planned(arm, shared):
         except Held as error:
             said.append((str(error), time.monotonic()))
 
+    send = arm.line._send
+    monkeypatch.setattr(arm.line, "_send", lambda line, *rest: send(line, *rest) or line[:1] != b"p" or sent.set())
     thread = threading.Thread(target=drive)
     thread.start()
-    time.sleep(0.4)
+    assert sent.wait(30)
     arm.hold()
     thread.join(30)
     assert said[0][0] == "The motion was stopped on its way."

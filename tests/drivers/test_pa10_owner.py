@@ -5,6 +5,7 @@ import time
 import pytest
 
 from robots.drivers.errors import LineBusy, LineGone
+from robots.drivers.pa10.checks import request_of
 from robots.drivers.pa10.driver import Driver
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, allow, do, journal
@@ -36,7 +37,7 @@ def test_the_watchdog_starts_the_application_again(tmp_path):
             time.sleep(0.3)
             assert driver.state().ready
         before = sim.status()["boot"]  # a slow start may have waited for somebody more than once
-        driver.line.ask(driver._request("ready", {}))
+        driver.line.ask(request_of("ready", {}))
         time.sleep(3.0)  # silence in mid-motion
         assert sim.status()["boot"] == before + 1
         assert any("no line for 2 s" in r["why"] for r in journal(sim, "application"))

@@ -8,6 +8,7 @@ from playwright.sync_api import expect
 
 from queueing import services as queue
 from queueing.models import Ticket, Turn
+from queueing.rows import announce
 from robots.clock import SYSTEM
 from tests.conftest import at_length, wait_for
 
@@ -165,7 +166,7 @@ def test_moments_are_told_to_a_screen_reader_once_each_and_the_timer_is_silent(p
     assert page.locator(f"{BAR} [role=timer]").get_attribute("aria-live") is None
     for left in (22, 12):
         Ticket.objects.update(offer_until=SYSTEM.now() + timedelta(seconds=left))
-        queue.announce(queue.queue_of(portal.robot))
+        announce(queue.queue_of(portal.robot))
         page.wait_for_timeout(3500)
     assert page.evaluate("heard.filter(([, words]) => words.includes('left'))") == [
         ["assertive", "20 seconds left to take control of Mercury."],
@@ -244,7 +245,7 @@ def test_a_page_in_the_background_whose_timers_do_not_run_is_told_all_the_same(p
     expect(page).to_have_title(re.compile("▶ Your turn!"))
     page.evaluate(LISTEN)
     Ticket.objects.update(offer_until=SYSTEM.now() + timedelta(seconds=24))
-    queue.announce(queue.queue_of(portal.robot))
+    announce(queue.queue_of(portal.robot))
     twenty = ["assertive", "20 seconds left to take control of Mercury."]
     wait_for(lambda: page.wait_for_timeout(50) or twenty in page.evaluate("heard"), 10, "the moment")
     Ticket.objects.update(offer_until=SYSTEM.now() + timedelta(seconds=1))

@@ -40,17 +40,21 @@ class Rig:
     def sim(self, simulator):
         self._own_sim = simulator
 
+    def own(self):
+        """Have a simulator of the test's own, which nobody has owned yet."""
+        self._house.leave()
+        folder = self.robot.rig_dir
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+        folder.mkdir(parents=True)
+        Lease.objects.filter(robot=self.robot).delete()
+        Robot.objects.update(cycle=Cycle.OFFLINE)
+        self._own_sim = self.arm.simulator(folder)
+
     def start_worker(self, doom=None, **env):
         """Start a worker; a test that begins with one has simulator and workers of its own."""
         if not self.workers and self._own_sim is None:
-            self._house.leave()
-            folder = self.robot.rig_dir
-            shutil.rmtree(folder, ignore_errors=True)
-            shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-            folder.mkdir(parents=True)
-            Lease.objects.filter(robot=self.robot).delete()
-            Robot.objects.update(cycle=Cycle.OFFLINE)
-            self._own_sim = self.arm.simulator(folder)
+            self.own()
         child = worker(self.robot.slug, doom=doom, **env)
         self.workers.append(child)
         return child

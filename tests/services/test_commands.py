@@ -11,12 +11,15 @@ from robots.states import Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
-NOW = datetime.now(UTC)
+
+
+def now():
+    return datetime.now(UTC)
 
 
 @pytest.fixture
 def grant(robot, people, owned):
-    return services.start_grant(robot, GrantKind.TURN, NOW, people["ada"], NOW + timedelta(minutes=5))
+    return services.start_grant(robot, GrantKind.TURN, now(), people["ada"], now() + timedelta(minutes=5))
 
 
 def test_the_holder_of_the_grant_commands(robot, people, grant):
@@ -47,11 +50,11 @@ def test_without_a_grant_nobody_commands(robot, people, owned):
 
 def test_an_overdue_grant_commands_nothing(robot, people, grant):
     with pytest.raises(GrantOver, match="over"):
-        services.issue(robot.slug, people["ada"], "up", {}, 1, NOW + timedelta(minutes=6))
+        services.issue(robot.slug, people["ada"], "up", {}, 1, now() + timedelta(minutes=6))
 
 
 def test_a_robot_without_a_worker_takes_nothing(robot, people, grant, owned):
-    owned.expires_at = NOW - timedelta(seconds=1)
+    owned.expires_at = now() - timedelta(seconds=1)
     owned.save()
     with pytest.raises(services.RobotOffline, match="your place is kept"):
         services.issue(robot.slug, people["ada"], "up", {}, 1)
@@ -116,7 +119,7 @@ def test_staff_commands_are_not_for_operators(robot, people, grant, kind):
 
 def _still(robot, **changes):
     values = {
-        "robot": robot, "taken_at": NOW, "file": "frames/x.jpg", "width": 192, "height": 165,
+        "robot": robot, "taken_at": now(), "file": "frames/x.jpg", "width": 192, "height": 165,
         "pose": [0.0, 0.42, 0.0, 0.0], "joints": [1, 1, 0, 0], "calibration": CALIBRATION,
     } | changes  # fmt: skip
     return Frame.objects.create(**values)
@@ -154,14 +157,14 @@ def test_a_picture_of_another_robot_is_unknown(robot, people, grant):
 
 def test_one_open_grant_a_robot_is_a_database_constraint(robot, people, grant):
     with pytest.raises(NotPermitted):
-        services.start_grant(robot, GrantKind.STAFF, NOW, people["kim"])
+        services.start_grant(robot, GrantKind.STAFF, now(), people["kim"])
     assert Grant.objects.filter(ended_at=None).count() == 1
 
 
 def test_an_ended_grant_cancels_what_waits_and_ends_once(robot, people, grant):
     command = services.issue(robot.slug, people["ada"], "up", {}, 1).command
-    assert services.end_grant(grant, GrantEnd.STAFF, "over", NOW)
-    assert not services.end_grant(grant, GrantEnd.STAFF, "again", NOW)
+    assert services.end_grant(grant, GrantEnd.STAFF, "over", now())
+    assert not services.end_grant(grant, GrantEnd.STAFF, "again", now())
     command.refresh_from_db()
     assert command.state == "cancelled"
 

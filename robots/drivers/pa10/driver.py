@@ -38,6 +38,12 @@ def _words(arm: ArmState) -> str:
     return f"{register}: program {arm.program}, step {arm.step}" if arm.program else register
 
 
+def _sentence(note: str) -> list[str]:
+    """Return the controller's note as a sentence, if there is one; a program that was handed over has no number."""
+    words = note.replace(f"program {TAUGHT}", "the program")
+    return [f"{words[0].upper()}{words[1:]}."] if words else []
+
+
 class Driver(Session):
     """See `robots.contract.session.Session`. `settings` may hold `epoch`, `token` and more forbidden `boxes`."""
 
@@ -123,7 +129,7 @@ class Driver(Session):
         if state.fault:
             raise HardwareFault(state.fault)
         if (request.letter in MOTIONS and arm.end == End.HELD) or (request.letter == "p" and arm.note):
-            raise Held(f"The motion was stopped on its way.{f' {arm.note}.' if arm.note else ''}")
+            raise Held(" ".join(("The motion was stopped on its way.", *_sentence(arm.note))))
         self._rest = np.array(arm.q)
         return Outcome(dict(args), state)
 

@@ -1,4 +1,4 @@
-"""The portal: how a request gets in."""
+"""The portal: pages, sockets, settings, and the supervisor of all processes."""
 
 from portal.celery import app as celery_app
 

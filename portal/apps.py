@@ -1,4 +1,4 @@
-"""The portal app: templates, static files, commands, checks."""
+"""The portal app: templates, static files, commands and checks."""
 
 from django.apps import AppConfig
 from django.core import checks

@@ -1,4 +1,4 @@
-"""One file with everything worth keeping: rows and pictures, with counts and hashes to compare by."""
+"""The backup: one file with all rows and pictures, with counts and hashes to compare."""
 
 import hashlib
 import io
@@ -22,11 +22,11 @@ LEFT_OUT = {"contenttypes.contenttype", "auth.permission", "sessions.session"}
 
 
 class ArchiveError(Exception):
-    """The archive cannot be written or taken; says why."""
+    """The archive cannot be written or loaded; the message says why."""
 
 
 def kept_models() -> list[type[models.Model]]:
-    """Return the models whose rows are kept, in an order that can be loaded."""
+    """Return the models whose rows are archived, in an order in which they can be loaded."""
     ordered = serializers.sort_dependencies([(a, None) for a in apps.get_app_configs()], allow_cycles=True)
     return [m for m in ordered if m._meta.label_lower not in LEFT_OUT and m._meta.managed and not m._meta.proxy]
 
@@ -37,23 +37,23 @@ def counts() -> dict[str, int]:
 
 
 def _media(folder: Path) -> Iterator[tuple[str, bytes]]:
-    """Go through the files under `folder`: path there, content."""
+    """Yield path and content of each file under `folder`."""
     for path in sorted(folder.rglob("*")):
         if path.is_file() and path.suffix != ".part" and path.relative_to(folder).parts[0][:1] != ".":
             yield str(path.relative_to(folder)), path.read_bytes()
 
 
 def media_hashes(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each file under `folder`, by its path there."""
+    """Return the SHA-256 of each file under `folder`, by its relative path."""
     return {name: hashlib.sha256(data).hexdigest() for name, data in _media(folder)}
 
 
 @contextmanager
 def _one_moment() -> Iterator[None]:
-    """Read everything as it was at one moment, without keeping anybody from writing."""
+    """Read everything as it was at one moment, while others go on writing."""
     if connection.vendor == "sqlite":
         connection.ensure_connection()
-        connection.cursor().execute("BEGIN DEFERRED")  # Django's own would take the write lock
+        connection.cursor().execute("BEGIN DEFERRED")  # Django's own statement would take the write lock
         try:
             yield
         finally:

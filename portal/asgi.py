@@ -1,4 +1,4 @@
-"""ASGI entry point: pages and sockets."""
+"""ASGI entry point for pages and sockets."""
 
 import os
 from typing import Any

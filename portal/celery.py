@@ -1,4 +1,4 @@
-"""The Celery app; the only module that names `workers`, to add the owner's and the scheduler's bootsteps."""
+"""The Celery app; the only module that names `workers`, to add the bootsteps of owner and scheduler."""
 
 import os
 import sys
@@ -7,7 +7,7 @@ os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
 from celery import Celery, signals
 
-# Celery's fixup for Django puts the working folder first, and who writes a robot may stand beside a folder `robots`
+# Celery's fixup for Django puts the working folder first in sys.path; it may contain another folder `robots`
 _path = list(sys.path)
 app = Celery("portal")
 sys.path[:] = _path
@@ -17,7 +17,7 @@ app.autodiscover_tasks(["queueing"])
 
 @signals.celeryd_init.connect
 def _prepare_worker(**_: object) -> None:
-    """Load the owner's parts in workers only; pages never import them."""
+    """Load the owner's modules, in workers only; pages never import them."""
     from workers import tasks  # noqa: F401, PLC0415
     from workers.bootstep import STEPS  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""What a portal on the open web must not have: asked at the start of every command, and by `check --deploy`."""
+"""Checks for a public portal, run at the start of every command and by `check --deploy`."""
 
 from typing import Any
 
@@ -9,7 +9,10 @@ UNSENT = ("console", "locmem", "dummy")
 
 
 def mail_leaves(**_: Any) -> list[CheckMessage]:
-    """Refuse a public portal whose mails go nowhere: nobody could confirm an address, and links would be in a log."""
+    """Refuse a public portal that sends no mails.
+
+    People could not confirm addresses, and links would be written to a log.
+    """
     kind = settings.EMAIL_BACKEND.rsplit(".", 2)[-2]
     if not settings.PUBLIC or kind not in UNSENT:
         return []

@@ -1,4 +1,4 @@
-"""`farhand`: Django's command line for an installed portal, `farhand demo` first of all."""
+"""`farhand`: Django's command line for an installed portal, for example `farhand demo`."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""What every template knows."""
+"""Variables for every template."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ def _my_places(user: Any) -> list[dict[str, Any]]:
 
 
 def _ended_jobs(request: HttpRequest) -> list[Job]:
-    """Return the jobs whose end the person or guest has not seen; none while the database is away."""
+    """Return ended jobs that the person or guest has not looked at; none while the database is away."""
     try:
         return untold(asker_of(request))
     except Error:
@@ -30,9 +30,9 @@ def _ended_jobs(request: HttpRequest) -> list[Job]:
 
 
 def site(request: HttpRequest) -> dict[str, object]:
-    """Return the robots for the menu and where the person stands; a slow line is asked nothing more.
+    """Return the robots for the menu and the person's places.
 
-    The places are looked up only on pages that show them.
+    The places are read only on pages that show them, and not again after a slow query.
     """
     user = getattr(request, "user", None)
     return {

@@ -1,10 +1,9 @@
-"""Start processes as forks of one that has loaded their libraries, so that they hold these once instead of each.
+"""Starts processes as forks of one process that has loaded their libraries, so that memory holds these once.
 
-A process of ours imports 50 MB of other people's code; a fork shares it with its siblings as long
-as neither writes to it. Nothing of ours that depends on the environment is loaded before the fork,
-so a process reads its own settings as one that was started anew does. Linux only: the kernel hands
-each fork over to the supervisor, which waits for it as for any child; elsewhere, and where the
-forking process is gone, processes are started anew.
+Our processes import 50 MB of libraries; forks share that memory as long as no process writes to it. None of our
+modules that depend on the environment is loaded before the fork, so each process reads its own settings. Linux only:
+the kernel gives each fork to the supervisor, which waits for it as for any child. On other systems, or if the forking
+process has ended, processes are started in the ordinary way.
 """
 
 import asyncio
@@ -24,7 +23,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-# what the supervisor needs as well, and what several of the processes need
+# libraries that the supervisor and several processes need
 FIRST = (
     "django.db.models", "django.forms", "django.views.generic", "django.template.loader", "django.core.management",
     "django.core.handlers.asgi", "django.db.backends.sqlite3.base", "redis.asyncio", "celery.app.base", "msgspec",
@@ -36,15 +35,15 @@ THEN = (
     "uvicorn", "uvicorn.protocols.http.h11_impl", "numpy", "cv2", "scipy.spatial.transform",
 )  # fmt: skip
 PR_SET_PDEATHSIG, PR_SET_NAME, PR_SET_CHILD_SUBREAPER, M_ARENA_MAX = 1, 15, 36, -8
-ADOPTED_S = 5.0  # so long a fork waits to be handed over
-MESSAGE = 200_000  # bytes of what is asked: arguments and environment
+ADOPTED_S = 5.0  # a fork waits this long to become a child of the supervisor
+MESSAGE = 200_000  # bytes of a request: arguments and environment
 
 _line: socket.socket | None = None
 _asking = threading.Lock()  # one request and its answer at a time
 
 
 def prepare() -> None:
-    """Load the libraries and begin the process that forks; called first of all, while there is one thread."""
+    """Load the libraries and start the process that forks; called first, while there is only one thread."""
     global _line
     if sys.platform != "linux" or ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0):
         return
@@ -57,9 +56,9 @@ def prepare() -> None:
         return
     _line.close()
     _line = None
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the supervisor's, whose end ends us
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the supervisor, whose end also ends this process
     _rename("farhand forks")
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a second thread would be lost in each fork
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads do not survive a fork
     _load(THEN)
     _freeze()
     _serve(theirs, supervisor)
@@ -67,12 +66,12 @@ def prepare() -> None:
 
 def _load(names: tuple[str, ...]) -> None:
     for name in names:
-        with contextlib.suppress(ImportError):  # not every robot's library is installed everywhere
+        with contextlib.suppress(ImportError):  # some robots' libraries may not be installed
             import_module(name)
 
 
 def _freeze() -> None:
-    """Keep the collector from what is loaded: it writes to what it looks at, and then a page is shared no longer."""
+    """Exclude loaded objects from garbage collection, which writes to them and so ends the sharing of memory."""
     gc.collect()
     gc.freeze()
 
@@ -89,7 +88,7 @@ def _serve(line: socket.socket, supervisor: int) -> NoReturn:
             os.waitpid(middle, 0)
             continue
         made = os.fork()
-        if made:  # the end of the one between hands the fork over
+        if made:  # when the process in between ends, the fork becomes the supervisor's child
             line.send(b"%d" % made)
             os._exit(0)
         line.close()
@@ -97,7 +96,7 @@ def _serve(line: socket.socket, supervisor: int) -> NoReturn:
 
 
 def _become(asked: dict[str, Any], out: int, supervisor: int) -> NoReturn:
-    """Be what `python -m` with these arguments would be."""
+    """Run as `python -m` with these arguments would."""
     os.setsid()
     until = time.monotonic() + ADOPTED_S
     while os.getppid() != supervisor and time.monotonic() < until:
@@ -111,7 +110,7 @@ def _become(asked: dict[str, Any], out: int, supervisor: int) -> NoReturn:
     os.close(out)
     os.close(null)
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    ctypes.CDLL(None).mallopt(M_ARENA_MAX, 2)  # a heap of its own for each thread is memory for nothing
+    ctypes.CDLL(None).mallopt(M_ARENA_MAX, 2)  # a heap for each thread would waste memory
     _rename(asked["name"])
     os.chdir(asked["folder"])
     os.environ.clear()
@@ -126,19 +125,19 @@ def _become(asked: dict[str, Any], out: int, supervisor: int) -> NoReturn:
 
 
 def _rename(name: str) -> None:
-    """Let `ps` and `top` show the name (15 characters of it)."""
+    """Show this name in `ps` and `top` (15 characters of it)."""
     ctypes.CDLL(None).prctl(PR_SET_NAME, name.encode()[:15], 0, 0, 0)
 
 
 class Forked:
-    """A forked child, as `asyncio.subprocess.Process` shows one."""
+    """A forked child with the interface of `asyncio.subprocess.Process`."""
 
     def __init__(self, pid: int, stdout: asyncio.StreamReader) -> None:
         self.pid, self.stdout = pid, stdout
         self.returncode: int | None = None
 
     async def wait(self) -> int:
-        """Return the exit status once it has ended."""
+        """Return the exit status after it has ended."""
         loop, ended = asyncio.get_running_loop(), asyncio.Event()
         descriptor = os.pidfd_open(self.pid)
         loop.add_reader(descriptor, ended.set)
@@ -152,7 +151,7 @@ class Forked:
 
 
 async def fork(name: str, argv: tuple[str, ...], env: dict[str, str], folder: Path) -> Forked | None:
-    """Return a fork that runs `python -m ...` with this environment; None where one has to be started anew."""
+    """Return a fork that runs `python -m ...` with this environment; None if it must be started in the ordinary way."""
     if _line is None or argv[:2] != (sys.executable, "-m"):
         return None
     asked = json.dumps({"name": name, "argv": argv[2:], "env": env, "folder": str(folder)}).encode()
@@ -183,7 +182,10 @@ async def _reader(pipe: IO[bytes]) -> asyncio.StreamReader:
 
 
 def reap(ours: set[int]) -> None:
-    """Reap processes that outlived the one that started them; `ours` are waited for elsewhere (0: not known yet)."""
+    """Reap processes that outlived the process that started them.
+
+    Those in `ours` are waited for elsewhere (0: not known yet).
+    """
     if _line is None or 0 in ours:
         return
     with contextlib.suppress(ChildProcessError):

@@ -1,4 +1,4 @@
-"""What the portal writes is its owner's alone: database, pictures, secrets, backups."""
+"""Makes the portal's files readable by their owner only: database, pictures, secrets, backups."""
 
 import contextlib
 import os
@@ -8,12 +8,12 @@ UMASK = 0o077
 
 
 def tighten(folder: Path) -> int:
-    """Take every right of others from what stands under `folder`; return how many files and folders had one."""
+    """Remove all rights of others from files under `folder`. Return how many had any."""
     changed = 0
     for path in [folder, *folder.rglob("*")]:
         if path.is_symlink():
             continue
-        with contextlib.suppress(OSError):  # gone meanwhile, or somebody else's
+        with contextlib.suppress(OSError):  # deleted meanwhile, or owned by another user
             mode = path.stat().st_mode & 0o777
             if mode & UMASK:
                 path.chmod(mode & ~UMASK)
@@ -22,7 +22,7 @@ def tighten(folder: Path) -> int:
 
 
 def keep_private(folder: Path) -> None:
-    """Make `folder` if it is not there, its owner's alone, and all that this process writes from now on."""
+    """Create `folder` if needed; make it and all files that this process writes from now on private."""
     os.umask(UMASK)
     folder.mkdir(parents=True, exist_ok=True)
     with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""Load a backup: checked whole beside what is there, then taken in one transaction, or not at all."""
+"""Loads a backup: checked completely in a separate folder, then taken in one transaction or not at all."""
 
 import hashlib
 import json
@@ -24,19 +24,18 @@ from robots.grants import end_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_RUNNING, CommandState, Cycle, GrantEnd
 
-EPOCHS_AHEAD = 1_000_000  # no worker of before the restore may ever have held a later epoch
-RESTORED = "The portal was restored from a backup; what became of this is not known."
+EPOCHS_AHEAD = 1_000_000  # no worker before the restore can have had a later epoch
+RESTORED = "The portal was restored from a backup; whether this was carried out is not known."
 BAD = (OSError, tarfile.TarError, zlib.error, EOFError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
-NEW, OLD = ".restoring", ".before-restoring"  # beside the pictures, so that a rename is all it takes
+NEW, OLD = ".restoring", ".before-restoring"  # beside the pictures, so that a rename is enough
 
 
 def read(path: Path, replace: bool = False) -> dict[str, Any]:
-    """Load the archive into this portal; return its manifest. Rows and pictures stay as they were if that fails.
+    """Load the archive into this portal and return its manifest. If that fails, rows and pictures stay as they were.
 
     Raises:
-        ArchiveError: no archive, a name that leaves its folder, a portal that is not empty, another version,
-            rows or pictures that are not those of the manifest.
-
+        ArchiveError: not an archive, a name outside its folder, a portal that is not empty, another version, or rows or
+            pictures that differ from the manifest.
     """
     media = Path(settings.MEDIA_ROOT)
     media.mkdir(parents=True, exist_ok=True)
@@ -50,9 +49,9 @@ def read(path: Path, replace: bool = False) -> dict[str, Any]:
                     _unpack(tar, Path(rows), staged)
                 manifest = _checked(Path(rows), staged)
             except BAD as error:
-                raise ArchiveError(f"{path} is no backup that can be read: {error}") from error
+                raise ArchiveError(f"{path} is not a readable backup: {error}") from error
             if any(counts().values()) and not replace:
-                raise ArchiveError("This portal is not empty. Use --replace to throw away what it holds now.")
+                raise ArchiveError("This portal is not empty. Use --replace to delete what it contains now.")
             try:
                 with transaction.atomic(), _swapped(media):
                     _load(Path(rows) / "rows.jsonl", manifest)
@@ -65,7 +64,7 @@ def read(path: Path, replace: bool = False) -> dict[str, Any]:
 
 
 def _inside(name: str) -> PurePosixPath:
-    """Return the name as a path that stays in its folder. Raises ValueError."""
+    """Return the name as a path inside its folder. Raises ValueError."""
     path = PurePosixPath(name)
     if path.is_absolute() or not path.parts or "\0" in name or any(part.startswith(".") for part in path.parts):
         raise ValueError(f"{name!r} does not belong in a backup")
@@ -73,12 +72,12 @@ def _inside(name: str) -> PurePosixPath:
 
 
 def _unpack(tar: tarfile.TarFile, rows: Path, media: Path) -> None:
-    """Write the archive's files: pictures to `media`, the rest to `rows`. No links, no devices, nothing outside."""
+    """Write the archive's files: pictures to `media`, the rest to `rows`. Refuses links, devices and paths outside."""
     for member in tar:
         path = _inside(member.name)
         source = tar.extractfile(member) if member.isreg() else None
         if source is None:
-            raise ValueError(f"{member.name!r} is no file")
+            raise ValueError(f"{member.name!r} is not a file")
         if path.parts[0] == "media":
             target = media.joinpath(*path.parts[1:])
         elif member.name in ("rows.jsonl", "manifest.json"):
@@ -91,13 +90,13 @@ def _unpack(tar: tarfile.TarFile, rows: Path, media: Path) -> None:
 
 
 def _checked(rows: Path, media: Path) -> dict[str, Any]:
-    """Compare what was unpacked with the manifest; return it. Raises ArchiveError."""
+    """Compare the unpacked files with the manifest and return it. Raises ArchiveError."""
     manifest: dict[str, Any] = json.loads((rows / "manifest.json").read_text())
     ours = {f"{a}.{n}" for a, n in MigrationRecorder(connection).applied_migrations()}
     newer = set(manifest["migrations"]) - ours
     if newer:
         raise ArchiveError(f"The backup is of a newer version: it knows {sorted(newer)[0]}. Update first.")
-    if manifest.get("rows_sha256", _hash(rows / "rows.jsonl")) != _hash(rows / "rows.jsonl"):  # older ones have none
+    if manifest.get("rows_sha256", _hash(rows / "rows.jsonl")) != _hash(rows / "rows.jsonl"):  # older backups have none
         raise ArchiveError("The rows are not those of the backup's own list.")
     found = {str(p.relative_to(media)): _hash(p) for p in sorted(media.rglob("*")) if p.is_file()}
     wrong = {name for name, _ in found.items() ^ dict(manifest["media"]).items()}
@@ -113,7 +112,7 @@ def _hash(path: Path) -> str:
 
 @contextmanager
 def _swapped(media: Path) -> Iterator[None]:
-    """Put the unpacked pictures in the place of the present ones; back again if the rows fail."""
+    """Replace the present pictures by the unpacked ones; swap back if the rows fail."""
     try:
         yield
         old = media / OLD
@@ -128,7 +127,7 @@ def _swapped(media: Path) -> Iterator[None]:
 
 
 def _put_back(media: Path) -> None:
-    """Undo a swap that did not come to its end, by an error or a kill."""
+    """Undo a swap that an error or a kill interrupted."""
     old = media / OLD
     if not old.exists():
         return
@@ -151,7 +150,7 @@ def _load(rows: Path, manifest: dict[str, Any]) -> None:
 
 
 def _close_what_was_open() -> None:
-    """Nothing that was under way goes on: robots are verified anew, epochs start far ahead."""
+    """End everything that was open: robots are verified again, epochs start far ahead."""
     now = SYSTEM.now()
     Command.objects.filter(state__in=[*COMMAND_RUNNING, CommandState.QUEUED]).update(
         state=CommandState.UNKNOWN, reason=RESTORED, ended_at=now

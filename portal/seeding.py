@@ -1,4 +1,4 @@
-"""Put what ships with the portal into an empty database: robots, questions, survey, admin."""
+"""Fills an empty database: robots, questions, survey, administrator."""
 
 import secrets
 import tomllib
@@ -25,7 +25,7 @@ MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
 
 def seed_clearance(robot: Robot) -> int:
-    """Fill a question bank that is empty, or of before questions had topics; return how many were added."""
+    """Fill a question bank that is empty or from before questions had topics. Return how many were added."""
     mine = Question.objects.filter(robot=robot)
     if mine.exists() and not mine.filter(topic="").exists():
         return 0
@@ -44,7 +44,7 @@ def seed_clearance(robot: Robot) -> int:
 
 
 def add_robot(driver: str) -> Robot:
-    """Add a simulated robot of a driver, switched on, with what its folder says of it."""
+    """Add a simulated robot of a driver, switched on, with the settings of its folder."""
     about = description.load(driver)
     robot = Robot.objects.create(
         slug=about.get("slug", driver), name=about["name"], tagline=about["tagline"], driver=driver,
@@ -59,7 +59,7 @@ def add_robot(driver: str) -> Robot:
 
 @transaction.atomic
 def seed() -> str | None:
-    """Seed what is missing; return a new admin password, once, when there was no admin."""
+    """Add what is missing. Return a new admin password if there was no administrator."""
     if not Robot.objects.exists():
         for name in SHIPPED:
             add_robot(name)

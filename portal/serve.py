@@ -1,4 +1,4 @@
-"""`python -m portal.serve`: the web process, uvicorn with the portal's bounds."""
+"""`python -m portal.serve`: the web process, uvicorn with the portal's limits."""
 
 import argparse
 import os
@@ -11,13 +11,13 @@ from django.conf import settings
 
 from portal.limits.protocols import Http, Ws
 
-MESSAGE = 16_384  # bytes of a socket's message; the application takes half of it
+MESSAGE = 16_384  # bytes of a socket's message; the application accepts half of that
 
 
 def config(host: str, port: int, app: str = "portal.asgi:application") -> uvicorn.Config:
-    """Return how the web process is served.
+    """Return the settings of the web server.
 
-    Without trusted proxies no proxy's headers are read: uvicorn's default believes 127.0.0.1.
+    Without trusted proxies no headers of proxies are read; uvicorn's default would trust 127.0.0.1.
     """
     proxies = settings.TRUSTED_PROXIES
     return uvicorn.Config(
@@ -28,14 +28,14 @@ def config(host: str, port: int, app: str = "portal.asgi:application") -> uvicor
 
 
 def main() -> None:
-    """Serve until told to stop."""
+    """Serve until stopped."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--host", default="127.0.0.1")
     parser.add_argument("--port", type=int, default=8000)
     parser.add_argument("--app", default="portal.asgi:application")
     asked = parser.parse_args()
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))  # a socket is a file
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))  # each socket needs a file descriptor
     uvicorn.Server(config(asked.host, asked.port, asked.app)).run()
 
 

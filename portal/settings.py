@@ -1,4 +1,4 @@
-"""Settings, all from the environment; without any, the embedded demo on this machine.
+"""Settings, all from the environment; without any, the demo on this machine.
 
 `docs/reference/settings.md` lists every variable.
 """
@@ -30,7 +30,7 @@ PUBLIC = env.bool("FARHAND_PUBLIC", False)  # behind TLS, on the open web
 
 
 def _kept_secret() -> str:
-    """Return the secret of this installation, made once, readable by its owner alone."""
+    """Return the secret of this installation, created once and readable by its owner only."""
     path = VAR / "secret_key"
     try:
         return path.read_text().strip()
@@ -127,11 +127,11 @@ def _database() -> dict[str, Any]:
             "transaction_mode": "IMMEDIATE",
             "init_command": "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;",
         }
-        # the tests' workers are processes of their own: they need a file, not memory
+        # the tests' workers are separate processes: they need a file, not memory
         if name := env.str("FARHAND_TEST_SQLITE", ""):
             config["TEST"] = {"NAME": name}
     else:
-        # the same few statements again and again: planned once a connection, not at each call
+        # the same few statements repeat: planned once per connection, not at each call
         config["ENGINE"] = "portal.postgres"
         config["OPTIONS"] = {
             "connect_timeout": 3, "server_side_binding": True, "prepare_threshold": 5,
@@ -210,8 +210,8 @@ ACCOUNT_RATE_LIMITS = {
     "reauthenticate": "10/m/user",
 }
 ACCOUNT_DEFAULT_HTTP_PROTOCOL = "https" if PUBLIC else "http"
-# uvicorn puts the address and scheme that a trusted proxy tells into the request, so that REMOTE_ADDR is the
-# truth for everybody; nothing else reads X-Forwarded-For or X-Forwarded-Proto
+# uvicorn puts the address and scheme from a trusted proxy into the request, so that REMOTE_ADDR is right
+# everywhere; nothing else reads X-Forwarded-For or X-Forwarded-Proto
 try:
     TRUSTED_PROXIES = proxy_networks(env.list("FARHAND_TRUSTED_PROXIES", default=[]))
 except ValueError as error:

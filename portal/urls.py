@@ -1,4 +1,4 @@
-"""Addresses."""
+"""The addresses of pages."""
 
 from allauth.account.decorators import secure_admin_login
 from django.contrib import admin

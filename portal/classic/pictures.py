@@ -1,9 +1,9 @@
-"""The classic console's pictures: one GIF a kept still, under a name that nobody can guess.
+"""The classic console's pictures: one GIF for each stored still, under a name that cannot be guessed.
 
 "Each image is date and time stamped, so WWW clients that cache the image will only retrieve
 the image when it changes (since its filename will be different, due to a different time
-stamp)" (Goldberg et al. 1995, section 6.2). Here a name is as different, but cannot be
-counted on from another: it is signed, for one picture and one person.
+stamp)" (Goldberg et al. 1995, section 6.2). Here the name differs too, but one name does not lead to another: it is
+signed, for one picture and one person.
 """
 
 import re
@@ -23,7 +23,7 @@ KEEP = "private, max-age=86400, immutable"
 
 
 def drawn(robot: Robot) -> bool:
-    """Tell whether the classic console can draw this robot; one whose package is gone it cannot."""
+    """Return whether the classic console can draw this robot; False if its package is not installed."""
     try:
         return panel_of(robot.driver) is not None
     except (ImportError, OSError):
@@ -31,10 +31,9 @@ def drawn(robot: Robot) -> bool:
 
 
 def name_of(robot: Robot, frame: Frame | None, user: Any) -> str:
-    """Return the name of a picture for `user`, or for all who are not signed in.
+    """Return the name of a picture for `user`, or for everybody who is not signed in.
 
-    The file's name is part of what is signed, for a restored database may count its
-    pictures from an earlier number again.
+    The file's name is part of what is signed, because a restored database may use the numbers of pictures again.
     """
     number = frame.pk if frame else 0
     signed = f"{robot.pk}:{number}:{frame.file if frame else ''}:{user.pk or ''}"
@@ -42,7 +41,7 @@ def name_of(robot: Robot, frame: Frame | None, user: Any) -> str:
 
 
 def picture(request: HttpRequest, slug: str, name: str) -> HttpResponse:
-    """Return the composite GIF of one kept picture, to the person its name was made for."""
+    """Return the composite GIF of one stored picture, to the person for whom its name was made."""
     robot = get_object_or_404(Robot, slug=slug)
     found = NAME.match(name)
     number = int(found[1]) if found else 0

@@ -1,4 +1,4 @@
-"""The rotating tokens of the console without scripts: each is good for at most one motion."""
+"""Rotating tokens of the console without scripts: each allows at most one motion."""
 
 import secrets
 from datetime import datetime, timedelta
@@ -9,9 +9,9 @@ from robots.models import Robot
 
 
 def fresh_token(robot: Robot, user: Any, now: datetime, still: int = 0) -> str:
-    """Make the next token of the console without scripts.
+    """Create the next token of the console without scripts.
 
-    A page that is fetched ahead gets one too, so earlier ones stay good until one is spent.
+    A page that the browser fetches in advance gets a token too, so earlier ones stay valid until one is spent.
     """
     token = secrets.token_urlsafe(24)
     ClassicToken.objects.create(token=token, user=user, robot=robot, made_at=now, still=still)
@@ -20,10 +20,10 @@ def fresh_token(robot: Robot, user: Any, now: datetime, still: int = 0) -> str:
 
 
 def spend_token(robot: Robot, user: Any, token: str, now: datetime) -> ClassicToken | None:
-    """Spend a token: returns it to the one request that was first, None to all others.
+    """Spend a token. Return it to the first request, None to all others.
 
-    All other pages that this person has open for the robot are spent with it: after a
-    motion a step back in the browser moves nothing.
+    All other tokens that this person has for the robot are spent with it, so that going back in the browser after a
+    motion moves nothing.
     """
     mine = ClassicToken.objects.filter(user=user, robot=robot)
     if not mine.filter(token=token, spent_at=None).update(spent_at=now):

@@ -1,4 +1,4 @@
-"""The console for browsers without scripts: the same robot, the same rules, no GET moves anything."""
+"""The console for browsers without scripts: same robot, same rules; no GET moves anything."""
 
 import re
 import secrets
@@ -37,13 +37,13 @@ PIXEL = re.compile(r"[0-9]{1,5}\Z")
 
 @never_cache
 def enter(request: HttpRequest, slug: str) -> HttpResponse:
-    """Begin: on to an address with a fresh token."""
+    """Redirect to an address with a fresh token."""
     robot = get_object_or_404(Robot, slug=slug)
     return redirect(_address(robot, request)) if drawn(robot) else _without(request, robot)
 
 
 def _without(request: HttpRequest, robot: Robot) -> HttpResponse:
-    """Say that this robot has no such console, and which one it has."""
+    """Answer that this robot has no classic console, and which one it has."""
     return render(request, "classic/none.html", {"robot": robot}, status=404)
 
 
@@ -57,7 +57,7 @@ def _address(robot: Robot, request: HttpRequest, now: datetime | None = None) ->
 
 @never_cache
 def page(request: HttpRequest, slug: str, token: str) -> HttpResponse:
-    """Show the page that fits the person now; a request counts as presence."""
+    """Show the page for the person's present role; a request counts as presence."""
     robot = get_object_or_404(Robot, slug=slug)
     panel = panel_of(robot.driver) if drawn(robot) else None
     if panel is None:
@@ -97,7 +97,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
 
 
 def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpResponse:
-    """Carry out one press; a token is good for one motion at most."""
+    """Carry out one press; a token allows at most one motion."""
     if not request.user.is_authenticated:
         return redirect(f"/accounts/login/?next=/classic/{robot.slug}/")
     now = SYSTEM.now()
@@ -139,7 +139,7 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
         return
     spent = tokens.spend_token(robot, request.user, token, now)
     if spent is None:
-        messages.warning(request, "That page was used already, so nothing moved. This is the current one.")
+        messages.warning(request, "That page was used before, so nothing moved. This is the current page.")
         return
     args = {**wanted.args, "still": spent.still} if "still" in wanted.args else wanted.args
     grant = grant_of(robot, request.user, now)
@@ -158,7 +158,7 @@ def _wanted(request: HttpRequest, robot: Robot, panel: Panel) -> Press | None:
 
 
 def _until_final(command: Command) -> Command:
-    """Wait for the command's end, as the page of 1994 did; the page shows what is known by then."""
+    """Wait for the end of the command, as the page of 1994 did, for a limited time."""
     until = time.monotonic() + WAIT_S
     while not command.final and time.monotonic() < until:
         time.sleep(POLL_S)

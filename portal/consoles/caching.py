@@ -1,11 +1,11 @@
-"""How long browsers keep what consoles are made of."""
+"""How long browsers cache the files of consoles."""
 
 from wsgiref.headers import Headers
 
-STABLE = ("/static/farhand/", "/static/robots/")  # addresses that stay while what they lead to changes
+STABLE = ("/static/farhand/", "/static/robots/")  # addresses that stay while their content changes
 
 
 def revalidate(headers: Headers, path: str, url: str) -> None:
-    """Have browsers ask at each load whether a file under a stable address has changed."""
+    """Make browsers ask at each load whether a file at a stable address has changed."""
     if url.startswith(STABLE):
         headers["Cache-Control"] = "no-cache"

@@ -1,4 +1,4 @@
-"""Which console a robot's page shows: its own, out of the robot's folder, or the one that the spec draws."""
+"""The console of a robot's page: its own, from the robot's folder, or a generic one drawn from the spec."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ OURS = "robots.drivers."
 
 @dataclass(frozen=True)
 class Console:
-    """Names of its templates, and its script: one that our front end is built with, or a file's address."""
+    """Names of its templates, and its script: an entry of our front end, or the address of a file."""
 
     console: str
     side: str
@@ -26,10 +26,11 @@ PLAIN = Console("consoles/plain.html", "consoles/side.html", "consoles/keys.html
 
 
 def console_of(driver: str) -> Console:
-    """Return the robot's console. Raises ImportError where its package is not installed.
+    """Return the robot's console. Raises ImportError if its package is not installed.
 
-    A robot that ships with Farhand has `console/console.ts`, which our front end is built with;
-    a package of its own has `console/console.js`, which is served as it is.
+    A robot that ships with Farhand has `console/console.ts`, which is built with our front end; a package of its
+    own has
+    `console/console.js`, which is served unchanged.
     """
     kept = folder(driver).joinpath("console")
     served = kept.joinpath("console.js").is_file()

@@ -1,4 +1,4 @@
-"""Files of consoles that come in packages of their own: `/static/robots/<driver>/<file>` is `console/<file>`."""
+"""Static files of consoles in other packages: `/static/robots/<driver>/<file>` is `console/<file>`."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -19,16 +19,16 @@ def folders() -> Iterator[tuple[str, Path]]:
         try:
             kept = Path(str(folder(driver).joinpath("console")))
         except ImportError:
-            continue  # a package that is broken says so on its robot's page
+            continue  # its robot's page says that the package is broken
         if kept.joinpath("console.js").is_file():
             yield driver, kept
 
 
 class Finder(BaseFinder):
-    """Finds what an installed robot package serves, and nothing else of it."""
+    """Finds the console files of installed robot packages, and no other files of them."""
 
     def check(self, **kwargs: Any) -> list[Any]:
-        """Return what is wrong with the settings: nothing, for there are none."""
+        """Return no errors: there are no settings."""
         return []
 
     def list(self, ignore_patterns: Iterable[str] | None) -> Iterator[tuple[str, FileSystemStorage]]:
@@ -41,7 +41,7 @@ class Finder(BaseFinder):
                     yield file.relative_to(kept).as_posix(), storage
 
     def find(self, path: str, find_all: bool = False, **kwargs: Any) -> Any:
-        """Return the file's place, or the list of places with `find_all`; an empty list where there is none."""
+        """Return the file's path, or with `find_all` the list of paths; an empty list if there is none."""
         for at, storage in self.list(None):
             if f"{storage.prefix}/{at}" == Path(path).as_posix():  # type: ignore[attr-defined]
                 return [storage.path(at)] if find_all else storage.path(at)

@@ -12,10 +12,10 @@ NAME = re.compile(r"consoles/([a-z0-9_]{1,60})/([a-z0-9_]{1,60}\.html)\Z")
 
 
 class Loader(BaseLoader):
-    """Reads out of the package that holds the robot, wherever it is installed."""
+    """Reads templates from the robot's package, wherever it is installed."""
 
     def get_template_sources(self, template_name: str) -> Iterator[Origin]:
-        """Yield where the template may be: at most one place."""
+        """Yield the place of the template, if there is one."""
         if NAME.match(str(template_name)):
             yield Origin(name=f"robot:{template_name}", template_name=template_name, loader=self)
 

@@ -1,14 +1,13 @@
-"""Whose address a request has: proxies that are believed, and what counts as one network address."""
+"""The network address of a request: which proxies are trusted, and what counts as one address."""
 
 import ipaddress
 
 
 def proxy_networks(entries: list[str]) -> list[str]:
-    """Return the networks of trusted proxies, each in its usual spelling.
+    """Return the networks of trusted proxies in canonical form.
 
     Raises:
-        ValueError: an entry is no network, or trusts everybody; the sentence says which and what to write.
-
+        ValueError: an entry is not a network, or trusts everybody; the message says which one and what to write.
     """
     found = []
     for entry in (e.strip() for e in entries if e.strip()):
@@ -30,7 +29,7 @@ def proxy_networks(entries: list[str]) -> list[str]:
 
 
 def network_of(address: str) -> str:
-    """Return what counts as one network address: an IPv4 address, an IPv6 /64, else the text itself."""
+    """Return what counts as one network address: an IPv4 address, an IPv6 /64, or the text itself."""
     try:
         ip = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:

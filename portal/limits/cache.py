@@ -1,6 +1,6 @@
-"""The cache that all web processes share, for limits of attempts: Redis, and this process's memory while it is away.
+"""The cache for limits of attempts: Redis for all web processes, or memory while Redis is away.
 
-Limits then still hold, for each process by itself; no page fails for want of Redis.
+Without Redis each process keeps the limits by itself; no page fails.
 """
 
 import contextlib
@@ -14,23 +14,23 @@ from django.core.cache.backends.locmem import LocMemCache
 from django.core.cache.backends.redis import RedisCache
 from redis.exceptions import RedisError
 
-AGAIN_S = 2.0  # between two tries of a Redis that is away
+AGAIN_S = 2.0  # between two attempts while Redis is away
 
 
 class Plain:
-    """Values as JSON: what stands in Redis is read, never run."""
+    """Serialises values as JSON, so that data from Redis is never executed."""
 
     def dumps(self, value: Any) -> bytes | int:
-        """Return the value as Redis keeps it; integers as such, so that they can be counted up."""
+        """Return the stored form of a value; integers stay integers, so that Redis can count."""
         return value if type(value) is int else json.dumps(value).encode()
 
     def loads(self, data: bytes) -> Any:
-        """Return the value again."""
+        """Return the value of a stored form."""
         return json.loads(data)
 
 
 class SharedCache(BaseCache):
-    """Django's cache over Redis, which falls back to memory and comes back by itself."""
+    """Django's cache in Redis, which uses memory while Redis is away and returns by itself."""
 
     def __init__(self, location: str, params: dict[str, Any]) -> None:
         super().__init__(params)
@@ -48,7 +48,7 @@ class SharedCache(BaseCache):
         return getattr(self._own, verb)(*args, **kwargs)
 
     def add(self, key: str, value: Any, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> bool:
-        """Set a value that is not there yet; tell whether it was not."""
+        """Set a value if there is none. Return whether it was set."""
         return bool(self._do("add", key, value, timeout, version))
 
     def get(self, key: str, default: Any = None, version: int | None = None) -> Any:
@@ -56,23 +56,23 @@ class SharedCache(BaseCache):
         return self._do("get", key, default, version)
 
     def set(self, key: str, value: Any, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> None:
-        """Keep a value."""
+        """Store a value."""
         self._do("set", key, value, timeout, version)
 
     def touch(self, key: str, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> bool:
-        """Keep a value for longer."""
+        """Extend the time of a value."""
         return bool(self._do("touch", key, timeout, version))
 
     def delete(self, key: str, version: int | None = None) -> bool:
-        """Forget a value."""
+        """Delete a value."""
         return bool(self._do("delete", key, version))
 
     def incr(self, key: str, delta: int = 1, version: int | None = None) -> int:
-        """Count up; raises ValueError where nothing is kept."""
+        """Add to a number. Raises ValueError if there is none."""
         return int(self._do("incr", key, delta, version))
 
     def clear(self) -> None:
-        """Forget what was counted, and leave all else in that Redis as it is."""
+        """Delete the counters, and nothing else in that Redis."""
         self._own.clear()
         with contextlib.suppress(RedisError, OSError):
             client = self._shared._cache.get_client(write=True)

@@ -1,4 +1,4 @@
-"""How many connections, requests and sockets one network address has open in this process."""
+"""Counts open connections, requests and sockets of each network address in this process."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -8,14 +8,14 @@ from portal.limits.addresses import network_of
 
 
 class Crowd:
-    """Counts what is open of each network address (IPv6: its /64), up to `most` each."""
+    """Counts open items of each network address (IPv6: its /64), up to `most` each."""
 
     def __init__(self, most: int) -> None:
         self.most = most
         self._open: Counter[str] = Counter()
 
     def enter(self, address: str) -> bool:
-        """Count one more; False where there are as many as there may be."""
+        """Add one. Return False if the limit is reached."""
         network = network_of(address)
         if self._open[network] >= self.most:
             return False
@@ -23,7 +23,7 @@ class Crowd:
         return True
 
     def leave(self, address: str) -> None:
-        """Count one less."""
+        """Remove one."""
         network = network_of(address)
         self._open[network] -= 1
         if self._open[network] <= 0:
@@ -31,7 +31,7 @@ class Crowd:
 
     @contextmanager
     def one(self, address: str) -> Iterator[bool]:
-        """Count one more for as long as the block runs; gives whether there was room."""
+        """Add one for the duration of a `with` block; the value says whether there was room."""
         entered = self.enter(address)
         try:
             yield entered

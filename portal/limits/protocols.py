@@ -1,7 +1,7 @@
-"""uvicorn's protocols with bounds that it has no setting for: slow heads, floods, peers that read nothing.
+"""uvicorn's protocols with limits that it has no setting for: slow headers, floods, peers that do not read.
 
-A reverse proxy bounds most of this for its own connections; these hold without one too, and
-behind one that passes everything on.
+A reverse proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that
+passes everything on.
 """
 
 import asyncio
@@ -18,15 +18,15 @@ from websockets.frames import Frame
 from portal.limits.crowds import Crowd
 
 HEAD = 64 * 1024  # bytes of a request's line and headers
-UNSENT = 1024 * 1024  # bytes that may wait for a peer that answers none of our reading
-FRAMES_S, FRAMES = 20.0, 200.0  # frames a second that are no messages (pings, pieces), and at once
-FLUSH_S = 5.0  # for the last bytes of a connection that we close
+UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
+FRAMES_S, FRAMES = 20.0, 200.0  # control frames and fragments a second, and at once
+FLUSH_S = 5.0  # for sending the last bytes before a close
 NO_TEXT, POLICY = 1007, 1008
 
 
 @cache
 def connections() -> Crowd:
-    """Return the count of this process's connections."""
+    """Return this process's counter of connections."""
     return Crowd(settings.LIMITS["CONNECTIONS"])
 
 
@@ -36,7 +36,7 @@ def _proxies() -> tuple[Any, ...]:
 
 
 def through_proxy(address: str) -> bool:
-    """Tell whether the other end is one of our proxies: behind it are many people."""
+    """Return whether the peer is a trusted proxy, which speaks for many people."""
     try:
         ip = ipaddress.ip_address(address)
     except ValueError:
@@ -45,16 +45,16 @@ def through_proxy(address: str) -> bool:
 
 
 class Http(HttpToolsProtocol):
-    """A connection whose requests have to begin, arrive and be read within bounds."""
+    """A connection whose requests must start, arrive and be read within limits."""
 
     _late: asyncio.TimerHandle | None = None
     _unread: asyncio.TimerHandle | None = None
-    _heading, _head = True, 0  # a head is awaited; bytes that came since the last one was complete
-    _heads = 0  # that were complete in what came last
+    _heading, _head = True, 0  # headers are expected; bytes since the last complete headers
+    _heads = 0  # complete headers in the last received data
     _counted = ""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Count the connection, and wait for its first head."""
+        """Count the connection, and wait for its first headers."""
         super().connection_made(transport)
         address = self.client[0] if self.client else ""
         if address and not through_proxy(address):
@@ -65,19 +65,19 @@ class Http(HttpToolsProtocol):
         self._await_head()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget it."""
+        """Remove it from the count."""
         self._cancel()
         self.uncount()
         super().connection_lost(exc)
 
     def uncount(self) -> None:
-        """Count the connection no longer."""
+        """Remove the connection from the count."""
         if self._counted:
             connections().leave(self._counted)
             self._counted = ""
 
     def data_received(self, data: bytes) -> None:
-        """Refuse a head that is too long; after one that was refused nothing is read."""
+        """Refuse headers that are too long; nothing is read after a refusal."""
         if self.transport.is_closing():
             return
         self._heads = 0
@@ -87,7 +87,7 @@ class Http(HttpToolsProtocol):
             self._refuse(431)
 
     def on_headers_complete(self) -> None:
-        """The head is here; the body's time is kept by the application."""
+        """The headers are complete; the application limits the time of the body."""
         self._heading = False
         self._heads += 1
         if self._late is not None:
@@ -96,13 +96,13 @@ class Http(HttpToolsProtocol):
         super().on_headers_complete()
 
     def on_message_complete(self) -> None:
-        """The request is here; what comes now is the next one's head."""
+        """The request is complete; the next bytes belong to the next headers."""
         self._heading = True
         self._heads += 1
         super().on_message_complete()
 
     def on_response_complete(self) -> None:
-        """Wait for the next head, without end neither."""
+        """Wait for the next headers, for a limited time."""
         super().on_response_complete()
         if self.transport.is_closing():
             self.loop.call_later(settings.LIMITS["READ_S"], self.transport.abort)
@@ -110,7 +110,7 @@ class Http(HttpToolsProtocol):
             self._await_head()
 
     def handle_websocket_upgrade(self) -> None:
-        """Hand the connection over; its count goes with it."""
+        """Pass the connection to the WebSocket protocol, with its count."""
         counted, self._counted = self._counted, ""
         self._cancel()
         super().handle_websocket_upgrade()
@@ -121,12 +121,12 @@ class Http(HttpToolsProtocol):
             connections().leave(counted)
 
     def pause_writing(self) -> None:
-        """Give who reads nothing a while."""
+        """Give a peer that does not read a limited time."""
         super().pause_writing()
         self._unread = self.loop.call_later(settings.LIMITS["READ_S"], self.transport.abort)
 
     def resume_writing(self) -> None:
-        """They read."""
+        """The peer reads again."""
         super().resume_writing()
         if self._unread is not None:
             self._unread.cancel()
@@ -152,54 +152,54 @@ class Http(HttpToolsProtocol):
 
 
 class Ws(WebSocketsSansIOProtocol):
-    """A socket whose pings and pieces are bounded, and which ends also where nobody reads its end."""
+    """A socket with limits for pings and fragments, which also ends if its peer does not read."""
 
     counted = ""
-    _broken = False  # by the peer's fault; uvicorn calls what is sent afterwards a fault of the application
+    _broken = False  # by the peer; uvicorn would report later sends as errors of the application
     _room, _filled = FRAMES, 0.0
 
     def handle_parser_exception(self) -> None:
-        """End the socket over what cannot be read."""
+        """End the socket because of data that is not WebSocket."""
         self._broken = True
         super().handle_parser_exception()
 
     async def send(self, message: Any) -> None:
-        """Send for the application, which cannot know yet that the peer broke the protocol."""
+        """Send for the application, which may not know yet that the peer broke the protocol."""
         if self._broken:
             raise ClientDisconnected
         await super().send(message)
 
     def data_received(self, data: bytes) -> None:
-        """Take what comes; who sends frames before the handshake is answered is no WebSocket client (RFC 6455, 4.1)."""
+        """Receive data; frames before the handshake is answered end the connection (RFC 6455, 4.1)."""
         if self.handshake_initiated and not self.handshake_complete:
             self.transport.abort()
             return
         super().data_received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Count it no longer."""
+        """Remove it from the count."""
         if self.counted:
             connections().leave(self.counted)
             self.counted = ""
         super().connection_lost(exc)
 
     def handle_ping(self) -> None:
-        """Answer, unless they come in floods or nobody reads the answers."""
+        """Answer, unless pings come too fast or nobody reads the answers."""
         if self._may():
             super().handle_ping()
 
     def handle_pong(self, event: Frame) -> None:
-        """Take the answer to a ping of ours."""
+        """Receive the answer to our ping."""
         if self._may():
             super().handle_pong(event)
 
     def handle_cont(self, event: Frame) -> None:
-        """Take a piece of a message; a message in very many pieces is none of ours."""
+        """Receive a fragment; a message in very many fragments is refused."""
         if self._may():
             super().handle_cont(event)
 
     def send_receive_event_to_app(self) -> None:
-        """Pass a message on; a text that is none ends the socket without a page in the log."""
+        """Pass a message on; text that is not UTF-8 ends the socket without a traceback in the log."""
         if self.curr_msg_data_type == "text" and not self.close_sent:
             try:
                 b"".join(self.frames).decode()
@@ -229,12 +229,12 @@ class Ws(WebSocketsSansIOProtocol):
         self._flush()
 
     def keepalive_timeout(self) -> None:
-        """Nobody answers: nobody will read a close either."""
+        """End the connection: a peer that does not answer will not read a close either."""
         super().keepalive_timeout()
         self._flush()
 
     def on_task_complete(self, task: "asyncio.Task[None]") -> None:
-        """The application is done with it; what cannot be delivered soon never will."""
+        """End the connection soon after the application has finished."""
         super().on_task_complete(task)
         self._flush()
 

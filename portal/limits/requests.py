@@ -1,4 +1,4 @@
-"""Bounds of requests and sockets, kept before anything of them is stored: size, time, and how many at once."""
+"""Limits of requests and sockets before anything is stored: size, time, and number at once."""
 
 import asyncio
 from typing import Any
@@ -20,14 +20,14 @@ class _Refused(Exception):
 
 
 def bounds_of(path: str) -> tuple[int, float]:
-    """Return how large a body at this path may be (bytes), and how long it may take (s)."""
+    """Return the largest body at this path (bytes) and the longest time for it (s)."""
     if path.startswith(STAFF_PATH):
         return settings.LIMITS["STAFF_BODY"], settings.LIMITS["STAFF_BODY_S"]
     return settings.LIMITS["BODY"], settings.LIMITS["BODY_S"]
 
 
 async def refuse(send: Any, status: int, text: str) -> None:
-    """Answer with a sentence, and end the connection: what is left of its request is not read."""
+    """Answer with a sentence and end the connection; the rest of the request is not read."""
     body = text.encode() + b"\n"
     headers = [
         (b"content-type", b"text/plain; charset=utf-8"), (b"content-length", b"%d" % len(body)),
@@ -38,7 +38,7 @@ async def refuse(send: Any, status: int, text: str) -> None:
 
 
 class Bounded:
-    """Puts bounds round the whole application."""
+    """ASGI middleware that applies the limits to the whole application."""
 
     def __init__(self, app: Any) -> None:
         self.app = app
@@ -46,7 +46,7 @@ class Bounded:
         self._sockets = Crowd(settings.LIMITS["SOCKETS"])
 
     async def __call__(self, scope: dict[str, Any], receive: Any, send: Any) -> None:
-        """Pass on what keeps the bounds."""
+        """Pass on requests within the limits."""
         address = (scope.get("client") or ("", 0))[0]
         if scope["type"] == "websocket":
             with self._sockets.one(address) as entered:
@@ -86,15 +86,15 @@ class _Body:
         self._until = asyncio.get_running_loop().time() + seconds
 
     def check_length(self, headers: list[tuple[bytes, bytes]]) -> None:
-        """Refuse at once what says itself that it is too large. Raises _Refused."""
+        """Refuse a request whose declared length is too large. Raises _Refused."""
         for name, value in headers:
             if name == b"content-length" and (not value.isdigit() or len(value) > 15 or int(value) > self._left):
                 raise _Refused(413, TOO_LARGE)
 
     async def receive(self) -> Any:
-        """Return the next part. Raises _Refused for one too many, or too late."""
+        """Return the next part. Raises _Refused if it is too large or too late."""
         if self._whole:
-            return await self._receive()  # waits for the end of the connection
+            return await self._receive()  # waits until the connection ends
         try:
             async with asyncio.timeout_at(self._until):
                 message = await self._receive()

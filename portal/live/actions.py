@@ -1,4 +1,4 @@
-"""What a person may ask over the socket; each calls the same services as the pages do."""
+"""Requests over the robot's socket; they call the same services as the pages."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,7 +15,7 @@ from robots.models import Robot
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a request."""
+    """The result of a request."""
 
     ok: bool = True
     text: str = ""
@@ -25,7 +25,7 @@ class Answer:
     extra: dict[str, Any] = field(default_factory=dict)
 
     def fields(self) -> dict[str, Any]:
-        """Return what the browser is told."""
+        """Return the JSON fields for the browser."""
         return {"ok": self.ok, "text": self.text, "code": self.code, **self.extra}
 
 

@@ -12,7 +12,7 @@ from robots import bus
 
 
 def listen() -> None:
-    """Follow sessions, people and clearances."""
+    """Connect the signals of sessions, people and clearances."""
     post_delete.connect(_session_gone, Session, dispatch_uid="sockets: session")
     post_save.connect(_person, User, dispatch_uid="sockets: person")
     post_delete.connect(_person, User, dispatch_uid="sockets: person gone")

@@ -1,7 +1,7 @@
-"""The robot's socket: frames, states and events out; commands, stop and presence in.
+"""The robot's socket: pictures, states and events out; commands, stop and presence in.
 
-What must not wait for the database does not: a stop and the keep-alives of a held motion go
-to the bus at once, from what this socket was told last. Everything else is asked in order.
+A stop and the keep-alives of a held motion do not wait for the database: they go to the bus at once, by what this
+socket was told last. Everything else is carried out in order.
 """
 
 import asyncio
@@ -27,11 +27,11 @@ from robots.models import Robot
 
 log = logging.getLogger(__name__)
 WAITING = 64
-OUR_FAULT = "The portal failed at this request and has written down why; staff can find it in the log."
+OUR_FAULT = "The portal failed at this request. Staff can find the reason in the log."
 
 
 class RobotConsumer(Viewing):
-    """One viewer of one robot; whoever holds the grant may also command it."""
+    """One viewer of one robot; the holder of the grant may also command it."""
 
     wire = ROBOT
 
@@ -44,7 +44,7 @@ class RobotConsumer(Viewing):
         self._held: frozenset[str] | None = None
 
     async def opened(self) -> None:
-        """Send the snapshot, begin to forward."""
+        """Send the snapshot, start to forward."""
         self.slug = self.scope["url_route"]["kwargs"]["slug"]
         try:
             self._held = await self.orm(self._held_kinds)
@@ -60,7 +60,7 @@ class RobotConsumer(Viewing):
         self.begin(self._preview())
 
     async def left(self) -> None:
-        """Forget the viewer; the operator's turn is kept for a while."""
+        """Remove the viewer; the operator's turn is kept for a while."""
         if self.viewer is None:
             return
         hub().detach(self.viewer)
@@ -70,7 +70,7 @@ class RobotConsumer(Viewing):
             await self.orm(self._mark_left)
 
     def check_in(self) -> None:
-        """Tell the database soon that the person is here."""
+        """Note soon in the database that the person is present."""
         with contextlib.suppress(asyncio.QueueFull):
             self._asked.put_nowait((Ping(), False))
 
@@ -78,7 +78,7 @@ class RobotConsumer(Viewing):
         robot = Robot.objects.get(slug=self.slug)
         try:
             return frozenset(c.kind for c in robot.spec().commands if c.held)
-        except LookupError:  # its package is gone
+        except LookupError:  # its package is not installed
             return frozenset()
 
     def _mark_left(self) -> None:
@@ -92,7 +92,7 @@ class RobotConsumer(Viewing):
             queue.seen(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), classic=False)
 
     async def take(self, message: RobotMessage) -> None:
-        """Do at once what may not wait; queue the rest."""
+        """Do urgent things at once; queue the rest."""
         sent = False
         match message:
             case Ping():
@@ -122,7 +122,7 @@ class RobotConsumer(Viewing):
                 await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
 
     async def refuse(self, error: NotUnderstood) -> None:
-        """Say what was wrong with a request."""
+        """Answer what was wrong with a request."""
         await self._tell(error.to, error.seq, Answer(False, str(error), "bad_request"))
 
     async def _keep(self, seq: int, held: bool) -> None:
@@ -131,11 +131,11 @@ class RobotConsumer(Viewing):
             self._jog = 0
 
     async def _serve(self, viewer: Viewer) -> None:
-        """Carry out what was asked, in order."""
+        """Carry out queued requests in order."""
         while True:
             message, sent = await self._asked.get()
             if isinstance(message, Ping):
-                with contextlib.suppress(Exception):  # presence is told again with the next ping
+                with contextlib.suppress(Exception):  # the next ping notes the presence again
                     await self.orm(self._mark_seen)
                 continue
             try:
@@ -150,7 +150,7 @@ class RobotConsumer(Viewing):
             await self._answer(message, answer)
 
     def planned(self, said: str) -> None:
-        """Take where a target would lead, to be told soon; an older answer that was not sent is forgotten."""
+        """Send the answer of a preview soon; an older one that was not sent is dropped."""
         self._plan = said
         self._planning.set()
 

@@ -1,7 +1,7 @@
-"""One subscription a stream and process; every viewer gets the same bytes, the newest only.
+"""One subscription per stream and process; every viewer gets the same bytes, and only the newest.
 
-Frames never go through a channel layer. A slow viewer skips frames and states; events are
-few, and when a viewer has missed any it is told to read everything again.
+Pictures never go through a channel layer. A slow viewer skips pictures and states; a viewer that missed an event is
+told to read everything again.
 """
 
 import asyncio
@@ -26,13 +26,13 @@ EVENTS = 100
 
 
 class Viewer:
-    """One socket's mailbox: each camera's newest frame, newest state, a few events."""
+    """One socket's mailbox: each camera's newest picture, the newest state, a few events."""
 
     def __init__(self, slug: str) -> None:
         self.slug = slug
         self.trace = False
         self.link = True
-        self.cameras = frozenset({0})  # whose pictures it wants
+        self.cameras = frozenset({0})  # the cameras that it wants
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
         self.events: deque[Event] = deque()
@@ -40,7 +40,7 @@ class Viewer:
         self.wake = asyncio.Event()
 
     def put_event(self, event: Event) -> None:
-        """Queue an event; overflow asks for a resync instead."""
+        """Queue an event; if the queue is full, ask for a new snapshot instead."""
         if len(self.events) >= EVENTS:
             self.events.clear()
             self.resync = True
@@ -71,7 +71,7 @@ class Hub:
             self._hold(self._follow(viewer.slug))
 
     def choose(self, viewer: Viewer, cameras: frozenset[int]) -> None:
-        """Give the viewer the pictures of these cameras from now on; the newest of each at once."""
+        """Send the viewer the pictures of these cameras from now on, the newest of each at once."""
         viewer.cameras = cameras
         self._give_newest(viewer)
         if self.link:
@@ -98,7 +98,7 @@ class Hub:
             self._hold(self._follow(viewer.slug))
 
     def viewers(self, slug: str) -> int:
-        """Return how many look at the robot through this process."""
+        """Return the number of viewers of the robot in this process."""
         return len(self._rooms.get(slug, ()))
 
     def _channels(self, slug: str) -> list[str]:
@@ -106,11 +106,11 @@ class Hub:
         return [*frames, *(f(slug) for f in (bus.events_channel, bus.state_channel, bus.trace_channel))]
 
     async def _follow(self, slug: str) -> None:
-        """Listen to a robot that has viewers, and no longer to one that has none."""
+        """Subscribe to a robot while it has viewers."""
         if self._pubsub is None:
             return
         with contextlib.suppress(RedisError, OSError):
-            async with self._subscribing:  # whoever comes last sees how it is now
+            async with self._subscribing:  # the last caller sees the present state
                 if slug not in self._rooms:
                     await self._pubsub.unsubscribe(*self._channels(slug))
                     return

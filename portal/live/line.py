@@ -1,4 +1,4 @@
-"""What every socket has: bounded messages in, a clean end whatever is said to it or raises in it."""
+"""Base class of sockets: limited messages in, and a clean end whatever is received or raised."""
 
 import asyncio
 import contextlib
@@ -16,13 +16,13 @@ from portal.live.sessions import Badge, Ending, doorman
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
 BAD_MESSAGE, TOO_FAST, FAILED = 4400, 4429, 1011
-CLOSE_S = 1.0  # for a close to be taken
+CLOSE_S = 1.0  # for sending a close
 AGAIN_S = 1.0  # between two attempts to end a task
-LEAVE_S = 5.0  # for what is to be said when a socket has ended
+LEAVE_S = 5.0  # for the work after a socket has ended
 
 
 class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
-    """A socket of ours. What inherits it says what it reads (`wire`), `opened`, `take`, `refuse` and `left`."""
+    """A socket. Subclasses define the messages (`wire`) and `opened`, `take`, `refuse` and `left`."""
 
     wire: ClassVar[Wire[Any]]
     badge: Badge | None = None
@@ -36,19 +36,19 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self._cut = False
 
     async def opened(self) -> None:
-        """Begin; the socket is accepted."""
+        """Start; the socket is accepted."""
 
     async def take(self, message: Any) -> None:
-        """Do what a message asks for."""
+        """Carry out a message."""
 
     async def refuse(self, error: NotUnderstood) -> None:
-        """Answer what was not understood, with the socket left open."""
+        """Answer a message that was not understood; the socket stays open."""
 
     async def left(self) -> None:
         """Release everything; called once, however the socket ended, after its tasks have ended."""
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        """Serve the socket to its end; what is left of it is cleared away whatever was raised."""
+        """Serve the socket to its end; tasks are ended whatever was raised."""
         lines.add(self)
         self._main = asyncio.current_task()
         try:
@@ -63,7 +63,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             await self._clear()
 
     async def _clear(self) -> None:
-        while self._tasks:  # again: what a task awaits may swallow a cancellation
+        while self._tasks:  # again, because a task may have missed a cancellation
             for task in self._tasks:
                 task.cancel()
             await asyncio.wait(list(self._tasks), timeout=AGAIN_S)
@@ -71,13 +71,13 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             async with asyncio.timeout(LEAVE_S):
                 await self.left()
         except Exception as error:  # noqa: BLE001 - a store that is away; nothing of ours hangs on it
-            log.debug("a socket's last words were lost: %s", error)
+            log.debug("the work after the end of a socket failed: %s", error)
 
     async def dispatch(self, message: dict[str, Any]) -> None:
-        """Handle one event; an error of ours ends the socket, and it alone.
+        """Handle one event; an error of ours ends this socket only.
 
-        Channels closes old database connections here, in the one thread that all sockets share;
-        our threads look after their own.
+        Channels closes old database connections here, in the one thread that all sockets share; our threads do that for
+        themselves.
         """
         if message["type"] == "websocket.disconnect":
             raise StopConsumer
@@ -90,7 +90,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             else:
                 await self._receive(message.get("text"))
         except OSError as error:  # the connection was just lost; `disconnect` follows
-            log.debug("a socket's line is gone: %s", error)
+            log.debug("a socket's connection was lost: %s", error)
         except Exception:
             log.exception("a socket failed")
             await self.close(FAILED)
@@ -113,7 +113,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         await self.take(message)
 
     def begin(self, coroutine: Coroutine[Any, Any, None]) -> None:
-        """Run a task of this socket's; it ends with the socket, and the socket with it if it fails."""
+        """Run a task of this socket; it ends with the socket, and if it fails, the socket ends."""
         task = asyncio.create_task(coroutine)
         self._tasks.add(task)
         task.add_done_callback(self._ended)
@@ -127,14 +127,14 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             self.begin(self.close(FAILED))
 
     async def send(self, text_data: str | None = None, bytes_data: bytes | None = None, close: bool = False) -> None:
-        """Send; a line that has ended, or ends in the middle of a packet, is no error."""
+        """Send; a connection that has ended, or ends meanwhile, is not an error."""
         if self.over:
             return
         with contextlib.suppress(OSError):
             await super().send(text_data, bytes_data, close)
 
     async def close(self, code: int | None = None, reason: str | None = None) -> None:
-        """Close; a second time changes nothing. Who reads nothing is cut off."""
+        """Close the socket; a peer that does not read is cut off. Can be repeated."""
         if self.over:
             return
         self.over = True
@@ -149,20 +149,20 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             pass
 
     def sign(self, badge: Badge | None) -> None:
-        """Say who is behind the socket; it ends with their session."""
+        """Note who uses the socket; it ends with their session."""
         if badge is not None and self.badge is None and not self.over:
             self.badge = badge
             doorman().admit(self)
 
     def judge(self, user: Any) -> Ending | None:
-        """Return why the socket may not go on though its session may; runs in a thread."""
+        """Return why the socket must end though its session may go on; runs in a thread."""
         return None
 
     def check_in(self) -> None:
-        """Tell the database soon that the person is here."""
+        """Note soon in the database that the person is present."""
 
     async def shut(self, ending: Ending) -> None:
-        """Close the socket because its person may no longer have it."""
+        """Close the socket because its person may no longer use it."""
         await self.close(ending.code, ending.text)
 
 

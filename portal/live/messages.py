@@ -1,7 +1,7 @@
-"""What a page may say over its socket: the one place for the wire's format.
+"""The messages that a page may send over its socket, and their limits.
 
-A message is decoded into one of these types, with every length and number bounded, before
-anything looks at it. Pure: no Django, no I/O.
+A message is decoded into one of these types, with every length and number limited, before anything uses it.
+No Django, no I/O.
 """
 
 from typing import Annotated, Any, Generic, Literal, TypeVar
@@ -10,7 +10,7 @@ import msgspec
 from msgspec import Meta
 
 LONGEST = 8192  # bytes of one message
-GREATEST = 2**53 - 1  # the largest whole number that a browser tells exactly
+GREATEST = 2**53 - 1  # the largest integer that a browser represents exactly
 JOINTS = 16
 CAMERAS = 8  # a robot may have
 
@@ -24,11 +24,11 @@ Arguments = Annotated[dict[Name, bool | Integer | float | Text | None], Meta(max
 
 
 class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="t"):
-    """Root of all messages; `t` on the wire says which."""
+    """Base class of messages; `t` on the wire names the type."""
 
 
 class Command(Message, frozen=True, tag="command"):
-    """Issue a command under one's grant; the same `seq` again is the same command."""
+    """Give a command; the same `seq` again is the same command."""
 
     kind: Name
     seq: Sequence
@@ -40,7 +40,7 @@ class Stop(Message, frozen=True, tag="stop"):
 
 
 class Release(Message, frozen=True, tag="release"):
-    """Release a latched stop; `checked`: the newest picture was looked at."""
+    """Release a latched stop; `checked`: the person looked at the newest picture."""
 
     checked: bool = False
 
@@ -50,15 +50,15 @@ class Join(Message, frozen=True, tag="join"):
 
 
 class Leave(Message, frozen=True, tag="leave"):
-    """Give up one's place, offer or turn."""
+    """Give up a place, an offer or a turn."""
 
 
 class Accept(Message, frozen=True, tag="accept"):
-    """Take up an offer."""
+    """Accept an offer."""
 
 
 class Ping(Message, frozen=True, tag="ping"):
-    """Presence; `n` comes back in the pong."""
+    """Presence; `n` is returned in the pong."""
 
     n: Number = 0
 
@@ -76,13 +76,13 @@ class Released(Message, frozen=True, tag="let_go"):
 
 
 class Trace(Message, frozen=True, tag="trace"):
-    """Show the robot's wire, or no longer; for staff."""
+    """Start or stop showing the robot's wire trace; for staff."""
 
     on: bool
 
 
 class Watch(Message, frozen=True, tag="watch"):
-    """Whose pictures this page wants."""
+    """Choose the cameras whose pictures this page wants."""
 
     cameras: Annotated[list[Annotated[int, Meta(ge=0, lt=CAMERAS)]], Meta(max_length=CAMERAS)]
 
@@ -97,11 +97,11 @@ class Plan(Message, frozen=True, tag="plan"):
 
 
 class Here(Message, frozen=True, tag="here"):
-    """The page of a person is there and hears; the answer to what it is told."""
+    """The person's page is open and answers."""
 
 
 class Look(Message, frozen=True, tag="look"):
-    """Tell me again where I stand."""
+    """Send the person's places again."""
 
 
 class Do(Message, frozen=True, tag="do"):
@@ -118,9 +118,9 @@ M = TypeVar("M")
 
 
 class NotUnderstood(Exception):
-    """The message is none of ours; `to` and `seq` say, as far as can be read, what it meant to be.
+    """The message is not valid; `to` and `seq` say, if they can be read, what it was meant to be.
 
-    `hopeless` is what no page of ours sends: no JSON object, or too long.
+    `hopeless`: none of our pages sends this, because it is not a JSON object or is too long.
     """
 
     def __init__(self, text: str, to: str = "", seq: int = 0, hopeless: bool = False) -> None:
@@ -141,10 +141,10 @@ class Wire(Generic[M]):
         self._head = msgspec.json.Decoder(_Head)
 
     def decode(self, text: str | None) -> M:
-        """Return the message that the text of a frame is (None: a frame of bytes). Raises NotUnderstood."""
+        """Return the message in the text of a frame (None: a binary frame). Raises NotUnderstood."""
         try:
             data = (text or "").encode()
-        except UnicodeEncodeError:  # half of a surrogate pair
+        except UnicodeEncodeError:  # an unpaired surrogate
             data = b""
         if not data or len(data) > LONGEST:
             raise NotUnderstood(f"A message is a JSON object of at most {LONGEST} bytes.", hopeless=True)

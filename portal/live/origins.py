@@ -1,4 +1,4 @@
-"""From which pages a socket may be opened: from those of this very site, scheme and port included."""
+"""Which pages may open a socket: those of this site, with the same scheme and port."""
 
 import re
 from typing import Any
@@ -12,7 +12,7 @@ Place = tuple[str, str, str]
 
 
 def place(origin: str) -> Place | None:
-    """Return scheme, host and port of an origin; None for `null` and whatever is none."""
+    """Return scheme, host and port of an origin; None for `null` and for text that is not an origin."""
     found = ORIGIN.fullmatch(origin.lower())
     return (found[1], found[2], found[3] or PORTS[found[1]]) if found else None
 
@@ -23,7 +23,7 @@ def headers_of(scope: dict[str, Any], name: bytes) -> list[str]:
 
 
 def may_open(scope: dict[str, Any]) -> bool:
-    """Tell whether the page that asks belongs to this site: the request's own origin, or a setting's."""
+    """Return whether the page belongs to this site: the request's own origin, or one in the settings."""
     origins, hosts = headers_of(scope, b"origin"), headers_of(scope, b"host")
     if len(origins) != 1 or len(hosts) != 1:
         return False
@@ -35,7 +35,7 @@ def may_open(scope: dict[str, Any]) -> bool:
 
 
 def _matches(asked: Place, allowed: str) -> bool:
-    """Compare with one of `CSRF_TRUSTED_ORIGINS`, in which `https://*.example.org` means every host below."""
+    """Compare with one of `CSRF_TRUSTED_ORIGINS`, in which `https://*.example.org` means all its subdomains."""
     found = place(allowed.replace("://*.", "://"))
     if found is None or "://*." not in allowed:
         return asked == found
@@ -43,7 +43,7 @@ def _matches(asked: Place, allowed: str) -> bool:
 
 
 class Refused:
-    """Answer a socket's handshake with a status instead of opening it."""
+    """Answers the handshake of a socket with a status instead of opening it."""
 
     def __init__(self, status: int, text: str) -> None:
         self.status, self.text = status, text
@@ -59,7 +59,7 @@ class Refused:
 
 
 class OwnOrigin:
-    """Let pages of this site open sockets, and nobody else's."""
+    """Lets only pages of this site open sockets."""
 
     def __init__(self, app: Any) -> None:
         self.app = app

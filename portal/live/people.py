@@ -1,4 +1,4 @@
-"""Who is on the other end of a socket, asked again at every command."""
+"""The person behind a socket, read again for every command."""
 
 from importlib import import_module
 from types import SimpleNamespace
@@ -10,12 +10,12 @@ from django.contrib.auth.models import AnonymousUser
 
 
 def session_key(scope: dict[str, Any]) -> str:
-    """Return the key of the session that the socket was opened with; empty without one."""
+    """Return the key of the session with which the socket was opened; empty without one."""
     return str(scope.get("cookies", {}).get(settings.SESSION_COOKIE_NAME, ""))
 
 
 def current_user(scope: dict[str, Any]) -> Any:
-    """Return the person that the socket's session belongs to now; anonymous after a logout."""
+    """Return the person of the socket's session; anonymous after a sign-out."""
     key = session_key(scope)
     if not key or "\x00" in key:
         return AnonymousUser()

@@ -1,8 +1,7 @@
-"""Previews for all sockets of this process: limited a person, computed in a process of their own.
+"""Previews for all sockets of this process: limited for each person, computed in a separate process.
 
-Nothing here waits in a line that grows: of each person only the newest question is kept, over
-all their sockets, and people are served in turn. The process starts with the first question
-and ends when nobody has asked for a while.
+No queue grows here: only the newest question of each person is kept, over all their sockets, and people are served in
+turn. The process starts with the first question and ends when nobody has asked for a while.
 """
 
 import asyncio
@@ -31,9 +30,9 @@ from robots.models import Robot
 
 log = logging.getLogger(__name__)
 EACH_S = 0.05  # between two previews of one person
-REFUSED_S = 2.0  # for which somebody who may not ask is not looked up again
-OVERRUN_S = 5.0  # of rest for whose preview had to be cut off
-ANSWER_S, START_S = 5.0, 30.0  # for an answer; for the first one, with the start of the process
+REFUSED_S = 2.0  # until a person who may not ask is checked again
+OVERRUN_S = 5.0  # pause of a person whose preview was cut off
+ANSWER_S, START_S = 5.0, 30.0  # for an answer; for the first one, including the start of the process
 IDLE_S = 120.0
 PEOPLE = 100  # waiting at once
 BUSY = "Too many people ask where their robot would go now; try again in a moment."
@@ -46,12 +45,12 @@ class Asker(Protocol):
     over: bool
 
     def planned(self, said: str) -> None:
-        """Take the answer."""
+        """Receive the answer."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """What a person asked last, and on which socket."""
+    """A person's newest question, and its socket."""
 
     asker: Asker
     scope: dict[str, Any]
@@ -59,12 +58,12 @@ class Question:
     message: Plan
 
     def refuse(self, text: str) -> None:
-        """Answer in words."""
+        """Answer with a sentence."""
         self.asker.planned(json.dumps({"t": "plan", "n": self.message.n, "ok": False, "text": text}))
 
 
 def job_of(question: Question) -> previews.Job:
-    """Return what is to be computed. Raises NotPermitted, Robot.DoesNotExist."""
+    """Return the job to compute. Raises NotPermitted, Robot.DoesNotExist."""
     robot, message = Robot.objects.get(slug=question.slug), question.message
     user = current_user(question.scope)
     return preview_job(robot, user, message.kind, dict(message.args), tuple(message.joints), message.n)
@@ -75,15 +74,15 @@ class Previewer:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._waiting: dict[int, Question] = {}  # in the order of asking first
-        self._rests: dict[int, tuple[float, str]] = {}  # until when, and what is said meanwhile
+        self._waiting: dict[int, Question] = {}  # in the order of first questions
+        self._rests: dict[int, tuple[float, str]] = {}  # until when, and the answer meanwhile
         self._asked = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._process: asyncio.subprocess.Process | None = None
         self.computed, self.computing = 0, False
 
     def ask(self, person: int, question: Question) -> None:
-        """Take a question of a person (0: nobody signed in); an older one of theirs is forgotten."""
+        """Take the question of a person (0: not signed in); their older question is dropped."""
         if not person:
             question.refuse("Sign in first.")
             return
@@ -93,7 +92,7 @@ class Previewer:
         elif person not in self._waiting and len(self._waiting) >= PEOPLE:
             question.refuse(BUSY)
         else:
-            self._waiting[person] = question  # an older one's place in the line is kept
+            self._waiting[person] = question  # it keeps the place of the older one
             self._asked.set()
             if self._task is None or self._task.done():
                 self._task = asyncio.create_task(self._run())
@@ -149,7 +148,7 @@ class Previewer:
         self._rests[person] = (self._clock() + rest, text)
 
     async def _compute(self, job: previews.Job) -> bytes:
-        """Return the answer. Raises OSError, EOFError, TimeoutError, ValueError; the process is to be ended then."""
+        """Return the answer. Raises OSError, EOFError, TimeoutError, ValueError; the process has to be ended then."""
         start = self._process is None or self._process.returncode is not None
         async with asyncio.timeout(START_S if start else ANSWER_S):
             if start:
@@ -185,5 +184,5 @@ _previewers: dict[int, Previewer] = {}
 
 
 def previewer() -> Previewer:
-    """Return the one of the running event loop."""
+    """Return the previewer of the running event loop."""
     return _previewers.setdefault(id(asyncio.get_running_loop()), Previewer())

@@ -1,8 +1,7 @@
-"""Whether the people behind the sockets are still who they were: signed in, active, cleared, staff.
+"""Checks whether the people behind open sockets are still signed in, active, cleared and staff.
 
-The rows are the truth, read once a second for all sockets of this process together; a message
-on the bus only makes it sooner. So it works without Redis too, and in whichever process the
-person signs out.
+The rows are read about once a second for all sockets of this process together; a message on the bus only makes it
+sooner. So it works without Redis too, and in whichever process the person signs out.
 """
 
 import asyncio
@@ -30,7 +29,7 @@ SESSIONS = Pool("sessions", 2)
 
 @dataclass(frozen=True)
 class Badge:
-    """What a signed-in socket was opened with: session, person, and a digest of the password then."""
+    """The session, the person and a digest of the password with which a socket was opened."""
 
     key: str
     user: int
@@ -39,7 +38,7 @@ class Badge:
 
 @dataclass(frozen=True)
 class Ending:
-    """Why a socket is closed from here: code, words for the page, and what becomes of place and turn."""
+    """Why a socket is closed: code, text for the page, and what happens to place and turn."""
 
     code: int
     text: str
@@ -55,27 +54,27 @@ NOT_STAFF = Ending(4403, "The live trace is for staff.", "", Place.KEPT)
 
 
 class Signed(Protocol):
-    """A socket of somebody signed in."""
+    """A socket of a signed-in person."""
 
     badge: Badge | None
 
     def judge(self, user: Any) -> Ending | None:
-        """Return why the socket may not go on though its session may; runs in a thread."""
+        """Return why the socket must end though its session may go on; runs in a thread."""
 
     def check_in(self) -> None:
-        """Tell the database soon that the person is here."""
+        """Note soon in the database that the person is present."""
 
     async def shut(self, ending: Ending) -> None:
         """Close the socket and release what belongs to it."""
 
 
 def badge_of(scope: dict[str, Any], user: Any) -> Badge | None:
-    """Return the badge of the person that a socket belongs to; None for nobody."""
+    """Return the badge of the person of a socket; None if nobody is signed in."""
     return Badge(session_key(scope), user.pk, user.get_session_auth_hash()) if user.is_authenticated else None
 
 
 def over(signed: Iterable[tuple[Signed, Badge]], now: datetime) -> list[tuple[Signed, Ending]]:
-    """Return the sockets that have to end, and why: two queries for all, more for who operates."""
+    """Return the sockets that must end, with the reason: two queries for all, more for operators."""
     asked = list(signed)
     keys, ids = {badge.key for _, badge in asked}, {badge.user for _, badge in asked}
     alive = set(Session.objects.filter(session_key__in=keys, expire_date__gt=now).values_list("pk", flat=True))
@@ -98,7 +97,7 @@ def over(signed: Iterable[tuple[Signed, Badge]], now: datetime) -> list[tuple[Si
 
 
 class Doorman:
-    """Looks after the signed-in sockets of one event loop; does nothing while there are none."""
+    """Checks the signed-in sockets of one event loop; does nothing while there are none."""
 
     def __init__(self) -> None:
         self._signed: set[Signed] = set()
@@ -107,17 +106,17 @@ class Doorman:
         self._ending: set[asyncio.Task[None]] = set()
 
     def admit(self, socket: Signed) -> None:
-        """Look after a socket from now on."""
+        """Add a socket."""
         self._signed.add(socket)
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._watch())
 
     def forget(self, socket: Signed) -> None:
-        """Do so no longer."""
+        """Remove a socket."""
         self._signed.discard(socket)
 
     def check_soon(self, person: int) -> None:
-        """Look now: that person's session, password, account or clearance may have changed; are they still here?"""
+        """Check now, because the session, password, account or clearance of that person may have changed."""
         self._wake.set()
         for socket in self._signed:
             if socket.badge is not None and socket.badge.user == person:
@@ -132,7 +131,7 @@ class Doorman:
             signed = [(s, s.badge) for s in self._signed if s.badge is not None]
             try:
                 ended = await SESSIONS.orm(over)(signed, SYSTEM.now())
-            except Error as error:  # nothing can be asked for meanwhile either
+            except Error as error:  # nobody can do anything meanwhile either
                 log.debug("sessions cannot be checked now: %s", error)
                 ended = []
             except Exception:
@@ -140,7 +139,7 @@ class Doorman:
                 ended = []
             for socket, ending in ended:
                 self.forget(socket)
-                task = asyncio.create_task(socket.shut(ending))  # one that does not read keeps no other waiting
+                task = asyncio.create_task(socket.shut(ending))  # a peer that does not read must not delay the others
                 self._ending.add(task)
                 task.add_done_callback(self._ending.discard)
             await asyncio.sleep(APART_S)
@@ -150,5 +149,5 @@ _doormen: dict[int, Doorman] = {}
 
 
 def doorman() -> Doorman:
-    """Return the one of the running event loop."""
+    """Return the check of the running event loop."""
     return _doormen.setdefault(id(asyncio.get_running_loop()), Doorman())

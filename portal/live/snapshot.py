@@ -1,4 +1,4 @@
-"""Everything a page needs to know about a robot, for one viewer: a snapshot, read again."""
+"""The snapshot: everything that a page needs to know about a robot, for one viewer."""
 
 from datetime import datetime
 from typing import Any
@@ -18,10 +18,14 @@ from robots.states import Cycle, GrantKind
 RECENT = 8
 BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
 STAFF_COMMAND = (
-    "handover", "Staff command running", "Staff run a command now; the robot is offered again when that has ended.",
+    "handover", "Staff command running", "Staff run a command now; the robot is offered again after that.",
 )  # fmt: skip
 BY_ITSELF = {
-    GrantKind.UPKEEP: ("handover", "Looking after itself", "The robot does what it needs before it serves anybody."),
+    GrantKind.UPKEEP: (
+        "handover",
+        "Looking after itself",
+        "The robot does something that it needs, such as recharging.",
+    ),
     GrantKind.JOB: ("operating", "A job runs", "The robot does a job that somebody asked for."),
     GrantKind.IDLE: ("ready", "Moves by itself", ""),
 }
@@ -32,13 +36,13 @@ def _ms(at: datetime | None) -> int | None:
 
 
 def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
-    """Return (state, label, why) of a robot in words; the worker's silence counts as offline."""
+    """Return (state, label, reason) of a robot as text; a robot whose worker is silent is offline."""
     if not robot.enabled:
         return "offline", "Switched off", robot.reason or "Staff have switched this robot off."
     if robot.cycle == Cycle.LOCKED_OUT:
         return "locked_out", "Locked out", robot.lockout_note or "Staff are working on it."
     if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
-        return "offline", "Offline", "Its worker does not answer; it is restarted by itself. Places are kept."
+        return "offline", "Offline", "Its worker does not answer and is restarted automatically. Places are kept."
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."
     grant = open_grant(robot) if robot.cycle in (Cycle.READY, Cycle.OFFERED) else None
@@ -48,7 +52,7 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
 
 
 def still_info(frame: Frame | None) -> dict[str, Any] | None:
-    """Return what a page needs of a kept picture."""
+    """Return the fields of a stored picture for the page."""
     if frame is None:
         return None
     return {
@@ -59,7 +63,7 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
 
 
 def command_info(command: Command) -> dict[str, Any]:
-    """Return a command's stages for the ladder."""
+    """Return the fields of a command for the page's list."""
     return {
         "id": command.pk, "seq": command.client_seq, "grant": command.grant_id, "kind": command.kind,
         "state": command.state, "reason": command.reason, "result": command.result, "progress": command.progress,
@@ -77,7 +81,7 @@ def entry_info(entry: Entry) -> dict[str, Any]:
 
 
 def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
-    """Return the whole picture of a robot as `user` may see it."""
+    """Return everything about a robot that `user` may see."""
     robot = Robot.objects.get(slug=slug)
     state, label, why = status_of(robot, now)
     grant = open_grant(robot)

@@ -1,4 +1,4 @@
-"""Where a person stands, as pages and the person's socket are told of it; and what may be asked there."""
+"""A person's places as pages and sockets show them, and what the person may do there."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -16,7 +16,7 @@ def _ms(at: datetime | None) -> int | None:
 
 
 def place_info(one: Standing, now: datetime) -> dict[str, Any]:
-    """Return one standing for a page; `left_s` is for pages without scripts."""
+    """Return the fields of one place for a page; `left_s` is for pages without scripts."""
     end = one.kept_until or one.until
     return {
         "state": one.state, "ticket": one.ticket, "robot": one.robot.slug, "name": one.robot.name,
@@ -27,15 +27,15 @@ def place_info(one: Standing, now: datetime) -> dict[str, Any]:
 
 
 def places(found: Sequence[Standing], now: datetime) -> dict[str, Any]:
-    """Return everything that the bar on every page shows, the most urgent first."""
+    """Return everything that the bar on every page shows, the most urgent place first."""
     return {"t": "places", "now_ms": _ms(now), "places": [place_info(one, now) for one in found]}
 
 
 def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
-    """Join, leave, accept or dismiss from any page; return what went wrong in words, empty for nothing.
+    """Join, leave, accept or dismiss from any page. Return what went wrong as a sentence, or an empty text.
 
-    Who accepts away from the robot's page has its turn kept for as long as a lost connection would,
-    until that page is open.
+    If the person accepts away from the robot's page, the turn is kept until that page is open, as long as after a lost
+    connection.
     """
     if wanted == "dismiss":
         dismiss(ticket, user, now)

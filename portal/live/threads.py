@@ -1,8 +1,8 @@
-"""Threads beside the event loop, in pools that strangers cannot fill for others.
+"""Thread pools beside the event loop; strangers cannot occupy those of others.
 
-Who stands in a queue or may move a robot has threads of their own, and of them one person
-has at most `EACH` at a time; so what a stranger asks for never delays a command, a stop or a
-heartbeat. What needs Redis alone and must not wait (stop, keep-alives) has a third pool.
+People who stand in a queue or may move a robot have a pool of their own, in which one person uses at most `EACH`
+threads. So requests of strangers never delay a command, a stop or a heartbeat. Urgent work that needs only Redis (stop,
+keep-alives) has a third pool.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ EACH = 3
 
 
 class Pool:
-    """Some threads for one sort of work; of those, each person (by id) uses at most `EACH` at a time."""
+    """Threads for one kind of work; each person (by id) uses at most `EACH` at a time."""
 
     def __init__(self, name: str, threads: int) -> None:
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix=name)
@@ -49,10 +49,10 @@ class Pool:
         return run
 
     async def run(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Run in a thread what needs no database."""
+        """Run a function without database access in a thread."""
         return await asyncio.get_running_loop().run_in_executor(self._executor, lambda: function(*args, **kwargs))
 
 
-URGENT = Pool("urgent", 4)  # stop and keep-alives of who may send them
-KNOWN = Pool("known", 8)  # who operates, waits in a queue, or is staff
+URGENT = Pool("urgent", 4)  # stop and keep-alives
+KNOWN = Pool("known", 8)  # people who operate, wait in a queue, or are staff
 ANYBODY = Pool("anybody", 4)

@@ -1,4 +1,4 @@
-"""Watching a robot over a socket: its frames, states and events, and the snapshot, read again when it is stale."""
+"""Watching a robot over a socket: pictures, states and events, and a new snapshot when the last one is out of date."""
 
 import asyncio
 import contextlib
@@ -24,26 +24,26 @@ from robots.messages import Changed
 from robots.models import Robot
 
 RESYNC_S = 1.0
-AGAIN_S = 2.0  # between two looks at a database that is away
+AGAIN_S = 2.0  # between two attempts while the database is away
 NOT_FOUND = 4404
-OTHERS_S = 0.6  # for other sessions of a person who has signed out to say that they go on
+OTHERS_S = 0.6  # for other sessions of a person who has signed out to report that they continue
 
 
 class Viewing(Line):
-    """A socket on one robot, and what it was told last: who looks, and what they may do."""
+    """A socket at one robot: who watches, and what they may do."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.slug = ""
         self.viewer: Viewer | None = None
         self.me = 0
-        self.grant = 0  # that this person operates under, as the snapshot said last; staff need none
+        self.grant = 0  # the grant of this person in the last snapshot; staff need none
         self.known, self.placed, self.operating, self.may_stop = False, False, False, False
         self._stale = asyncio.Event()
         self._looking = False
 
     async def view(self) -> Viewer:
-        """Begin to watch: the snapshot first, then what comes."""
+        """Start to watch: the snapshot first, then everything that comes."""
         viewer = self.viewer = Viewer(self.slug)
         hub().attach(viewer)
         await self.send_snapshot()
@@ -52,11 +52,11 @@ class Viewing(Line):
         return viewer
 
     async def orm(self, function: Callable[..., Any], *args: Any) -> Any:
-        """Ask the database, in threads that this person has a right to."""
+        """Query the database in the threads for this kind of person."""
         return await (KNOWN if self.known else ANYBODY).orm(function, self.me)(*args)
 
     def judge(self, user: Any) -> Ending | None:
-        """Return whether a clearance or a permission on which the socket hangs is gone; runs in a thread."""
+        """Return whether a clearance or permission that the socket needs was withdrawn; runs in a thread."""
         if self.viewer is not None and self.viewer.trace and not user.has_perm("robots.change_robot"):
             return NOT_STAFF
         if self.placed and not cleared(user, Robot.objects.get(slug=self.slug)):
@@ -64,10 +64,10 @@ class Viewing(Line):
         return None
 
     async def shut(self, ending: Ending) -> None:
-        """Close, and end the turn unless another session of the person goes on with it."""
+        """Close, and end the turn unless another session of the person continues it."""
         if self.viewer is not None:
             hub().detach(self.viewer)
-        person = self.badge.user if self.badge else 0  # a later snapshot knows nobody any more
+        person = self.badge.user if self.badge else 0  # a later snapshot has no person any more
         await asyncio.gather(self.close(ending.code, ending.text), self._give_up(person, ending))
 
     async def _give_up(self, person: int, ending: Ending) -> None:
@@ -92,7 +92,7 @@ class Viewing(Line):
         await self.send(json.dumps(shown))
 
     async def store_down(self, error: Exception) -> None:
-        """Say that the database is away, and look again soon."""
+        """Tell the page that the database is away, and try again soon."""
         await self.send(json.dumps({"t": "store", "text": down_text(error)}))
         if not self._looking:
             self._looking = True
@@ -110,16 +110,16 @@ class Viewing(Line):
         self.me, self.operating = user.pk or 0, bool(me["can"]["drive"])
         staff = bool(me.get("staff"))
         self.grant = 0 if staff else me["grant"]
-        self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, however old this knowledge is
+        self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, even if this is out of date
         self.placed = me["ticket"] is not None
         self.known = self.may_stop or self.operating or self.placed
         return shown, badge_of(self.scope, user)
 
     async def _forward(self, viewer: Viewer) -> None:
-        """Send what the hub brings; without the link, read the database every second."""
+        """Send what the hub receives; while Redis is away, read the database every second."""
         while True:
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(RESYNC_S if not hub().link else 15.0):  # wait_for may swallow a cancellation
+                async with asyncio.timeout(RESYNC_S if not hub().link else 15.0):  # wait_for may lose a cancellation
                     await viewer.wake.wait()
             viewer.wake.clear()
             viewer.link = hub().link
@@ -141,7 +141,7 @@ class Viewing(Line):
                 self._stale.set()
 
     async def _resync(self) -> None:
-        """Read everything again when it is stale; pictures and states do not wait for it."""
+        """Send a new snapshot when the last one is out of date; pictures and states do not wait for it."""
         while True:
             await self._stale.wait()
             self._stale.clear()

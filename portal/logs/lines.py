@@ -1,11 +1,11 @@
-"""The form of a line of the log: when (UTC), how grave, who, what."""
+"""The format of log lines: time (UTC), level, source, message."""
 
 import logging
 import time
 
 
 class Line(logging.Formatter):
-    """One record, one line: what a stranger wrote begins no line of its own. Tracebacks keep their lines."""
+    """Formats a record as one line; text from strangers cannot start a new line. Tracebacks keep their lines."""
 
     converter = time.gmtime  # type: ignore[assignment]
     default_time_format = "%Y-%m-%dT%H:%M:%S"

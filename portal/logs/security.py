@@ -1,6 +1,6 @@
-"""What the security log tells: signing in, failing to, signing out, and refused requests.
+"""The security log: sign-ins, failed sign-ins, sign-outs, and refused requests.
 
-No password, no session key, no token, and no name that was typed: people type passwords there.
+It contains no password, session key or token, and no typed name, because people type passwords there.
 """
 
 import logging
@@ -15,14 +15,14 @@ REFUSED = (401, 403, 429)
 
 
 def listen() -> None:
-    """Follow Django's signals of signing in and out."""
+    """Connect Django's signals of signing in and out."""
     signals.user_logged_in.connect(_signed_in, dispatch_uid="security log")
     signals.user_logged_out.connect(_signed_out, dispatch_uid="security log")
     signals.user_login_failed.connect(_failed, dispatch_uid="security log")
 
 
 def address_of(request: HttpRequest | None) -> str:
-    """Return the network address of whoever asks; empty without a request."""
+    """Return the network address of the request; empty without a request."""
     return str(request.META.get("REMOTE_ADDR", "")) if request is not None else ""
 
 
@@ -40,13 +40,13 @@ def _failed(request: HttpRequest | None = None, **_: Any) -> None:
 
 
 class RefusalLog:
-    """Middleware: requests that were refused for want of a permission, or for coming too often."""
+    """Middleware that logs requests refused for a missing permission, or for coming too often."""
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
         self._get_response = get_response
 
     def __call__(self, request: HttpRequest) -> HttpResponse:
-        """Answer, then say what was refused."""
+        """Answer, then log a refusal."""
         answer = self._get_response(request)
         if answer.status_code in REFUSED:
             who = getattr(getattr(request, "user", None), "pk", None)

@@ -15,22 +15,24 @@ def _page(request: HttpRequest, status: int, heading: str, text: str) -> HttpRes
 
 
 def not_found(request: HttpRequest, exception: Exception) -> HttpResponse:
-    """404."""
-    return _page(request, 404, "There is nothing here", "The address may be mistyped, or the page is gone.")
+    """Answer 404."""
+    return _page(request, 404, "There is nothing here", "The address may be wrong, or the page no longer exists.")
 
 
 def forbidden(request: HttpRequest, exception: Exception) -> HttpResponse:
-    """403."""
-    return _page(request, 403, "Not for you", "Your account may not see this. Sign in with another one, or ask staff.")
+    """Answer 403."""
+    return _page(
+        request, 403, "Not for you", "Your account may not see this page. Sign in with another one, or ask staff."
+    )
 
 
 def bad_request(request: HttpRequest, exception: Exception) -> HttpResponse:
-    """400."""
-    return _page(request, 400, "That request made no sense", "Go back, reload the page, and try once more.")
+    """Answer 400."""
+    return _page(request, 400, "That request could not be understood", "Go back, reload the page, and try once more.")
 
 
 def server_error(request: HttpRequest) -> HttpResponse:
-    """500, or 503 where a store is away; drawn without asking one."""
+    """Answer 500, or 503 while a store is away; drawn without using a store."""
     error = sys.exc_info()[1]
     down = isinstance(error, Error)
     text = down_text(error) if error is not None and down else ""
@@ -41,17 +43,17 @@ def server_error(request: HttpRequest) -> HttpResponse:
 
 
 def software_missing(request: HttpRequest, robot: str) -> HttpResponse:
-    """503 for a robot whose package is not installed on this portal."""
+    """Answer 503 for a robot whose package is not installed."""
     return _page(
         request, 503, f"{robot} cannot be shown now",
-        "The software for this robot is not installed on this portal. Staff have to install its package; "
-        "the other robots work as before.",
+        "The software for this robot is not installed on this portal. Staff have to install its package. "
+        "The other robots work as before.",
     )  # fmt: skip
 
 
 def csrf_failure(request: HttpRequest, reason: str = "") -> HttpResponse:
-    """403 for a form that is too old or came from elsewhere."""
+    """Answer 403 for a form that is too old or comes from another site."""
     return _page(
         request, 403, "This form is out of date",
-        "Nothing was done. Go back, reload the page and send it again; cookies must be allowed.",
+        "Nothing was done. Go back, reload the page and send the form again. Your browser must allow cookies.",
     )  # fmt: skip

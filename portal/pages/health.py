@@ -1,4 +1,4 @@
-"""`/livez`: this process answers. `/readyz`: its stores do too."""
+"""`/livez`: this process answers. `/readyz`: database and Redis answer too."""
 
 from django.db import DatabaseError, connection
 from django.http import HttpRequest, HttpResponse, JsonResponse
@@ -7,12 +7,12 @@ from robots import bus
 
 
 def livez(request: HttpRequest) -> HttpResponse:
-    """Answer without touching anything."""
+    """Answer without using a store."""
     return HttpResponse("ok\n", content_type="text/plain; charset=utf-8")
 
 
 def readyz(request: HttpRequest) -> HttpResponse:
-    """Tell whether database and Redis answer."""
+    """Return whether database and Redis answer."""
     try:
         with connection.cursor() as cursor:
             cursor.execute("SELECT 1")

@@ -1,4 +1,4 @@
-"""`/robots/<slug>/jobs/` and `/jobs/<key>/`: ask for a job, follow it, cancel it. Without scripts, for guests too."""
+"""`/robots/<slug>/jobs/` and `/jobs/<key>/`: ask for a job, follow it, cancel it. For guests too, without scripts."""
 
 import hashlib
 import secrets
@@ -31,7 +31,7 @@ SHOWN = 30
 
 
 def asker_of(request: HttpRequest, fresh: str = "") -> Asker:
-    """Return who asks: the person, or the guest of a signed cookie; `fresh` is a cookie that is about to be set."""
+    """Return who asks: the person, or the guest of a signed cookie; `fresh`: the value of a cookie to be set."""
     if request.user.is_authenticated:
         return Asker(user=request.user)
     cookie = fresh or request.get_signed_cookie(GUEST, default="")
@@ -42,7 +42,7 @@ def asker_of(request: HttpRequest, fresh: str = "") -> Asker:
 @never_cache
 @require_http_methods(["GET", "HEAD", "POST"])
 def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
-    """Show what may be asked of a robot and which jobs are open; take a new one."""
+    """Show the kinds of jobs that the robot takes and its open jobs; take a new job."""
     robot = get_object_or_404(Robot, slug=slug)
     if request.method == "POST":
         return _act(request, robot)
@@ -89,7 +89,7 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
 
 
 def _arguments(request: HttpRequest, spec: CommandKind) -> dict[str, Any]:
-    """Return the values of the form; what is no number is left for the robot's own check to name."""
+    """Return the values of the form; text that is not a number stays text, and the robot's check names it."""
     found: dict[str, Any] = {}
     for argument in spec.arguments:
         text = request.POST.get(f"arg-{argument.name}", "").strip()

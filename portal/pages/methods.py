@@ -1,20 +1,20 @@
-"""Only the methods that pages use get as far as a page."""
+"""Refuses HTTP methods that no page uses."""
 
 from collections.abc import Callable
 
 from django.http import HttpRequest, HttpResponse, HttpResponseNotAllowed
 
-METHODS = ("GET", "HEAD", "POST", "OPTIONS", "DELETE")  # the last one for one's own programs
+METHODS = ("GET", "HEAD", "POST", "OPTIONS", "DELETE")  # DELETE is for people's own programs
 
 
 class KnownMethods:
-    """Middleware: TRACE and whatever else no page answers is refused with 405."""
+    """Middleware that answers 405 to TRACE and other methods that no page uses."""
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
         self._get_response = get_response
 
     def __call__(self, request: HttpRequest) -> HttpResponse:
-        """Pass on what is known."""
+        """Pass on known methods."""
         if request.method not in METHODS:
             return HttpResponseNotAllowed(METHODS)
         return self._get_response(request)

@@ -1,4 +1,4 @@
-"""`/me/places/`: where one stands, for the bar on every page when it has no socket, or no scripts."""
+"""`/me/places/`: the person's places, for pages without a socket or without scripts."""
 
 from django.contrib import messages
 from django.contrib.auth.decorators import login_required
@@ -19,9 +19,9 @@ from robots.plain import whole
 @require_http_methods(["GET", "POST"])
 @login_required
 def my_places(request: HttpRequest) -> HttpResponseBase:
-    """Tell where one stands (GET, JSON), or take up, leave, join or dismiss (POST).
+    """Return the person's places (GET, JSON), or accept, leave, join or dismiss one (POST).
 
-    A form goes on to a page; a script, which asks for JSON, is told `text`, what went wrong.
+    A form is redirected to a page; a script asks for JSON and gets `text`, which says what went wrong.
     """
     now = SYSTEM.now()
     present(request.user, now)
@@ -41,7 +41,7 @@ def _places(request: HttpRequest) -> dict[str, object]:
 
 
 def _go_on(request: HttpRequest, wanted: str, robot: str, wrong: str) -> HttpResponse:
-    """Lead a browser without scripts to the robot that it took up, or back to where it was."""
+    """Redirect a browser without scripts to the accepted robot, or back to its page."""
     if wrong:
         messages.warning(request, wrong)
     elif wanted in ("accept", "join"):

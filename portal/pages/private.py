@@ -1,4 +1,4 @@
-"""What is drawn for a person is kept by no cache, shared or the browser's own."""
+"""Keeps personal pages out of all caches."""
 
 from collections.abc import Callable
 
@@ -10,13 +10,13 @@ OWN = ("/accounts/", "/admin/", "/me/")
 
 
 class PrivatePages:
-    """Middleware: `no-store` on every answer to somebody signed in, unless its view says how it may be kept."""
+    """Middleware that sets `no-store` on answers to signed-in people, unless the view sets its own rule."""
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
         self._get_response = get_response
 
     def __call__(self, request: HttpRequest) -> HttpResponse:
-        """Answer, and say that it is to be forgotten."""
+        """Answer with `no-store`."""
         answer = self._get_response(request)
         private = settings.SESSION_COOKIE_NAME in request.COOKIES or request.path.startswith(OWN)
         if private and not answer.has_header("Cache-Control"):

@@ -1,4 +1,4 @@
-"""People's programs for the console: listed, saved, deleted; JSON in and out."""
+"""People's programs for the console, as JSON."""
 
 import json
 from typing import Any
@@ -25,7 +25,7 @@ def _shown(program: Program, user: Any) -> dict[str, Any]:
 
 @never_cache
 def programs_of(request: HttpRequest, slug: str) -> JsonResponse:
-    """List what the person may see (GET), save one (POST), delete one (DELETE)."""
+    """List programs (GET), save one (POST), delete one (DELETE)."""
     robot = get_object_or_404(Robot, slug=slug)
     try:
         if request.method == "POST":
@@ -51,7 +51,7 @@ def _said(request: HttpRequest) -> dict[str, Any]:
     try:
         said = json.loads(request.body[: LARGEST + 1])
     except (ValueError, RecursionError, RawPostDataException) as error:
-        raise BadRequest("That is no JSON.") from error
+        raise BadRequest("The request is not JSON.") from error
     if not isinstance(said, dict):
-        raise BadRequest("That is no object.")
+        raise BadRequest("The request is not a JSON object.")
     return said

@@ -1,4 +1,4 @@
-"""Landing, story, robot, status and one's own page."""
+"""Pages: landing, story, robot, status, and the person's own."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -34,7 +34,7 @@ def _shown(robot: Robot) -> dict[str, Any]:
 
 
 def _blind(robot: Robot) -> bool:
-    """Tell whether the robot is known to have no camera; one whose package is gone is not known."""
+    """Return whether the robot is known to have no camera; False if its package is not installed."""
     try:
         return not description.views(robot.description())
     except (ImportError, OSError):
@@ -49,7 +49,7 @@ def landing(request: HttpRequest) -> HttpResponse:
 
 
 def story(request: HttpRequest) -> HttpResponse:
-    """Tell why."""
+    """Tell what the project is for."""
     return render(request, "pages/story.html")
 
 
@@ -77,7 +77,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
 
 
 def console_facts(robot: Robot) -> dict[str, Any]:
-    """Return what the robot's console in the browser has to know of it."""
+    """Return what the robot's console in the browser needs to know."""
     described = robot.description()
     spec = robot.spec()
     facts: dict[str, Any] = {name: described[name] for name in described.get("console", {}).get("tables", ())}
@@ -97,7 +97,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
 
 
 def model(request: HttpRequest, slug: str) -> HttpResponse:
-    """Serve the robot's URDF."""
+    """Serve the robot's URDF file."""
     robot = get_object_or_404(Robot, slug=slug)
     try:
         text = description.text_of(robot.driver, "model.urdf")
@@ -110,7 +110,7 @@ def model(request: HttpRequest, slug: str) -> HttpResponse:
 
 @never_cache
 def status(request: HttpRequest) -> HttpResponse:
-    """Tell what works."""
+    """Show what works."""
     robots = [_shown(r) for r in Robot.objects.all()]
     return render(request, "pages/status.html", {"robots": robots, "link": bus.alive(), "now": SYSTEM.now()})
 
@@ -118,7 +118,7 @@ def status(request: HttpRequest) -> HttpResponse:
 @never_cache
 @login_required
 def me(request: HttpRequest) -> HttpResponse:
-    """Show one's clearances and turns."""
+    """Show the person's clearances and turns."""
     context = {
         "clearances": Clearance.objects.filter(user=request.user.pk, revoked_at=None).select_related("robot"),
         "turns": Turn.objects.filter(user=request.user.pk).select_related("robot", "entry")[:50],
@@ -127,7 +127,7 @@ def me(request: HttpRequest) -> HttpResponse:
 
 
 def media(request: HttpRequest, path: str) -> HttpResponse:
-    """Serve a kept picture; names are never reused, so caches may keep it."""
+    """Serve a stored picture; names are never reused, so caches may keep it."""
     try:
         full = Path(safe_join(str(Path(settings.MEDIA_ROOT) / "frames"), path))
         picture = full.read_bytes()

@@ -1,9 +1,8 @@
-"""Django's PostgreSQL backend with a limit to every wait.
+"""Django's PostgreSQL backend with a limit for every wait.
 
-A server that is cut off in the middle of an answer (a cable, a frozen host, a firewall that
-forgot the connection) is noticed by nobody: TCP may wait for hours, and with it a page or a
-robot's owner. Here a statement that is not answered within `wait_s` ends as an
-OperationalError, and its connection is closed.
+If a server is cut off in the middle of an answer (a cable, a frozen host, a firewall that forgot the connection), TCP
+may wait for hours, and so would a page or a robot's owner. Here a statement that is not answered within `wait_s` ends
+with an OperationalError, and its connection is closed.
 """
 
 from typing import Any
@@ -16,32 +15,32 @@ LOOK_S = 0.1
 
 
 class PatientConnection(psycopg.Connection[Any]):
-    """A connection that waits only so long."""
+    """A connection that waits at most `wait_s` (s)."""
 
     wait_s = 10.0
 
     def wait(self, gen: Any, interval: float = LOOK_S, timeout: float | None = None) -> Any:
-        """Run one exchange with the server. Raises OperationalError when its time is over."""
+        """Run one exchange with the server. Raises OperationalError after the limit."""
         try:
             return super().wait(gen, interval, timeout or self.wait_s)
         except psycopg.OperationalError as error:
-            if self.pgconn.transaction_status == TransactionStatus.ACTIVE:  # nobody knows what became of it
+            if self.pgconn.transaction_status == TransactionStatus.ACTIVE:  # whether it was carried out is not known
                 self.pgconn.finish()
                 raise psycopg.OperationalError("the database did not answer in time") from error
             raise
 
 
 class DatabaseWrapper(base.DatabaseWrapper):
-    """Django's, whose connections are patient ones."""
+    """Django's, with these connections."""
 
     def get_connection_params(self) -> dict[str, Any]:
-        """Take our own option out of libpq's."""
+        """Remove our own option from those for libpq."""
         params: dict[str, Any] = super().get_connection_params()
         self._wait_s = float(params.pop("wait_s", PatientConnection.wait_s))
         return params
 
     def get_new_connection(self, conn_params: dict[str, Any]) -> Any:
-        """Connect, and limit what is waited for from here on."""
+        """Connect, and limit every wait from now on."""
         connection = super().get_new_connection(conn_params)
         connection.__class__ = PatientConnection
         connection.wait_s = self._wait_s

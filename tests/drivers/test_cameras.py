@@ -70,7 +70,7 @@ def test_a_camera_slower_than_the_limit_is_a_fault(sim, camera):
 
 
 def test_no_simulated_camera_yet(tmp_path):
-    with pytest.raises(CameraFault, match="not there yet"):
+    with pytest.raises(CameraFault, match="has not started yet"):
         open_camera("", tmp_path)
 
 

@@ -52,7 +52,7 @@ def test_the_whole_way_without_scripts(portal, visitor):
     assert form.get_attribute("action") != used, "the page shown again has a fresh token"
     secret = form.locator("[name=csrfmiddlewaretoken]").get_attribute("value")
     answer = page.request.post(used, form={"do": "down", "csrfmiddlewaretoken": secret}, headers={"Referer": page.url})
-    assert "used already" in answer.text()
+    assert "used before" in answer.text()
     assert (Command.objects.count(), portal.sim.count("motion")) == (commands + 1, motions + 1)
     page.click("text=Update")
     page.locator("button[value=down]").click()

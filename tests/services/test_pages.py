@@ -153,7 +153,7 @@ def test_classic_token_spent_moves_once(robot, people, client, owned, monkeypatc
     assert Command.objects.count() == 1
     for _ in range(3):
         answer = client.post(address, {"do": "down"}, follow=True)
-        assert b"used already" in answer.content
+        assert b"used before" in answer.content
     assert Command.objects.count() == 1
     fresh = client.get("/classic/mercury/")["Location"]
     other = type(client)()

@@ -1,4 +1,4 @@
-"""`manage.py backup FILE`: everything worth keeping, in one file, while the portal runs."""
+"""`manage.py backup FILE`: writes all rows and pictures to one file, while the portal runs."""
 
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,11 @@ class Command(BaseCommand):
     help = "Write rows and pictures to one file; the portal may go on meanwhile."
 
     def add_arguments(self, parser: CommandParser) -> None:
-        """Take the file."""
+        """Add the file argument."""
         parser.add_argument("file", type=Path)
 
     def handle(self, *args: Any, **options: Any) -> None:
-        """Write, and say how much."""
+        """Write the backup, and print how much it contains."""
         try:
             manifest = write(options["file"])
         except ArchiveError as error:

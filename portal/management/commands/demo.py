@@ -1,4 +1,4 @@
-"""`manage.py demo`: migrate, seed, and run every process under one supervisor."""
+"""`manage.py demo`: migrates, seeds, and runs every process under one supervisor."""
 
 import asyncio
 import contextlib
@@ -28,7 +28,7 @@ class Command(BaseCommand):
     help = "Serve the portal with its robots, everything under one supervisor."
 
     def add_arguments(self, parser: CommandParser) -> None:
-        """Take host and port."""
+        """Add host and port."""
         parser.add_argument("--host", default="127.0.0.1")
         parser.add_argument("--port", type=int, default=8000)
 
@@ -55,7 +55,7 @@ class Command(BaseCommand):
                 tidy_line("farhand", f"open http://{shown}:{port}  (ready in {time.monotonic() - begun:.1f} s)")
                 if password:
                     tidy_line("farhand", f"admin account: admin   one-time password: {password}")
-                    tidy_line("farhand", "it is shown this once; change it at /admin/password_change/")
+                    tidy_line("farhand", "it is shown only once; change it at /admin/password_change/")
 
             await Supervisor(fixed, wanted).run(ready)
 
@@ -64,13 +64,13 @@ class Command(BaseCommand):
 
 
 def _prepare() -> str:
-    """Bring the database up to date; return the administrator's one-time password, empty where there is one already."""
+    """Update the database. Return the administrator's one-time password; empty if there is an administrator."""
     call_command("migrate", verbosity=0, interactive=False)
     return seed() or ""
 
 
 def _apart(work: Callable[[], str]) -> str:
-    """Return what `work` returns in a child: what it loads and leaves behind is not kept for as long as we run."""
+    """Return the result of `work`, which runs in a child process, so that its imports use no memory afterwards."""
     ours, theirs = os.pipe()
     child = os.fork()
     if not child:
@@ -87,7 +87,7 @@ def _apart(work: Callable[[], str]) -> str:
     with os.fdopen(ours, "rb") as pipe:
         answer = pipe.read().decode()
     if os.waitpid(child, 0)[1]:
-        raise CommandError("The database could not be prepared; the reason stands above.")
+        raise CommandError("The database could not be prepared; see the messages above.")
     return answer
 
 

@@ -1,4 +1,4 @@
-"""`manage.py restore FILE`: load a backup into an empty portal, and compare."""
+"""`manage.py restore FILE`: loads a backup into an empty portal, and compares."""
 
 from pathlib import Path
 from typing import Any
@@ -16,9 +16,9 @@ class Command(BaseCommand):
     help = "Load a backup; stop the portal first. Row counts and the pictures' hashes are compared."
 
     def add_arguments(self, parser: CommandParser) -> None:
-        """Take the file."""
+        """Add the file argument."""
         parser.add_argument("file", type=Path)
-        parser.add_argument("--replace", action="store_true", help="throw away what this portal holds now")
+        parser.add_argument("--replace", action="store_true", help="delete what this portal contains now")
 
     def handle(self, *args: Any, **options: Any) -> None:
         """Migrate, load, compare."""

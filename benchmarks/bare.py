@@ -1,6 +1,6 @@
 """A bare Celery task with a result backend: what the round trip is measured beside.
 
-As a program it is the client: `python -m benchmarks.bare RUNS` prints the times in ms.
+Run as a process it is the client: `python -m benchmarks.bare RUNS` prints the times in ms.
 """
 
 import json

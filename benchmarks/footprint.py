@@ -136,7 +136,7 @@ def _name(pid: int) -> str:
 
 @contextlib.contextmanager
 def _running(argv: list[str | Path], env: dict[str, str], log: Path) -> Iterator[int]:
-    """Run a program with its output in a file; end it and what it has begun."""
+    """Run a process with its output in a file; end it and what it has begun."""
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("w") as out:
         process = subprocess.Popen(argv, cwd=ROOT, env=env, stdout=out, stderr=out)
@@ -176,9 +176,9 @@ def _ready(var: Path) -> bool:
 @contextlib.contextmanager
 def _octoprint(folder: Path) -> Iterator[int]:
     """Run OctoPrint with no printer; yields its process once it serves."""
-    program, port = _environment() / "bin" / "octoprint", _free_port()
+    octoprint, port = _environment() / "bin" / "octoprint", _free_port()
     argv: list[str | Path] = [
-        program, "serve", "--iknowwhatimdoing", "--host", "127.0.0.1", "--port", str(port), "--basedir", folder
+        octoprint, "serve", "--iknowwhatimdoing", "--host", "127.0.0.1", "--port", str(port), "--basedir", folder
     ]  # fmt: skip
     with _running(argv, dict(os.environ), folder.with_suffix(".log")) as pid:
         _wait(lambda: _answers(f"http://127.0.0.1:{port}/"), "OctoPrint")

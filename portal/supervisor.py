@@ -1,8 +1,7 @@
-"""One supervisor for every process of one machine: starts, watches, restarts, stops.
+"""The supervisor of all processes of one machine: starts, watches, restarts and stops them.
 
-It judges a robot's worker by a local heartbeat file that the worker's control loop feeds,
-never by Redis or the database, and starts workers and simulators of the robots that are
-enabled in the database.
+It judges a robot's worker by a local heartbeat file, which the worker's watch writes, not by Redis or the database. It
+starts workers and simulators of the robots that are enabled in the database.
 """
 
 import asyncio
@@ -29,8 +28,8 @@ Print = Callable[[str, str], None]
 
 
 @dataclass(frozen=True)
-class Program:
-    """What is to run: a name, its command, its environment, and the order it is stopped in."""
+class ProcessSpec:
+    """How to run a process: name, command, environment, and place in the order of stopping."""
 
     name: str
     argv: tuple[str, ...]
@@ -40,16 +39,16 @@ class Program:
 
 
 def _die_with_parent() -> None:
-    """Ask the kernel to end this child when the supervisor is gone, however it went."""
+    """Ask the kernel to end this child when the supervisor ends, for whatever reason."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 class Child:
-    """One program, kept running."""
+    """One process, started again whenever it ends."""
 
-    def __init__(self, program: Program, tell: Print) -> None:
-        self.program = program
+    def __init__(self, spec: ProcessSpec, tell: Print) -> None:
+        self.spec = spec
         self._tell = tell
         self._process: asyncio.subprocess.Process | forks.Forked | None = None
         self._stopping = False
@@ -66,36 +65,36 @@ class Child:
             pause = BACKOFF_S[min(self.restarts, len(BACKOFF_S) - 1)] if ran < 30 else BACKOFF_S[0]
             self.restarts = self.restarts + 1 if ran < 30 else 0
             code = self._process.returncode if self._process else None
-            self._tell(self.program.name, f"ended with status {code}; starting it again in {pause:g} s")
+            self._tell(self.spec.name, f"ended with status {code}; starting it again in {pause:g} s")
             await asyncio.sleep(pause)
 
     async def _once(self) -> None:
         self._started = time.monotonic()
-        if self.program.heartbeat is not None:
-            self.program.heartbeat.unlink(missing_ok=True)
+        if self.spec.heartbeat is not None:
+            self.spec.heartbeat.unlink(missing_ok=True)
         self._process = None
-        self._process = await self._begin(self.program.argv, {**os.environ, **self.program.env})
+        self._process = await self._begin(self.spec.argv, {**os.environ, **self.spec.env})
         assert self._process.stdout is not None
         async for line in self._process.stdout:
             text = line.decode(errors="replace").rstrip()
             if text:
-                self._tell(self.program.name, text)
+                self._tell(self.spec.name, text)
         await self._process.wait()
 
     async def _begin(self, argv: tuple[str, ...], env: dict[str, str]) -> "asyncio.subprocess.Process | forks.Forked":
-        return await forks.fork(self.program.name, argv, env, ROOT) or await asyncio.create_subprocess_exec(
+        return await forks.fork(self.spec.name, argv, env, ROOT) or await asyncio.create_subprocess_exec(
             *argv, env=env, cwd=ROOT, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.STDOUT, start_new_session=True, preexec_fn=_die_with_parent,
         )  # fmt: skip
 
     @property
     def pid(self) -> int:
-        """Return the newest process, 0 while one is begun."""
+        """Return the id of the present process; 0 while it starts."""
         return self._process.pid if self._process else 0
 
     def check_heartbeat(self) -> None:
-        """Kill a child whose control loop has gone silent."""
-        path = self.program.heartbeat
+        """Kill a child whose heartbeat is too old."""
+        path = self.spec.heartbeat
         if path is None or self._process is None or self._process.returncode is not None:
             return
         try:
@@ -103,7 +102,7 @@ class Child:
         except FileNotFoundError:
             beat = time.monotonic() - self._started - GRACE_S if self._waits_for_lease() is False else 0.0
         if beat > HEARTBEAT_S:
-            self._tell(self.program.name, f"its control loop is silent for {beat:.0f} s; killing it")
+            self._tell(self.spec.name, f"its control loop is silent for {beat:.0f} s; killing it")
             self._signal(signal.SIGKILL)
 
     def _waits_for_lease(self) -> bool:
@@ -115,24 +114,24 @@ class Child:
                 os.killpg(self._process.pid, number)
 
     async def stop(self) -> None:
-        """End the child: politely, then not."""
+        """Stop the child: SIGTERM, and SIGKILL after `STOP_S`."""
         self._stopping = True
         self._signal(signal.SIGTERM)
         done, _ = await asyncio.wait({self._task}, timeout=STOP_S)
         if not done:
-            self._tell(self.program.name, "did not stop in time; killing it")
+            self._tell(self.spec.name, "did not stop in time; killing it")
             self._signal(signal.SIGKILL)
             await asyncio.wait({self._task}, timeout=3)
         self._task.cancel()
 
 
 class Supervisor:
-    """Runs fixed programs, and those that `wanted` names at each look."""
+    """Runs fixed processes, and those that `wanted` returns at each look."""
 
     LOOK_S = 1.0
 
     def __init__(
-        self, fixed: list[Program], wanted: Callable[[], Awaitable[list[Program]]], tell: Print | None = None
+        self, fixed: list[ProcessSpec], wanted: Callable[[], Awaitable[list[ProcessSpec]]], tell: Print | None = None
     ) -> None:
         self._fixed, self._wanted = fixed, wanted
         self._tell = tell or tidy_line
@@ -140,16 +139,16 @@ class Supervisor:
         self._end = asyncio.Event()
 
     def ask_to_stop(self) -> None:
-        """Begin to stop."""
+        """Start to stop."""
         self._end.set()
 
     async def run(self, ready: Callable[[], Coroutine[Any, Any, None]] | None = None) -> None:
-        """Start everything, look after it, stop everything in order."""
+        """Start everything, watch it, stop everything in order."""
         loop = asyncio.get_running_loop()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             loop.add_signal_handler(number, self.ask_to_stop)
-        for program in self._fixed:
-            self.children[program.name] = Child(program, self._tell)
+        for spec in self._fixed:
+            self.children[spec.name] = Child(spec, self._tell)
         announce = asyncio.create_task(ready()) if ready else None
         try:
             while not self._end.is_set():
@@ -174,16 +173,16 @@ class Supervisor:
         for name in [n for n in self.children if n not in fixed and n not in wanted]:
             self._tell("supervisor", f"stopping {name}")
             await self.children.pop(name).stop()
-        for name, program in wanted.items():
-            if name in self.children and self.children[name].program != program:
+        for name, spec in wanted.items():
+            if name in self.children and self.children[name].spec != spec:
                 await self.children.pop(name).stop()
             if name not in self.children:
-                self.children[name] = Child(program, self._tell)
+                self.children[name] = Child(spec, self._tell)
 
     async def _stop_all(self) -> None:
         self._tell("supervisor", "stopping; robots are held first")
-        for rank in sorted({c.program.rank for c in self.children.values()}):
-            await asyncio.gather(*(c.stop() for c in self.children.values() if c.program.rank == rank))
+        for rank in sorted({c.spec.rank for c in self.children.values()}):
+            await asyncio.gather(*(c.stop() for c in self.children.values() if c.spec.rank == rank))
         self._tell("supervisor", "everything has stopped")
 
 

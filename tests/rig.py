@@ -20,7 +20,7 @@ PYTHON = sys.executable
 
 
 class Simulator:
-    """The Mercury arm's simulator as a program; `status` and `fault` reach it while it runs."""
+    """The Mercury arm's simulator as a process; `status` and `fault` reach it while it runs."""
 
     def __init__(self, folder: Path, seed: int = 1, tcp: int | None = None, baud: int = 4800) -> None:
         self.folder, self.seed, self.tcp, self.baud = folder, seed, tcp, baud
@@ -78,7 +78,7 @@ class Simulator:
 
 
 class ArmSimulator(Simulator):
-    """The museum arm as a program."""
+    """The museum arm's simulator as a process."""
 
     def __init__(self, folder: Path, **options: float) -> None:
         self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
@@ -160,22 +160,22 @@ class Child:
 
 def worker(slug: str = "mercury", doom: tuple[str, str] | None = None, **env: str) -> Child:
     """Start a robot's worker exactly as the supervisor does."""
-    from portal.programs import robot_programs
+    from portal.processes import robot_processes
     from robots.models import Robot
 
-    program = next(p for p in robot_programs(Robot.objects.get(slug=slug)) if p.name.endswith("worker"))
-    argv = list(program.argv)
+    spec = next(p for p in robot_processes(Robot.objects.get(slug=slug)) if p.name.endswith("worker"))
+    argv = list(spec.argv)
     if doom:
         argv = [PYTHON, "-m", "tests.faults.doomed", *doom, "--", *argv[3:]]
-    return Child("worker", argv, **{**program.env, **env})
+    return Child("worker", argv, **{**spec.env, **env})
 
 
 def housekeeping() -> Child:
     """Start the housekeeping worker with its scheduler."""
-    from portal.programs import housekeeping_program
+    from portal.processes import housekeeping_process
 
-    program = housekeeping_program()
-    return Child("housekeeping", list(program.argv), **program.env)
+    spec = housekeeping_process()
+    return Child("housekeeping", list(spec.argv), **spec.env)
 
 
 def free_port() -> int:
@@ -188,11 +188,11 @@ class Web(Child):
     """The web process."""
 
     def __init__(self, **env: str) -> None:
-        from portal.programs import web_program
+        from portal.processes import web_process
 
         self.port = free_port()
-        program = web_program("127.0.0.1", self.port)
-        super().__init__("web", list(program.argv), **{**program.env, **env})
+        spec = web_process("127.0.0.1", self.port)
+        super().__init__("web", list(spec.argv), **{**spec.env, **env})
         self.url = f"http://localhost:{self.port}"
         wait_for(self._answers, 60, "the web process")
 

@@ -90,7 +90,7 @@ class LineSilent(HardwareFault):
 
 
 class LineBusy(HardwareFault):
-    """Another program holds the port."""
+    """Another process holds the port."""
 
     code = "line_busy"
 

@@ -1,4 +1,4 @@
-"""The Mercury arm as a program: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]
+"""The Mercury arm as a process: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]
 [--baud N]``.
 
 In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server),
@@ -20,7 +20,7 @@ from robots.drivers.mercury import protocol as wire
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.common.program import arguments, stop_when_told
+from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import names, record_deaths
 from simulators.mercury.arm import Body
 from simulators.mercury.camera import expose

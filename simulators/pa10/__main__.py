@@ -1,4 +1,4 @@
-"""The museum arm as a program: ``python -m simulators.pa10 --dir DIR [--port N] [--controller pd]``.
+"""The museum arm as a process: ``python -m simulators.pa10 --dir DIR [--port N] [--controller pd]``.
 
 In DIR it keeps `tty` (the address it listens at), `camera` and `cameras.json`, `faults` (a
 Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
@@ -9,7 +9,7 @@ import os
 import sys
 
 from robots.description import load
-from simulators.common.program import arguments, stop_when_told
+from simulators.common.process import arguments, stop_when_told
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.priority import first_in_line
 from simulators.pa10.simulator import Simulator

@@ -1,4 +1,4 @@
-"""The SO-101's six servos on their line, as a program: ``python -m simulators.so101 --dir DIR``.
+"""The SO-101's six servos on their line, as a process: ``python -m simulators.so101 --dir DIR``.
 
 Feetech's protocol as STS3215 servos speak it: ``FF FF id length instruction parameters
 checksum``, answered by ``FF FF id length error parameters checksum``; a register table each,
@@ -18,7 +18,7 @@ from typing import Any
 
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
-from simulators.common.program import arguments, stop_when_told
+from simulators.common.process import arguments, stop_when_told
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
 LOW, HIGH, MIDDLE = 700, 3395, 2047  # ticks of 4096 a turn: the calibrated range

@@ -199,7 +199,7 @@ def test_a_robot_that_was_never_calibrated_is_refused_in_words(servos):
 
 @needs
 def test_it_is_driven_and_stopped_through_the_worker(transactional_db, redis_server, people):
-    from portal.programs import robot_programs
+    from portal.processes import robot_processes
     from portal.seeding import add_robot
     from robots import bus, services
     from robots.clock import SYSTEM
@@ -209,7 +209,7 @@ def test_it_is_driven_and_stopped_through_the_worker(transactional_db, redis_ser
 
     bus.connection().flushall()
     robot = add_robot("so101")
-    children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in robot_programs(robot)]
+    children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in robot_processes(robot)]
     try:
         wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
         services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])

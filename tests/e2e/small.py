@@ -4,7 +4,7 @@ import shutil
 
 from django.conf import settings
 
-from portal.programs import robot_programs
+from portal.processes import robot_processes
 from robots.models import Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
@@ -17,8 +17,8 @@ class SmallPortal:
     def __init__(self, robot):
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         self.robot = robot
-        programs = robot_programs(robot)
-        self._children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in programs]
+        specs = robot_processes(robot)
+        self._children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in specs]
         self.web = Web()
         self._children += [housekeeping(), self.web]
         self.url = self.web.url

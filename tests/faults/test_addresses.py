@@ -7,7 +7,7 @@ import urllib.request
 
 import pytest
 
-from portal.programs import web_program
+from portal.processes import web_process
 from tests.conftest import wait_for
 from tests.rig import ROOT, free_port
 
@@ -19,7 +19,7 @@ def seen():
 
     def ask(proxies, **headers):
         port = free_port()
-        argv = [*web_program("127.0.0.1", port).argv, "--app", "tests.faults.echo:application"]
+        argv = [*web_process("127.0.0.1", port).argv, "--app", "tests.faults.echo:application"]
         env = {**os.environ, "FORWARDED_ALLOW_IPS": "127.0.0.1", "FARHAND_TRUSTED_PROXIES": ",".join(proxies)}
         made.append(subprocess.Popen(argv, cwd=ROOT, env=env))
         request = urllib.request.Request(f"http://127.0.0.1:{port}/", headers=headers)

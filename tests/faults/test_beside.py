@@ -6,7 +6,7 @@ import pytest
 from django.conf import settings
 
 from accounts.models import Clearance
-from portal.programs import robot_programs
+from portal.processes import robot_processes
 from portal.seeding import add_robot
 from robots import bus, services
 from robots.clock import SYSTEM
@@ -22,7 +22,7 @@ def table(transactional_db, redis_server, people, installed):
     bus.connection().flushall()
     robot = add_robot("turntable")
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-    simulator = next(p for p in robot_programs(robot) if p.name.endswith("robot"))
+    simulator = next(p for p in robot_processes(robot) if p.name.endswith("robot"))
     children = [Child("turntable-robot", list(simulator.argv), **simulator.env), worker("turntable")]
     try:
         wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")

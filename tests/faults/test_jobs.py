@@ -6,7 +6,7 @@ import shutil
 from django.conf import settings
 from django.test import Client
 
-from portal.programs import robot_programs
+from portal.processes import robot_processes
 from portal.seeding import add_robot
 from queueing import services as queue
 from queueing.models import Account, Job, QueueRobot
@@ -46,8 +46,8 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
         shutil.rmtree(robot.rig_dir, ignore_errors=True)
         children = []
         try:
-            for program in robot_programs(robot):
-                children.append(Child(program.name.replace(" ", "-"), list(program.argv), **program.env))
+            for spec in robot_processes(robot):
+                children.append(Child(spec.name.replace(" ", "-"), list(spec.argv), **spec.env))
             wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
             guests = [Guest("192.0.2.1", [1.0] * GOALS), Guest("2001:db8::1", [0.0] * GOALS)]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from portal.supervisor import Program, Supervisor
+from portal.supervisor import ProcessSpec, Supervisor
 from tests.conftest import at_length, wait_for
 from tests.rig import ROOT, free_port
 
@@ -42,7 +42,7 @@ async def nothing():
 
 def test_what_dies_is_started_again_and_one_line_a_process_is_shown():
     lines = []
-    supervisor = Supervisor([Program("one", SLEEPER)], nothing, lambda name, text: lines.append((name, text)))
+    supervisor = Supervisor([ProcessSpec("one", SLEEPER)], nothing, lambda name, text: lines.append((name, text)))
 
     async def story():
         await until(lambda: ("one", "up") in lines)
@@ -60,8 +60,8 @@ def test_a_silent_control_loop_is_killed(tmp_path, monkeypatch):
     script = (
         f"import pathlib, time; p = pathlib.Path({str(beat)!r}); p.touch(); print('up', flush=True); time.sleep(1000)"
     )
-    program = Program("robot", (sys.executable, "-c", script), heartbeat=beat)
-    supervisor = Supervisor([program], nothing, lambda name, text: lines.append(text))
+    spec = ProcessSpec("robot", (sys.executable, "-c", script), heartbeat=beat)
+    supervisor = Supervisor([spec], nothing, lambda name, text: lines.append(text))
 
     async def story():
         await until(lambda: lines.count("up") == 2, 15)
@@ -71,7 +71,7 @@ def test_a_silent_control_loop_is_killed(tmp_path, monkeypatch):
 
 
 def test_it_follows_what_the_database_wants():
-    wanted = [Program("a", SLEEPER)]
+    wanted = [ProcessSpec("a", SLEEPER)]
 
     async def now():
         return list(wanted)

@@ -10,7 +10,7 @@ from django.conf import settings
 from django.test import Client
 
 from accounts.models import Clearance, Question
-from portal.programs import robot_programs
+from portal.processes import robot_processes
 from portal.seeding import add_robot
 from robots import bus, services
 from robots.clock import SYSTEM
@@ -29,8 +29,8 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
     assert Question.objects.filter(robot=robot).count() == 15
     children = []
     try:
-        for program in robot_programs(robot):
-            children.append(Child(program.name.replace(" ", "-"), list(program.argv), **program.env))
+        for spec in robot_processes(robot):
+            children.append(Child(spec.name.replace(" ", "-"), list(spec.argv), **spec.env))
         wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
         Clearance.objects.create(user=people["ada"], robot=robot, granted_at=SYSTEM.now())
         services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])

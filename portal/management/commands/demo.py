@@ -17,7 +17,7 @@ from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
 from portal.privacy import tighten
-from portal.programs import enabled_programs, housekeeping_program, redis_program, web_program
+from portal.processes import enabled_processes, housekeeping_process, redis_process, web_process
 from portal.seeding import seed
 from portal.supervisor import Supervisor, tidy_line
 
@@ -39,14 +39,14 @@ class Command(BaseCommand):
         begun = time.monotonic()
         tighten(settings.VAR)
         password = _apart(_prepare)
-        fixed = [web_program(host, port), housekeeping_program()]
+        fixed = [web_process(host, port), housekeeping_process()]
         if "REDIS_URL" not in os.environ:
-            fixed.insert(0, redis_program())
+            fixed.insert(0, redis_process())
 
         @sync_to_async
         def wanted() -> Any:
             close_old_connections()
-            return enabled_programs()
+            return enabled_processes()
 
         async def main() -> None:
             async def ready() -> None:
@@ -98,7 +98,7 @@ def _need_port(host: str, port: int) -> None:
             probe.bind((host, port))
         except OSError as error:
             raise CommandError(
-                f"Port {port} on {host} is taken ({error.strerror}). Stop the other program, or choose "
+                f"Port {port} on {host} is taken ({error.strerror}). Stop the other process, or choose "
                 f"another port: make run PORT=8001"
             ) from error
 

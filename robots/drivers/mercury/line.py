@@ -62,7 +62,7 @@ class HostLine:
         except (serial.SerialException, OSError, ValueError) as error:
             text = str(error)
             if "exclusively lock" in text or "Resource temporarily" in text:
-                raise LineBusy("Another program holds the robot's serial port.") from error
+                raise LineBusy("Another process holds the robot's serial port.") from error
             raise LineGone("The robot's serial port cannot be opened.") from error
         self._gone = None
         self._reader = threading.Thread(target=self._read, name="line", daemon=True)

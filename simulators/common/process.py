@@ -1,4 +1,4 @@
-"""What each simulator has as a program: where its folder is, and who tells it to stop."""
+"""What each simulator needs as a process: its arguments, and how it is stopped."""
 
 import argparse
 import signal
@@ -10,11 +10,11 @@ class Stoppable(Protocol):
     """A simulator that runs."""
 
     def stop(self, *_: Any) -> None:
-        """Leave the loop; may be called from a signal handler."""
+        """End the loop; may be called from a signal handler."""
 
 
 def arguments(about: str | None) -> argparse.ArgumentParser:
-    """Return a parser with `--dir`, where address, faults, journal and state are kept."""
+    """Return a parser with `--dir`, the folder of address, faults, journal and state."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--dir", type=Path, required=True)
     return parser

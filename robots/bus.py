@@ -22,6 +22,7 @@ WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
+STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
 
 
 def queue_name(slug: str, epoch: int) -> str:
@@ -47,6 +48,16 @@ def frames_channel(slug: str, camera: int = 0) -> str:
 def state_channel(slug: str) -> str:
     """Return the channel of a robot's state packets."""
     return f"farhand:{slug}:state"
+
+
+def stream_channel(slug: str) -> str:
+    """Return the channel of a robot's byte streams."""
+    return f"farhand:{slug}:stream"
+
+
+def stream_key(slug: str, stream: int) -> str:
+    """Return the list that holds the newest key packet of a byte stream and the deltas after it."""
+    return f"farhand:{slug}:stream:{stream}"
 
 
 def trace_channel(slug: str) -> str:
@@ -136,6 +147,37 @@ def tell_people_on_commit(event: StandingChanged) -> None:
 def publish_state(slug: str, packet: bytes) -> bool:
     """Send a state packet. Return whether somebody listens."""
     return _send(state_channel(slug), packet) > 0
+
+
+def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool) -> bool:
+    """Send packets of a byte stream and keep them for who comes later, together or not at all.
+
+    `from_key`: the first is a key packet, so what was kept is over.
+    """
+    key = stream_key(slug, stream)
+    try:
+        both = connection().pipeline(transaction=True)
+        if from_key:
+            both.delete(key)
+            both.rpush(key, *packets)
+        else:
+            both.rpushx(key, *packets)  # type: ignore[arg-type]
+        both.expire(key, STREAM_S)
+        for packet in packets:
+            both.publish(stream_channel(slug), packet)
+        both.execute()
+    except (redis.RedisError, OSError):
+        failures["publish"] += 1
+        return False
+    return True
+
+
+def keep_stream(slug: str, stream: int) -> bool:
+    """Keep what newcomers are given of a byte stream for another while; False if it is there no more."""
+    try:
+        return bool(connection().expire(stream_key(slug, stream), STREAM_S))
+    except (redis.RedisError, OSError):
+        return True  # it is asked again soon
 
 
 def publish_picture(slug: str, packet: bytes, camera: int = 0) -> bool:

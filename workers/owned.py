@@ -15,6 +15,7 @@ from robots.messages import Changed
 from robots.models import Lease, Robot
 from robots.states import Cycle
 from workers.safety.lease import OwnerLease
+from workers.streams import Streams
 
 FRESH_S = 1.0  # an older state does not say where the robot is now
 PublishFrame = Callable[[str, bytes, str, Any], None]
@@ -23,10 +24,12 @@ PublishFrame = Callable[[str, bytes, str, Any], None]
 class OwnedRobot:
     """Row and driver of one robot; `running` is True from the owner's start to its end."""
 
-    def __init__(self, robot: Robot, lease: OwnerLease, clock: Clock, trace: PublishFrame) -> None:
+    def __init__(
+        self, robot: Robot, lease: OwnerLease, clock: Clock, trace: PublishFrame, streams: Streams
+    ) -> None:  # fmt: skip
         self.robot, self.clock = robot, clock
         self.running = False
-        self._lease, self._trace = lease, trace
+        self._lease, self._trace, self._streams = lease, trace, streams
         self.driver: Session = self._open_session()
 
     def now(self) -> datetime:
@@ -39,7 +42,10 @@ class OwnedRobot:
 
     def _open_session(self) -> Session:
         settings = self.robot.driver_settings(self._lease.epoch)
-        return open_session(self.robot.driver, self.robot.wire_address, settings, self._frame)
+        opened = open_session(self.robot.driver, self.robot.wire_address, settings, self._frame)
+        self._streams.restart(self._lease.epoch)
+        opened.on_packet = self._streams.take
+        return opened
 
     def _frame(self, way: str, data: bytes, words: str) -> None:
         self._trace(way, data, words, getattr(self.driver, "line", None))

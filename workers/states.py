@@ -12,6 +12,7 @@ from workers.connection import Connection
 from workers.owned import OwnedRobot
 from workers.safety.latch import StopLatch
 from workers.safety.pace import Pace
+from workers.streams import Streams
 from workers.trace import WireTrace
 
 STATE_HZ = 4  # if the description names no rate
@@ -25,9 +26,11 @@ class States:
     """Publishes the newest state several times a second."""
 
     def __init__(
-        self, owned: OwnedRobot, connection: Connection, latch: StopLatch, trace: WireTrace, pace: Pace
-    ) -> None:
+        self, owned: OwnedRobot, connection: Connection, latch: StopLatch, trace: WireTrace, pace: Pace,
+        streams: Streams,
+    ) -> None:  # fmt: skip
         self._owned, self._connection, self._latch, self._trace, self._pace = owned, connection, latch, trace, pace
+        self._streams = streams
         self._heard = True
         self._number = 0
         self._channels = owned.robot.spec().channels
@@ -54,6 +57,7 @@ class States:
             if state is not None:
                 self._publish(state)
                 self._keep(state)
+            self._streams.publish()
 
     def _keep(self, state: RobotState) -> None:
         """Keep the values of channels in the lease's row now and then: needs are judged by them, pages show them."""

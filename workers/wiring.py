@@ -44,6 +44,7 @@ from workers.safety.pace import Pace
 from workers.safety.stop import Stop
 from workers.safety.watch import Watch
 from workers.states import States
+from workers.streams import Streams
 from workers.threads import Threads
 from workers.trace import WireTrace
 
@@ -66,7 +67,8 @@ class Owner:
         self.lease = OwnerLease(robot, run / f"{slug}.lock", clock)
         self.link, self.grants = Link(clock, float(settings.FARHAND["REDIS_GONE_S"])), KnownGrants(clock)
         trace = WireTrace(slug, clock)
-        self.owned = OwnedRobot(robot, self.lease, clock, trace.publish)
+        self.streams = Streams(slug, robot.spec().streams, clock)
+        self.owned = OwnedRobot(robot, self.lease, clock, trace.publish, self.streams)
         self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
         self.deadman = DeadManTimer(clock)
         self.pictures = Pictures(robot, clock)
@@ -74,7 +76,7 @@ class Owner:
         self.threads = Threads(self.owned, self.watch.leave)
         recovery = Recovery(self.owned, self.lease, self.lane.gate, self.pictures)
         self.connection = Connection(self.owned, self.lease, self.lane, recovery)
-        self.states = States(self.owned, self.connection, self.latch, trace, self.pace)
+        self.states = States(self.owned, self.connection, self.latch, trace, self.pace, self.streams)
         self.regain = Regain(self.owned, self.lease, self.lane, self.beside, self.connection, self.watch, listen)
         self._wire_commands()
 

@@ -1,10 +1,11 @@
 /** The socket to a robot: opens, keeps itself alive, comes back with a jitter. */
-import { decode, type Message, type PicturePacket, type StatePacket } from "./protocol.ts";
+import { decode, type Message, type PicturePacket, type StatePacket, type StreamPacket } from "./protocol.ts";
 
 export interface Handlers {
   message(message: Message): void;
   state(packet: StatePacket): void;
   picture(packet: PicturePacket): void;
+  stream?(packet: StreamPacket): void;
   line(up: boolean): void;
 }
 
@@ -101,6 +102,7 @@ export class Live {
       const packet = decode(data);
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
+      else if ("data" in packet) this.handlers.stream?.(packet);
       else this.handlers.state(packet);
       return;
     }

@@ -10,9 +10,10 @@ import { Live } from "./live.ts";
 import { LogList } from "./log_list.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
-import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, Still } from "./protocol.ts";
+import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, Still, StreamPacket } from "./protocol.ts";
 import "./stop_in_view.ts";
 import { StopPress } from "./stop.ts";
+import { Streams } from "./streams.ts";
 import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { complete } from "./widgets/basics.ts";
@@ -24,6 +25,8 @@ export interface Console {
   watch?(): void;
   picture(packet: PicturePacket): void;
   state(packet: StatePacket): void;
+  /** The next packet of a byte stream: a key packet holds everything, a delta what changed since the one before. */
+  stream?(name: string, packet: StreamPacket): void;
   still(still: Still): void;
   /** A grant began or ended, or another one took its place. */
   turn(): void;
@@ -67,6 +70,7 @@ export class RobotPage {
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private log = new LogList(byId("log"));
   private console: Console | null = null;
+  private streams = new Streams(facts.streams.map(({ name }) => name));
 
   constructor() {
     const say = byId("say");
@@ -76,6 +80,7 @@ export class RobotPage {
       this.slug,
       {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
+        stream: (p) => this.gotStream(p),
         line: (up) => this.gotLine(up),
       },
       () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
@@ -98,6 +103,7 @@ export class RobotPage {
     if (this.live.up) console.watch?.();
     if (this.snapshot?.still) console.still(this.snapshot.still);
     if (this.state) console.state(this.state);
+    for (const { name } of facts.streams) for (const packet of this.stream(name)) console.stream?.(name, packet);
     this.draw();
   }
 
@@ -106,6 +112,11 @@ export class RobotPage {
     const joint = facts.names.indexOf(name), channel = facts.channels.findIndex((c) => c.name === name);
     const value = joint < 0 ? this.state?.values[channel] : this.state?.joints[joint];
     return Number.isNaN(value) ? undefined : value;
+  }
+
+  /** What a byte stream says now: its newest key packet and the deltas after it; empty where none was heard. */
+  stream(name: string): StreamPacket[] {
+    return this.streams.of(name);
   }
 
   /** Why that kind of command will not work now; empty when it will. */
@@ -204,6 +215,11 @@ export class RobotPage {
     this.state = packet;
     this.stateHeardAt = performance.now();
     this.console?.state(packet);
+  }
+
+  private gotStream(packet: StreamPacket): void {
+    const name = this.streams.take(packet);
+    if (name !== undefined) this.console?.stream?.(name, packet);
   }
 
   private message(m: Message): void {

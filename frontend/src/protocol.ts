@@ -34,7 +34,8 @@ export interface CommandSpec { kind: string; label: string; lane: "motion" | "co
 /** A value beside the joints, as a battery's charge: its unit and its usual range. */
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 /** What the page is told of its robot, whatever robot it is. */
-export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; cameras: number }
+export interface StreamInfo { name: string; media: string }
+export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; streams: StreamInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
@@ -57,7 +58,11 @@ export interface StatePacket {
 }
 export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob }
 
+/** A packet of a byte stream: which of the spec's (from 0), and whether it holds everything or what changed since the one before. */
+export interface StreamPacket { stream: number; key: boolean; run: number; number: number; atMs: number; data: Uint8Array }
+
 const STATE_HEAD = 16;
+const STREAM_HEAD = 16;
 const PICTURE_HEAD = 19;
 const words = new TextDecoder();
 
@@ -66,9 +71,14 @@ function floats(view: DataView, at: number, count: number): number[] {
 }
 
 /** Decode a binary packet; null for one that is too short or of an unknown type. */
-export function decode(data: ArrayBuffer): StatePacket | PicturePacket | null {
+export function decode(data: ArrayBuffer): StatePacket | PicturePacket | StreamPacket | null {
   const view = new DataView(data);
   const type = data.byteLength >= STATE_HEAD ? view.getUint8(0) : 0;
+  if (type === 3)
+    return {
+      stream: view.getUint8(2), key: (view.getUint8(1) & 1) !== 0, run: view.getUint8(3), number: view.getUint32(4, true),
+      atMs: Number(view.getBigInt64(8, true)), data: new Uint8Array(data, STREAM_HEAD),
+    };
   if (type === 1) {
     const flags = view.getUint8(1), count = view.getUint8(14), rows = view.getUint8(15);
     const rest = STATE_HEAD + 4 * count * rows;

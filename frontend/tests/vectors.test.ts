@@ -4,7 +4,8 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
-import { decode, type StatePacket } from "../src/protocol.ts";
+import { decode, type StatePacket, type StreamPacket } from "../src/protocol.ts";
+import { Streams } from "../src/streams.ts";
 import { FINAL, STAGES } from "../src/words.ts";
 
 const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
@@ -72,5 +73,29 @@ test("a state packet is read as Python packs it, and one that is cut off is none
     assert.deepEqual(found.values.map((v) => (Number.isNaN(v) ? null : v)), one.values, one.what);
     const whole = bytes.length - Buffer.from(one.mode).length;
     if (one.values.length) assert.equal(decode(bytes.slice(0, whole - 1).buffer), null, `${one.what}, cut off`);
+  }
+});
+
+interface Streamed {
+  what: string; shown: Record<string, string[]>;
+  packets: { hex: string; stream: number; run: number; number: number; at_ms: number; key: boolean; data: string }[];
+}
+
+test("packets of byte streams are read as Python packs them, and deltas follow their key packet alone", () => {
+  const hex = (data: Uint8Array): string => Buffer.from(data).toString("hex");
+  for (const one of read("stream_packets") as Streamed[]) {
+    const streams = new Streams(["first", "second", "third"]);
+    for (const packet of one.packets) {
+      const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
+      const found = decode(bytes.buffer) as StreamPacket;
+      assert.deepEqual(
+        [found.stream, found.run, found.number, found.atMs, found.key, hex(found.data)],
+        [packet.stream, packet.run, packet.number, packet.at_ms, packet.key, packet.data], one.what,
+      );
+      assert.equal(decode(bytes.slice(0, 15).buffer), null, `${one.what}, cut off`);
+      streams.take(found);
+    }
+    for (const [stream, shown] of Object.entries(one.shown))
+      assert.deepEqual(streams.of(["first", "second", "third"][Number(stream)]!).map(({ data }) => hex(data)), shown, one.what);
   }
 });

@@ -17,12 +17,15 @@ from redis.exceptions import RedisError
 
 from portal.live.messages import CAMERAS
 from portal.live.sessions import doorman
+from portal.live.streams import Streams
 from robots import bus
+from robots.contract.streams import MOST
 from robots.messages import Event, decode
 
 log = logging.getLogger(__name__)
 PING_S = 2.0
 EVENTS = 100
+CHANNELS = (bus.events_channel, bus.state_channel, bus.stream_channel, bus.trace_channel)
 
 
 class Viewer:
@@ -35,6 +38,7 @@ class Viewer:
         self.cameras = frozenset({0})  # the cameras that it wants
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
+        self.told: dict[int, tuple[list[bytes], int]] = {}  # of each byte stream: which key packet's, how many
         self.events: deque[Event] = deque()
         self.resync = False
         self.wake = asyncio.Event()
@@ -58,12 +62,15 @@ class Hub:
         self._redis: aioredis.Redis | None = None
         self._pubsub: Any = None
         self._subscribing = asyncio.Lock()
+        self._restoring: set[str] = set()
+        self.streams = Streams()
         self.link = False
 
     def attach(self, viewer: Viewer) -> None:
         """Add a viewer; the first one starts the reader."""
         self._rooms.setdefault(viewer.slug, set()).add(viewer)
         self._give_newest(viewer)
+        viewer.wake.set()  # for the byte streams
         if not self._tasks:
             self._hold(self._read())
             self._hold(self._keep_watch())
@@ -95,6 +102,7 @@ class Hub:
         if not room:
             self._rooms.pop(viewer.slug, None)
             self._newest.pop(viewer.slug, None)
+            self.streams.forget(viewer.slug)
             self._hold(self._follow(viewer.slug))
 
     def viewers(self, slug: str) -> int:
@@ -103,7 +111,7 @@ class Hub:
 
     def _channels(self, slug: str) -> list[str]:
         frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
-        return [*frames, *(f(slug) for f in (bus.events_channel, bus.state_channel, bus.trace_channel))]
+        return [*frames, *(f(slug) for f in CHANNELS)]
 
     async def _follow(self, slug: str) -> None:
         """Subscribe to a robot while it has viewers."""
@@ -116,6 +124,29 @@ class Hub:
                     return
                 await self._pubsub.subscribe(*self._channels(slug))
             await self._mark_watched(slug)
+            if not self.streams.knows(slug):
+                await self._restore(slug)
+
+    async def _restore(self, slug: str) -> None:
+        """Read what is kept of a robot's byte streams, where its beginning was not heard."""
+        if slug in self._restoring or self._redis is None:
+            return
+        self._restoring.add(slug)
+        try:
+            kept = self._redis.pipeline(transaction=False)
+            for stream in range(MOST):
+                kept.lrange(bus.stream_key(slug, stream), 0, -1)
+            with contextlib.suppress(RedisError, OSError, ValueError):
+                self.streams.restore(slug, await kept.execute())
+        finally:
+            self._restoring.discard(slug)
+        if slug not in self._rooms:
+            self.streams.forget(slug)
+        self._wake(slug)
+
+    def _wake(self, slug: str) -> None:
+        for viewer in self._rooms.get(slug, ()):
+            viewer.wake.set()
 
     async def _read(self) -> None:
         while True:
@@ -134,6 +165,7 @@ class Hub:
             self._pubsub = self._redis.pubsub(ignore_subscribe_messages=True)
             await self._pubsub.subscribe(bus.sessions_channel())
             for slug in list(self._rooms):
+                self.streams.forget(slug)  # packets were missed
                 await self._follow(slug)
             self._set_link(True)
             while True:
@@ -161,16 +193,15 @@ class Hub:
         if not room:
             return
         if what.startswith("frames"):
-            camera = int(what.removeprefix("frames") or 0)
-            self._newest.setdefault(slug, {})[camera] = data
-            for viewer in room:
-                if camera in viewer.cameras:
-                    viewer.frames[camera] = data
-                    viewer.wake.set()
+            self._give_picture(slug, room, int(what.removeprefix("frames") or 0), data)
+        elif what == "stream":
+            if not self.streams.take(slug, data):
+                self._hold(self._restore(slug))
+            self._wake(slug)
         elif what == "state":
             for viewer in room:
                 viewer.state = data
-                viewer.wake.set()
+            self._wake(slug)
         else:
             try:
                 event = decode(data)
@@ -180,6 +211,13 @@ class Hub:
             for viewer in room:
                 if what != "trace" or viewer.trace:
                     viewer.put_event(event)
+
+    def _give_picture(self, slug: str, room: set[Viewer], camera: int, data: bytes) -> None:
+        self._newest.setdefault(slug, {})[camera] = data
+        for viewer in room:
+            if camera in viewer.cameras:
+                viewer.frames[camera] = data
+                viewer.wake.set()
 
     async def _keep_watch(self) -> None:
         while True:

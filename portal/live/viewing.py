@@ -126,6 +126,8 @@ class Viewing(Line):
             if viewer.state is not None:
                 state, viewer.state = viewer.state, None
                 await self.send(bytes_data=state)
+            for packet in hub().streams.news(self.slug, viewer.told):
+                await self.send(bytes_data=packet)
             resync = viewer.resync or not viewer.link
             viewer.resync = False
             while viewer.events:

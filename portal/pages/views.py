@@ -84,6 +84,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
     facts |= {
         "names": spec.joints,
         "channels": [asdict(channel) for channel in spec.channels],
+        "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "labels": {c.kind: c.label for c in spec.commands},
         "commands": [{**asdict(c), "asked_by": sorted(c.asked_by)} for c in spec.commands if c.open_to(TURN)],

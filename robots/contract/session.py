@@ -19,6 +19,7 @@ class Progress:
 
 
 OnStage = Callable[[str | Progress], None]
+OnPacket = Callable[[str, bytes, bool], bool]
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class Session(ABC):
     """
 
     _latest: RobotState | None = None
+    on_packet: OnPacket | None = None  # the owner's, where there is one
 
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         self.address, self.settings, self.trace = address, settings, trace
@@ -109,3 +111,14 @@ class Session(ABC):
         """Remember the newest state and return it; a driver calls this with each state that it hears."""
         self._latest = state
         return state
+
+    def stream(self, name: str, data: bytes, key: bool = True) -> bool:
+        """Tell the next packet of a byte stream that the spec declares; any thread may, and it never waits.
+
+        A key packet holds everything, a delta (`key` false) what changed since the packet before; what both mean
+        is between driver and console. Returns True if the next one has to be a key packet: nobody takes deltas
+        yet, or enough of them stand behind the last key packet.
+
+        Raises ValueError where no such stream is declared or the packet is over 1 MiB.
+        """
+        return self.on_packet is None or self.on_packet(name, data, key)

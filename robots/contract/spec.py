@@ -9,6 +9,8 @@ from typing import Any, Literal, TypeVar
 from robots.contract.capabilities import Idle, Need, Programs
 from robots.contract.channels import MOST, Scalar
 from robots.contract.policies import HOLD, Policies
+from robots.contract.streams import MOST as MOST_STREAMS
+from robots.contract.streams import Stream
 
 Lane = Literal["motion", "config"]
 TURN, ANYONE, STAFF = "turn", "anyone", "staff"
@@ -62,9 +64,10 @@ class CommandKind:
 class Spec:
     """What the robot can do and what it tells.
 
-    `handover` names the commands that put it in order between two turns, `channels` the values that it
-    tells beside its joints. `rest_s` is the longest time (s) after which it rests by itself when no word reaches
-    it any more; None where nobody knows. Raises ValueError where one part of it contradicts another.
+    `handover` names the commands that put it in order between two turns, `channels` the values that it tells
+    beside its joints, `streams` its byte streams. `rest_s` is the longest time (s) after which it rests by itself
+    when no word reaches it any more; None where nobody knows. Raises ValueError where one part of it contradicts
+    another.
     """
 
     name: str
@@ -73,6 +76,7 @@ class Spec:
     handover: tuple[str, ...] = ()
     channels: tuple[Scalar, ...] = ()
     capabilities: tuple[Any, ...] = ()
+    streams: tuple[Stream, ...] = ()
     rest_s: float | None = None
 
     def __post_init__(self) -> None:
@@ -99,13 +103,15 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     for what, names in (
         ("command", [c.kind for c in spec.commands]),
         ("joint or channel", [*spec.joints, *(c.name for c in spec.channels)]),
+        ("stream", [s.name for s in spec.streams]),
     ):
         yield from (f"names the {what} {name!r} twice" for name in _twice(names))
     told = {*spec.joints, *(c.name for c in spec.channels)}
     for command in spec.commands:
         yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command, told))
-    if len(spec.channels) > MOST:
-        yield f"has {len(spec.channels)} channels; at most {MOST} are possible"
+    for what, count, most in (("channels", len(spec.channels), MOST), ("streams", len(spec.streams), MOST_STREAMS)):
+        if count > most:
+            yield f"has {count} {what}; at most {most} are possible"
     if spec.rest_s is not None and not 0 <= spec.rest_s < inf:
         yield f"says that the robot rests by itself after {spec.rest_s:g} s"
     for kind in spec.handover:
@@ -115,12 +121,18 @@ def _contradictions(spec: Spec) -> Iterator[str]:
         elif found.lane != "motion":
             yield f"names {kind!r} of the lane {found.lane!r} in its handover; only motions belong there"
     for one in spec.capabilities:
-        if isinstance(one, Idle | Need | Programs) and spec.command(one.kind) is None:
-            yield f"has no command {one.kind!r}, which its {type(one).__name__} names"
-        if isinstance(one, Need) and one.channel not in [c.name for c in spec.channels]:
-            yield f"has no channel {one.channel!r}, which its Need names"
-        if isinstance(one, Need) and not one.below <= one.until:
-            yield f"has a Need that begins below {one.below:g} and ends at {one.until:g}, which is less"
+        yield from _wrong_with(one, spec)
+
+
+def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
+    if isinstance(capability, Idle | Need | Programs) and spec.command(capability.kind) is None:
+        yield f"has no command {capability.kind!r}, which its {type(capability).__name__} names"
+    if not isinstance(capability, Need):
+        return
+    if capability.channel not in [c.name for c in spec.channels]:
+        yield f"has no channel {capability.channel!r}, which its Need names"
+    if not capability.below <= capability.until:
+        yield f"has a Need that begins below {capability.below:g} and ends at {capability.until:g}, which is less"
 
 
 def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:

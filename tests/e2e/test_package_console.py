@@ -1,5 +1,7 @@
 """A robot's package that ships its own console: installed beside the portal, driven in the browser by a stranger."""
 
+import re
+
 import pytest
 from playwright.sync_api import expect
 
@@ -66,6 +68,7 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
     turn_to(page, 90)
     expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
     expect(page.locator(DIAL)).to_have_attribute("data-angle", "90.0")
+    expect(page.locator(DIAL)).to_have_attribute("data-trail", re.compile(r"^\d\d$"))  # its byte stream is drawn
     assert Lease.objects.get(robot=portal.robot).state["joints"] == pytest.approx([1.5708], abs=1e-3)
     turn_to(page, -170)
     wait_for(lambda: page.wait_for_timeout(20) or Command.objects.filter(state="acknowledged").exists(), 10, "it turns")

@@ -7,6 +7,7 @@ import pytest
 
 from robots.contract.channels import Scalar
 from robots.contract.session import RobotState
+from robots.contract.streams import Chain, StreamPacket, pack, unpack
 from robots.description import load
 from robots.drivers.errors import OutOfWorkspace
 from robots.drivers.mercury import calibration
@@ -24,6 +25,7 @@ def read(name):
 
 
 PACKETS = read("state_packets")
+STREAMS = read("stream_packets")
 PLANE, PROGRAMS = read("mercury_plane"), read("pa10_programs")
 ARM, DESCRIPTION = scara(PLANE), load("mercury")
 
@@ -79,3 +81,16 @@ def test_a_state_is_packed_as_the_browser_reads_it(one):
     channels = tuple(Scalar(name, "", 0.0, 1.0) for name in one["channels"])
     packet = state_packet(one["number"], one["at_ms"], state, one["stopped"], channels)
     assert packet.hex() == one["hex"]
+
+
+@pytest.mark.parametrize("one", STREAMS, ids=lambda one: one["what"])
+def test_byte_streams_are_packed_and_chained_as_the_browser_reads_them(one):
+    chains = {}
+    for told in one["packets"]:
+        packet = StreamPacket(
+            told["stream"], told["number"], told["at_ms"], told["key"], bytes.fromhex(told["data"]), told["run"]
+        )  # fmt: skip
+        assert pack(packet).hex() == told["hex"]
+        assert unpack(pack(packet)) == packet
+        chains.setdefault(told["stream"], Chain()).add(pack(packet))
+    assert {str(n): [unpack(data).data.hex() for data in c.packets] for n, c in chains.items()} == one["shown"]

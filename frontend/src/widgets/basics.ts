@@ -64,5 +64,6 @@ export function complete(own: Partial<Console>, page: RobotPage): Console {
     const from = own[part] ? own : basics;
     whole[part] = (from[part] as (...given: unknown[]) => unknown).bind(from);
   }
+  if (own.stream) whole["stream"] = own.stream.bind(own);
   return whole as unknown as Console;
 }

@@ -2,6 +2,7 @@
 
 import json
 import socket
+import threading
 import time
 from itertools import cycle
 from pathlib import Path
@@ -21,6 +22,19 @@ def angles(kind, args):
 
 
 class Driver(Session):
+    def __init__(self, *args):
+        super().__init__(*args)
+        self._trail, self._key, self._telling = b"", True, threading.Lock()
+
+    def _tell(self, trail):
+        """Tell where the table has pointed: all cells, or number and value of those that changed."""
+        with self._telling:
+            if self._key:
+                self._key = self.stream("trail", trail)
+            elif changes := [part for i, n in enumerate(trail) if n != self._trail[i] for part in (i, n)]:
+                self._key = self.stream("trail", bytes(changes), key=False)
+            self._trail = trail
+
     def _ask(self, **what):
         try:
             with socket.socket(socket.AF_UNIX) as line:
@@ -31,6 +45,7 @@ class Driver(Session):
         except (OSError, ValueError) as error:
             raise LineGone(f"The turntable does not answer: {error}.") from error
         angle = said["angle"]
+        self._tell(bytes.fromhex(said["trail"]))
         self.keep(RobotState(time.monotonic(), (angle,), (), said["moving"], True, values={"warmth": said["warmth"]}))
         return said
 

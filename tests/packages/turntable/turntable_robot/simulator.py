@@ -9,6 +9,7 @@ from pathlib import Path
 
 PACE = 1.0  # rad/s
 TAKES_S = 0.5
+CELLS = 63  # of the circle, a tenth of a radian each: where the table has pointed
 
 
 class Table:
@@ -17,6 +18,7 @@ class Table:
         self.pace = PACE
         self.began, self.held = time.monotonic(), False
         self.lock = threading.Lock()
+        self.trail = bytearray(CELLS)
 
     def angle(self):
         way = self.goal - self.start
@@ -36,7 +38,10 @@ class Table:
                 self.held = self.held or abs(here - self.goal) > 1e-6
                 self.start = self.goal = here
             here = self.angle()
+            cell = int((here + 3.15) * 10)
+            self.trail[cell] = min(self.trail[cell] + 1, 255)
             return {
+                "trail": self.trail.hex(),
                 "angle": here,
                 "moving": abs(here - self.goal) > 1e-6,
                 "held": self.held,

@@ -2,6 +2,7 @@ from robots.contract.capabilities import Idle
 from robots.contract.channels import Scalar
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
+from robots.contract.streams import Stream
 
 EVERYBODY = frozenset({TURN, ANYONE})
 WHERE = (Range("table", -3.1, 3.1),)
@@ -15,6 +16,7 @@ def spec():
         joints=("table",),
         handover=("home",),
         channels=(Scalar("warmth", "°C", 0.0, 90.0),),
+        streams=(Stream("trail"),),
         commands=(
             CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),), progress=True),
             CommandKind("home", "Home"),

@@ -27,7 +27,15 @@ const pace = document.getElementById("turntable-pace");
 const setPace = document.querySelector("[data-command=pace]");
 pace.addEventListener("input", () => say(document.getElementById("turntable-pace-said"), `${Number(pace.value).toFixed(1)} rad/s`));
 page.on("pace", () => page.command("pace", { pace: Number(pace.value) }));
+const cells = new Uint8Array(63); // of the circle, a tenth of a radian each: how often the table pointed there
+const marks = [...cells].map((_, cell) => shape(picture, "line", { x1: 0, y1: -92, x2: 0, y2: -98, class: "mark", transform: `rotate(${-deg((cell + 0.5) / 10 - 3.15)})` }));
 page.begin({
+  stream(name, { key, data }) {
+    if (key) cells.set(data);
+    else for (let at = 0; at < data.length; at += 2) cells[data[at]] = data[at + 1];
+    marks.forEach((mark, cell) => mark.setAttribute("opacity", Math.min(1, cells[cell] / 20)));
+    dial.dataset[name] = cells.filter((n) => n > 0).length;
+  },
   state() {
     const angle = deg(page.value("table") ?? 0);
     pointer.setAttribute("transform", `rotate(${-angle})`);

@@ -1,0 +1,25 @@
+/** The byte streams of a robot, as a map: the newest key packet of each and the deltas after it. */
+import type { StreamPacket } from "./protocol.ts";
+
+export class Streams {
+  private chains = new Map<number, StreamPacket[]>();
+  private names: string[];
+
+  constructor(names: string[]) {
+    this.names = names;
+  }
+
+  /** Take a packet; its stream's name where it belongs, undefined for a delta that does not follow or came again. */
+  take(packet: StreamPacket): string | undefined {
+    const chain = this.chains.get(packet.stream), last = chain?.at(-1);
+    if (packet.key) this.chains.set(packet.stream, [packet]);
+    else if (chain && last && packet.run === last.run && packet.number === (last.number + 1) >>> 0) chain.push(packet);
+    else return undefined;
+    return this.names[packet.stream];
+  }
+
+  /** The newest key packet of that stream, then the deltas after it; empty where none was heard. */
+  of(name: string): StreamPacket[] {
+    return [...(this.chains.get(this.names.indexOf(name)) ?? [])];
+  }
+}

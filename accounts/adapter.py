@@ -1,4 +1,4 @@
-"""How allauth fits in here: what attempts are counted by, and mail that nobody waits for."""
+"""Adapts allauth: what failed attempts are counted by, and mails that are sent in the background."""
 
 import logging
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +16,7 @@ from django.http import HttpRequest
 from accounts import handles
 
 log = logging.getLogger(__name__)
-# one sender a process: how long a mail server takes must tell nobody whether an address is known
+# in the background, because the time of sending would tell whether an address is known
 _sender = ThreadPoolExecutor(1, "mail")
 
 
@@ -25,19 +25,19 @@ LINK = "confirmation_link"
 
 
 def mails_stay_here() -> bool:
-    """Tell whether this is a demo whose mails go to the terminal, where who signs up may not look."""
+    """Return whether mails only go to the terminal, as in a demo; people who sign up cannot read them there."""
     return settings.EMAIL_BACKEND == CONSOLE and not settings.PUBLIC
 
 
 def _send(message: EmailMessage) -> None:
     try:
         message.send()
-    except Exception:  # a mail server may fail in any way; the page said already that a mail is on its way
+    except Exception:  # a mail server may fail in any way; the page has already announced the mail
         log.exception("a mail could not be sent")
 
 
 def send_beside(message: EmailMessage) -> None:
-    """Send a mail beside what goes on; one that cannot be sent is noted in the log."""
+    """Send a mail in the background; a failure is written to the log."""
     if settings.MAIL_IN_BACKGROUND:
         _sender.submit(_send, message)
     else:
@@ -45,19 +45,19 @@ def send_beside(message: EmailMessage) -> None:
 
 
 class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
-    """Everything else is allauth's own."""
+    """allauth's adapter with these changes."""
 
     username_blacklist_case_insensitive = True
 
     def clean_username(self, username: str, shallow: bool = False) -> str:
-        """Return a new handle as it is kept. Raises ValidationError where it is refused or taken."""
+        """Return a new handle in its stored form. Raises ValidationError if it is refused or taken."""
         handle = handles.normal(username)
         if not shallow and get_user_model().objects.filter(handle_key=handles.key(handle)).exists():
             raise self.validation_error("username_taken")
         return str(super().clean_username(handle, shallow))
 
     def _get_login_attempts_cache_key(self, request: HttpRequest, **credentials: Any) -> str:
-        """Return what failed attempts are counted by: the account and the network address together.
+        """Return the key of failed attempts: the account together with the network address.
 
         So nobody locks another person out, and both names of an account share one count.
         """
@@ -67,23 +67,23 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         return f"{get_ip(request)} {known or name}"
 
     def send_confirmation_mail(self, request: HttpRequest, emailconfirmation: Any, signup: bool) -> None:
-        """Send the link; a demo keeps it for the next page of this very session too."""
+        """Send the link; a demo also shows it on the next page of this session."""
         super().send_confirmation_mail(request, emailconfirmation, signup)
         if mails_stay_here():
             request.session[LINK] = self.get_email_confirmation_url(request, emailconfirmation)
 
     def send_account_already_exists_mail(self, email: str) -> None:
-        """Send no link; one of an earlier sign-up is not shown beside it."""
+        """Send the mail without a link; the link of an earlier sign-up is not shown."""
         super().send_account_already_exists_mail(email)
         self.request.session.pop(LINK, None)
 
     def confirm_email(self, request: HttpRequest, email_address: Any) -> bool:
-        """Confirm the address; its link has done its work."""
+        """Confirm the address, and remove its link."""
         request.session.pop(LINK, None)
         return bool(super().confirm_email(request, email_address))
 
     def send_mail(self, template_prefix: str, email: str, context: dict[str, Any]) -> None:
-        """Render a mail now, send it beside the answer."""
+        """Render a mail now and send it in the background."""
         send_beside(self.render_mail(template_prefix, email, self._filled(email, context)))
 
     def _filled(self, email: str, given: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""People, clearances and the question bank."""
+"""Admin pages of people, clearances and the question bank."""
 
 from collections.abc import Callable
 from typing import Any
@@ -43,7 +43,7 @@ class NoteForm(ActionForm):
 
 @admin.register(Clearance)
 class ClearanceAdmin(Guarded):
-    """Who may drive what; it is withdrawn, and the way to it opened again, by actions with a note."""
+    """Clearances; they are withdrawn and reopened by actions with a note."""
 
     list_display = ("user", "robot", "level", "granted_at", "revoked_at", "note", "lifted_at")
     list_filter = ("robot",)
@@ -54,12 +54,12 @@ class ClearanceAdmin(Guarded):
     actions = ("withdraw", "lift")
 
     def get_changeform_initial_data(self, request: HttpRequest) -> dict[str, Any]:
-        """Grant from now on."""
+        """Start a new clearance today."""
         return {"granted_at": SYSTEM.now(), **super().get_changeform_initial_data(request)}
 
     @admin.action(description="Withdraw the clearance (with a note)", permissions=["change"])
     def withdraw(self, request: HttpRequest, queryset: Any) -> None:
-        """Take the chosen clearances away."""
+        """Withdraw the chosen clearances."""
         self._decide(request, queryset, staff.withdraw, "withdrawn")
 
     @admin.action(description="Lift the withdrawal: the test may be taken again (with a note)", permissions=["change"])
@@ -82,7 +82,7 @@ class ClearanceAdmin(Guarded):
 
 @admin.register(Attempt)
 class AttemptAdmin(Kept):
-    """The tests that were taken."""
+    """The tests that people took."""
 
     list_display = ("user", "robot", "started_at", "score", "passed")
     list_filter = ("robot", "passed")
@@ -90,15 +90,15 @@ class AttemptAdmin(Kept):
 
 
 class HandleRules(forms.ModelForm):  # type: ignore[type-arg]
-    """A handle that is new or changed keeps the rules; one from before them stays."""
+    """Checks a handle that is new or changed; older handles stay."""
 
     def clean_username(self) -> str:
-        """Return the handle as it is kept."""
+        """Return the handle in its stored form."""
         handle = handles.normal(self.cleaned_data["username"])
         if handle != self.initial.get("username"):
             handles.validate(handle)
             if User.objects.filter(handle_key=handles.key(handle)).exclude(pk=self.instance.pk).exists():
-                raise forms.ValidationError("That handle is taken, or looks like one that is.")
+                raise forms.ValidationError("That handle is taken, or looks like one that is taken.")
         return handle
 
 
@@ -112,21 +112,21 @@ class NewPersonForm(HandleRules, AdminUserCreationForm):  # type: ignore[type-ar
 
 @admin.register(User)
 class PersonAdmin(UserAdmin):  # type: ignore[type-arg]
-    """People. Only a superuser hands out rights, so that nobody gives them to themselves."""
+    """People. Only a superuser gives rights, so that nobody can give rights to themselves."""
 
     form, add_form = PersonForm, NewPersonForm
 
     def get_readonly_fields(self, request: HttpRequest, obj: Any = None) -> tuple[str, ...]:
-        """Lock the rights for staff who are no superusers."""
+        """Lock the fields of rights for staff who are not superusers."""
         locked = () if request.user.is_superuser else ("is_staff", "is_superuser", "groups", "user_permissions")
         return (*super().get_readonly_fields(request, obj), *locked)
 
     def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Keep a superuser's account out of the hands of other staff: a new password would be theirs."""
+        """Let only superusers change a superuser's account: with a new password, others could use it."""
         mine = obj is None or not obj.is_superuser or request.user.is_superuser
         return mine and super().has_change_permission(request, obj)
 
     def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Delete a superuser as a superuser only."""
+        """Let only superusers delete a superuser."""
         mine = obj is None or not obj.is_superuser or request.user.is_superuser
         return mine and super().has_delete_permission(request, obj)

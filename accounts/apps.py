@@ -4,7 +4,7 @@ from django.apps import AppConfig
 
 
 class AccountsConfig(AppConfig):
-    """People and what they are cleared for."""
+    """People and their clearances."""
 
     name = "accounts"
     verbose_name = "People and clearance"

@@ -1,4 +1,4 @@
-"""Who a name and a password belong to, found in the same time whether there is such an account or not."""
+"""Sign-in that takes the same time whether the account exists or not."""
 
 from typing import Any
 
@@ -8,12 +8,14 @@ from django.contrib.auth.base_user import AbstractBaseUser
 from django.http import HttpRequest
 
 
-class OneLook(AuthenticationBackend):  # type: ignore[misc]
-    """allauth's backend, with one password hashed at each attempt.
+class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
+    """allauth's backend, with exactly one password hash for each attempt.
 
-    Its own looks a name up as address and as handle, and once more for each of the two that the
-    form passes; with Django's backend beside it an account that exists cost three hashes and one
-    that does not two, so the time of the answer told which addresses have an account.
+    allauth's own looks up a name as address and as handle, and again for each of the two that the form passes. With
+    Django's
+    backend beside it, an account that exists cost three hashes and one that does not cost two, so the time of the
+    answer
+    told which addresses have an account.
     """
 
     def _authenticate(self, request: HttpRequest | None, **credentials: Any) -> AbstractBaseUser | None:

@@ -1,4 +1,4 @@
-"""Signing up: an address that is known costs the same work as a new one."""
+"""The sign-up form: a known address costs the same work as a new one."""
 
 import secrets
 from typing import Any
@@ -13,20 +13,20 @@ from accounts import handles
 
 
 class SignupForm(BaseSignupForm):  # type: ignore[misc]
-    """Allauth's form, whose answer takes as long for a known address as for a new one."""
+    """allauth's form, which takes as long for a known address as for a new one."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.fields["username"].help_text = handles.RULES
 
     def try_save(self, request: HttpRequest) -> tuple[Any, HttpResponse | None]:
-        """Make the account; for a known address make one that is undone, then mail that there is one."""
+        """Create the account; for a known address, create one and undo it, then send a mail that there is one."""
         try:
             if self.account_already_exists:
                 self._rehearse(request)
             with transaction.atomic():
                 found: tuple[Any, HttpResponse | None] = super().try_save(request)
-        except IntegrityError:  # somebody took the handle between the check and the row
+        except IntegrityError:  # somebody took the handle between check and insert
             messages.error(request, "Somebody has just taken that handle; choose another one.")
             return None, redirect("account_signup")
         return found

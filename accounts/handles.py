@@ -1,4 +1,4 @@
-"""Handles: what a person may be called, so that nobody passes for staff, for a robot or for somebody else."""
+"""Handles: rules for names, so that nobody can pass for staff, for a robot or for another person."""
 
 import re
 import unicodedata
@@ -19,18 +19,21 @@ RESERVED = frozenset({
     "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff", "superuser",
     "support", "system", "undefined", "webmaster",
 })  # fmt: skip
-JOINED = ({"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"}, {"HANGUL", "CJK"})  # scripts that one language mixes
-# letters of other scripts that look like Latin ones, in lower case
+JOINED = (
+    {"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"},
+    {"HANGUL", "CJK"},
+)  # used together by one language
+# lower-case letters of other scripts that look like Latin ones
 ALIKE = str.maketrans("асеорхуіјѕԁһӏԛԝοενρικχυ", "aceopxyijsdhlqwoevpikxu")
 
 
 def normal(handle: str) -> str:
-    """Return the handle as it is kept: NFKC, so that full-width and other variants are one letter."""
+    """Return the stored form of the handle: NFKC, so that variants such as full-width letters become one."""
     return unicodedata.normalize("NFKC", handle).strip()
 
 
 def key(handle: str) -> str:
-    """Return what two handles share that a person would take for the same."""
+    """Return a key that is the same for handles that look alike."""
     return normal(normal(handle).casefold()).translate(ALIKE)
 
 
@@ -39,7 +42,7 @@ def _script(letter: str) -> str:
 
 
 def validate(handle: str) -> None:
-    """Refuse what is no handle for a new account; older ones keep theirs. Raises ValidationError with a sentence."""
+    """Refuse an invalid new handle; older ones stay. Raises ValidationError with a sentence."""
     handle = normal(handle)
     if not SHORTEST <= len(handle) <= LONGEST:
         raise ValidationError(f"Use {SHORTEST} to {LONGEST} characters.")
@@ -56,7 +59,7 @@ def validate(handle: str) -> None:
         mixed = " and ".join(sorted(script.title() for script in scripts))
         raise ValidationError(f"Use letters of one script; this mixes {mixed}.")
     if not scripts or handle[0] in ".-_" or handle[-1] in ".-_":
-        raise ValidationError("Use a letter at least, and begin and end with a letter or a digit.")
+        raise ValidationError("Use at least one letter, and begin and end with a letter or a digit.")
     bare = _bare(handle)
     robots = {_bare(name) for row in Robot.objects.values_list("slug", "name") for name in row}
     if bare in RESERVED or bare.strip("0123456789") in RESERVED or bare in robots:
@@ -71,9 +74,9 @@ VALIDATORS = [validate]
 
 
 class HandleKey(models.CharField):  # type: ignore[type-arg]
-    """What no two people share, derived from the handle whenever it is written.
+    """The key of the handle, unique among people and written with the handle.
 
-    An account from before that shares it with an older one has `#` and its number behind it, and keeps that.
+    An older account whose key equals an even older one's has `#` and its number behind the key.
     """
 
     def pre_save(self, model_instance: models.Model, add: bool) -> Any:

@@ -28,15 +28,19 @@ class User(AbstractUser):
 
 
 class Question(models.Model):
-    """One question of a robot's bank."""
+    """One question of a robot's question bank."""
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="questions")
     text = models.CharField(max_length=300)
-    topic = models.CharField(max_length=60, blank=True, help_text="Named to who answers it wrongly.")
-    section = models.CharField(max_length=80, blank=True, help_text="The heading in the orientation that answers it.")
+    topic = models.CharField(max_length=60, blank=True, help_text="Shown to a person who answers it wrongly.")
+    section = models.CharField(
+        max_length=80, blank=True, help_text="Heading of the orientation's section that answers it."
+    )
     paragraph = models.PositiveSmallIntegerField(default=1, help_text="Of that section; list items count.")
     explanation = models.CharField(
-        max_length=400, blank=True, help_text="For staff: why the right answer is right. Never shown to who is tested."
+        max_length=400,
+        blank=True,
+        help_text="For staff: why the right answer is right. It is not shown to people who take the test.",
     )
     active = models.BooleanField(default=True)
 
@@ -59,7 +63,7 @@ class Choice(models.Model):
 
 
 class OrientationRead(models.Model):
-    """Somebody has read a robot's orientation."""
+    """A person has read a robot's orientation."""
 
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
@@ -73,7 +77,7 @@ class OrientationRead(models.Model):
 
 
 class Attempt(models.Model):
-    """One go at the clearance test; the questions are drawn when it begins."""
+    """One attempt at the clearance test; its questions are drawn when it starts."""
 
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="attempts")
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
@@ -96,15 +100,15 @@ class Attempt(models.Model):
 
 
 class Clearance(models.Model):
-    """A person may drive a robot, up to a level."""
+    """The permission of a person to drive a robot, up to a level."""
 
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="clearances")
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
     level = models.PositiveSmallIntegerField(default=1)
     granted_at = models.DateTimeField()
     revoked_at = models.DateTimeField(null=True, blank=True)
-    note = models.CharField(max_length=200, blank=True, help_text="Why it was withdrawn; the person reads it.")
-    lifted_at = models.DateTimeField(null=True, blank=True)  # the test may be taken again since then
+    note = models.CharField(max_length=200, blank=True, help_text="Why it was withdrawn; the person can read this.")
+    lifted_at = models.DateTimeField(null=True, blank=True)  # since when the test may be taken again
     decided_by = models.ForeignKey(
         settings.AUTH_USER_MODEL, models.SET_NULL, null=True, blank=True, related_name="+", editable=False
     )

@@ -1,4 +1,4 @@
-"""The orientation as a page whose paragraphs have addresses, so that the test can point at one."""
+"""Renders the orientation with an address for each paragraph, so that the test can refer to it."""
 
 import re
 from dataclasses import dataclass
@@ -8,14 +8,14 @@ from markdown_it import MarkdownIt
 
 @dataclass(frozen=True)
 class Rendered:
-    """The orientation's HTML, and the address of each paragraph by its section and number there, from 1."""
+    """The orientation's HTML, and the address of each paragraph by section and number, from 1."""
 
     html: str
     anchors: dict[tuple[str, int], str]
 
 
 def anchor(section: str, paragraph: int) -> str:
-    """Return the address of a paragraph or list item within the page."""
+    """Return the address of a paragraph or list item on the page."""
     return f"{re.sub(r'[^a-z0-9]+', '-', section.lower()).strip('-')}-{paragraph}"
 
 

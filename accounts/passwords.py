@@ -1,4 +1,4 @@
-"""Words that no password may lean on: the portal's own name and what it is about."""
+"""Refuses passwords made of the portal's own words."""
 
 import re
 from typing import Any
@@ -6,14 +6,14 @@ from typing import Any
 from django.core.exceptions import ValidationError
 
 WORDS = ("farhand", "mercury", "museum", "robots", "robot", "password", "passwort", "operator", "admin", "arm")
-LEFT = 8  # letters and digits that have to be left once the words are gone
+LEFT = 8  # letters and digits that must remain without the words
 
 
 class OwnWordsValidator:
-    """Refuse a password that is little more than words about this portal."""
+    """Refuses a password that is mostly words about this portal."""
 
     def validate(self, password: str, user: Any = None) -> None:
-        """Return if enough is left without those words. Raises ValidationError."""
+        """Return if enough characters remain without those words. Raises ValidationError."""
         left = password.casefold()
         found = [word for word in WORDS if word in left]
         for word in found:

@@ -1,4 +1,4 @@
-"""Orientation and clearance: draw, grade, pause, clear. The key never leaves the server."""
+"""Orientation and clearance test: draw, grade, pause, clear. Right answers never leave the server."""
 
 import random
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from robots.previews import Job
 
 _random = random.SystemRandom()
 RULES = settings.FARHAND
-FORGOTTEN = timedelta(days=30)  # a failure of before then lengthens no pause
+FORGOTTEN = timedelta(days=30)  # an older failure does not extend the pause
 MANY = 64
 
 
 class NotNow(Exception):
-    """The person has to do something else first, or wait; the text says what."""
+    """The person has to do something else first, or wait; the message says what."""
 
     def __init__(self, text: str, wait_s: int = 0) -> None:
         super().__init__(text)
@@ -32,7 +32,7 @@ class NotNow(Exception):
 
 @dataclass(frozen=True)
 class Shown:
-    """A question as it is shown: no key in it."""
+    """A question as it is shown, without the right answer."""
 
     id: int
     text: str
@@ -42,7 +42,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Hint:
-    """What a failed test says: where to read again. Not which answer was wrong, nor how many."""
+    """What a failed test shows: where to read again, but not which or how many answers were wrong."""
 
     topic: str
     section: str
@@ -50,7 +50,7 @@ class Hint:
 
 
 def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
-    """Tell whether the person may drive the robot."""
+    """Return whether the person may drive the robot."""
     if user is None or not user.is_authenticated or not user.is_active:
         return False
     if not robot.clearance_required:
@@ -59,13 +59,12 @@ def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
 
 
 def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...], n: int = 0) -> Job:
-    """Return what is to be computed to tell a cleared person, or staff, where a command would lead.
+    """Return the job of a preview, for cleared people and staff.
 
-    Nothing moves, and no secret of the robot's is in it. `joints` (rad, m) are those to begin with.
+    Nothing moves, and the job contains no secret of the robot. The preview starts at `joints` (rad, m).
 
     Raises:
         NotPermitted: not cleared for this robot.
-
     """
     if not cleared(user, robot) and not (user is not None and user.has_perm("robots.change_robot")):
         raise NotPermitted("Pass the clearance test of this robot first.")
@@ -74,19 +73,19 @@ def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints
 
 
 def has_read(user: Any, robot: Robot) -> bool:
-    """Tell whether the person has read the orientation."""
+    """Return whether the person has read the orientation."""
     return OrientationRead.objects.filter(user=user, robot=robot).exists()
 
 
 def mark_read(user: Any, robot: Robot, now: datetime) -> None:
-    """Remember that the person has read the orientation. Raises NotNow for who is signed out."""
+    """Note that the person has read the orientation. Raises NotNow if nobody is signed in."""
     if not user.is_authenticated:
         raise NotNow("Sign in first.")
     OrientationRead.objects.get_or_create(user=user, robot=robot, defaults={"at": now})
 
 
 def _failures(user: Any, robot: Robot, now: datetime) -> QuerySet[Attempt]:
-    """Return the failed tests of the last month since the last one that was passed, newest first."""
+    """Return the failed tests of the last month since the last passed one, newest first."""
     mine = Attempt.objects.filter(user=user, robot=robot)
     failed = mine.filter(passed=False, finished_at__gt=now - FORGOTTEN).order_by("-finished_at")
     last = mine.filter(passed=True).order_by("-finished_at").values_list("finished_at", flat=True).first()
@@ -94,7 +93,7 @@ def _failures(user: Any, robot: Robot, now: datetime) -> QuerySet[Attempt]:
 
 
 def pause_left(user: Any, robot: Robot, now: datetime) -> int:
-    """Return the seconds until another attempt may begin."""
+    """Return the seconds until the next attempt may start."""
     failed = list(_failures(user, robot, now).values_list("finished_at", flat=True)[:MANY])
     if not failed or failed[0] is None:
         return 0
@@ -103,27 +102,27 @@ def pause_left(user: Any, robot: Robot, now: datetime) -> int:
 
 
 def withdrawn(user: Any, robot: Robot) -> Clearance | None:
-    """Return the clearance that staff withdrew and did not lift since; nobody passes the test over it."""
+    """Return the clearance that staff withdrew and did not lift since; a passed test does not replace it."""
     found = Clearance.objects.filter(user=user, robot=robot).exclude(revoked_at=None)
     return found.filter(Q(lifted_at=None) | Q(lifted_at__lt=F("revoked_at"))).order_by("-revoked_at").first()
 
 
 def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
-    """Refuse who may not be tested now. Raises NotNow."""
+    """Return if the person may take the test now. Raises NotNow."""
     if not user.is_authenticated or not user.is_active:
         raise NotNow("Sign in first.")
     if (lost := withdrawn(user, robot)) is not None and lost.revoked_at is not None:
         why = f" Their note: {lost.note}" if lost.note else ""
-        raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; they alone can lift that.{why}")
+        raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; only staff can lift that.{why}")
     if not has_read(user, robot):
         raise NotNow("Read the orientation first.")
     wait_s = pause_left(user, robot, now)
     if wait_s:
-        raise NotNow(f"Have another look at the orientation; you can try again in {in_words(wait_s)}.", wait_s)
+        raise NotNow(f"Read the orientation again; you can try again in {in_words(wait_s)}.", wait_s)
 
 
 def in_words(seconds: int) -> str:
-    """Return a pause in the largest unit that says it well."""
+    """Return a pause in the largest suitable unit."""
     for size, unit in ((3600, "hour"), (60, "minute")):
         if seconds >= 2 * size:
             return f"{ceil(seconds / size)} {unit}s"
@@ -131,11 +130,10 @@ def in_words(seconds: int) -> str:
 
 
 def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
-    """Return the person's open attempt, or draw a new one; there is one at most, also for many requests at once.
+    """Return the person's open attempt, or draw a new one. There is at most one, also with many requests at once.
 
     Raises:
         NotNow: orientation not read, pause after a failure, clearance withdrawn, or no questions.
-
     """
     _need_leave(user, robot, now)
     mine = Attempt.objects.filter(user=user, robot=robot)
@@ -155,7 +153,7 @@ def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
     try:
         with transaction.atomic():
             return Attempt.objects.create(user=user, robot=robot, drawn=drawn, started_at=now)
-    except IntegrityError as error:  # another request of the same person was first
+    except IntegrityError as error:  # another request of the same person was faster
         open_one = mine.filter(finished_at=None).first()
         if open_one is None:
             raise NotNow("Your test was sent from another page; reload this one.") from error
@@ -163,7 +161,7 @@ def begin(user: Any, robot: Robot, now: datetime) -> Attempt:
 
 
 def questions(attempt: Attempt) -> list[Shown]:
-    """Return the drawn questions in their order, without the key."""
+    """Return the drawn questions in their order, without the right answers."""
     ids = [q for q, _ in attempt.drawn]
     texts = dict(Question.objects.filter(pk__in=ids).values_list("pk", "text"))
     options = dict(Choice.objects.filter(question__in=ids).values_list("pk", "text"))
@@ -175,14 +173,15 @@ def questions(attempt: Attempt) -> list[Shown]:
 
 
 def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
-    """Score an attempt once, on the server; all right gives the clearance, else one topic is named.
+    """Grade an attempt once, on the server.
+
+    If all answers are right, the person is cleared; otherwise one topic is shown.
 
     Raises:
-        NotNow: somebody else's, a question left out, graded before, a pause, clearance withdrawn.
-
+        NotNow: another person's test, a question left out, graded before, a pause, clearance withdrawn.
     """
     if attempt.user_id != getattr(user, "pk", None):
-        raise NotNow("That is somebody else's test.")
+        raise NotNow("That test belongs to another person.")
     _need_leave(user, attempt.robot, now)
     shown = questions(attempt)
     if len(shown) < len(attempt.drawn):
@@ -209,5 +208,5 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
                 defaults={"granted_at": now, "revoked_at": None, "lifted_at": None, "note": ""},
             )  # fmt: skip
             return None
-    always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each look, and nobody's to foresee
+    always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable
     return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=quiz.named(wrong, always).id))

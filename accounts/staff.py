@@ -1,4 +1,4 @@
-"""What staff do to a person's clearance: withdraw it, let the test be taken again. Each asks for the permission."""
+"""Verbs of staff on clearances: withdraw one, let the test be taken again. Each checks the permission."""
 
 from datetime import datetime
 from typing import Any
@@ -20,18 +20,17 @@ def _need(user: Any, note: str) -> str:
 
 
 def withdraw(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
-    """Take a clearance away until staff lift that; False if it was withdrawn. Raises NotStaff, BadRequest."""
+    """Withdraw a clearance until staff lift that. Return False if it was withdrawn. Raises NotStaff, BadRequest."""
     note = _need(user, note)
     mine = Clearance.objects.filter(pk=clearance.pk, revoked_at=None)
     return bool(mine.update(revoked_at=now, lifted_at=None, note=note, decided_by=user))
 
 
 def lift(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
-    """Let the person earn a withdrawn clearance again by the test; False if none was withdrawn.
+    """Let the person pass the test again after a withdrawal. Return False if none was withdrawn.
 
     Raises:
         NotStaff, BadRequest: no permission; no note.
-
     """
     note = _need(user, note)
     mine = Clearance.objects.filter(pk=clearance.pk, revoked_at__isnull=False, lifted_at=None)

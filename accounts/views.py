@@ -1,4 +1,4 @@
-"""Orientation and clearance test."""
+"""Pages of the orientation and the clearance test."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ from robots.plain import whole
 
 
 def orientation(request: HttpRequest, slug: str) -> HttpResponse:
-    """Show the orientation; who says that it was read goes on to the test."""
+    """Show the orientation; when it is marked as read, go on to the test."""
     robot = get_object_or_404(Robot, slug=slug)
     if request.method == "POST" and request.user.is_authenticated:
         services.mark_read(request.user, robot, SYSTEM.now())

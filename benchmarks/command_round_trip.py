@@ -97,7 +97,7 @@ def cookie(person: Any) -> str:
 
     store = SessionStore()
     store[SESSION_KEY], store[HASH_SESSION_KEY] = str(person.pk), person.get_session_auth_hash()
-    store[BACKEND_SESSION_KEY] = "accounts.backends.OneLook"
+    store[BACKEND_SESSION_KEY] = "accounts.backends.ConstantTimeBackend"
     store.save()
     return f"{settings.SESSION_COOKIE_NAME}={store.session_key}"
 

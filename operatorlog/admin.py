@@ -1,4 +1,4 @@
-"""Moderation of the log; questions and answers of the survey."""
+"""Admin pages: moderation of the log, and the survey."""
 
 from typing import Any
 
@@ -15,22 +15,22 @@ from robots.inlines import NamedInline, NamedRowsAdmin
 
 
 class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
-    """What a moderator decides about an entry."""
+    """A moderator's decision about an entry."""
 
     def clean(self) -> dict[str, Any]:
-        """Refuse at the field what the service would refuse."""
+        """Show errors of the service at their field."""
         cleaned = super().clean() or {}
         try:
             services.reason_for(Visibility(str(cleaned.get("visibility"))), cleaned.get("hidden_reason") or "")
         except services.LogError as error:
             self.add_error("hidden_reason", str(error))
         except ValueError:
-            pass  # no such visibility: its own field says so
+            pass  # an unknown visibility: its own field shows the error
         return cleaned
 
 
 class EditedSince(admin.SimpleListFilter):
-    """Entries that were changed after a moderator had looked; a featured one is featured no more by that."""
+    """Filters entries that were changed after moderation; a featured entry loses its mark by such a change."""
 
     title = "changed"
     parameter_name = "edited"
@@ -40,13 +40,13 @@ class EditedSince(admin.SimpleListFilter):
         return [("since", "since a moderator looked")]
 
     def queryset(self, request: HttpRequest, queryset: QuerySet[Entry]) -> QuerySet[Entry]:
-        """Return the entries that are chosen."""
+        """Return the filtered entries."""
         return queryset.filter(edited_at__gt=F("moderated_at")) if self.value() == "since" else queryset
 
 
 @admin.register(Entry)
 class EntryAdmin(Guarded):
-    """Publish, feature, hide with a reason."""
+    """Publish, feature, or hide entries with a reason."""
 
     list_display = ("written_at", "author", "robot", "text", "visibility", "hidden_reason", "edited_at")
     list_filter = ("visibility", EditedSince, "robot")
@@ -57,7 +57,7 @@ class EntryAdmin(Guarded):
     actions = ("publish", "feature")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
-        """Operators write, after their turn."""
+        """Return False: operators write entries after their turn."""
         return False
 
     def save_model(self, request: HttpRequest, obj: Entry, form: Any, change: bool) -> None:
@@ -67,13 +67,13 @@ class EntryAdmin(Guarded):
 
     @admin.action(description="Publish", permissions=["change"])
     def publish(self, request: HttpRequest, queryset: Any) -> None:
-        """Show the chosen entries."""
+        """Publish the chosen entries."""
         for entry in queryset:
             services.moderate(entry, request.user, Visibility.PUBLISHED, "", SYSTEM.now())
 
     @admin.action(description="Feature", permissions=["change"])
     def feature(self, request: HttpRequest, queryset: Any) -> None:
-        """Put the chosen entries forward."""
+        """Feature the chosen entries."""
         for entry in queryset:
             services.moderate(entry, request.user, Visibility.FEATURED, "", SYSTEM.now())
 
@@ -97,7 +97,7 @@ class AnswerInline(NamedInline):
 
 @admin.register(SurveyResponse)
 class SurveyResponseAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
-    """What people answered; plots and CSV at /survey/results/."""
+    """People's answers; plots and CSV are at /survey/results/."""
 
     list_display = ("turn", "at")
     inlines = (AnswerInline,)

@@ -4,7 +4,7 @@ from django.apps import AppConfig
 
 
 class OperatorlogConfig(AppConfig):
-    """What people wrote."""
+    """The operator's log and the survey."""
 
     name = "operatorlog"
     verbose_name = "Operator's log and survey"

@@ -15,7 +15,7 @@ class Visibility(models.TextChoices):
 
 
 class Entry(models.Model):
-    """What an operator wrote after a turn, with one picture of it."""
+    """The text of an operator after a turn, with one picture of that turn."""
 
     turn = models.OneToOneField(Turn, models.CASCADE, related_name="entry")
     author = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="entries")
@@ -43,7 +43,7 @@ class SurveyQuestion(models.Model):
     """One question of the survey after a turn."""
 
     class Kind(models.TextChoices):
-        """How it is answered."""
+        """The kind of answer."""
 
         CHOICE = "choice", "Choice"
         SCALE = "scale", "Scale 1 to 5"
@@ -64,7 +64,7 @@ class SurveyQuestion(models.Model):
         return self.prompt
 
     def choices(self) -> list[str]:
-        """Return the values that may be chosen; empty for text."""
+        """Return the possible values; empty for text."""
         if self.kind == self.Kind.SCALE:
             return ["1", "2", "3", "4", "5"]
         return [line.strip() for line in self.options.splitlines() if line.strip()]

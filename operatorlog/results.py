@@ -1,4 +1,4 @@
-"""The survey's results for staff: plots, and all answers as CSV."""
+"""The results of the survey for staff: plots, and all answers as CSV."""
 
 import csv
 from collections import Counter
@@ -12,7 +12,7 @@ from django.views.decorators.cache import never_cache
 
 from operatorlog.models import SurveyQuestion, SurveyResponse
 
-# what begins a formula in one spreadsheet or another
+# characters that start a formula in some spreadsheet
 RUN = (
     "=",
     "+",
@@ -29,25 +29,25 @@ RUN = (
 
 
 def counted(count: int) -> str:
-    """Return so many answers in words."""
+    """Return a number of answers as text."""
     return ngettext("%d answer", "%d answers", count) % count
 
 
 def cell(text: str) -> str:
-    """Return the text as a cell that no spreadsheet runs: what would begin a formula follows a quote."""
+    """Return the text as a cell that no spreadsheet executes: a quote is put before the start of a formula."""
     return f"'{text}" if text.startswith(RUN) or text.lstrip().startswith(RUN) else text
 
 
 @never_cache
 @permission_required("operatorlog.view_surveyresponse", raise_exception=True)
 def results(request: HttpRequest) -> HttpResponse:
-    """Show what people answered, for staff."""
+    """Show the answers to staff."""
     shown = [plot(q) for q in SurveyQuestion.objects.all()]
     return render(request, "operatorlog/results.html", {"questions": shown, "total": SurveyResponse.objects.count()})
 
 
 def plot(question: SurveyQuestion) -> dict[str, Any]:
-    """Return what the page draws of a question's answers: bars in pixels, or texts."""
+    """Return the plot of a question: bars in pixels, or texts."""
     values = list(question.answers.values_list("value", flat=True))
     if question.kind == question.Kind.TEXT:
         return {"prompt": question.prompt, "texts": values[-100:]}
@@ -70,7 +70,7 @@ def plot(question: SurveyQuestion) -> dict[str, Any]:
 @never_cache
 @permission_required("operatorlog.view_surveyresponse", raise_exception=True)
 def results_csv(request: HttpRequest) -> HttpResponse:
-    """Return all answers as CSV; a cell that a spreadsheet might run is quoted."""
+    """Return all answers as CSV; cells that a spreadsheet might execute are quoted."""
     response = HttpResponse(content_type="text/csv; charset=utf-8")
     response["Content-Disposition"] = 'attachment; filename="survey.csv"'
     writer = csv.writer(response)

@@ -1,4 +1,4 @@
-"""Write, edit, hide, feature; answer the survey. One verb, one function."""
+"""The verbs of the log and the survey. One verb is one function."""
 
 from datetime import datetime, timedelta
 from typing import Any
@@ -17,20 +17,20 @@ LONGEST_ANSWER = 1000
 
 
 class LogError(Exception):
-    """The log says no; the text says why."""
+    """The log refuses; the message says why."""
 
 
 def hand_in(
     turn: Turn, user: Any, text: str | None, frame_id: int | None, answers: dict[int, str], now: datetime
 ) -> tuple[Entry | None, SurveyResponse | None]:
-    """Take the one form after a turn: an entry, answers, or both; all of it or nothing.
+    """Store the form after a turn: an entry, answers, or both; all or nothing.
 
-    `text` is None where the form had no place for an entry. Returns what was written; an entry
-    that is sent again as it stands is not written anew.
+    `text` is None if the form had no field for an entry. Returns what was stored; an unchanged entry that is sent
+    again is
+    not stored again.
 
     Raises:
         LogError: neither an entry nor an answer, or whatever `write`, `edit` and `answer_survey` refuse.
-
     """
     _own(turn, user)
     answers = {pk: value for pk, value in answers.items() if value.strip()}
@@ -48,11 +48,10 @@ def hand_in(
 
 
 def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
-    """Write the entry of a finished turn, with a picture of that turn.
+    """Store the entry of an ended turn, with a picture of that turn.
 
     Raises:
-        LogError: not this person's turn, turn not ended, empty or too long, foreign picture.
-
+        LogError: another person's turn, turn not ended, empty or too long, a picture of another turn.
     """
     _own(turn, user)
     frame = _picture(turn, frame_id)
@@ -70,16 +69,16 @@ def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime)
 
 
 def may_edit(entry: Entry, user: Any, now: datetime) -> bool:
-    """Tell whether the author's minutes for corrections still run."""
+    """Return whether the author may still correct the entry."""
     minutes = timedelta(seconds=settings.FARHAND["LOG_EDIT_S"])
     return entry.author_id == getattr(user, "pk", None) and now < entry.written_at + minutes
 
 
 def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
-    """Change one's own entry within the first quarter of an hour. Raises LogError.
+    """Change the author's own entry within 15 minutes. Raises LogError.
 
-    A moderator featured the words and the picture that stood there then: other ones are published
-    as any entry is, until a moderator has looked again. What is saved as it stood stays featured.
+    If a moderator featured the entry, changed text or a changed picture is only published until a moderator has looked
+    again. An unchanged entry stays featured.
     """
     if entry.author_id != user.pk:
         raise LogError("Only its author can edit an entry.")
@@ -112,7 +111,7 @@ def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: 
 
 
 def reason_for(visibility: Visibility, reason: str) -> str:
-    """Return the reason as it is kept; only hiding has one, and needs it. Raises LogError."""
+    """Return the stored reason; only hiding has one, and needs one. Raises LogError."""
     if visibility != Visibility.HIDDEN:
         return ""
     if not reason.strip():
@@ -154,8 +153,7 @@ def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime)
     """Store the answers; questions left out are skipped.
 
     Raises:
-        LogError: not this person's turn, answered before, a value that is not on offer.
-
+        LogError: another person's turn, answered before, an unknown value.
     """
     _own(turn, user)
     questions = {q.pk: q for q in SurveyQuestion.objects.filter(active=True)}
@@ -165,7 +163,7 @@ def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime)
         if question is None or not value:
             continue
         if question.kind != question.Kind.TEXT and value not in question.choices():
-            raise LogError(f"Choose one of the answers on offer for “{question.prompt}”.")
+            raise LogError(f"Choose one of the answers to “{question.prompt}”.")
         good[question] = value[:LONGEST_ANSWER]
     try:
         with transaction.atomic():

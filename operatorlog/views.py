@@ -1,4 +1,4 @@
-"""The log, and a turn's page with its entry and survey."""
+"""Pages: the log, and a turn with its entry and survey."""
 
 from typing import Any
 

@@ -110,9 +110,7 @@ class Ticket(models.Model):
     offer_until = models.DateTimeField(null=True, blank=True)
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
-    dismissed_at = models.DateTimeField(
-        null=True, blank=True, help_text="The person was told that the place was given on."
-    )
+    dismissed_at = models.DateTimeField(null=True, blank=True, help_text="The person has read that the place was lost.")
 
     class Meta:
         constraints = [

@@ -236,7 +236,7 @@ def session(visitor, user):
 
     store = SessionStore()
     store[SESSION_KEY] = str(user.pk)
-    store[BACKEND_SESSION_KEY] = "accounts.backends.OneLook"
+    store[BACKEND_SESSION_KEY] = "accounts.backends.ConstantTimeBackend"
     store[HASH_SESSION_KEY] = user.get_session_auth_hash()
     store.save()
     visitor.context.add_cookies(

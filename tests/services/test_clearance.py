@@ -92,7 +92,7 @@ def test_the_pause_is_asked_when_grading_too(bank, people, clock):
 
 def test_nobody_sends_somebody_elses_test(bank, people, clock):
     attempt = begin(people["eve"], bank, clock)
-    with pytest.raises(services.NotNow, match="somebody else"):
+    with pytest.raises(services.NotNow, match="belongs to another person"):
         services.grade(attempt, people["mod"], right(attempt), clock.now())
 
 

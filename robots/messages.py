@@ -1,11 +1,12 @@
 """Typed messages on the bus; unknown fields are refused, and docstrings name all units."""
 
 import struct
+from collections.abc import Mapping
 from typing import Any
 
 import msgspec
 
-from robots.contract.channels import Scalar, encode_values
+from robots.contract.channels import Scalar, encode_values, float32
 from robots.contract.session import RobotState
 
 STATE_HEAD = struct.Struct("<BBIqBB")
@@ -83,26 +84,29 @@ def decode(data: bytes) -> Event:
 
 
 def _floats(*rows: tuple[float, ...]) -> bytes:
-    values = [value for row in rows for value in row]
+    values = [float32(value) for row in rows for value in row]
     return struct.pack(f"<{len(values)}f", *values)
 
 
-def state_packet(number: int, at_ms: int, state: RobotState, latched: bool, channels: tuple[Scalar, ...] = ()) -> bytes:
+def state_packet(
+    number: int, at_ms: int, state: RobotState, latched: bool, channels: tuple[Scalar, ...] = (),
+    told: Mapping[str, float] | None = None,
+) -> bytes:  # fmt: skip
     """Return type 1, flags, number, ms, number of joints and of rows, then float32s, channels and a word.
 
     Flags: 1 moving, 2 stop latched, 4 values of channels follow the rows (a byte of how many, float32s).
 
     The first row are the joints (rad, m); where the robot says them, two more follow: velocities
     (rad/s, m/s) and applied torques (N m, N). What is left is the controller's own word for what
-    it is doing, in UTF-8.
+    it is doing, in UTF-8. `told` are values by name, where not only those of the state's own `values` are packed.
     """
     count = len(state.joints)
     more = len(state.velocities) == count and len(state.torques) == count
     rows = (state.joints, state.velocities, state.torques) if more else (state.joints,)
     flags = state.moving | (latched << 1) | (bool(channels) << 2)
     head = STATE_HEAD.pack(1, flags, number & 0xFFFFFFFF, at_ms, count, len(rows))
-    told = encode_values(channels, state.values) if channels else b""
-    return head + _floats(*rows) + told + state.mode.encode()
+    values = encode_values(channels, state.values if told is None else told) if channels else b""
+    return head + _floats(*rows) + values + state.mode.encode()
 
 
 def picture_packet(

@@ -233,6 +233,7 @@ class Frame(models.Model):
     height = models.PositiveSmallIntegerField(default=0)
     pose = models.JSONField(default=list)
     joints = models.JSONField(default=list)
+    values = models.JSONField(default=dict, db_default={})  # of the channels that the spec declares, by name
     calibration = models.JSONField(default=dict)
     stable = models.BooleanField(default=False)
     verdict = models.CharField(max_length=60, blank=True)

@@ -7,7 +7,7 @@ from typing import Any
 
 from robots import bus
 from robots.clock import Clock
-from robots.contract.channels import finite
+from robots.contract.channels import finite, whole
 from robots.contract.find import open_session
 from robots.contract.policies import Known
 from robots.contract.session import RobotState, Session
@@ -73,13 +73,12 @@ class OwnedRobot:
         state = self.driver.latest()
         if state is None or self.age(state) > FRESH_S:
             return None
-        return Known(
-            dict(zip(self.robot.spec().joints, state.joints, strict=False)) | dict(state.values), state.velocities
-        )
+        return Known(self.robot.spec().named(state), state.velocities)
 
     def remember(self, state: RobotState) -> None:
         """Store the state in the lease row, where pages of staff read it."""
-        kept = {"joints": list(state.joints), "pose": list(state.pose), "moving": state.moving, "ready": state.ready}
+        kept: dict[str, Any] = {"joints": whole(state.joints), "pose": whole(state.pose)}
+        kept |= {"moving": state.moving, "ready": state.ready}
         if state.values:
             kept["values"] = finite(state.values)
         Lease.objects.filter(robot=self.robot, epoch=self._lease.epoch).update(state=kept, state_at=self.now())

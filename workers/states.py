@@ -33,7 +33,8 @@ class States:
         self._streams = streams
         self._heard = True
         self._number = 0
-        self._channels = owned.robot.spec().channels
+        self._spec = owned.robot.spec()
+        self._packed = self._spec.packed()
         self._kept = 0.0
 
     def loop(self) -> None:
@@ -61,7 +62,7 @@ class States:
 
     def _keep(self, state: RobotState) -> None:
         """Keep the values of channels in the lease's row now and then: needs are judged by them, pages show them."""
-        if not self._channels or time.monotonic() - self._kept < KEEP_S:
+        if not self._packed or time.monotonic() - self._kept < KEEP_S:
             return
         self._kept = time.monotonic()
         try:
@@ -72,5 +73,5 @@ class States:
     def _publish(self, state: RobotState) -> None:
         self._number += 1
         at_ms = int((self._owned.clock.now().timestamp() - self._owned.age(state)) * 1000)
-        packet = state_packet(self._number, at_ms, state, self._latch.latched, self._channels)
+        packet = state_packet(self._number, at_ms, state, self._latch.latched, self._packed, self._spec.named(state))
         self._heard = bus.publish_state(self._owned.robot.slug, packet)

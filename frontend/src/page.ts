@@ -109,7 +109,7 @@ export class RobotPage {
 
   /** The newest value of that name: rad, m or the unit that the spec names; undefined where none was heard. */
   value(name: string): number | undefined {
-    const joint = facts.names.indexOf(name), channel = facts.channels.findIndex((c) => c.name === name);
+    const joint = facts.names.indexOf(name), channel = [...facts.channels, ...facts.pose].findIndex((c) => c.name === name);
     const value = joint < 0 ? this.state?.values[channel] : this.state?.joints[joint];
     return Number.isNaN(value) ? undefined : value;
   }

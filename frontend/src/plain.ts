@@ -22,7 +22,7 @@ class PlainConsole extends Basics {
 
   override state(packet: StatePacket): void {
     super.state(packet);
-    fill(byId("readings").querySelector("tbody")!, [...facts.names.map((name) => [name, ""]), ...facts.channels.map((c) => [c.name, ` ${c.unit}`])].map(([name, unit]) => {
+    fill(byId("readings").querySelector("tbody")!, [...facts.names.map((name) => [name, ""]), ...[...facts.pose, ...facts.channels].map((c) => [c.name, ` ${c.unit}`])].map(([name, unit]) => {
       const value = this.page.value(name!);
       return [name!, value === undefined ? "not known" : `${value.toFixed(3)}${unit}`];
     }));

@@ -2,7 +2,8 @@
 
 export interface Still {
   id: number; url: string; at_ms: number; stable: boolean; verdict: string;
-  pose: number[]; joints: number[]; width: number; height: number;
+  /** Where the robot was: coordinates that its spec declares, joints (rad, m), and values of its channels by name. */
+  pose: number[]; joints: number[]; values: Record<string, number>; width: number; height: number;
   calibration: Record<string, { matrix: number[][]; z: number; theta: number; residual_mm: number }>;
 }
 export interface CommandInfo {
@@ -35,7 +36,7 @@ export interface CommandSpec { kind: string; label: string; lane: "motion" | "co
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 /** What the page is told of its robot, whatever robot it is. */
 export interface StreamInfo { name: string; media: string }
-export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; streams: StreamInfo[]; cameras: number }
+export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
@@ -51,7 +52,7 @@ export interface StatePacket {
   moving: boolean; stopped: boolean; number: number; atMs: number;
   /** rad and m; velocities and torques are empty where the robot does not say them. */
   joints: number[]; velocities: number[]; torques: number[];
-  /** Of the channels that the spec declares, in their order; NaN where nothing is known. */
+  /** Of the channels that the spec declares, then the coordinates of its pose, in their order; NaN where nothing is known. */
   values: number[];
   /** The controller's own word for what it is doing. */
   mode: string;

@@ -57,8 +57,8 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
         return None
     return {
         "id": frame.pk, "url": frame.url, "at_ms": _ms(frame.taken_at), "stable": frame.stable,
-        "verdict": frame.verdict, "pose": frame.pose, "joints": frame.joints, "calibration": frame.calibration,
-        "width": frame.width, "height": frame.height,
+        "verdict": frame.verdict, "pose": frame.pose, "joints": frame.joints, "values": frame.values,
+        "calibration": frame.calibration, "width": frame.width, "height": frame.height,
     }  # fmt: skip
 
 

@@ -84,6 +84,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
     facts |= {
         "names": spec.joints,
         "channels": [asdict(channel) for channel in spec.channels],
+        "pose": [{"name": c.name, "unit": c.unit} for c in spec.packed()[len(spec.channels) :]],
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "labels": {c.kind: c.label for c in spec.commands},

@@ -6,7 +6,7 @@
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite, nan
+from math import inf, isfinite, nan
 
 MOST = 255
 
@@ -21,6 +21,27 @@ class Scalar:
     high: float
 
 
+@dataclass(frozen=True)
+class Pose:
+    """Where the robot's tool or body is: the coordinates of `RobotState.pose`, in this order.
+
+    `x`, `y` and `z` are in m, all others in rad. `packed`: state packets carry it too; where a console can work it
+    out from the joints they need not.
+    """
+
+    coordinates: tuple[str, ...]
+    packed: bool = True
+
+    def scalars(self) -> tuple[Scalar, ...]:
+        """Return its coordinates with their units, each without a range of its own."""
+        return tuple(Scalar(name, "m" if name in LENGTHS else "rad", -inf, inf) for name in self.coordinates)
+
+
+LENGTHS = ("x", "y", "z")
+IN_PLANE = Pose(("x", "y", "heading"))
+IN_SPACE = Pose(("x", "y", "z", "roll", "pitch", "yaw"))
+
+
 def encode_values(channels: tuple[Scalar, ...], values: Mapping[str, float]) -> bytes:
     """Return the number of channels in a byte and a float32 for each, in their order; NaN where nothing is known.
 
@@ -30,11 +51,11 @@ def encode_values(channels: tuple[Scalar, ...], values: Mapping[str, float]) -> 
     """
     if len(channels) > MOST:
         raise ValueError(f"a robot has at most {MOST} channels")
-    told = [_float32(values.get(channel.name)) for channel in channels]
+    told = [float32(values.get(channel.name)) for channel in channels]
     return struct.pack(f"<B{len(told)}f", len(told), *told)
 
 
-def _float32(value: float | None) -> float:
+def float32(value: float | None) -> float:
     """Return the value, or NaN where there is none or none that four bytes hold."""
     if value is None or not isfinite(value) or abs(value) > 3.4e38:
         return nan
@@ -44,3 +65,8 @@ def _float32(value: float | None) -> float:
 def finite(values: Mapping[str, float]) -> dict[str, float]:
     """Return the values that are numbers, for a row of the database."""
     return {name: float(value) for name, value in values.items() if isfinite(value)}
+
+
+def whole(values: tuple[float, ...]) -> list[float]:
+    """Return the numbers for a row of the database; none at all where one of them is no number."""
+    return [float(value) for value in values] if all(map(isfinite, values)) else []

@@ -7,8 +7,9 @@ from math import inf
 from typing import Any, Literal, TypeVar
 
 from robots.contract.capabilities import Idle, Need, Programs
-from robots.contract.channels import MOST, Scalar
+from robots.contract.channels import MOST, Pose, Scalar
 from robots.contract.policies import HOLD, Policies
+from robots.contract.session import RobotState
 from robots.contract.streams import MOST as MOST_STREAMS
 from robots.contract.streams import Stream
 
@@ -65,9 +66,9 @@ class Spec:
     """What the robot can do and what it tells.
 
     `handover` names the commands that put it in order between two turns, `channels` the values that it tells
-    beside its joints, `streams` its byte streams. `rest_s` is the longest time (s) after which it rests by itself
-    when no word reaches it any more; None where nobody knows. Raises ValueError where one part of it contradicts
-    another.
+    beside its joints, `streams` its byte streams, `pose` the coordinates of its pose, where it has one. `rest_s`
+    is the longest time (s) after which it rests by itself when no word reaches it any more; None where nobody
+    knows. Raises ValueError where one part of it contradicts another.
     """
 
     name: str
@@ -78,12 +79,27 @@ class Spec:
     capabilities: tuple[Any, ...] = ()
     streams: tuple[Stream, ...] = ()
     rest_s: float | None = None
+    pose: Pose | None = None
 
     def __post_init__(self) -> None:
         """Refuse at once what would otherwise fail when somebody uses it. Raises ValueError."""
         wrong = next(_contradictions(self), "")
         if wrong:
             raise ValueError(f"The spec of {self.name!r} {wrong}.")
+
+    def names(self) -> list[str]:
+        """Return the names of everything that a state tells as a number: joints, coordinates of the pose, channels."""
+        return [*self.joints, *(self.pose.coordinates if self.pose else ()), *(c.name for c in self.channels)]
+
+    def packed(self) -> tuple[Scalar, ...]:
+        """Return what state packets carry beside the joints: the channels, then the coordinates of a packed pose."""
+        return (*self.channels, *(self.pose.scalars() if self.pose and self.pose.packed else ()))
+
+    def named(self, state: RobotState) -> dict[str, float]:
+        """Return what a state tells, by name."""
+        coordinates = self.pose.coordinates if self.pose else ()
+        joints = dict(zip(self.joints, state.joints, strict=False))
+        return joints | dict(zip(coordinates, state.pose, strict=False)) | dict(state.values)
 
     def command(self, kind: str) -> CommandKind | None:
         """Return the command of that kind, or None."""
@@ -102,14 +118,14 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     """Yield what is wrong with a spec, each as the end of a sentence that begins with the spec's name."""
     for what, names in (
         ("command", [c.kind for c in spec.commands]),
-        ("joint or channel", [*spec.joints, *(c.name for c in spec.channels)]),
+        ("joint, coordinate or channel", spec.names()),
         ("stream", [s.name for s in spec.streams]),
     ):
         yield from (f"names the {what} {name!r} twice" for name in _twice(names))
-    told = {*spec.joints, *(c.name for c in spec.channels)}
+    told = set(spec.names())
     for command in spec.commands:
         yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command, told))
-    for what, count, most in (("channels", len(spec.channels), MOST), ("streams", len(spec.streams), MOST_STREAMS)):
+    for what, count, most in (("channels", len(spec.packed()), MOST), ("streams", len(spec.streams), MOST_STREAMS)):
         if count > most:
             yield f"has {count} {what}; at most {most} are possible"
     if spec.rest_s is not None and not 0 <= spec.rest_s < inf:

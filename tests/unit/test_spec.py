@@ -1,16 +1,20 @@
 """A spec that contradicts itself is refused when it is made, with a sentence that names what is wrong."""
 
+import json
 from dataclasses import replace
+from struct import unpack
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.contract.capabilities import Idle, Need, Programs
-from robots.contract.channels import MOST, Scalar
+from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
 from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
+from robots.contract.session import RobotState
 from robots.contract.spec import Argument, CommandKind, Spec
+from robots.messages import state_packet
 
 GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
 PACE = CommandKind("pace", "Pace", (Argument("pace", "m/s", 0.0, 1.0),), lane="config", default={"pace": 0.5})
@@ -27,7 +31,7 @@ def alone(seconds, name="wheel"):
     [
         ({"commands": (GO, GO)}, "names the command 'go' twice"),
         ({"joints": ("wheel", "wheel")}, "'wheel' twice"),
-        ({"joints": ("charge",)}, "names the joint or channel 'charge' twice"),
+        ({"joints": ("charge",)}, "names the joint, coordinate or channel 'charge' twice"),
         ({"channels": (CHARGE, CHARGE)}, "'charge' twice"),
         ({"handover": ("home",)}, "no command 'home', which its handover names"),
         ({"handover": ("pace",)}, "of the lane 'config' in its handover"),
@@ -51,6 +55,32 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(change, said):
         replace(SOUND, **change)
     assert said in str(refused.value)
     assert str(refused.value).endswith(".")
+
+
+def test_what_a_state_tells_is_known_by_name_and_packed_where_it_is_declared():
+    state = RobotState(0.0, (0.5,), (1.0, 2.0, 0.3), False, True, values={"charge": 80.0})
+    rover = replace(SOUND, pose=IN_PLANE)
+    told = {"wheel": 0.5, "x": 1.0, "y": 2.0, "heading": 0.3, "charge": 80.0}
+    assert rover.named(state) == told
+    assert [(c.name, c.unit) for c in rover.packed()] == [("charge", "%"), ("x", "m"), ("y", "m"), ("heading", "rad")]
+    assert replace(SOUND, pose=Pose(("x",), packed=False)).packed() == SOUND.packed() == (CHARGE,)
+    assert SOUND.named(state) == {"wheel": 0.5, "charge": 80.0}, (
+        "no pose is invented, and none shown that is not declared"
+    )
+    packet = state_packet(1, 0, state, False, rover.packed(), rover.named(state))
+    assert unpack("<B4f", packet[20:]) == (4, 80.0, 1.0, 2.0, pytest.approx(0.3))
+
+
+@pytest.mark.parametrize("wild", [float("nan"), float("inf"), -1e308, 1e308])
+def test_wild_numbers_are_packed_as_not_known_and_kept_nowhere(wild):
+    state = RobotState(0.0, (wild,), (wild, 1.0), False, True, values={"charge": wild})
+    packet = state_packet(1, 0, state, False, SOUND.packed(), SOUND.named(state))
+    assert unpack("<fBf", packet[16:]) == (
+        pytest.approx(float("nan"), nan_ok=True),
+        1,
+        pytest.approx(float("nan"), nan_ok=True),
+    )
+    json.loads(json.dumps([whole(state.joints), whole(state.pose), finite(state.values)]), parse_constant=pytest.fail)
 
 
 @given(st.integers(0, 2 * MOST))

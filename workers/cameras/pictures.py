@@ -13,6 +13,7 @@ from django.conf import settings
 from robots import bus
 from robots.clock import Clock
 from robots.contract.capabilities import Stills
+from robots.contract.channels import finite, whole
 from robots.contract.find import function
 from robots.contract.session import RobotState
 from robots.description import views
@@ -122,7 +123,8 @@ class Pictures:
             return None
         return Frame.objects.create(
             robot=self._robot, grant=grant, command=command, taken_at=at, file=name,
-            height=shape[0], width=shape[1], pose=list(state.pose), joints=list(state.joints),
+            height=shape[0], width=shape[1], pose=whole(state.pose), joints=whole(state.joints),
+            values=finite(state.values),
             calibration=self._robot.calibration, stable=verdict.stable, verdict=verdict.reason,
             difference=round(verdict.difference, 3), tries=verdict.tries,
         )  # fmt: skip

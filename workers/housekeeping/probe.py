@@ -14,6 +14,7 @@ from django.conf import settings
 
 from robots import addresses, probes
 from robots.clock import SYSTEM
+from robots.contract.channels import finite
 from robots.contract.find import open_session
 from robots.description import views
 from robots.drivers.errors import CameraFault, RobotError
@@ -81,7 +82,8 @@ def probe(robot: Robot) -> dict[str, Any]:
         addresses.check_robot_now(robot.address)
         state = driver.connect()
         found["connection"] = "ok"
-        found["state"] = {"pose": [round(v, 4) for v in state.pose], "ready": state.ready}
+        told = finite(robot.spec().named(state))
+        found["state"] = {"told": {name: round(v, 4) for name, v in told.items()}, "ready": state.ready}
     except (RobotError, addresses.AddressError) as error:
         found["connection"] = str(error)
     finally:

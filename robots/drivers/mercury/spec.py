@@ -1,6 +1,7 @@
 """What the Mercury arm can do; readable without its driver."""
 
 from robots.contract.capabilities import Calibration, Check, ClickInPicture, Stills
+from robots.contract.channels import Pose
 from robots.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.description import load
 
@@ -24,6 +25,7 @@ def spec() -> Spec:
         joints=("q1", "q2", "q3", "q4"),
         handover=("up", "home"),
         rest_s=motion["rest_s"],
+        pose=Pose(("x", "y", "z", "theta"), packed=False),  # the console works it out from the joints
         capabilities=(
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.click:resolve"),

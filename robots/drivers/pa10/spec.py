@@ -1,6 +1,7 @@
 """What the museum arm can do; readable without its driver."""
 
 from robots.contract.capabilities import Check, Preview, Programs, Stills
+from robots.contract.channels import Pose
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.description import load
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
@@ -31,6 +32,7 @@ def spec() -> Spec:
         joints=(*arm.names, GRIPPER),
         handover=("ready",),
         rest_s=description["line"]["rest_s"],
+        pose=Pose(PLACE, packed=False),  # the console works it out from the joints
         capabilities=(
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),

@@ -21,7 +21,7 @@ class Driver(Session):
         except (OSError, ValueError) as error:
             raise LineGone(f"The shuttle does not answer: {error}.") from error
         battery = {"battery": said["battery"]}
-        self.keep(RobotState(time.monotonic(), (said["x"],), (), said["moving"], True, values=battery))
+        self.keep(RobotState(time.monotonic(), (said["x"],), (said["x"],), said["moving"], True, values=battery))
         return said
 
     def state(self):

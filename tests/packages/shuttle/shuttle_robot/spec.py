@@ -1,7 +1,7 @@
 """A cart on a rail that takes goals from everybody, drives about by itself, and needs its dock."""
 
 from robots.contract.capabilities import Idle, Need
-from robots.contract.channels import Scalar
+from robots.contract.channels import Pose, Scalar
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 
 
@@ -9,6 +9,7 @@ def spec():
     return Spec(
         name="Shuttle",
         joints=("cart",),
+        pose=Pose(("x",)),
         channels=(Scalar("battery", "", 0.0, 1.0),),
         commands=(
             CommandKind("go", "Drive to", (Argument("x", "m", 0.0, 2.0),), asked_by=frozenset({ANYONE}), limit_s=20.0),

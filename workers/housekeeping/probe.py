@@ -14,7 +14,7 @@ from django.conf import settings
 
 from robots import addresses, probes
 from robots.clock import SYSTEM
-from robots.contract.channels import finite
+from robots.contract.channels import finite, whole
 from robots.contract.find import open_session
 from robots.description import views
 from robots.drivers.errors import CameraFault, RobotError
@@ -82,8 +82,8 @@ def probe(robot: Robot) -> dict[str, Any]:
         addresses.check_robot_now(robot.address)
         state = driver.connect()
         found["connection"] = "ok"
-        told = finite(robot.spec().named(state))
-        found["state"] = {"told": {name: round(v, 4) for name, v in told.items()}, "ready": state.ready}
+        values = {name: round(value, 4) for name, value in finite(state.values).items()}
+        found["state"] = {"pose": [round(v, 4) for v in whole(state.pose)], "values": values, "ready": state.ready}
     except (RobotError, addresses.AddressError) as error:
         found["connection"] = str(error)
     finally:

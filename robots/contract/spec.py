@@ -160,6 +160,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
     )
     if not command.limit_s > 0:
         yield "has no time limit"
+    if command.lane == "config":
+        yield from _wrong_in_setting(command)
     for bound in (command.policies.on_link_lost, command.policies.on_grant_end):
         if bound is None:
             continue
@@ -168,6 +170,21 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         if not 0 < bound.seconds <= command.limit_s:
             yield f"lets it go on for {bound.seconds:g} s, which is not within its time limit,"
         yield from (f"bounds {r.name!r}, which no state tells," for r in bound.area if r.name not in told)
+
+
+def _wrong_in_setting(command: CommandKind) -> Iterator[str]:
+    if command.moves or command.held or command.replaceable:
+        yield "moves something, holds it or replaces it in the lane 'config'"
+    if command.default is None:
+        if command.asked_by - {STAFF}:
+            yield "has no default that handover could restore"
+        return
+    for argument in command.arguments:
+        value = command.default.get(argument.name)
+        if value is None and argument.required:
+            yield f"has no default for the argument {argument.name!r}"
+        elif isinstance(value, int | float) and not argument.low <= value <= argument.high:
+            yield f"has a default for {argument.name!r} that is out of its range"
 
 
 def _twice(names: list[str]) -> list[str]:

@@ -1,9 +1,13 @@
 """The import graph: no circle of files in any of our packages, and nobody imports the owner's wiring."""
 
+import re
+from pathlib import Path
+
 import grimp
 import pytest
 
 PACKAGES = ("accounts", "operatorlog", "portal", "queueing", "robots", "simulators", "workers")
+ROOT = Path(__file__).resolve().parents[2]
 WIRED_BY = {"workers.bootstep"}
 
 
@@ -54,3 +58,10 @@ def test_a_circle_would_be_found(graph):
 def test_nobody_imports_the_wiring(graph):
     """Imports for type checkers count, too."""
     assert graph.find_modules_that_directly_import("workers.wiring") == WIRED_BY
+
+
+def test_the_clock_of_states_is_converted_in_one_place():
+    """`RobotState.at` is on the drivers' clock; who reads it elsewhere would compare it with another."""
+    rooms = [path for room in ("workers", "portal", "queueing", "operatorlog") for path in (ROOT / room).rglob("*.py")]
+    readers = [path for path in rooms if re.search(r"\b(state|heard|latest\(\))\.at\b", path.read_text())]
+    assert [str(path.relative_to(ROOT)) for path in readers] == ["workers/owned.py"]

@@ -13,11 +13,13 @@ from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
 from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.session import RobotState
-from robots.contract.spec import Argument, CommandKind, Spec
+from robots.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.messages import state_packet
 
 GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
-PACE = CommandKind("pace", "Pace", (Argument("pace", "m/s", 0.0, 1.0),), lane="config", default={"pace": 0.5})
+PACE = CommandKind(
+    "pace", "Pace", (Argument("pace", "m/s", 0.0, 1.0),), lane="config", default={"pace": 0.5}, moves=False
+)
 CHARGE = Scalar("charge", "%", 0.0, 100.0)
 SOUND = Spec("Cart", (GO, PACE), ("wheel",), ("go",), (CHARGE,), (Idle("go"), Need("go", "charge", 20.0, 90.0)))
 
@@ -43,6 +45,10 @@ def alone(seconds, name="wheel"):
         ({"capabilities": (Need("go", "charge", float("nan"), 20.0),)}, "begins below nan"),
         ({"commands": (replace(GO, arguments=GO.arguments * 2), PACE)}, "names the argument 'x' twice in its command"),
         ({"commands": (replace(GO, arguments=(Argument("x", "m", 1.0, 0.0),)), PACE)}, "gives the argument 'x' no range"),
+        ({"commands": (GO, replace(PACE, moves=True))}, "moves something, holds it or replaces it in the lane 'config'"),
+        ({"commands": (GO, replace(PACE, default=None))}, "has no default that handover could restore"),
+        ({"commands": (GO, replace(PACE, default={}))}, "has no default for the argument 'pace' in its command 'pace'"),
+        ({"commands": (GO, replace(PACE, default={"pace": 9.0}))}, "a default for 'pace' that is out of its range"),
         ({"commands": (GO, replace(PACE, default={"speed": 1.0}))}, "a default for 'speed', which is no argument"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
@@ -55,6 +61,10 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(change, said):
         replace(SOUND, **change)
     assert said in str(refused.value)
     assert str(refused.value).endswith(".")
+
+
+def test_what_staff_alone_set_needs_no_default():
+    assert replace(SOUND, commands=(GO, replace(PACE, default=None, asked_by=frozenset({STAFF})))).commands
 
 
 def test_what_a_state_tells_is_known_by_name_and_packed_where_it_is_declared():

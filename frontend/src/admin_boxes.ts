@@ -6,7 +6,7 @@ import type { ArmDescription } from "./arm/types.ts";
 interface Facts extends ArmDescription { posture: number[] }
 const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
 
-/** Put the editor before the text field; the field stays, for those who rather write. */
+/** Put the editor before the text field; the field stays for people who prefer to write. */
 export async function edit(field: HTMLTextAreaElement, facts: Facts): Promise<void> {
   const box = document.createElement("div");
   box.className = "boxes-editor";
@@ -26,7 +26,7 @@ export async function edit(field: HTMLTextAreaElement, facts: Facts): Promise<vo
       rows.replaceChildren(...boxes.map((one, i) => row(one, i)));
       show();
     } catch {
-      rows.textContent = "The text below is no list of boxes.";
+      rows.textContent = "The text below is not a list of boxes.";
     }
   };
   const show = (): void => view?.boxes([...facts.boxes, ...boxes.filter((b) => [...b.low, ...b.high].every(Number.isFinite))]);

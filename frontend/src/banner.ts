@@ -1,8 +1,8 @@
-/** What the banner over a robot's page says: the truth about the connection first, for only with it is more known. */
+/** The text of the banner on a robot's page: the connection first, because without it nothing else is known. */
 import type { Snapshot, StopShown } from "./protocol.ts";
 
 export interface Known {
-  /** Whether nothing reaches the portal, and for how long it has been so (ms). */
+  /** Whether the portal is not reached, and for how long (ms). */
   lost: boolean;
   lostMs: number;
   /** Whether the browser itself says that the device is offline. */
@@ -16,11 +16,11 @@ export interface Known {
   now: number;
 }
 
-const AT_ONCE_MS = 1000; // shorter gaps are nobody's concern
+const AT_ONCE_MS = 1000; // shorter gaps are not shown
 
-const CONFIRMED_MS = 1000; // so long a confirmation may take before its absence is worth a word
+const CONFIRMED_MS = 1000; // a missing confirmation is shown after this time
 
-/** What is said of a stop that the robot has not confirmed; empty where there is none, or none to speak of yet. */
+/** The text for a stop that the robot has not confirmed; empty if there is none, or only for a short time. */
 export function unconfirmed(stop: StopShown | null, now: number): string {
   if (!stop || stop.confirmed || (stop.rests_by_ms === null && now - (stop.since_ms ?? 0) < CONFIRMED_MS)) return "";
   const said = "Stop is pressed, but the robot has not confirmed that it rests.";
@@ -34,7 +34,7 @@ export function bannerWords(k: Known): string {
   if (k.lost && (k.lostMs > AT_ONCE_MS || k.stopPending)) {
     const why = k.offline ? "this device is offline" : "the portal is not reached";
     const turn = k.snapshot?.me.can.drive ? " Your turn is kept for 20 s." : "";
-    return `Connection lost: ${why}. ${k.stopPending || `It is tried again by itself.${turn}`}`;
+    return `Connection lost: ${why}. ${k.stopPending || `The page connects again automatically.${turn}`}`;
   }
   if (k.lost) return "";
   if (k.stopPending) return k.stopPending;
@@ -42,5 +42,5 @@ export function bannerWords(k: Known): string {
   if (still) return still;
   if (k.snapshot && !k.snapshot.link) return "The live link to the robots is down. Pages work; nothing moves until it is back.";
   if (k.storeDown) return k.storeDown;
-  return k.robotSilent ? "The robot does not answer. What looks after it is started again by itself; turns and places are kept." : "";
+  return k.robotSilent ? "The robot does not answer. Its worker is restarted automatically. Turns and places are kept." : "";
 }

@@ -4,7 +4,7 @@ import * as en from "blockly/msg/en";
 
 export { Blockly };
 
-/** Blockly writes `<style>` elements, which the page's content policy forbids; its rules are adopted instead. */
+/** Blockly writes `<style>` elements, which the page's content policy forbids; its rules are added as adopted style sheets instead. */
 function adopting<T>(run: () => T): T {
   const make = document.createElement;
   const made: HTMLElement[] = [];
@@ -39,7 +39,7 @@ const THEME = Blockly.Theme.defineTheme("farhand", {
 
 export interface Category { name: string; colour: string; types: string[] }
 
-/** Open a workspace in the box; its block types must be defined. `changed` is told when a person changed a block. */
+/** Open a workspace in the box; its block types must be defined. `changed` is called when a person changed a block. */
 export function workspace(box: HTMLElement, categories: Category[], changed: () => void): Blockly.WorkspaceSvg {
   const contents = categories.map(({ name, colour, types }) => ({
     kind: "category", name, colour, contents: types.map((type) => ({ kind: "block", type })),

@@ -1,11 +1,11 @@
-/** The camera image with the cross where the next one will be centred, and the place of the tool in it. */
+/** The camera image, with a cross at the centre of the next one, and the tool's place in it. */
 import type { PicturePacket, Still } from "./protocol.ts";
 import { set, shape } from "./svg.ts";
 
 export class CameraView {
   /** When the picture on screen was taken, server ms. */
   atMs = 0;
-  /** Which kept picture it belongs to; 0 while the robot moves. */
+  /** The stored picture to which it belongs; 0 while the robot moves. */
   stillId = 0;
   private context: CanvasRenderingContext2D;
   private newest = -1;
@@ -50,7 +50,7 @@ export class CameraView {
     });
   }
 
-  /** Put a picture on screen; older ones than the one shown are dropped. */
+  /** Show a picture; one that is older than the picture shown is dropped. */
   async show(packet: PicturePacket): Promise<void> {
     if (packet.number <= this.newest && this.newest - packet.number < 1000) return;
     this.newest = packet.number;
@@ -60,7 +60,7 @@ export class CameraView {
     bitmap.close();
   }
 
-  /** Show a kept picture, unless a newer one is on screen by the time it is here. */
+  /** Show a stored picture, unless a newer one is shown when it has loaded. */
   still(still: Still, then: () => void): void {
     if (this.atMs >= still.at_ms) return;
     const image = new Image();
@@ -72,7 +72,7 @@ export class CameraView {
     image.src = still.url;
   }
 
-  /** Another camera's pictures come from now on: its numbers begin anew. */
+  /** Switch to another camera, whose numbers start again. */
   forget(): void {
     this.newest = -1;
     this.views += 1;

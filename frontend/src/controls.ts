@@ -9,7 +9,7 @@ export interface Facts {
 /** Why nothing can be commanded now; empty when something can. */
 export function blocked(f: Facts): string {
   const s = f.snapshot;
-  if (!f.lineUp || !s) return "The connection is gone; it is being tried again. Your turn is kept for 20 seconds.";
+  if (!f.lineUp || !s) return "The connection is lost; the page tries to connect again. Your turn is kept for 20 seconds.";
   if (!s.link) return "The live link to the robot is down; nothing moves until it is back. Your turn is kept.";
   if (!s.me.can.drive) return notOperating(s.me);
   if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;
@@ -26,11 +26,11 @@ function notOperating(me: Snapshot["me"]): string {
   return me.cleared ? "Join the queue to operate the robot." : "You can watch. To operate, read the orientation and pass the test.";
 }
 
-/** When a camera's picture on the page was taken (server ms), and which kept picture it belongs to. */
+/** When a camera's picture on the page was taken (server ms), and the stored picture to which it belongs. */
 export interface Shown { atMs: number; stillId: number }
 const CALM_MS = 10_000;
 
-/** Whether a picture is left out for who wants little motion: no new still, and another one not long ago. */
+/** Whether a live picture is skipped because the person prefers reduced motion: one was shown a short time ago. */
 export function tooLively(packet: Pick<PicturePacket, "atMs" | "still">, shown: Shown): boolean {
   const fresh = packet.still !== 0 && packet.still !== shown.stillId;
   return !fresh && packet.atMs - shown.atMs < CALM_MS;

@@ -1,4 +1,4 @@
-/** What a gamepad asks for. */
+/** The directions that a gamepad's sticks give. */
 
 export type Direction = readonly [number, number];
 const STICK = 0.5;

@@ -1,10 +1,10 @@
-/** A held motion: it goes on while the controls are held, and ends when they are released or when that can no longer be told. */
+/** A held motion: it goes on while the controls are held, and ends when they are released or the page cannot tell. */
 
-/** How the page is told of a held motion, and tells of it. */
+/** What a held motion needs from the page. */
 export interface KeepAlive {
   keep(seq: number): void;
   release(seq: number): void;
-  /** Tell whether that command has ended. */
+  /** Whether that command has ended. */
   ended(seq: number): boolean;
   refused(why: string): void;
 }
@@ -16,7 +16,7 @@ export interface Jogging<Direction> extends KeepAlive {
   arrows: Record<string, Direction>;
   /** What a gamepad asks for; null at rest. */
   stick(pad: Gamepad | null): Direction | null;
-  /** Why no motion may begin now; empty where one may. */
+  /** Why no motion may start now; empty if one may. */
   whyNot(): string;
   /** Issue the command; returns its sequence number. */
   begin(direction: Direction): number;
@@ -55,7 +55,7 @@ export class Jog<Direction> {
       try {
         button.setPointerCapture(event.pointerId);
       } catch {
-        return; // the finger is gone already
+        return; // it was released already
       }
       this.begin(this.jogging.read(button.dataset["jog"] ?? ""), "pointer");
     });
@@ -97,7 +97,7 @@ export class Jog<Direction> {
     }, KEEP_MS);
   }
 
-  /** Release; with `by`, only what was begun that way. */
+  /** Release; with `by`, only a motion that was started that way. */
   end(by = this.by): void {
     if (!this.seq || by !== this.by) return;
     clearInterval(this.timer);

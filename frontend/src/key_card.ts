@@ -1,4 +1,4 @@
-/** The card of keys: it stands in the page, covers nothing, and every key works beside it. */
+/** The list of keys: it is part of the page, covers nothing, and all keys work while it is open. */
 import { byId } from "./svg.ts";
 
 const card = byId<HTMLDialogElement>("keys");
@@ -14,7 +14,7 @@ opener.setAttribute("aria-expanded", "false");
 new MutationObserver(() => opener.setAttribute("aria-expanded", String(card.open))).observe(card, { attributeFilter: ["open"] });
 card.addEventListener("keydown", (event) => {
   if (event.key !== "Escape") return;
-  event.stopPropagation(); // it closes the card, and stops no robot
+  event.stopPropagation(); // it closes the list and must not stop the robot
   card.close();
   opener.focus();
 });

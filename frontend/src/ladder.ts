@@ -1,4 +1,4 @@
-/** The command ladder: each command with the stage it has reached, newest first. */
+/** The list of commands with their stages, newest first. */
 import type { CommandInfo } from "./protocol.ts";
 import { arrange, say as write } from "./parts.ts";
 import { FINAL, KINDS, STAGES } from "./words.ts";
@@ -17,7 +17,7 @@ export class Ladder {
     this.draw();
   }
 
-  /** A stage arrived; a final one is never overwritten by an older message. */
+  /** Show a stage that arrived; a final stage is never replaced by an older message. */
   update(c: CommandInfo): void {
     const key = `${c.grant}/${c.seq}`;
     const known = this.rows.get(key);
@@ -30,23 +30,23 @@ export class Ladder {
     this.waiting.delete(key);
   }
 
-  /** The server refused it: it keeps its name and says why. */
+  /** Show that the server refused it, and why. */
   refuse(grant: number, seq: number, reason: string, at: number): void {
     const kind = this.rows.get(`${grant}/${seq}`)?.kind ?? "";
     this.update({ id: 0, seq, grant, kind, state: "rejected", reason, at_ms: at, result: {} });
   }
 
-  /** Tell whether a motion of this grant has not ended yet; a command of `beside`, the kinds that run beside one, is none. */
+  /** Whether a motion of this grant runs or waits; the kinds in `beside` run beside a motion and do not count. */
   busy(grant: number, beside: ReadonlySet<string>): boolean {
     return [...this.rows.values()].some((c) => c.grant === grant && !FINAL.has(c.state) && !beside.has(c.kind));
   }
 
-  /** Run `then` once when that command of this grant has ended. */
+  /** Call `then` once, when that command of this grant has ended. */
   whenEnded(grant: number, seq: number, then: (c: CommandInfo) => void): void {
     this.waiting.set(`${grant}/${seq}`, then);
   }
 
-  /** Tell whether that command of this grant has ended. */
+  /** Whether that command of this grant has ended. */
   ended(grant: number, seq: number): boolean {
     const known = this.rows.get(`${grant}/${seq}`);
     return known !== undefined && FINAL.has(known.state);
@@ -98,7 +98,7 @@ function draw(item: HTMLElement, c: CommandInfo): void {
   tellProgress(far, c);
 }
 
-/** How far a long command is, while it runs; a share that is not known is a bar without an end. */
+/** The progress of a long command while it runs; an unknown share is a bar without a value. */
 function tellProgress(far: HTMLElement, c: CommandInfo): void {
   const [bar, text] = far.children as unknown as [HTMLProgressElement, HTMLElement];
   const known = c.progress?.at_ms !== undefined && !FINAL.has(c.state);

@@ -7,7 +7,7 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
   const status = card.querySelector<HTMLElement>(".pill");
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let last = 0;
-  /** A robot without a kept picture gets a place for one with its first. */
+  /** A robot without a stored picture gets an image element with its first picture. */
   const place = (): HTMLImageElement => {
     if (!picture) {
       picture = new Image();

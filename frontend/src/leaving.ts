@@ -1,4 +1,4 @@
-/** Leaving in the middle of a turn: the browser asks, or the bar does where it was a link of this site. */
+/** Leaving during a turn: the browser asks, or the bar if it was a link of this site. */
 
 export const LEAVE = "farhand:leave";
 export interface Leaving {

@@ -1,4 +1,4 @@
-/** The socket to a robot: opens, keeps itself alive, comes back with a jitter. */
+/** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
 import { decode, type Message, type PicturePacket, type StatePacket, type StreamPacket } from "./protocol.ts";
 
 export interface Handlers {
@@ -9,16 +9,16 @@ export interface Handlers {
   line(up: boolean): void;
 }
 
-const PROBE_MS = 2000; // so long nothing may be heard before it is asked whether anybody is there
-const DOUBT_MS = 1000; // so long an answer may take before the line counts as lost
-const DEAD_MS = 6000; // so long before another one is opened
+const PROBE_MS = 2000; // after this long without a message a ping is sent
+const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
+const DEAD_MS = 6000; // after this long another socket is opened
 
 export class Live {
   /** Server time minus ours, ms. */
   offset = 0;
   latency: number | null = null;
   up = false;
-  /** How many sockets have been opened: which one a message went into. */
+  /** The number of sockets opened so far; it tells into which one a message went. */
   opened = 0;
   private socket: WebSocket | null = null;
   private tries = 0;
@@ -38,12 +38,12 @@ export class Live {
     addEventListener("online", () => (this.up ? this.probe() : this.open()));
   }
 
-  /** Whether nothing reaches the server: no socket, or one on which nobody answers. */
+  /** Whether the server is not reached: no socket, or no answers on it. */
   get lost(): boolean {
     return !this.up || (this.doubted > 0 && performance.now() - this.doubted > DOUBT_MS);
   }
 
-  /** For how long nothing has reached the server, ms. */
+  /** For how long the server has not been reached, ms. */
   get lostMs(): number {
     if (!this.lost) return 0;
     return performance.now() - (this.up ? this.doubted : this.downAt);
@@ -135,11 +135,11 @@ export class Live {
     }, this.pingEvery());
   }
 
-  /** Ask whether anybody is there; where no answer comes the line is lost, whatever the browser thinks. */
+  /** Send a ping; without an answer the connection counts as lost, whatever the browser reports. */
   private probe(): void {
     if (!this.up || this.doubted) return;
     this.doubted = performance.now();
-    this.probeAfter = Math.min(this.probeAfter * 2, this.pingEvery()); // a robot that is off says nothing for long
+    this.probeAfter = Math.min(this.probeAfter * 2, this.pingEvery()); // a robot that is off sends nothing for long
     this.ping();
   }
 

@@ -1,4 +1,4 @@
-/** What every robot's page has: the socket, whose turn it is, the ladder, stop and release, the log. */
+/** The part of every robot's page: socket, turn panel, command list, stop and release, log. */
 import { bannerWords } from "./banner.ts";
 import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
 import { facts, settings } from "./facts.ts";
@@ -19,9 +19,9 @@ import { WireTrace } from "./trace.ts";
 import { complete } from "./widgets/basics.ts";
 import { ago, KINDS } from "./words.ts";
 
-/** What differs from robot to robot: the middle of the page. */
+/** The part that differs between robots: the middle of the page. */
 export interface Console {
-  /** The line stands (again): say whose pictures are wanted, where it is not the first camera's alone. */
+  /** The socket is open (again): choose cameras if not only the first one is wanted. */
   watch?(): void;
   picture(packet: PicturePacket): void;
   state(packet: StatePacket): void;
@@ -32,18 +32,18 @@ export interface Console {
   turn(): void;
   command(command: CommandInfo): void;
   draw(facts: Facts): void;
-  /** The words over the controls where nothing general speaks against commands. */
+  /** The line above the controls if nothing general prevents commands. */
   advice(facts: Facts): string;
-  /** What is shown of that camera now. */
+  /** The picture of that camera that is shown now. */
   shown(camera: number): Shown | undefined;
   /** When the picture on screen was taken, server ms; 0 for none. */
   pictureAt(): number;
-  /** Why this kind of command will not work now; empty when it will. */
+  /** Why this kind of command does not work now; empty if it does. */
   whyNot(kind: string, facts: Facts): string;
 }
 
 const SILENT_MS = 3000;
-const ALONE_MS = 1500; // what was under way together with the robot's last word does not count
+const ALONE_MS = 1500; // messages sent together with the robot's last one do not count
 Object.assign(KINDS, facts.labels);
 export function text(id: string, value: string): void {
   const element = byId(id);
@@ -56,7 +56,7 @@ export class RobotPage {
   readonly slug: string;
   readonly live: Live;
   readonly ladder: Ladder;
-  /** Told where a target would lead, on pages that ask. */
+  /** Called with the answer of a preview, on pages that ask for one. */
   onPlan: ((answer: PlanAnswer) => void) | null = null;
   private page = byId("robot");
   private place: Place;
@@ -97,7 +97,7 @@ export class RobotPage {
     setInterval(() => this.draw(), 250);
   }
 
-  /** Put the console in, with the basics for what it does not bring; what came before it is told to it now. */
+  /** Install the console, with defaults for missing members; it is called now with everything that came before. */
   begin(own: Partial<Console>): void {
     const console = (this.console = complete(own, this));
     if (this.live.up) console.watch?.();
@@ -107,24 +107,24 @@ export class RobotPage {
     this.draw();
   }
 
-  /** The newest value of that name: rad, m or the unit that the spec names; undefined where none was heard. */
+  /** The newest value of that name: rad, m or the spec's unit; undefined if none has arrived. */
   value(name: string): number | undefined {
     const joint = facts.names.indexOf(name), channel = [...facts.channels, ...facts.pose].findIndex((c) => c.name === name);
     const value = joint < 0 ? this.state?.values[channel] : this.state?.joints[joint];
     return Number.isNaN(value) ? undefined : value;
   }
 
-  /** What a byte stream says now: its newest key packet and the deltas after it; empty where none was heard. */
+  /** The newest key packet of a byte stream and the deltas after it; empty if none has arrived. */
   stream(name: string): StreamPacket[] {
     return this.streams.of(name);
   }
 
-  /** Why that kind of command will not work now; empty when it will. */
+  /** Why that kind of command does not work now; empty if it does. */
   whyNot(kind: string): string {
     return this.console?.whyNot(kind, this.facts()) ?? blocked(this.facts());
   }
 
-  /** Run `act` at a press of the button, unless it says why not. */
+  /** Run `act` at a press of the button, unless it is disabled. */
   on(name: string, act: () => void): void {
     for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
       button.addEventListener("click", () => {
@@ -157,7 +157,7 @@ export class RobotPage {
     };
   }
 
-  /** Issue a command, or say why not; returns its sequence number, 0 where it was not issued. */
+  /** Give a command, or show why not. Returns its sequence number; 0 if it was not given. */
   command(kind: string, args: object = {}, judged = kind): number {
     const why = this.whyNot(judged);
     if (why) {
@@ -167,7 +167,7 @@ export class RobotPage {
     return this.issue(kind, args);
   }
 
-  /** Write the next command into the ladder and send it; returns its sequence number. */
+  /** Put the next command into the list and send it. Returns its sequence number. */
   issue(kind: string, args: object): number {
     this.seq += 1;
     this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), result: {} });
@@ -204,7 +204,7 @@ export class RobotPage {
     this.draw();
   }
 
-  /** With reduced motion, who only watches gets stills and one live picture in ten seconds. */
+  /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
   private gotPicture(packet: PicturePacket): void {
     const shown = this.console?.shown(packet.camera);
     if (this.calm.matches && !this.operating && shown && tooLively(packet, shown)) return;
@@ -254,7 +254,7 @@ export class RobotPage {
     if (wasOperating && !s.me.can.drive && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
     if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
     this.log.draw(s.log, this.live.now());
-    this.stopPress.heard(s); // last: what became of a Stop is more than what else is noticed
+    this.stopPress.heard(s); // last, because the result of a Stop matters most
   }
 
   private gotCommand(m: { t: "command" } & CommandInfo): void {
@@ -289,12 +289,12 @@ export class RobotPage {
       lost: !f.lineUp, lostMs: this.live.lostMs, offline: !navigator.onLine, snapshot: s, storeDown: this.storeDown,
       stopPending: this.stopPress.pending, robotSilent: this.robotSilent(f), now: f.now,
     });
-    if (words && !banner.textContent) byId("notice").hidden = true; // older news than the banner's
+    if (words && !banner.textContent) byId("notice").hidden = true; // the banner is newer
     if (banner.textContent !== words) banner.textContent = words;
     banner.hidden = !words;
   }
 
-  /** The robot is silent where the portal was heard after its last word; a silent line says nothing of the robot. */
+  /** The robot is silent if the portal was heard after its last message; without a connection nothing is known. */
   private robotSilent(f: Facts): boolean {
     const old = this.state !== null && f.now - this.state.atMs > SILENT_MS && this.snapshot?.robot.state !== "offline";
     return old && this.live.heardSince(this.stateHeardAt + ALONE_MS);

@@ -1,13 +1,13 @@
-/** Pages that are drawn again and again: what stays is kept, so a press, the focus and a reader's place stay too. */
+/** Draws parts of a page again without replacing what stays, so that presses, focus and reading position stay. */
 
 export interface Part {
   tag: "h2" | "p" | "a" | "button" | "b" | "span";
   text: string;
   class?: string;
   href?: string;
-  /** What a press asks for; on a button. */
+  /** For a button: what a press does. */
   do?: string;
-  /** A countdown, which screen readers are not told of at each second. */
+  /** A countdown, which is not announced to screen readers every second. */
   timer?: boolean;
   disabled?: boolean;
   pressed?: boolean;
@@ -70,18 +70,18 @@ export function say(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Let a control be pressed, or say why not; its place and the focus stay. The reason is shown where it is pressed. */
+/** Enable a control, or disable it with a reason, which is shown when it is pressed. Place and focus stay. */
 export function allow(control: HTMLElement, why: string): void {
   control.setAttribute("aria-disabled", String(why !== ""));
   control.dataset["why"] = why;
 }
 
-/** Why a control cannot be pressed now; empty where it can. */
+/** Why a control is disabled; empty if it is enabled. */
 export function refusal(control: HTMLElement): string {
   return control.getAttribute("aria-disabled") === "true" ? control.dataset["why"] || "That does not work now." : "";
 }
 
-/** Have exactly these elements in the box, in this order; those that are in their place are not touched. */
+/** Put exactly these elements into the box, in this order; elements in the right place are not touched. */
 export function arrange(box: Element, elements: readonly Element[]): void {
   const wanted = new Set(elements);
   for (const child of [...box.children]) if (!wanted.has(child)) child.remove();

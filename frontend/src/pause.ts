@@ -1,4 +1,4 @@
-/** A link that leads nowhere yet: it counts down, and works when its time has come. */
+/** A link that is disabled until a pause is over; it shows a countdown. */
 import { allow, refusal } from "./parts.ts";
 import { clock } from "./words.ts";
 

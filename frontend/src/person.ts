@@ -1,4 +1,4 @@
-/** The line of who is signed in, one a page: where they stand. By a socket, or by asking every ten seconds. */
+/** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
 
 export interface Standing {
   state: "offered" | "operating" | "missed" | "waiting";
@@ -17,7 +17,7 @@ export const UNSENT = "That could not be sent: there is no connection. Try again
 
 export class PersonLine {
   places: Standing[] = [];
-  /** Whether anything was heard at all, and whether the person is still signed in. */
+  /** Whether anything has arrived yet, and whether the person is still signed in. */
   known = false;
   over = false;
   private offset = 0;
@@ -40,7 +40,7 @@ export class PersonLine {
     return Date.now() + this.offset;
   }
 
-  /** Ask for it; returns what went wrong in words, empty for nothing. */
+  /** Send the request; returns what went wrong as a sentence, or an empty text. */
   async ask(what: Wanted, place: Standing): Promise<string> {
     if (this.socket?.readyState === WebSocket.OPEN) {
       const answer = new Promise<string>((resolve) => (this.answered = resolve));
@@ -98,7 +98,7 @@ export class PersonLine {
     this.show([]);
   }
 
-  /** A line that has long said nothing is dead; without one the page asks by itself. */
+  /** A socket without messages for long is closed; without one the page sends requests. */
   private watch(): void {
     if (this.over) return;
     const open = this.socket?.readyState === WebSocket.OPEN;
@@ -132,7 +132,7 @@ export class PersonLine {
     }
   }
 
-  /** Show what the server answered; returns what it said was wrong, null where it answered nothing of use. */
+  /** Show the server's answer; returns what went wrong, or null if the answer was not usable. */
   private async read(answer: Response): Promise<string | null> {
     if (answer.type === "opaqueredirect") {
       this.end();

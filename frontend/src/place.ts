@@ -1,4 +1,4 @@
-/** The panel that says whose turn it is and what you can do about it. */
+/** The panel that shows whose turn it is and what you can do. */
 import { type Part, show } from "./parts.ts";
 import type { Snapshot } from "./protocol.ts";
 import { Twice } from "./twice.ts";
@@ -7,7 +7,7 @@ import { clock, span } from "./words.ts";
 type Send = (message: object) => boolean;
 
 const AGAIN = "Press again to end it";
-const FOLLOWS = "The robot goes to where a turn begins, the next person is offered it, and you can write down what you found. You cannot take it back.";
+const FOLLOWS = "The robot goes back to its start position and is offered to the next person. You can write down what you found. You cannot undo this.";
 
 export class Place {
   private ending = new Twice();
@@ -22,7 +22,7 @@ export class Place {
     });
   }
 
-  /** The button asks at once, where it stands, not at the next tick. */
+  /** Ask at once, on the button itself, not at the next drawing. */
   private ask(): void {
     const button = this.box.querySelector('[data-do="leave"]');
     if (button) button.textContent = AGAIN;
@@ -36,7 +36,7 @@ export class Place {
     show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, disabled: !up } : part)));
   }
 
-  /** Have the bar look too when something changed here, so that the two never contradict each other. */
+  /** Make the bar update too when something changed here, so that both show the same. */
   changed({ me }: Snapshot): void {
     const told = `${me.can.drive} ${me.ticket?.state}`;
     if (this.told && told !== this.told) document.dispatchEvent(new Event("farhand:place"));

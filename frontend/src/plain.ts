@@ -1,4 +1,4 @@
-/** The console of a robot nobody wrote one for: its controls draw themselves from what its spec says it takes. */
+/** The console of a robot without one of its own: its controls are drawn from its spec. */
 import type { Facts } from "./controls.ts";
 import { facts } from "./facts.ts";
 import { RobotPage } from "./page.ts";

@@ -1,4 +1,4 @@
-/** What walks over the socket: binary packets for joints and pictures, JSON for the rest. */
+/** The messages on the socket: binary packets for states and pictures, JSON for the rest. */
 
 export interface Still {
   id: number; url: string; at_ms: number; stable: boolean; verdict: string;
@@ -9,7 +9,7 @@ export interface Still {
 export interface CommandInfo {
   id: number; seq: number; grant: number; kind: string; state: string; reason: string;
   at_ms: number; by?: string;
-  /** How far a long command is; the share is from 0 to 1, or null where the robot does not say. */
+  /** The progress of a long command; `share` is from 0 to 1, or null if the robot does not say. */
   progress?: { text?: string; share?: number | null; at_ms?: number };
   result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
@@ -19,7 +19,7 @@ export interface Snapshot {
   t: "snapshot"; now_ms: number; link: boolean; store: string;
   robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean };
   stopped: boolean; operator: string | null; queue: number;
-  /** The stop that is latched: whether the robot confirmed that it rests, and by when it rests at the latest where it did not. */
+  /** The latched stop: whether the robot confirmed that it rests, and if not, the latest time by which it rests. */
   stop: StopShown | null;
   turn: null | { id: number | null; grant: number; mine: boolean; until_ms: number | null; next_seq: number; extra: boolean; staff: boolean };
   me: {
@@ -34,8 +34,8 @@ export interface ArgumentInfo { name: string; unit: string; low: number; high: n
 export interface CommandSpec { kind: string; label: string; lane: "motion" | "config"; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
 /** A value beside the joints, as a battery's charge: its unit and its usual range. */
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
-/** What the page is told of its robot, whatever robot it is. */
 export interface StreamInfo { name: string; media: string }
+/** What the page knows about its robot, for every robot. */
 export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
@@ -50,16 +50,16 @@ export type Message =
 
 export interface StatePacket {
   moving: boolean; stopped: boolean; number: number; atMs: number;
-  /** rad and m; velocities and torques are empty where the robot does not say them. */
+  /** rad and m; velocities and torques are empty if the robot does not send them. */
   joints: number[]; velocities: number[]; torques: number[];
-  /** Of the channels that the spec declares, then the coordinates of its pose, in their order; NaN where nothing is known. */
+  /** Values of the spec's channels, then the coordinates of its pose, in the spec's order; NaN if not known. */
   values: number[];
   /** The controller's own word for what it is doing. */
   mode: string;
 }
 export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob }
 
-/** A packet of a byte stream: which of the spec's (from 0), and whether it holds everything or what changed since the one before. */
+/** A packet of a byte stream: its number in the spec (from 0), and whether it contains everything or only changes. */
 export interface StreamPacket { stream: number; key: boolean; run: number; number: number; atMs: number; data: Uint8Array }
 
 const STATE_HEAD = 16;

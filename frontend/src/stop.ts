@@ -1,4 +1,4 @@
-/** A press of Stop, until it is known to have reached the portal; and what is said while it has not. */
+/** A press of Stop, until it is known to have arrived at the portal, and the texts meanwhile. */
 import type { Live } from "./live.ts";
 import type { Snapshot } from "./protocol.ts";
 
@@ -23,7 +23,7 @@ export class StopPress {
     this.notice = notice;
   }
 
-  /** What stands in the banner for as long as a press has not reached the portal. */
+  /** The banner's text while a press has not arrived at the portal. */
   get pending(): string {
     return this.at && (this.live.lost || performance.now() - this.at > ANSWER_MS) ? UNSENT : "";
   }
@@ -34,7 +34,7 @@ export class StopPress {
     this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
   }
 
-  /** The portal answered. Returns whether a late arrival was said, which is more than the answer's own words. */
+  /** Note the portal's answer. Returns whether a late arrival was shown, which replaces the answer's text. */
   answered(ok: boolean): boolean {
     const late = ok && this.at > 0 && performance.now() - this.at > ANSWER_MS;
     if (late) this.notice(`The connection is back: the Stop that you pressed ${this.ago()} has been sent now.`, "warning");
@@ -42,7 +42,7 @@ export class StopPress {
     return late;
   }
 
-  /** What stands now. After a reconnection the press is sent again where it is still meant: it can only hold the robot. */
+  /** Note the present snapshot. After a reconnection the press is sent again if it still applies; it can only hold the robot. */
   heard(s: Snapshot): void {
     this.snapshot = s;
     if (!this.at || this.socket === this.live.opened) return;

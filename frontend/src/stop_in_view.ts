@@ -1,6 +1,6 @@
-/** Stop stays on the screen: where its place has scrolled away, it hangs over the foot of the page. */
+/** Keeps Stop on the screen: if its place is scrolled away, it is shown at the bottom of the window. */
 
-const HEAD = 72; // px that a notice may lie over
+const HEAD = 72; // px that a notice may cover
 
 const place = document.querySelector<HTMLElement>(".stop-place");
 const button = place?.querySelector<HTMLElement>('[data-command="stop"]');
@@ -15,7 +15,7 @@ if (place && button) {
     );
     seeing.observe(place);
   };
-  // anew when a size changes: it is told of crossings only, and a place that appears below the screen crosses nothing
+  // again when a size changes, because the observer only reports crossings
   const sizes = new ResizeObserver(look);
   sizes.observe(place);
   if (bar) sizes.observe(bar);

@@ -9,7 +9,7 @@ export class Streams {
     this.names = names;
   }
 
-  /** Take a packet; its stream's name where it belongs, undefined for a delta that does not follow or came again. */
+  /** Take a packet. Returns its stream's name; undefined for a delta that does not follow the last packet. */
   take(packet: StreamPacket): string | undefined {
     const chain = this.chains.get(packet.stream), last = chain?.at(-1);
     if (packet.key) this.chains.set(packet.stream, [packet]);
@@ -18,7 +18,7 @@ export class Streams {
     return this.names[packet.stream];
   }
 
-  /** The newest key packet of that stream, then the deltas after it; empty where none was heard. */
+  /** The newest key packet of that stream, then the deltas after it; empty if none has arrived. */
   of(name: string): StreamPacket[] {
     return [...(this.chains.get(this.names.indexOf(name)) ?? [])];
   }

@@ -1,4 +1,4 @@
-/** Small help to draw SVG without markup strings. */
+/** Helpers to draw SVG without markup strings. */
 const NS = "http://www.w3.org/2000/svg";
 
 export function shape<K extends keyof SVGElementTagNameMap>(

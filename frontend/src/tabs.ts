@@ -1,4 +1,4 @@
-/** Tabs as the ARIA practices have them: arrows choose, only the chosen one is in the tab order. */
+/** Tabs by the ARIA practices: arrows choose, and only the chosen one is in the tab order. */
 export class Tabs {
   open = "";
   private tabs: HTMLElement[];

@@ -1,10 +1,10 @@
-/** What reaches a person who looks elsewhere: title, icon, sound, vibration, a notification, a screen reader. */
+/** Messages for a person who looks elsewhere: title, icon, sound, vibration, notification, screen reader. */
 import type { Standing } from "./person.ts";
 import { say } from "./parts.ts";
 
 const MOMENTS_S = [60, 20, 10];
 
-/** What a browser may keep, where it keeps anything. */
+/** The browser's storage, if it allows any. */
 export const kept = {
   get(key: string): string | null {
     try {
@@ -17,7 +17,7 @@ export const kept = {
     try {
       localStorage.setItem(`farhand-${key}`, value);
     } catch {
-      // a browser that keeps nothing is told again on each page
+      // without storage each page tells it again
     }
   },
 };
@@ -45,7 +45,7 @@ export class Teller {
     if (on) this.chime();
   }
 
-  /** Tell what is new, the most urgent first; called at each change and each half second. */
+  /** Announce what is new, the most urgent first; called at each change and every half second. */
   tell(places: readonly Standing[], now: number, own: string): void {
     const [first] = places;
     this.wantsSound = places.some((p) => p.state === "waiting" || p.state === "offered");
@@ -93,11 +93,11 @@ export class Teller {
         this.open(place);
       };
     } catch {
-      // phones give notifications to service workers alone
+      // on phones only service workers may show notifications
     }
   }
 
-  /** A browser lets a page sound only after it was touched. */
+  /** Browsers allow sound only after the page was touched. */
   private prime(): void {
     if (!this.sound) return;
     try {
@@ -108,7 +108,7 @@ export class Teller {
     }
   }
 
-  /** Sound two notes; false where the browser lets none be heard. */
+  /** Play two notes; false if the browser does not allow sound. */
   private chime(): boolean {
     if (!this.sound || !navigator.userActivation?.hasBeenActive) return false;
     this.prime();

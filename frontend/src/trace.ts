@@ -1,4 +1,4 @@
-/** The live trace for staff of the wire. */
+/** The live wire trace for staff. */
 import type { TraceLine } from "./protocol.ts";
 
 const KEEP = 200;
@@ -43,7 +43,7 @@ export class WireTrace {
   }
 }
 
-/** The line that the bytes spell, where the wire carries plain text. */
+/** The text of the bytes, if the wire carries plain text. */
 function written(hex: string): string {
   return String.fromCharCode(...hex.split(" ").map((byte) => parseInt(byte, 16))).trim();
 }

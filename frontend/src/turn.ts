@@ -1,10 +1,10 @@
-/** The page after a turn: a draft of all that is typed or chosen, kept on this device until the server has it. */
+/** The page after a turn: a draft of the form is stored on this device until the server has it. */
 
 const turn = document.querySelector<HTMLElement>("[data-drafts-of]")?.dataset["draftsOf"] ?? "";
 const form = document.querySelector<HTMLFormElement>("form[data-draft]");
 const nameOf = (draft: string): string => `draft-${draft}`;
 
-/** What is filled in, by name, without what every form carries. */
+/** The filled-in values by name, without the hidden fields. */
 function filled(of: HTMLFormElement): Record<string, string> {
   const all = [...new FormData(of)].filter(([name]) => name !== "csrfmiddlewaretoken");
   return Object.fromEntries(all.map(([name, value]) => [name, String(value)]));
@@ -14,7 +14,7 @@ function read(name: string): Record<string, string> {
   try {
     return JSON.parse(localStorage.getItem(name) ?? "{}") as Record<string, string>;
   } catch {
-    return {}; // nothing that can be read, or a browser that keeps nothing
+    return {}; // unreadable, or no storage
   }
 }
 
@@ -27,22 +27,22 @@ function fill(of: HTMLFormElement, draft: Record<string, string>): void {
 
 if (form) {
   const name = nameOf(form.dataset["draft"] ?? "");
-  if ("fresh" in form.dataset) fill(form, read(name)); // after a refusal the server gives back what was sent
+  if ("fresh" in form.dataset) fill(form, read(name)); // after a refusal the server returns what was sent
   form.addEventListener("input", () => {
     try {
       localStorage.setItem(name, JSON.stringify(filled(form)));
       document.getElementById("draft-said")?.removeAttribute("hidden");
     } catch {
-      // a browser that keeps nothing: the page still holds what is typed
+      // no storage: the page still contains what was typed
     }
   });
 }
-// a part whose form is gone was taken by the server
+// a part without a form was accepted by the server
 for (const draft of [turn, `${turn}-edit`])
   if (form?.dataset["draft"] !== draft) {
     try {
       localStorage.removeItem(nameOf(draft));
     } catch {
-      // nothing was kept
+      // nothing was stored
     }
   }

@@ -1,11 +1,11 @@
-/** The bar on every page: where one stands with a robot, with its countdown and the button that leads there. */
+/** The bar on every page: the person's most urgent place, with countdown and button. */
 import { LEAVE, type Leaving } from "./leaving.ts";
 import { type Part, say, show } from "./parts.ts";
 import { PersonLine, type Standing, type Wanted } from "./person.ts";
 import { Teller } from "./tell.ts";
 import { clock, span } from "./words.ts";
 
-const ASK = "ask-"; // the bar's own names, for the page has buttons to join and to accept too
+const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
 
 class TurnBar {
   private own: string;
@@ -48,7 +48,7 @@ class TurnBar {
   }
 
   private draw(): void {
-    if (!this.line.known) return; // what the server wrote stands until more is known
+    if (!this.line.known) return; // the server's text stays until more is known
     this.take?.();
     this.take = null;
     const now = this.line.now();
@@ -104,7 +104,7 @@ class TurnBar {
 
   private async notify(): Promise<void> {
     const answer = await Notification.requestPermission();
-    this.tell(answer === "granted" ? "This browser will tell you." : "This browser may not tell you; keep this page open, its title and sound do.");
+    this.tell(answer === "granted" ? "This browser will notify you." : "This browser may not notify you. Keep this page open: its title and a sound tell you.");
   }
 
   private tell(words: string): void {
@@ -113,7 +113,7 @@ class TurnBar {
     if (words) this.fading = window.setTimeout(() => say(this.said, ""), 12_000);
   }
 
-  /** Lead to the robot, unless this is its page. */
+  /** Open the robot's page, unless this is it. */
   private lead(place: Standing): void {
     if (place.robot !== this.own) location.assign(`/robots/${place.robot}/`);
     else if (this.home) location.assign(this.home);
@@ -130,7 +130,7 @@ const LEAVE_BUTTONS: Part[] = [
   { tag: "button", do: `${ASK}go`, text: "Leave the page" },
 ];
 
-/** Whether an offer or turn is past its end; what became of it is told within a second or two. */
+/** Whether an offer or turn is past its end; the server sends the result within two seconds. */
 function ran(p: Standing, now: number): boolean {
   return p.state === "offered" && p.until_ms !== null && p.until_ms <= now;
 }
@@ -159,8 +159,8 @@ function missed(p: Standing): string {
   const time = ended.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
   const at = ended.toDateString() === new Date().toDateString() ? time : `${ended.toLocaleDateString()} ${time}`;
   return p.away
-    ? `You were away for too long: your place for ${p.name} was given on at ${at}.`
-    : `You missed your turn on ${p.name} at ${at}; the place was given on.`;
+    ? `You were away for too long: your place for ${p.name} was given to the next person at ${at}.`
+    : `You missed your turn on ${p.name} at ${at}; the place was given to the next person.`;
 }
 
 function wait(p: Standing): string {

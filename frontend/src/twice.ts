@@ -1,17 +1,17 @@
-/** What cannot be taken back is asked about: the same button, in the same place, is pressed once more. */
+/** Confirmation of actions that cannot be undone: the same button, in the same place, is pressed again. */
 
-const ASKED_MS = 8000; // how long the question stands
+const ASKED_MS = 8000; // how long the question is shown
 const DOUBLE_MS = 400; // a double click is one press
 
 export class Twice {
   private asked = -Infinity;
 
-  /** Tell whether the question stands. */
+  /** Whether the question is shown. */
   get asking(): boolean {
     return performance.now() - this.asked < ASKED_MS;
   }
 
-  /** A press; tells whether it is the second, which is meant. */
+  /** Note a press; returns whether it is the second one, which confirms. */
   press(): boolean {
     const since = performance.now() - this.asked;
     if (since < DOUBLE_MS) return false;

@@ -22,6 +22,6 @@ export const STAGES: Record<string, string> = {
   sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the robot", acknowledged: "Moving",
   completed: "Settled", rejected: "Refused", failed: "Failed", expired: "Too late", cancelled: "Stopped", unknown: "Unknown",
 };
-/** What the portal's own commands are called; those of the robot are added from its spec. */
+/** Labels of the portal's own commands; those of the robot come from its spec. */
 export const KINDS: Record<string, string> = { soft_reset: "Soft reset", calibrate: "Calibrate", still: "Picture" };
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);

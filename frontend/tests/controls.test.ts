@@ -40,7 +40,7 @@ test("a control is enabled, or it says why not", () => {
   assert.equal(blocked(facts()), "");
   assert.equal(whyNot("air", facts()), "");
   const no: [Facts, RegExp][] = [
-    [facts({ lineUp: false }), /connection is gone/],
+    [facts({ lineUp: false }), /connection is lost/],
     [facts({}, { link: false }), /live link/],
     [facts({}, { stopped: true }), /release the stop/],
     [facts({}, { me: { can: { drive: false }, cleared: true } }), /Join the queue/],
@@ -98,7 +98,7 @@ test("times in words", () => {
   assert.equal(ago(1500), "1.5 s");
 });
 
-test("who wants little motion gets new stills, and one live picture in ten seconds", () => {
+test("a person who prefers reduced motion gets new stills, and one live picture in ten seconds", () => {
   const shown = { atMs: 50_000, stillId: 7 };
   assert.equal(tooLively({ atMs: 50_250, still: 7 }, shown), true, "the arm rests: the same picture again");
   assert.equal(tooLively({ atMs: 50_250, still: 0 }, shown), true, "it moves");

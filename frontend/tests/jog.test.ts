@@ -39,7 +39,7 @@ test("a line of the terminal stands for a command in SI units, or says what is w
   assert.deepEqual([joints.args["W2"], joints.args["speed"]], [-Math.PI, 0.2]);
   assert.deepEqual(understood("l 500 -20 30 0 0 0", AXES).args, { x: 0.5, y: -0.02, z: 0.03, roll: 0, pitch: 0, yaw: 0 });
   assert.deepEqual(understood(" g 1 ", AXES), { kind: "gripper", args: { closed: 1 } });
-  for (const [line, why] of [["j 1 2", /wants 6 or 7 numbers, not 2/], ["k 1 2 3 4 5 x", /x is no number/], ["g", /wants 1 numbers/], ["rm -rf", /is no number|no line/]] as const)
+  for (const [line, why] of [["j 1 2", /needs 6 or 7 numbers, not 2/], ["k 1 2 3 4 5 x", /x is not a number/], ["g", /needs 1 numbers/], ["rm -rf", /is not a number|no line/]] as const)
     assert.throws(() => understood(line, AXES), why);
 });
 
@@ -48,8 +48,8 @@ test("a program is the same as text and as steps", () => {
   assert.equal(print(parse(text)), text);
   assert.equal(print(parse("  g 1  # close\n\n# nothing\nj 1.23456 0 0 0 0 -0.1")), "g 1\nj 1.235 0 0 0 0 -0.1");
   for (const [bad, why] of [
-    ["j 1 2", /Line 1: j wants 6 or 7/], ["g 1\nx 2", /Line 2: there is no step/], ["R 2\ng 1", /no end/], ["E", /there is none/],
-    ["R 0\nE", /1 to 100/], ["d soon", /“soon” is no number/],
+    ["j 1 2", /Line 1: j needs 6 or 7/], ["g 1\nx 2", /Line 2: there is no step/], ["R 2\ng 1", /no end/], ["E", /there is none/],
+    ["R 0\nE", /1 to 100/], ["d soon", /“soon” is not a number/],
   ] as const)
     assert.throws(() => parse(bad), why);
 });

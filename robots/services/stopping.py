@@ -97,7 +97,7 @@ def release_stop(robot: Robot, user: Any, checked: bool) -> None:
     if not may_stop(robot, user):
         raise NotPermitted("Only the operator and staff can release the stop.")
     if not checked:
-        raise NotPermitted("Look at the newest picture first, and confirm that the robot can move safely.")
+        raise NotPermitted("Look at the newest picture first, and confirm that the way is clear.")
     with transaction.atomic():
         cancel_queued(robot, "the robot was stopped", SYSTEM.now())  # earlier requests must not start now
         Robot.objects.filter(pk=robot.pk).update(stop_latched=False, releases=F("releases") + 1)

@@ -101,7 +101,7 @@ def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transa
     page.click("#tab-program")
     expect(page.locator(".blocklySvg")).to_be_visible(timeout=20_000)
     page.select_option("#program-list", label="Red onto yellow")
-    expect(page.locator("#program-said")).to_contain_text("no box is touched")
+    expect(page.locator("#program-said")).to_contain_text("no forbidden box is touched")
     expect(page.locator("#model-said")).to_contain_text("The ghost is at step")
     assert not Command.objects.exists(), "the ghost moves, not the arm"
     assert page.locator(".blocklyDraggable").count() >= 9
@@ -113,17 +113,17 @@ def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transa
     # a program of one's own: typed, refused with the line, mended, saved, found again
     page.click("[data-program=new]")
     page.fill("#program-text", "g 0\nk 500 160")
-    expect(page.locator("#program-said")).to_contain_text("Line 2: k wants 6 or 7 numbers")
+    expect(page.locator("#program-said")).to_contain_text("Line 2: k needs 6 or 7 numbers")
     expect(page.locator("[data-command=run]")).to_have_attribute("aria-disabled", "true")
     page.fill("#program-text", "g 0\nk 500 160 -50 180 0 180")
     expect(page.locator("#program-said")).to_contain_text("step 2")
     expect(page.locator("[data-command=run]")).to_have_attribute("aria-disabled", "true")
     page.fill("#program-text", "R 2\nj 10 25 75 0 80 0\nj -10 25 75 0 80 0\nE")
-    expect(page.locator("#program-said")).to_contain_text("no box is touched")
+    expect(page.locator("#program-said")).to_contain_text("no forbidden box is touched")
     page.fill("#program-name", "Wave")
     page.check("#program-shared")
     page.click("[data-program=save]")
-    expect(page.locator("#program-said")).to_contain_text("once staff have looked through it")
+    expect(page.locator("#program-said")).to_contain_text("after staff have approved it")
     kept = Program.objects.get(name="Wave")
     assert (kept.author.username, kept.shared, kept.approved) == ("ada", True, False)
     # and broken off by a stop: it does not go on after the release
@@ -184,11 +184,11 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     page.click("#tab-terminal")
     expect(page.locator("#why")).to_be_empty()
     for line, answer in (
-        ("j 1 2", "wants 6 or 7"),
+        ("j 1 2", "needs 6 or 7"),
         ("j 0 25 75 0 80 400", "e The arm cannot go there: joint W2"),
         ("g 1", "ok"),
         ("w", "a"),
-        ("x", "There is no line"),
+        ("x", "There is no command"),
     ):
         page.fill("#terminal-line", line)
         page.keyboard.press("Enter")

@@ -187,7 +187,7 @@ HINTS = [
     "Click in the camera image or in the map to choose where to go.",
     "The robot has moved since that picture; click in the newest one.",
     "The live link to the robot is down; nothing moves until it is back. Your turn is kept.",
-    "The connection is gone; it is being tried again. Your turn is kept for 20 seconds.",
+    "The connection is lost; the page tries to connect again. Your turn is kept for 20 seconds.",
 ]
 
 

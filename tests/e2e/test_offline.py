@@ -65,7 +65,7 @@ def test_a_lost_connection_is_said_for_as_long_as_it_lasts_and_blames_no_robot(b
     said = watch_banner(page, 10)
     assert all(words.startswith("Connection lost") for words in said), said
     assert not any(BLAME.search(words) for words in said)
-    expect(page.locator("#why")).to_contain_text("connection is gone")
+    expect(page.locator("#why")).to_contain_text("connection is lost")
     ada.axe("offline")
     line.set("cut")
     ada.context.set_offline(False)

@@ -83,7 +83,7 @@ def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(por
     expect(page.locator(BAR)).to_contain_text("It is your turn")
     Ticket.objects.update(offer_until=SYSTEM.now())
     expect(page.locator(BAR)).to_contain_text(
-        re.compile(r"You missed your turn on Mercury at \d+:\d\d.*the place was given on")
+        re.compile(r"You missed your turn on Mercury at \d+:\d\d.*the place was given to the next person")
     )
     ada.axe("missed")
     page.goto("/story/")
@@ -192,7 +192,7 @@ def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_
     tell.click()
     expect(tell).to_be_hidden()
     assert page.evaluate("asked") == 1
-    expect(page.locator(BAR)).to_contain_text("This browser will tell you.")
+    expect(page.locator(BAR)).to_contain_text("This browser will notify you.")
     sound = page.get_by_role("button", name="Sound")
     expect(sound).to_have_attribute("aria-pressed", "true")
     sound.click()

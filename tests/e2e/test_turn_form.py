@@ -30,7 +30,7 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
     before = end.bounding_box()
     end.dblclick()
     expect(end).to_have_text("Press again to end it")
-    expect(page.locator("#place")).to_contain_text("You cannot take it back")
+    expect(page.locator("#place")).to_contain_text("You cannot undo this")
     after = end.bounding_box()
     assert (after["x"], after["y"], after["height"]) == (before["x"], before["y"], before["height"])
     one.axe("asked")

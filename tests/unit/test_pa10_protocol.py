@@ -47,10 +47,10 @@ def test_anything_is_a_request_or_named(line):
     [
         ("", "there is no command"),
         ("x 1", "there is no command 'x'"),
-        ("j 1 2 3", "wants 6 or 7 values"),
-        ("j 1 2 3 4 5 six", "'six' is no number"),
-        ("j 1 2 3 4 5 nan", "is no number"),
-        ("g", "wants 1 values"),
+        ("j 1 2 3", "needs 6 or 7 values"),
+        ("j 1 2 3 4 5 six", "'six' is not a number"),
+        ("j 1 2 3 4 5 nan", "is not a number"),
+        ("g", "needs 1 values"),
         ("j " + "1" * 300, "longer than 200"),
     ],
 )
@@ -68,7 +68,7 @@ def test_programs_are_written_out():
     ("text", "says"),
     [
         ("w", "line 1: w cannot stand in a program"),
-        ("g 1\nj 1", "line 2: j wants"),
+        ("g 1\nj 1", "line 2: j needs"),
         ("R 2\ng 1", "has no end"),
         ("E", "line 1: E ends a repetition"),
         ("R 100\nR 100\ng 1\nE\nE", "longer than 500"),

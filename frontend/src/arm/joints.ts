@@ -61,7 +61,7 @@ export class Joints {
     return row;
   }
 
-  /** Follow the arm; the sliders too, for as long as nobody has touched them. */
+  /** Show the arm's joints; the sliders follow until somebody moves one. */
   show(packet: StatePacket): void {
     this.infos.forEach((info, i) => {
       const share = ((packet.joints[i] ?? 0) - info.low) / (info.high - info.low);
@@ -86,7 +86,7 @@ export class Joints {
     });
   }
 
-  /** The joints as filled in; null where one is no number, or nothing was chosen yet. */
+  /** The filled-in joints; null if one is not a number, or nothing was chosen yet. */
   target(): Target | null {
     const values = this.numbers.map((n) => n.valueAsNumber);
     if (values.some((v) => !Number.isFinite(v))) return null;

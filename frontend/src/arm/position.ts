@@ -1,4 +1,4 @@
-/** Position mode: where the tool shall be and how it is turned; arrows that move it while held. */
+/** Position mode: fields for the tool's position and rotation, and arrows that move it while held. */
 import { twist } from "../gamepad.ts";
 import { Jog, named } from "../jog.ts";
 import type { RobotPage } from "../page.ts";
@@ -64,7 +64,7 @@ export class Position {
     return label;
   }
 
-  /** Fill in where the tool is. */
+  /** Fill in the tool's present pose. */
   take(): void {
     const here = this.tool();
     if (here) this.set([...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)]);
@@ -88,7 +88,7 @@ export class Position {
     this.console.ask();
   }
 
-  /** The pose as filled in; null where a value is missing. */
+  /** The filled-in pose; null if a value is missing. */
   target(): Target | null {
     const values = this.inputs.map((i) => i.valueAsNumber);
     if (values.some((v) => !Number.isFinite(v))) return null;

@@ -1,4 +1,4 @@
-/** What the parts of the arm's console share. */
+/** Types that the parts of the arm's console share. */
 import type { Facts } from "../controls.ts";
 import type { ForbiddenBox } from "./view.ts";
 
@@ -6,7 +6,7 @@ export interface JointInfo { name: string; low: number; high: number; velocity: 
 export interface ArmDescription { model: string; joints: JointInfo[]; boxes: ForbiddenBox[]; tip: string }
 /** A target as the driver knows it: a command and its values in SI units. */
 export interface Target { kind: string; args: Record<string, number | string> }
-/** Who judges targets: asks the server where one would lead, says why one cannot be sent. */
+/** Checks targets: asks the server where one would lead, and says why one cannot be sent. */
 export interface Judge { ask(): void; whyNot(kind: string, facts: Facts): string }
 
 export function deg(radians: number): number {

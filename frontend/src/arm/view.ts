@@ -1,4 +1,4 @@
-/** The arm in three dimensions: as it is, as a target would have it, the path between, the forbidden boxes. */
+/** The arm in 3D: its present pose, the pose at a target, the path between, and the forbidden boxes. */
 import {
   AmbientLight, BoxGeometry, BufferGeometry, Color, DirectionalLight, EdgesGeometry, Euler, GridHelper, Group, Line,
   LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, type Object3D, PerspectiveCamera, Plane,
@@ -31,7 +31,7 @@ export class ArmView {
   private since = 0;
   private asked = false;
   private drawn = 0;
-  /** Without a graphics card each frame costs a core: few are drawn then. */
+  /** Without a graphics card each frame costs much processor time, so few are drawn. */
   private slow = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true }) === null;
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private dark = matchMedia("(prefers-color-scheme: dark)");
@@ -73,7 +73,7 @@ export class ArmView {
     this.controls.enablePan = false;
     domElement.style.touchAction = "pan-y";
     domElement.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey) return; // a pinch on a trackpad says Ctrl too
+      if (!event.ctrlKey) return; // a pinch on a trackpad is reported with Ctrl
       event.preventDefault();
       this.zoom(Math.exp(event.deltaY / 300));
     }, { passive: false });
@@ -92,7 +92,7 @@ export class ArmView {
     this.ask();
   }
 
-  /** Show the arm's joints (rad, m), gliding from packet to packet. */
+  /** Show the arm's joints (rad, m), interpolated between packets. */
   joints(q: number[]): void {
     if (this.to.length && q.every((v, i) => Math.abs(v - (this.to[i] ?? 0)) < 1e-5)) return;
     this.from = this.calm.matches || !this.to.length ? q : this.now();
@@ -112,7 +112,7 @@ export class ArmView {
     this.ask();
   }
 
-  /** Let the ghost go from pose to pose (a tenth of a second each); `at` is told which. */
+  /** Move the ghost from pose to pose (a tenth of a second each); `at` is called with the index. */
   play(poses: number[][], path: number[][], at: (index: number) => void): void {
     clearInterval(this.playing);
     if (!poses.length) return this.target(null);
@@ -142,7 +142,7 @@ export class ArmView {
     this.ask();
   }
 
-  /** Colour the ghost: the target it stands for is refused. */
+  /** Colour the ghost as refused or not. */
   refused(bad: boolean): void {
     if (bad === this.bad) return;
     this.bad = bad;
@@ -215,7 +215,7 @@ export class ArmView {
 }
 
 function boxOf(box: ForbiddenBox): Object3D {
-  const flatten = box.high[2] === 0 ? -0.02 : 0; // what lies under the table's top is not looked at
+  const flatten = box.high[2] === 0 ? -0.02 : 0; // the part below the table's top is not drawn
   const lows = [box.low[0] ?? 0, box.low[1] ?? 0, Math.max(box.low[2] ?? 0, flatten)];
   const size = box.high.map((h, i) => h - (lows[i] ?? 0));
   const [sx = 1, sy = 1, sz = 1] = size;

@@ -1,7 +1,7 @@
 /**
- * `/static/farhand/v1/console.js`: what a robot's own console builds on (docs/reference/console-module.md).
+ * `/static/farhand/v1/console.js`: the module for a robot's own console (docs/reference/console-module.md).
  *
- * Names are only added here, and what one means stays: another meaning is another version.
+ * Names are only added here, and their meaning does not change; a changed meaning needs a new version.
  */
 export { CameraView } from "../camera.ts";
 export { blocked } from "../controls.ts";

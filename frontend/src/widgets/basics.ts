@@ -1,4 +1,4 @@
-/** What a console does where it says nothing of its own: the first camera on the screen, one command at a time. */
+/** The defaults of a console: the first camera is shown, one command at a time. */
 import { CameraView } from "../camera.ts";
 import { blocked, type Facts } from "../controls.ts";
 import { settings } from "../facts.ts";
@@ -56,7 +56,7 @@ const PARTS = [
   "watch", "picture", "state", "still", "turn", "command", "draw", "advice", "shown", "pictureAt", "whyNot",
 ] as const satisfies readonly (keyof Console)[];
 
-/** A whole console: what `own` brings, and the basics for the rest. */
+/** A complete console: the members of `own`, and defaults for the rest. */
 export function complete(own: Partial<Console>, page: RobotPage): Console {
   const whole: Record<string, unknown> = {};
   const basics: Partial<Console> = PARTS.every((part) => own[part]) ? {} : new Basics(page);

@@ -20,7 +20,7 @@ export class CommandForm {
     });
   }
 
-  /** Let the button be pressed, or say why not. */
+  /** Enable the button, or disable it with a reason. */
   enable(why: string): void {
     allow(this.button, why);
   }

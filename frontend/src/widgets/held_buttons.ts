@@ -30,7 +30,7 @@ export class HeldButtons {
     });
   }
 
-  /** Let the buttons be held, or say why not; what is held now stays held. */
+  /** Enable the buttons, or disable them with a reason; a motion that is held goes on. */
   enable(why: string): void {
     for (const button of this.buttons) allow(button, this.element.classList.contains("held") ? "" : why);
   }

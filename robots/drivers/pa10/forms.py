@@ -81,6 +81,6 @@ FORMS = {
         Form("u", (NUMBER,), 1, "take over a program of that number: its lines follow, a line with a dot ends it"),
         Form("b", CORNERS, 0, "a forbidden box of the staff: two corners in mm, a name; alone: takes all of them away"),
         Form("i", (Value("the epoch", 0, LARGEST_EPOCH, whole=True),), 1,
-             "who asks: epoch of the owner, token where the robot wants one"),
+             "who asks: epoch of the owner, token if the robot needs one"),
     )
 }  # fmt: skip

@@ -95,9 +95,9 @@ def parse(line: str, stored: bool = False) -> Request:
     if not form.least <= len(parts) <= len(form.values):
         most = len(form.values)
         wanted = f"{form.least}" if form.least == most else f"{form.least} or {most}"
-        raise Malformed(f"{letter} wants {wanted} values ({form.says}), not {len(parts)}")
+        raise Malformed(f"{letter} needs {wanted} values ({form.says}), not {len(parts)}")
     if letter == "b" and (len(parts), bool(word)) not in ((0, False), (6, True)):
-        raise Malformed("b wants two corners, six values, and a name; or nothing at all")
+        raise Malformed("b needs two corners (six values) and a name, or nothing")
     return Request(letter, tuple(_number(letter, *pair) for pair in zip(form.values, parts, strict=False)), word)
 
 
@@ -110,7 +110,7 @@ def _number(letter: str, value: Value, text: str) -> float:
     except ValueError:
         found = math.nan
     if math.isnan(found) or (math.isfinite(found) and not NUMERAL.fullmatch(text)):
-        raise Malformed(f"{letter}: {text[:20]!r} is no number")
+        raise Malformed(f"{letter}: {text[:20]!r} is not a number")
     if not value.low <= found <= value.high or (value.whole and found != int(found)):
         unit = f" {value.unit}" if value.unit else ""
         bounds = f"{'a whole number ' if value.whole else ''}from {value.low:g} to {_shown(value.high)}{unit}"

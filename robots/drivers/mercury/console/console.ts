@@ -68,7 +68,7 @@ class SandConsole extends Basics {
   private pickPixel(u: number, v: number): void {
     if (!page.operating) return;
     if (this.camera.stillId === 0)
-      return page.notice("This picture cannot be aimed at yet: the arm moves, or it was not kept. Wait for the next one.", "info");
+      return page.notice("You cannot click in this picture yet: the arm moves, or the picture was not stored. Wait for the next one.", "info");
     this.aim = { by: "camera", u, v, still: this.camera.stillId };
     page.draw();
   }

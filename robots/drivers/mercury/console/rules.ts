@@ -1,11 +1,11 @@
-/** The controls of the arm over sand: enabled, or saying why not. */
+/** The rules for the controls of the arm over sand: enabled, or disabled with a reason. */
 import { blocked, type Facts } from "../../../../frontend/src/controls.ts";
 
 export interface SandFacts extends Facts { aim: "none" | "good" | "refused" | "old" }
 
 const DOWN_M = 0.001;
 
-/** Why one control will not work now; empty when it will. */
+/** Why a control does not work now; empty if it does. */
 export function whyNot(kind: string, f: SandFacts): string {
   const general = blocked(f);
   if (general) return general;

@@ -13,7 +13,7 @@ export function forward(d: Description, q: number[]): Arm {
   return { elbow, tool: [elbow[0] + d.arm.link2 * Math.cos(q1 + q2), elbow[1] + d.arm.link2 * Math.sin(q1 + q2)] };
 }
 
-/** Return the arm at a tool target (m), or null where the annulus does not reach. */
+/** Return the arm at a tool target (m), or null if it is out of reach. */
 export function reach(d: Description, x: number, y: number): Arm | null {
   const { link1, link2 } = d.arm;
   const c = (x * x + y * y - link1 ** 2 - link2 ** 2) / (2 * link1 * link2);
@@ -29,7 +29,7 @@ export function onSand(d: Description, x: number, y: number): boolean {
 
 export interface Map2 { matrix: number[][]; theta: number }
 
-/** Return the tool target (m) for a pixel, as the server will work it out too. */
+/** Return the tool target (m) for a pixel, as the server computes it. */
 export function target(map: Map2, pose: number[], u: number, v: number, w: number, h: number): [number, number] {
   const [[a = 0, b = 0, c = 0] = [], [d = 0, e = 0, f = 0] = []] = map.matrix;
   const pu = u - (w - 1) / 2, pv = v - (h - 1) / 2;

@@ -97,7 +97,7 @@ export class Schematic {
     this.view.setAttribute("points", at.map(([x, y]) => `${x * MM},${-y * MM}`).join(" "));
   }
 
-  /** Show the ghost of a target; false where the arm may not go there. */
+  /** Show the ghost of a target; false if the arm may not go there. */
   aim(at: [number, number] | null): boolean {
     this.cursor = at;
     const arm = at ? reach(this.d, at[0], at[1]) : null;

@@ -35,7 +35,7 @@ function define(axes: string[]): void {
     },
     { ...stacked, type: "wait", colour: 60, message0: "wait %1 s", args0: [number("seconds", 0, 30, 1)], tooltip: "Wait so many seconds." },
     {
-      ...stacked, type: "repeat", colour: 130, message0: "repeat %1 times %2 %3", tooltip: "Do the steps inside again and again.",
+      ...stacked, type: "repeat", colour: 130, message0: "repeat %1 times %2 %3", tooltip: "Repeat the steps inside.",
       args0: [number("times", 1, 100, 2, 1), { type: "input_dummy" }, { type: "input_statement", name: "steps" }],
     },
     { ...stacked, type: "line", colour: 290, message0: "line %1", args0: [{ type: "field_input", name: "text", text: "" }], tooltip: "A line that has no block of its own." },
@@ -55,13 +55,13 @@ export class Blocks {
     this.workspace = workspace(box, categories, () => this.quiet || changed(this.steps()));
   }
 
-  /** Show these steps, without telling of a change. */
+  /** Show these steps, without reporting a change. */
   show(steps: Step[]): void {
     this.quiet = true;
     const first = this.chain(steps);
     const blocks = first ? { languageVersion: 0, blocks: [{ ...first, x: 24, y: 24 }] } : { languageVersion: 0, blocks: [] };
     Blockly.serialization.workspaces.load({ blocks }, this.workspace);
-    setTimeout(() => (this.quiet = false), 50); // Blockly tells of changes a moment later
+    setTimeout(() => (this.quiet = false), 50); // Blockly reports changes a moment later
     document.querySelector(".blocklyComputeCanvas")?.setAttribute("aria-hidden", "true"); // it only measures texts
   }
 

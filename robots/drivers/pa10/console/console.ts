@@ -21,10 +21,10 @@ interface Plan { key: string; ok: boolean; text: string }
 
 const description = JSON.parse(byId("description").textContent ?? "{}") as ArmDescription;
 const page = new RobotPage();
-const FINGERS = ["left_finger", "right_finger"]; // of the model; the state says one width for both
+const FINGERS = ["left_finger", "right_finger"]; // of the model; the state has one width for both
 const PLAN_MS = 120;
-const THERE = 0.002; // rad: a target so near is where the arm stands, and needs no ghost
-/** What each mode asks for when it is done; the terminal checks what it is told by itself. */
+const THERE = 0.002; // rad: a target this near needs no ghost
+/** The command of each mode; the terminal checks its lines itself. */
 const ASKED_FOR: Record<string, string> = { joint: "go", position: "go", program: "run" };
 /** A newer target may take the place of one of these in motion. */
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
@@ -100,7 +100,7 @@ class ArmConsole implements Console, Judge {
     return [screen, ...small];
   }
 
-  /** A phone shows one camera at a time, and asks for no more. */
+  /** A phone shows one camera at a time, and requests only that one. */
   watch(): void {
     const all = this.cameras.slice(1).map((_, i) => i);
     page.live.send({ t: "watch", cameras: this.narrow.matches ? [this.chosen] : all });
@@ -141,7 +141,7 @@ class ArmConsole implements Console, Judge {
     if (c.state === "completed" && this.tabs.open !== "program") this.ask();
   }
 
-  /** The target that the open mode stands for; null where it has none. */
+  /** The target of the open mode; null if it has none. */
   private target(): Target | null {
     if (this.tabs.open === "joint") return this.joints.target();
     if (this.tabs.open === "program") return this.programs.text() ? { kind: "program", args: { text: this.programs.text() } } : null;
@@ -169,7 +169,7 @@ class ArmConsole implements Console, Judge {
     }, PLAN_MS);
   }
 
-  /** The target makes no sense, so nobody need be asked about it: whatever was asked is of no interest any more. */
+  /** The target is not valid, so the server is not asked; earlier questions are dropped. */
   refuse(why: string): void {
     clearTimeout(this.planTimer);
     this.planned += 1;
@@ -182,7 +182,7 @@ class ArmConsole implements Console, Judge {
     return this.view?.tool() ?? null;
   }
 
-  /** Let the ghost go through a program, and say at which step it is. */
+  /** Move the ghost through a program, and show its step. */
   play(answer: PlanAnswer): void {
     this.view?.refused(false);
     this.view?.play(answer.path ?? [], answer.tool ?? [], (i) => {

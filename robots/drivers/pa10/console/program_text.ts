@@ -1,4 +1,4 @@
-/** Programs as text and as a tree of steps: the text is what is kept, sent and run. */
+/** Programs as text and as a tree of steps: the text is stored, sent and run. */
 
 export type Step =
   | { do: "joints"; values: number[]; speed?: number }
@@ -11,7 +11,7 @@ export type Step =
 const KNOWN = "j k l K W g d R E";
 const NUMERAL = /^[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?$/; // the arm's own: no 0x10, no Infinity
 
-/** A number as the arm reads it; NaN where it would refuse it. */
+/** A number as the arm reads it; NaN if the arm would refuse it. */
 export function numeral(word: string): number {
   return NUMERAL.test(word) ? Number(word) : NaN;
 }
@@ -29,10 +29,10 @@ export function parse(text: string): Step[] {
     const numbers = parts.map(numeral);
     const bad = numbers.findIndex((n) => !Number.isFinite(n));
     if (!KNOWN.split(" ").includes(letter)) fail(`there is no step that begins with “${letter}”; known: ${KNOWN}.`);
-    if (bad >= 0) fail(`“${parts[bad]}” is no number.`);
+    if (bad >= 0) fail(`“${parts[bad]}” is not a number.`);
     const want = (least: number, most = least): void => {
       if (numbers.length < least || numbers.length > most)
-        fail(`${letter} wants ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
+        fail(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
     };
     const here = stack[stack.length - 1]!;
     const speed = numbers.length > 6 ? { speed: numbers[6]! } : {};

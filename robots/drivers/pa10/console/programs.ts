@@ -30,7 +30,7 @@ export class Programs {
     for (const [name, run] of Object.entries(act)) document.querySelector(`[data-program="${name}"]`)?.addEventListener("click", run);
     page.on("try", () => arm.ask());
     page.on("run", () => {
-      if (page.command("program", { text: this.text() }, "run")) this.tell("It runs; each step is shown while it is done.", "");
+      if (page.command("program", { text: this.text() }, "run")) this.tell("The program runs; the present step is shown.", "");
     });
   }
 
@@ -122,9 +122,9 @@ export class Programs {
     if (state) this.add({ do: "joints", values: state.joints.slice(0, this.axes.length).map((q) => tenth(deg(q))) });
   }
 
-  /** The server has looked through the program, or refuses it. */
+  /** The server has checked the program, or refuses it. */
   checked(answer: PlanAnswer): void {
-    this.tell(answer.ok ? `Checked: ${answer.seconds?.toFixed(0)} s, no box is touched.` : answer.text, answer.ok ? "good" : "bad");
+    this.tell(answer.ok ? `Checked: ${answer.seconds?.toFixed(0)} s, no forbidden box is touched.` : answer.text, answer.ok ? "good" : "bad");
     if (answer.ok) this.arm.play(answer);
   }
 
@@ -148,7 +148,7 @@ export class Programs {
     const said = await this.ask("POST", { id, name: this.name.value, text: this.text(), shared: this.shared.checked });
     if (!said) return;
     this.current = said as Saved;
-    this.tell(this.current.shared && !this.current.approved ? "Saved. It is in the gallery once staff have looked through it." : "Saved.", "good");
+    this.tell(this.current.shared && !this.current.approved ? "Saved. It appears in the gallery after staff have approved it." : "Saved.", "good");
     await this.refresh();
     byId<HTMLButtonElement>("program-delete").hidden = false;
   }
@@ -169,7 +169,7 @@ export class Programs {
       });
       const said = (await answer.json()) as { error?: string };
       if (answer.ok) return said;
-      this.tell(said.error ?? "That was not saved.", "bad");
+      this.tell(said.error ?? "The program was not saved.", "bad");
     } catch {
       this.tell("The server does not answer; your program is still here. Try again in a moment.", "bad");
     }

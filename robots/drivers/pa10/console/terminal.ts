@@ -1,4 +1,4 @@
-/** A terminal for the arm's own lines: each becomes the command of the portal that it stands for. */
+/** A terminal for the arm's own lines: each line becomes a command of the portal. */
 import type { RobotPage } from "../../../../frontend/src/page.ts";
 import { byId } from "../../../../frontend/src/svg.ts";
 import type { Judge } from "../../../../frontend/src/arm/types.ts";
@@ -54,7 +54,7 @@ export class Terminal {
     }
   }
 
-  /** Show a line; an answer stands below what it answers, whenever it comes. */
+  /** Show a line; an answer is shown below its line, whenever it arrives. */
   private say(words: string, kind: string, asked?: HTMLElement): HTMLElement {
     const item = document.createElement("p");
     item.className = kind;

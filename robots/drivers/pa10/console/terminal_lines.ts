@@ -4,14 +4,14 @@ import { rad, type Target } from "../../../../frontend/src/arm/types.ts";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 
-/** The command a line stands for. Throws a sentence where it stands for none. */
+/** The command that a line stands for. Throws a sentence if there is none. */
 export function understood(line: string, axes: string[]): Target {
   const [letter = "", ...parts] = line.trim().split(/\s+/);
   const numbers = parts.map(numeral);
-  if (numbers.some((n) => !Number.isFinite(n))) throw new Error(`${parts[numbers.findIndex((n) => !Number.isFinite(n))]} is no number.`);
+  if (numbers.some((n) => !Number.isFinite(n))) throw new Error(`${parts[numbers.findIndex((n) => !Number.isFinite(n))]} is not a number.`);
   const count = (least: number, most: number): void => {
     if (numbers.length < least || numbers.length > most)
-      throw new Error(`${letter} wants ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
+      throw new Error(`${letter} needs ${least === most ? least : `${least} or ${most}`} numbers, not ${numbers.length}.`);
   };
   const speed: Record<string, number> = numbers.length > 6 ? { speed: numbers[6] ?? 0 } : {};
   if (letter === "j") {
@@ -31,5 +31,5 @@ export function understood(line: string, axes: string[]): Target {
     count(1, 1);
     return { kind: "program", args: { number: numbers[0] ?? 0 } };
   }
-  throw new Error(`There is no line that begins with “${letter}”; known: j k l g p h w.`);
+  throw new Error(`There is no command that begins with “${letter}”; known: j k l g p h w.`);
 }

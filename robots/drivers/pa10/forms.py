@@ -57,11 +57,11 @@ CORNERS = tuple(Value(f"{name} of corner {n}", -20000.0, 20000.0, "mm") for n in
 FORMS = {
     form.letter: form
     for form in (
-        Form("j", (*JOINT_VALUES, SPEED), 6, "six joint positions in degrees; a share of full speed at will",
+        Form("j", (*JOINT_VALUES, SPEED), 6, "six joint positions in degrees; optional share of full speed",
              stored=True, papers=True),
-        Form("k", (*RPY_VALUES, SPEED), 6, "x y z in mm, roll pitch yaw in degrees; speed at will",
+        Form("k", (*RPY_VALUES, SPEED), 6, "x y z in mm, roll pitch yaw in degrees; optional speed",
              stored=True, papers=True),
-        Form("K", (*EULER_VALUES, SPEED), 6, "x y z in mm, Euler Z-Y-Z in degrees; speed at will", stored=True),
+        Form("K", (*EULER_VALUES, SPEED), 6, "x y z in mm, Euler Z-Y-Z in degrees; optional speed", stored=True),
         Form("l", (*RPY_VALUES, SPEED), 6, "as k, on a straight line of the tool", stored=True),
         Form("w", (), 0, "asks: a awaiting commands, b busy, e error", papers=True),
         Form("W", (), 0, "answers as w when the arm rests", stored=True, papers=True),

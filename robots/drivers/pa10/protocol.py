@@ -16,7 +16,7 @@ from robots.drivers.pa10.forms import FORMS, LARGEST_EPOCH, Value
 LONGEST = 200
 JOINTS = 6
 MOTIONS = "jkKl"
-WORDED = "ib"  # a word follows their values: the token at will, the name of a box
+WORDED = "ib"  # a word follows their values: the optional token, the name of a box
 
 
 class Mode(StrEnum):

@@ -68,7 +68,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     may_edit = entry is not None and services.may_edit(entry, request.user, SYSTEM.now())
     typed = request.POST.get("text", "")
     editing = may_edit and ("edit" in request.GET or bool(problem and "text" in request.POST))
-    frames = list(turn.grant.frames.order_by("id"))
+    frames = list(turn.grant.frames.select_related("robot").order_by("id"))
     chosen = entry.frame_id if entry else (frames[-1].pk if frames else None)
     ended = turn.ended_at is not None
     writing = mine and ended and (entry is None or editing)

@@ -110,23 +110,9 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
                 (name, one.get("residual_mm"), one.get("points"))
                 for name, one in robot.calibration.items() if isinstance(one, dict)
             ],
-            "readings": self._readings(robot, lease),
+            "readings": robot.readings(lease.state) if lease else (),
             **self._offered(robot),
         }  # fmt: skip
-
-    @staticmethod
-    def _readings(robot: Robot, lease: Lease | None) -> list[tuple[str, float, str]]:
-        """Return name, value and unit of what the robot told last beside its joints, as its spec declares it."""
-        try:
-            spec = robot.spec()
-        except LookupError:
-            return []
-        kept = lease.state if lease else {}
-        values = dict(kept.get("values") or {})
-        if spec.pose is not None:
-            values |= zip(spec.pose.coordinates, kept.get("pose") or (), strict=False)
-        declared = (*(spec.pose.scalars() if spec.pose else ()), *spec.channels)
-        return [(c.name, values[c.name], c.unit) for c in declared if c.name in values]
 
     @staticmethod
     def _offered(robot: Robot) -> dict[str, Any]:

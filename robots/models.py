@@ -2,6 +2,7 @@
 
 import os
 import secrets
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,13 @@ class Robot(models.Model):
     def spec(self) -> Spec:
         """Return what the robot can do; its driver is not loaded. Raises LookupError."""
         return spec_of(self.driver)
+
+    def readings(self, kept: Mapping[str, Any]) -> tuple[tuple[str, float, str], ...]:
+        """Return name, value and unit of what a kept state tells; nothing where the robot's package is gone."""
+        try:
+            return self.spec().readings(kept)
+        except LookupError:
+            return ()
 
     def driver_settings(self, epoch: int = 0) -> dict[str, Any]:
         """Return the settings handed to the driver of the owner with that epoch."""
@@ -246,6 +254,10 @@ class Frame(models.Model):
 
     def __str__(self) -> str:
         return self.file
+
+    def readings(self) -> tuple[tuple[str, float, str], ...]:
+        """Return name, value and unit of the channels at that moment."""
+        return self.robot.readings({"values": self.values}) if self.values else ()
 
     @property
     def url(self) -> str:

@@ -124,7 +124,7 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": jobs_ahead(job), "may_cancel": may_cancel(job, asker),
         "commands": Command.objects.filter(grant__in=grants).order_by("id"),
-        "frames": Frame.objects.filter(grant__in=grants).order_by("id")[:SHOWN],
+        "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
     }  # fmt: skip
     answer = render(request, "pages/job.html", context)
     if job.user is None:

@@ -101,6 +101,14 @@ class Spec:
         joints = dict(zip(self.joints, state.joints, strict=False))
         return joints | dict(zip(coordinates, state.pose, strict=False)) | dict(state.values)
 
+    def readings(self, kept: Mapping[str, Any]) -> tuple[tuple[str, float, str], ...]:
+        """Return name, value and unit of what a kept state (`pose`, `values`) tells, as far as it is declared."""
+        values = dict(kept.get("values") or {})
+        if self.pose is not None:
+            values |= zip(self.pose.coordinates, kept.get("pose") or (), strict=False)
+        declared = (*(self.pose.scalars() if self.pose else ()), *self.channels)
+        return tuple((c.name, values[c.name], c.unit) for c in declared if c.name in values)
+
     def command(self, kind: str) -> CommandKind | None:
         """Return the command of that kind, or None."""
         return next((c for c in self.commands if c.kind == kind), None)

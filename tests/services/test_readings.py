@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from django.template.loader import render_to_string
 
 from robots.clock import SYSTEM
 from robots.contract.session import RobotState
@@ -57,3 +58,15 @@ def test_a_picture_keeps_the_values_of_its_moment(robot, people):
     frame = owner.pictures._keep(b"jpeg", np.zeros((4, 6)).shape, SYSTEM.now(), state, None, None, verdict)
     kept = Frame.objects.get(pk=frame.pk)
     assert (kept.joints, kept.pose, kept.values) == ([0.1, 0.2], [], {"charge": 80.0})
+
+
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize("which", ["turntable", "mercury"], indirect=True)
+def test_below_a_picture_stand_the_channels_that_its_robot_declares(robot):
+    frame = Frame(robot=robot, taken_at=SYSTEM.now(), file="frames/a.jpg", values={"warmth": 21.5, "undeclared": 1.0})
+    shown = render_to_string("operatorlog/frame.html", {"frame": frame, "words": "Picture"})
+    assert ("warmth 21.50 °C" in shown) is (robot.driver == "turntable")
+    assert "undeclared" not in shown
+    assert render_to_string("operatorlog/frame.html", {"frame": Frame(robot=robot, taken_at=SYSTEM.now())}).startswith(
+        "<img"
+    )

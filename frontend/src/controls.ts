@@ -1,4 +1,5 @@
 /** Whether anything can be commanded now, on any robot. */
+import { unconfirmed } from "./banner.ts";
 import type { PicturePacket, Snapshot, StatePacket } from "./protocol.ts";
 
 export interface Facts {
@@ -14,7 +15,7 @@ export function blocked(f: Facts): string {
   if (!s.me.can.drive) return notOperating(s.me);
   if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;
   if (s.robot.state === "offline") return s.robot.why;
-  if (s.stopped || f.state?.stopped) return "Stopped. Look at the picture, then release the stop.";
+  if (s.stopped || f.state?.stopped) return `${unconfirmed(s.stop, f.now) ? "Stop is pressed" : "Stopped"}. Look at the picture, then release the stop.`;
   const limit = Math.min(3000, 1000 + 2 * (f.latency ?? 0));
   if (!f.state || f.now - f.state.atMs > limit) return "The robot's state is not known right now; waiting for it.";
   return "";

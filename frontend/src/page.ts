@@ -1,5 +1,5 @@
 /** The part of every robot's page: socket, turn panel, command list, stop and release, log. */
-import { bannerWords } from "./banner.ts";
+import { bannerWords, unconfirmed } from "./banner.ts";
 import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
 import { facts, settings } from "./facts.ts";
 import type { KeepAlive } from "./jog.ts";
@@ -278,6 +278,7 @@ export class RobotPage {
     this.place.draw(s, this.live.now(), f.lineUp);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
+    text("stop-said", unconfirmed(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
     text("why", blocked(f) || (this.console?.advice(f) ?? ""));
     this.console?.draw(f);
   }

@@ -54,6 +54,9 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
     bus.publish_on_commit(robot.slug, Changed("stop"))
 
 
+CONFIRMED = timedelta(seconds=1)  # so long a confirmation may take before its absence is worth a word
+
+
 @dataclass(frozen=True)
 class StopShown:
     """A latched stop: whether the robot confirmed that it rests, since when, and when it rests at the latest."""
@@ -61,6 +64,7 @@ class StopShown:
     confirmed: bool
     since: datetime | None
     rests_by: datetime | None
+    overdue: bool = False  # the confirmation took longer than it may
 
 
 def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
@@ -76,7 +80,8 @@ def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
     rests_by, lease = robot.rests_by, Lease.objects.filter(robot=robot).first()
     if rests_by is None and not owner_alive(lease, now):
         rests_by = _rests_by_itself(robot, lease)
-    return StopShown(False, robot.stopped_at, rests_by)
+    overdue = rests_by is not None or robot.stopped_at is None or now - robot.stopped_at >= CONFIRMED
+    return StopShown(False, robot.stopped_at, rests_by, overdue)
 
 
 def _rests_by_itself(robot: Robot, lease: Lease | None) -> datetime | None:

@@ -131,5 +131,12 @@ def test_staff_read_it_in_the_admin(owner, people, rests):
     page = render_to_string(
         "admin/robots/robot/status.html", {"robot": robot, "stop": services.stop_shown(robot, owner.owned.now())}
     )
-    assert "<b>stopped</b>" in page
+    assert ("<b>stopped</b>" in page) is rests
     assert ("has not said that it rests; it rests by" in page) is not rests
+
+
+@pytest.mark.parametrize(("seconds", "overdue"), [(0.0, False), (0.9, False), (1.1, True)])
+def test_a_confirmation_that_is_under_way_is_no_news(owner, people, seconds, overdue):
+    now = owner.owned.now()
+    services.stop(owner.owned.robot, people["ada"], now)
+    assert services.stop_shown(Robot.objects.get(), now + timedelta(seconds=seconds)).overdue is overdue

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from datetime import datetime
 from typing import Any
 
 from robots import bus
@@ -30,11 +29,8 @@ class OwnedRobot:
         self.robot, self.clock = robot, clock
         self.running = False
         self._lease, self._trace, self._streams = lease, trace, streams
+        self.now = lease.now  # the database's time
         self.driver: Session = self._open_session()
-
-    def now(self) -> datetime:
-        """Return the database's time."""
-        return self._lease.now()
 
     def renew_driver(self) -> None:
         """Create the driver again with the present epoch; some controllers need to know it."""

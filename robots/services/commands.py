@@ -27,6 +27,7 @@ NEEDED = (
     "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
     "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
 )  # fmt: skip
+REFERENCES = {"program", "still"}  # values that name a row: a saved program, the picture of a click
 LIMIT_S = 60.0  # if the kind of command names none
 AFTER_S = 20.0  # so long after its limit a command and its grant have ended
 IN_ORDER = "The robot is being put in order; try again when that is done."
@@ -79,15 +80,17 @@ def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
     spec = find.spec_of(robot.driver)
-    by_staff = procedure(spec, kind)
-    found = by_staff or spec.command(kind)
-    _admit(robot, user, kind, found is not None and not found.open_to(TURN), now)
+    found = spec.command(kind)
+    by_staff = procedure(spec, kind) if found is None else None
+    wanted = found or by_staff
+    _admit(robot, user, kind, wanted is not None and not wanted.open_to(TURN), now)
     if by_staff is None:
-        kind, args = resolve(robot, user, kind, args)
+        if found is None or args.keys() & REFERENCES:
+            kind, args = resolve(robot, user, kind, args)
         find.check(robot.driver, kind, args, robot.driver_settings())
-        found = spec.command(kind)
-    limit_s = found.limit_s if found else LIMIT_S
-    lane = found.lane if found else Lane.MOTION
+        wanted = spec.command(kind)
+    limit_s = wanted.limit_s if wanted else LIMIT_S
+    lane = wanted.lane if wanted else Lane.MOTION
     return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane)
 
 

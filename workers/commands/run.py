@@ -170,11 +170,11 @@ class Runner:
 
     def _perform(self, command: Command) -> dict[str, Any]:
         owned, permit = self._owned, self._permit
-        by_staff = procedure(owned.robot.spec(), command.kind)
-        if by_staff is not None:
-            return self._procedure(command, by_staff)
         spec = owned.robot.spec().command(command.kind)
         if spec is None:
+            by_staff = procedure(owned.robot.spec(), command.kind)
+            if by_staff is not None:
+                return self._procedure(command, by_staff)
             raise BadRequest(f"This robot has no command called {command.kind}.")
         self._lane.gate.policies = spec.policies
         if spec.moves:

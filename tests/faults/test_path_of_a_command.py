@@ -1,0 +1,88 @@
+"""How many files a command passes between the socket and the robot's wire, counted by what really runs."""
+
+import contextlib
+import json
+import sys
+import threading
+from inspect import CO_COROUTINE
+
+import pytest
+from django.conf import settings
+
+from robots.models import Command
+from tests.conftest import wait_for
+from tests.faults.here import WebHere, line
+from workers.wiring import Owner
+
+MOST = 26  # without the robot's own folder
+ROOT = str(settings.BASE_DIR)
+START = 4  # bytes of code before a coroutine begins
+OURS = tuple(f"{ROOT}/{room}/" for room in ("accounts", "portal", "queueing", "robots", "workers"))
+
+
+class Path:
+    """The files of ours whose functions were called, in the order of their first call."""
+
+    def __init__(self):
+        self.files, self._on, self._last, self._only = {}, False, "", None
+
+    def follow(self, last, only=None):
+        """Record from now on, until the function `last` was called; `only` is the number of a thread."""
+        self._on, self._last, self._only = True, last, only
+
+    @property
+    def over(self):
+        return not self._on
+
+    def __call__(self, frame, event, arg):
+        if self._only not in (None, threading.get_ident()):
+            return
+        if not self._on or event != "call" or not frame.f_code.co_filename.startswith(OURS):
+            return
+        if frame.f_code.co_flags & CO_COROUTINE and frame.f_lasti > START:  # it goes on; it was called before
+            return
+        at = frame.f_code.co_filename.removeprefix(f"{ROOT}/")
+        self.files.setdefault(at, []).append(frame.f_code.co_qualname)
+        if frame.f_code.co_qualname == self._last:
+            self._on = False
+
+
+@pytest.fixture
+def path():
+    made = Path()
+    threading.setprofile(made)
+    sys.setprofile(made)
+    yield made
+    sys.setprofile(None)
+    threading.setprofile(None)
+
+
+def test_a_command_passes_few_files(path, rig, people):
+    rig.own()
+    web = WebHere()
+    owner = Owner(rig.robot.slug)
+    try:
+        owner.own(lambda: False)
+        owner.owned.running = True
+        owner.connection.connect()
+        owner.link.seen()
+        rig.grant()
+        with line(web, people["ada"]) as one:
+            with contextlib.suppress(TimeoutError):
+                while True:  # until what a new connection sets going has ended
+                    one.recv(timeout=1.5)
+            path.follow("wake_owner")
+            one.send(json.dumps({"t": "command", "kind": "move", "args": {"x": 0.0, "y": 0.4}, "seq": 1}))
+            wait_for(lambda: path.over, 10, "the wake-up")
+            wait_for(Command.objects.exists, 10, "its row")
+            path.follow("HostLine._send", threading.get_ident())
+            owner.wake()
+            owner.motion.run_due()
+            assert path.over
+    finally:
+        owner.stop()
+        web.stop()
+    own = {name for name in path.files if name.startswith("robots/drivers/")}
+    print(*(f"{name}: {', '.join(dict.fromkeys(names))}" for name, names in path.files.items()), sep="\n")
+    assert {"robots/drivers/mercury/driver.py", "portal/live/consumers.py", "workers/safety/gate.py"} <= set(path.files)
+    assert len(set(path.files) - own) <= MOST

@@ -66,7 +66,13 @@ class SnapshotCamera:
         path = f"{self._parts.path or '/'}?{self._parts.query}&exposure={exposure_s:.6f}"
         self._connection.request("GET", path)
         answer = self._connection.getresponse()
-        body = answer.read(LARGEST)
+        try:
+            body = answer.read(LARGEST)
+        finally:
+            whole = answer.isclosed()  # closed by its last byte
+            answer.close()
+        if not whole:
+            self.close()  # the rest would be taken for the beginning of the next picture
         if answer.status != 200:
             raise CameraFault(f"The camera answered with status {answer.status}.")
         return body

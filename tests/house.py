@@ -25,6 +25,7 @@ STATE = {
     "stop_confirmed",
     "rests_by",
     "releases",
+    "locked_by_id",
 }  # what an owner and services change
 
 

@@ -1,9 +1,11 @@
 """An owner without its threads, on a fake clock, with a driver that needs no wire."""
 
 import shutil
+import threading
 from datetime import timedelta
 
 from django.conf import settings
+from django.db import connections
 
 from robots import services
 from robots.contract.session import Outcome, RobotState
@@ -38,6 +40,20 @@ class Arm:
         self.on_the_way()
         permit()
         return Outcome({}, self.latest())
+
+
+def begun(function, *args):
+    """Start a thread that closes its connections to the database when the function ends; return it."""
+
+    def run():
+        try:
+            function(*args)
+        finally:
+            connections.close_all()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread
 
 
 def made_owner(robot, people, **options):

@@ -10,7 +10,7 @@ from robots.contract.session import Outcome
 from robots.drivers.errors import BadRequest, HardwareFault, NotPermitted, Stopped
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle, GrantKind
-from tests.services.owner import Arm, made_owner
+from tests.services.owner import Arm, begun, made_owner
 from workers.commands import claim
 
 pytestmark = [
@@ -75,8 +75,7 @@ def issue(owner, people):
 def turning(owner, issue):
     """A motion that runs in a thread of its own; yields its row, ends when the table rests."""
     command = issue("turn", angle=1.0)
-    thread = threading.Thread(target=owner.motion.run_due)
-    thread.start()
+    thread = begun(owner.motion.run_due)
     assert owner.owned.driver.moving.wait(LIMIT_S)
     yield command
     owner.owned.driver.rest.set()
@@ -114,12 +113,11 @@ def test_a_motion_waits_for_a_motion_and_not_for_a_setting(owner, issue, turning
 
 
 def test_a_stop_during_both_ends_both_and_refuses_more(owner, issue, people, turning):
-    begun, go_on = threading.Event(), threading.Event()
-    owner.owned.driver.setting = lambda: (begun.set(), go_on.wait(LIMIT_S))
+    setting_begun, go_on = threading.Event(), threading.Event()
+    owner.owned.driver.setting = lambda: (setting_begun.set(), go_on.wait(LIMIT_S))
     setting, later = issue("pace", pace=0.5), issue("pace", pace=0.7)
-    thread = threading.Thread(target=owner.config.run_due)
-    thread.start()
-    assert begun.wait(LIMIT_S)
+    thread = begun(owner.config.run_due)
+    assert setting_begun.wait(LIMIT_S)
     owner.stopping.halt("test")  # with a setting on its way: no lock of its own keeps the hold waiting
     assert owner.owned.driver.holds == 1
     go_on.set()
@@ -152,8 +150,7 @@ def test_the_grant_of_an_earlier_setting_holds_no_later_motion(owner, issue, peo
         owner.owned.robot, GrantKind.TURN, owner.owned.now(), people["ada"], owner.owned.now() + timedelta(seconds=60)
     )
     command = issue("turn", angle=1.0)
-    thread = threading.Thread(target=owner.motion.run_due)
-    thread.start()
+    thread = begun(owner.motion.run_due)
     assert owner.owned.driver.moving.wait(LIMIT_S)
     for lane in owner.lanes:
         owner.watch._hold_what_is_forbidden(lane)

@@ -11,7 +11,7 @@ from robots import services
 from robots.contract.session import Outcome
 from robots.drivers.errors import Held
 from robots.models import Grant
-from tests.services.owner import Arm, made_owner
+from tests.services.owner import Arm, begun, made_owner
 from workers.safety.gate import LinkDown
 
 pytestmark = [
@@ -68,8 +68,7 @@ def start(owner, people):
     def made(kind, **args):
         robot = owner.owned.robot
         command = services.issue(robot.slug, people["ada"], kind, args, 1, owner.owned.now()).command
-        threads.append(threading.Thread(target=owner.motion.run_due))
-        threads[-1].start()
+        threads.append(begun(owner.motion.run_due))
         assert owner.owned.driver.moving.wait(LIMIT_S)
         return command
 

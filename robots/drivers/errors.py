@@ -1,12 +1,12 @@
-"""What can go wrong between a person and a robot; each with one sentence for the person.
+"""Errors between a person and a robot; each has one sentence for the person.
 
-`BadRequest` is the asker's, `OutOfWorkspace` the robot's limits, `HardwareFault` the
-machine's, `NotPermitted` the rules'.
+`BadRequest` is the person's, `OutOfWorkspace` the robot's limits, `HardwareFault` the machine's, `NotPermitted` the
+rules'.
 """
 
 
 class RobotError(Exception):
-    """Root of all; `str()` is a sentence a person can read."""
+    """Base class; `str()` is a sentence for people."""
 
     code = "error"
 
@@ -18,7 +18,7 @@ class BadRequest(RobotError):
 
 
 class NotCalibrated(RobotError):
-    """There is no calibration for what is asked, or its measurement failed."""
+    """There is no calibration for the command, or its measurement failed."""
 
     code = "calibration"
 
@@ -54,13 +54,13 @@ class GrantOver(NotPermitted):
 
 
 class TooLate(NotPermitted):
-    """The command was to have begun by now."""
+    """The command did not start before its deadline."""
 
     code = "too_late"
 
 
 class ControlsReleased(NotPermitted):
-    """Nobody holds the controls of a held motion any more."""
+    """The controls of a held motion were released, or their keep-alives ended."""
 
     code = "controls_released"
 
@@ -72,7 +72,7 @@ class Held(RobotError):
 
 
 class Replaced(Held):
-    """A newer target took the place of this one while the robot moved."""
+    """A newer target replaced this one while the robot moved."""
 
     code = "replaced"
 
@@ -108,7 +108,7 @@ class ControllerRefused(HardwareFault):
 
 
 class ControllerRestarted(HardwareFault):
-    """The controller lost power or was reset behind our back."""
+    """The controller lost power or was reset by something else."""
 
     code = "controller_restarted"
 

@@ -1,10 +1,10 @@
-"""Any robot of the LeRobot library as one of ours (https://github.com/huggingface/lerobot, 0.3 and 0.4).
+"""Any robot of the LeRobot library (https://github.com/huggingface/lerobot, 0.3 and 0.4).
 
-`robot.toml` says under `[lerobot]` which class it is and of each feature of its actions the unit,
-range, speed and ready place (`lerobot_spec.py`), so the controls are drawn without the library;
-a robot whose class names other features is refused at `connect`. LeRobot sends goals and a servo
-runs at them as fast as it can; here a path to a goal is cut into small steps, each permitted anew,
-so that speed is bounded and a stop ends it.
+`robot.toml` names the class under `[lerobot]`, and for each feature of its actions unit, range, speed and ready
+position
+(`lerobot_spec.py`). So the controls are drawn without the library. A robot whose class has other features is refused
+at `connect`. LeRobot sends goals, and a servo moves to them as fast as it can. Here the path to a goal is cut into
+small steps with a permit for each, so that the speed is limited and a stop ends the motion.
 """
 
 import threading
@@ -23,53 +23,53 @@ from robots.description import load
 from robots.drivers.errors import HardwareFault, Held, LineGone, LineSilent
 from robots.drivers.lerobot_spec import REST_S, features
 
-STEP_S = 1 / 30  # between two goals on the way
-TRIES = 3  # a goal is the same when it is sent again, and so is a question
-STILL = 0.004  # of a feature's range: less than that in two looks is rest
+STEP_S = 1 / 30  # between two goals of a path
+TRIES = 3  # goals and questions can be repeated
+STILL = 0.004  # of a feature's range: two readings this close mean rest
 LOOK_S = 0.06
-REACHED = 0.03  # of a feature's range: nearer than that is there
+REACHED = 0.03  # of a feature's range: this close counts as reached
 T = TypeVar("T")
 
 
 def _class_and_config(about: dict[str, Any]) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return what makes a robot, and its configuration. Raises LookupError."""
+    """Return the robot's class and its configuration. Raises LookupError."""
     problem: ImportError | None = None
-    for module in about["modules"]:  # its place has changed from one LeRobot to the next
+    for module in about["modules"]:  # versions of LeRobot have it in different modules
         try:
             import_module(module)
             break
         except ImportError as error:
             problem = error
     else:
-        raise LookupError(f"LeRobot, or what this robot needs of it, is not installed: {problem}") from problem
+        raise LookupError(f"LeRobot, or a part of it that this robot needs, is not installed: {problem}") from problem
     robots = import_module("lerobot.robots")
     make = import_module("lerobot.robots.utils").make_robot_from_config
     return make, robots.RobotConfig.get_choice_class(about["type"])
 
 
 def make_robot(about: dict[str, Any], port: str, calibrated: Path | None) -> Any:
-    """Return LeRobot's own object for `port`; nothing is opened. Raises LookupError."""
+    """Return LeRobot's object for `port`; opens nothing. Raises LookupError."""
     make, config = _class_and_config(about)
     return make(config(port=port, id=about["id"], calibration_dir=calibrated, **about.get("options", {})))
 
 
 class LeRobotDriver(Session):
-    """See `robots.contract.session.Session`; a robot's folder names itself in `described`."""
+    """A `robots.contract.session.Session`; subclasses name the folder of the robot in `described`."""
 
     described: str
 
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
         self._listed, self._about = features(self.described), load(self.described)["lerobot"]
-        _class_and_config(self._about)  # without the library there is no driver
+        _class_and_config(self._about)  # fails early without the library
         self._address = address
         self._robot: Any = None
         self._line = threading.RLock()
         self._holds = 0
 
     def connect(self) -> RobotState:
-        """Open the line and ask. A robot that was never calibrated is refused: that wants hands."""
-        kept = Path(self._address).with_name("calibration")  # a simulated robot brings its own
+        """Open the line and ask for the state. Refuses a robot that was never calibrated; people must do that."""
+        kept = Path(self._address).with_name("calibration")  # a simulated robot has its own
         self.close()
         with self._line:
             self._robot = make_robot(self._about, self._address, kept if kept.is_dir() else None)
@@ -95,7 +95,7 @@ class LeRobotDriver(Session):
                     robot.disconnect()
 
     def _ask(self, what: Callable[[Any], T], tries: int = 1) -> T:
-        """Ask LeRobot's object, in words where it fails. Raises LineGone, LineSilent, HardwareFault."""
+        """Call LeRobot's object and translate its errors. Raises LineGone, LineSilent, HardwareFault."""
         if self._robot is None:
             raise LineGone("The robot is not connected.")
         for left in range(tries - 1, -1, -1):
@@ -105,13 +105,13 @@ class LeRobotDriver(Session):
                 if not left:
                     raise LineSilent(f"The robot does not answer: {_short(error)}.") from error
             except OSError as error:  # pyserial's own errors are OSErrors
-                raise LineGone(f"The robot's line is gone: {_short(error)}.") from error
+                raise LineGone(f"The connection to the robot is lost: {_short(error)}.") from error
             except Exception as error:
                 raise HardwareFault(f"LeRobot says: {_short(error)}.") from error
         raise AssertionError
 
     def state(self) -> RobotState:
-        """Ask for an observation."""
+        """Read an observation."""
         before = self._latest
         with self._line:
             seen = self._observe()
@@ -129,7 +129,7 @@ class LeRobotDriver(Session):
         )
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Go there in small steps; the outcome tells the goal that LeRobot says it has sent."""
+        """Move to the goal in small steps; the outcome has the goal that LeRobot reports as sent."""
         check(self.described, kind, args, self.settings)
         holds = self._holds
         permit()
@@ -161,7 +161,7 @@ class LeRobotDriver(Session):
     def _go(
         self, start: tuple[float, ...], goal: tuple[float, ...], holds: int, permit: Permit, on_stage: OnStage
     ) -> dict[str, float]:
-        """Send goal after goal, no faster than the slowest feature may go; return the last as it was sent."""
+        """Send goal after goal, at most at the speed of the slowest feature. Return the last goal as it was sent."""
         seconds = max(abs(g - s) / f.speed for g, s, f in zip(goal, start, self._listed, strict=True))
         steps = max(1, ceil(seconds / STEP_S))
         sent: dict[str, float] = {}
@@ -186,7 +186,7 @@ class LeRobotDriver(Session):
             raise Held("The robot was stopped on its way.")
 
     def _at_rest(self, check: Callable[[], None]) -> RobotState | None:
-        """Return the state when two looks are alike; None where that takes too long."""
+        """Return the state once two readings are alike; None if that takes too long."""
         until = time.monotonic() + REST_S
         before = self.state()
         while time.monotonic() <= until:
@@ -199,7 +199,7 @@ class LeRobotDriver(Session):
         return None
 
     def hold(self) -> RobotState:
-        """Send the place where it is as its goal; no goal of before follows."""
+        """Send the present position as goal; no earlier goal follows."""
         with self._line:
             self._holds += 1
             here = self._observe()
@@ -211,11 +211,11 @@ class LeRobotDriver(Session):
         return state
 
     def recover(self, permit: Permit) -> RobotState:
-        """Soft reset: open the line anew. LeRobot knows of no other, and nothing is to be moved for it."""
+        """Soft reset: open the line again. LeRobot has no other reset, and nothing is moved."""
         permit()
         return self.connect()
 
 
 def _short(error: Exception) -> str:
-    """Return the first line of what a library says, without its full stop."""
+    """Return the first line of a library's message, without its full stop."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0][:160].rstrip(".")

@@ -1,4 +1,4 @@
-"""What a robot of the LeRobot library can do, from its `robot.toml`; LeRobot itself is not loaded."""
+"""The spec of a robot of the LeRobot library, from its `robot.toml`; LeRobot itself is not loaded."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -9,7 +9,7 @@ from robots.description import load
 
 LIMIT_S = 30.0
 REST_S = 1.5  # the longest wait for rest after a hold or the last goal
-SCALES = {"deg": (radians(1.0), "rad"), "%": (0.01, "")}  # what LeRobot says, in our units
+SCALES = {"deg": (radians(1.0), "rad"), "%": (0.01, "")}  # LeRobot's units in ours
 
 
 @dataclass(frozen=True)
@@ -18,19 +18,19 @@ class Feature:
 
     key: str
     unit: str = "%"
-    low: float = -100.0  # LeRobot's own scale of a range that was calibrated
+    low: float = -100.0  # LeRobot's scale of a calibrated range
     high: float = 100.0
     speed: float = 40.0
     ready: float = 0.0
 
     @property
     def name(self) -> str:
-        """Return the name that people read."""
+        """Return the name for people."""
         return self.key.removesuffix(".pos")
 
     @property
     def scale(self) -> float:
-        """Return what one of LeRobot's units is in ours."""
+        """Return the size of LeRobot's unit in ours."""
         return SCALES[self.unit][0]
 
     def argument(self) -> Argument:
@@ -40,12 +40,12 @@ class Feature:
 
 @cache
 def features(driver: str) -> tuple[Feature, ...]:
-    """Return the values of an action of that robot, in the order of its `robot.toml`."""
+    """Return the values of an action in the order of `robot.toml`."""
     return tuple(Feature(**f) for f in load(driver)["lerobot"]["feature"])
 
 
 def spec_from(driver: str) -> Spec:
-    """Return the spec of the robot whose `robot.toml` is that of `driver`."""
+    """Return the spec of the robot whose driver is called `driver`."""
     listed = features(driver)
     return Spec(
         name=load(driver)["name"],

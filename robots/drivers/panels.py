@@ -1,7 +1,7 @@
-"""The classic console's picture: what a robot offers that can be drawn and driven without scripts.
+"""The picture of the classic console, which is drawn and used without scripts.
 
-A robot has such a console where its folder has a module `panel` with the members of `Panel`
-and a template `console/classic.html` with its buttons.
+A robot has a classic console if its folder has a module `panel` with the members of `Panel` and a template
+`console/classic.html` with its buttons.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from robots.installed import package
 
 @dataclass(frozen=True)
 class Press:
-    """What a press means: a command's kind and its values, which the service still checks."""
+    """The meaning of a press: a kind of command and its values, which the service still checks."""
 
     kind: str
     args: dict[str, Any]
@@ -30,10 +30,10 @@ class Panel(Protocol):
     HEIGHT: int
 
     def press(self, x: int, y: int, still: int, description: dict[str, Any], scale: int = 1) -> Press | None:
-        """Return what a press at (x, y) means in the picture shown `scale` times as large; None outside of it."""
+        """Return the meaning of a press at (x, y) in the picture shown `scale` times as large; None outside."""
 
     def form(self, fields: Mapping[str, str]) -> Press | None:
-        """Return what the robot's own buttons and fields ask for; None where nothing was asked."""
+        """Return the command of the robot's own buttons and fields; None if there is none."""
 
     def compose(self, picture: Path | None, description: dict[str, Any], joints: list[float]) -> bytes:
         """Return the picture as a GIF: what the camera saw at `joints` (rad, m), the robot, its buttons."""
@@ -41,7 +41,7 @@ class Panel(Protocol):
 
 @cache
 def panel_of(driver: str) -> Panel | None:
-    """Return the robot's panel, None where it has none. Raises ImportError where its package is not installed."""
+    """Return the robot's panel, None if it has none. Raises ImportError if its package is not installed."""
     if not folder(driver).joinpath("panel.py").is_file():
         return None
     return cast(Panel, import_module(f"{package(driver)}.panel"))

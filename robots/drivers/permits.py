@@ -1,4 +1,4 @@
-"""What drivers add to the permit that they are given."""
+"""Helpers for the permit that drivers get."""
 
 from collections.abc import Callable
 
@@ -7,9 +7,9 @@ from robots.drivers.errors import Held
 
 
 def until_held(permit: Permit, holds: Callable[[], int]) -> Permit:
-    """Return `permit`, which from now on also raises Held once `holds` counts one more hold.
+    """Return `permit`, which from now on also raises Held once `holds` has counted another hold.
 
-    A hold by another thread ends a command for good, whatever the permit says by then.
+    A hold by another thread ends a command for good, whatever the permit says afterwards.
     """
     before = holds()
 

@@ -1,26 +1,26 @@
-"""How much one request may have computed: planning is asked for by anybody, and its time must have a limit."""
+"""The limit of work for planning one request, because anybody may ask for a plan."""
 
 from dataclasses import dataclass
 
-MOST = 8000  # of one request
+MOST = 8000  # for one request
 LINE_POINT = 4  # one inverse solution
 SHARED = 80  # answers at a singular pose
-LOOK, GLANCED_AT, LOOKED_AT = 15, 0.5, 1.5  # one look at the boxes; each posture in it, looked at roughly or exactly
-MOTION = 25  # what else a motion wants
+LOOK, GLANCED_AT, LOOKED_AT = 15, 0.5, 1.5  # one check of the boxes; each posture in it, checked coarsely or exactly
+MOTION = 25  # other work of a motion
 
 
 class TooMuch(ValueError):
-    """The request wants more work than one may ask for."""
+    """The request needs more work than allowed."""
 
 
 @dataclass
 class Budget:
-    """What is left of a request's work, in units of about 10 microseconds."""
+    """The rest of the work for a request, in units of about 10 microseconds."""
 
     left: float
 
     def spend(self, units: float) -> None:
-        """Take so much off. Raises TooMuch."""
+        """Use so much of it. Raises TooMuch."""
         self.left -= units
         if self.left < 0:
             raise TooMuch(

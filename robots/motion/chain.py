@@ -1,7 +1,6 @@
-"""A serial arm from its URDF: joints with their limits, and where each link is.
+"""A serial arm from its URDF: joints with their limits, and the poses of its links.
 
-Nothing here knows a particular robot. Lengths in m, angles in rad, poses are 4 x 4
-homogeneous matrices in the frame of the base.
+Independent of any robot. Lengths in m, angles in rad; poses are 4 x 4 homogeneous matrices in the frame of the base.
 """
 
 from dataclasses import dataclass
@@ -194,7 +193,7 @@ def _turn(axis: Matrix, angle: float) -> Matrix:
 
 
 def _level(axis: Matrix) -> Matrix:
-    """Return what of a rotation about `axis` goes with the cosine of its angle."""
+    """Return the part of a rotation about `axis` that is multiplied by the cosine of its angle."""
     made = np.zeros((4, 4))
     made[:3, :3] = np.eye(3) - np.outer(axis, axis)
     return made

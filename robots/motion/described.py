@@ -1,4 +1,4 @@
-"""An arm as its folder describes it: `model.urdf`, and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`."""
+"""An arm from its files: `model.urdf`, and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`."""
 
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -22,14 +22,14 @@ def chain(driver: str) -> "Chain":
 
 
 def boxes(description: dict[str, Any]) -> "tuple[Box, ...]":
-    """Return the forbidden boxes that the robot comes with (m)."""
+    """Return the robot's own forbidden boxes (m)."""
     from robots.motion.zones import Box  # noqa: PLC0415 - see chain
 
     return tuple(Box(b["name"], tuple(b["low"]), tuple(b["high"])) for b in description.get("box", ()))
 
 
 def zones(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Zones":
-    """Return the robot's limbs among its own forbidden boxes, or among those given."""
+    """Return the robot's limbs among its own forbidden boxes, or among the given ones."""
     from robots.motion.zones import Limb, Zones  # noqa: PLC0415 - see chain
 
     description, arm = load(driver), chain(driver)
@@ -51,7 +51,7 @@ def posture(description: dict[str, Any], name: str) -> "np.ndarray[Any, np.dtype
 
 
 def planner(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Planner":
-    """Return what plans for the robot's arm, among its own forbidden boxes or among those given."""
+    """Return the planner of the robot's arm, among its own forbidden boxes or the given ones."""
     from robots.motion.path import Limits as PathLimits  # noqa: PLC0415 - see chain
     from robots.motion.planner import Planner  # noqa: PLC0415 - see chain
 
@@ -61,7 +61,7 @@ def planner(driver: str, forbidden: "tuple[Box, ...] | None" = None) -> "Planner
 
 
 def model_facts(driver: str, address: str) -> dict[str, Any]:
-    """Return what a browser needs to draw the robot from its URDF at `address`, and its own forbidden boxes (m)."""
+    """Return what a browser needs to draw the robot from the URDF at `address`, with its own forbidden boxes (m)."""
     described, arm = load(driver), chain(driver)
     return {
         "model": address,

@@ -1,9 +1,9 @@
-"""Inverse kinematics of a serial arm: every branch in closed form, the nearest is chosen.
+"""Inverse kinematics of a serial arm: every branch in closed form; the nearest is chosen.
 
-The closed form is derived from the chain by EAIK (Ostermeier, Külz, Althoff 2025: subproblem
-decomposition). It answers targets out of reach by least squares and flags some exact answers
-at full stretch the same way, so an answer counts where forward kinematics agree, not by flag.
-A joint with more than one turn of room gives several answers from one branch.
+The closed form is derived from the chain by EAIK (Ostermeier, Külz, Althoff 2025: subproblem decomposition). EAIK
+answers targets out of reach by least squares, and marks some exact answers at full stretch in the same way. So an
+answer counts if forward kinematics agrees, whatever its mark. A joint whose range is more than one turn gives several
+answers for one branch.
 """
 
 from functools import cached_property
@@ -19,10 +19,10 @@ from robots.motion import singular
 from robots.motion.budget import SHARED, Budget
 from robots.motion.chain import Chain, Joints, Matrix
 
-EXACT = 1e-9  # an answer is an answer where no number of its pose is off by more (m, or of a rotation)
+EXACT = 1e-9  # an answer counts if no number of its pose differs by more (m, or of a rotation)
 SAME_RAD = 1e-9
 SLACK_RAD = 1e-9
-CLOSE_M = 1e-3  # an answer whose tool is farther away is not one that only lost its digits at a singular pose
+CLOSE_M = 1e-3  # a larger error is not just lost precision at a singular pose
 
 
 class OutOfReach(ValueError):
@@ -52,12 +52,12 @@ class Inverse:
 
     @cached_property
     def _upright(self) -> Matrix | None:
-        """Return the tool's rotation with all joints at zero, which EAIK takes for none; None where it is none."""
+        """Return the tool's rotation with all joints at zero, which EAIK assumes to be none; None if it is none."""
         rotation: Matrix = self.chain.forward(np.zeros(len(self.chain.joints)))[:3, :3]
         return None if np.array_equal(rotation, np.eye(3)) else rotation
 
     def _asked(self, pose: Matrix) -> tuple[Matrix, list[float]]:
-        """Return the pose as EAIK wants it, and its 16 numbers. Raises OutOfReach for one that is no place near."""
+        """Return the pose for EAIK, and its 16 numbers. Raises OutOfReach for a pose far from the arm."""
         asked = pose
         if self._upright is not None:
             asked = pose.copy()
@@ -65,7 +65,7 @@ class Inverse:
         values: list[float] = asked.ravel().tolist()
         far = hypot(values[3], values[7], values[11])
         if not far <= 2 * self._longest or not isfinite(sum(values)):
-            where = f"{far:.3g} m from the base" if isfinite(far) else "no place at all"
+            where = f"{far:.3g} m from the base" if isfinite(far) else "not a position"
             raise OutOfReach(f"that is {where}: the arm reaches {self._longest:.2f} m at most")
         return asked, values
 
@@ -97,9 +97,9 @@ class Inverse:
         return chosen
 
     def _turned(self, answer: list[float], start: list[float], bound: float) -> tuple[float, list[float]] | None:
-        """Return cost (s at full speed) and joints of a branch in those turns inside the limits that are nearest.
+        """Return cost (s at full speed) and joints of a branch in the nearest turns inside the limits.
 
-        None where there are none inside, or the cost is not below `bound`.
+        None if there are none inside, or the cost is not below `bound`.
         """
         cost, found = 0.0, []
         for value, here, low, high, pace in zip(answer, start, self._low, self._high, self._pace, strict=True):
@@ -117,22 +117,21 @@ class Inverse:
         return cost, found
 
     def _exact(self, q: list[float], values: list[float]) -> bool:
-        """Tell whether joints put the tool at the pose of which `values` are the 16 numbers."""
+        """Return whether joints put the tool at the pose with the 16 numbers `values`."""
         there: list[float] = self._solver.fwdKin(q).ravel().tolist()
         return bool(max(map(abs, map(sub, there, values))) < EXACT)
 
     def branches(self, pose: Matrix) -> list[Joints]:
-        """Return every joint vector that puts the tool at `pose` (4 x 4), limits not looked at; each in (-pi, pi].
+        """Return every joint vector that puts the tool at `pose` (4 x 4), without limits; each in (-pi, pi].
 
         Raises:
-            OutOfReach: the pose is no place near the arm.
-
+            OutOfReach: the pose is far from the arm.
         """
         found, _ = self._solve(pose)
         return found
 
     def _solve(self, pose: Matrix) -> tuple[list[Joints], Matrix]:
-        """Return the branches, each once, and of all that EAIK answers how far off in m it is."""
+        """Return the branches, each once, and the error in m of all answers of EAIK."""
         asked, _ = self._asked(pose)
         answers = np.asarray(self._solver.IK(asked).Q, dtype=float).reshape(-1, len(self.chain.joints))
         turned = -((-answers + np.pi) % (2 * np.pi) - np.pi)
@@ -143,11 +142,10 @@ class Inverse:
         return list(exact[first]), np.linalg.norm(off[:, :3, 3], axis=1)
 
     def inside(self, pose: Matrix) -> list[Joints]:
-        """Return every answer inside all limits: each branch in each of its whole turns that is there.
+        """Return every answer inside all limits: each branch in each possible whole turn.
 
         Raises:
-            OutOfReach: none is; says how far away, or which limit every branch breaks first.
-
+            OutOfReach: there is none; says how far away, or which limit every branch breaks first.
         """
         found = [q for branch in self._solve(pose)[0] for q in self._turns(branch)]
         return found or list(self._shared(pose))
@@ -161,11 +159,10 @@ class Inverse:
         return [np.array(q) for q in product(*rooms)]
 
     def _shared(self, pose: Matrix) -> Matrix:
-        """Return answers where no branch is inside: at singular poses, where a branch is one share of many.
+        """Return answers at singular poses, where no branch is inside and a branch is only one of many.
 
         Raises:
             OutOfReach: there is none either.
-
         """
         asked, _ = self._asked(pose)
         answers = np.asarray(self._solver.IK(asked).Q, dtype=float).reshape(-1, len(self.chain.joints))
@@ -180,13 +177,13 @@ class Inverse:
         found, miss = self._solve(pose)
         if not found:
             nearest = float(np.min(miss, initial=np.inf))
-            raise OutOfReach(f"the tool would stay {nearest:.3f} m away: the arm is too short, or too long, for that")
+            raise OutOfReach(f"the tool would remain {nearest:.3f} m away: the arm is too short, or too long, for that")
         turned = self._into(np.array(found))
         outside = np.maximum(0.0, np.maximum(self.chain.low - turned, turned - self.chain.high))
         raise OutOfReach(self.chain.broken_limit(turned[np.argmin(np.sum(outside, axis=1))]))
 
     def _into(self, q: Joints) -> Joints:
-        """Return `q`, each joint turned by a whole turn into its limits where that is possible."""
+        """Return `q` with each joint turned by a whole turn into its limits if possible."""
         low, high = self.chain.low, self.chain.high
         q = np.where((q < low) & (q + 2 * np.pi <= high + SLACK_RAD), q + 2 * np.pi, q)
         return np.where((q > high) & (q - 2 * np.pi >= low - SLACK_RAD), q - 2 * np.pi, q)

@@ -1,4 +1,4 @@
-"""The straight line of the tool: joints solved every few millimetres, passed in the time of one polynomial."""
+"""The straight line of the tool: joints solved every few millimetres, with one polynomial for the time."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -13,13 +13,13 @@ from robots.motion.path import SHORTEST_S, Cubic, Limits
 
 STEP_M = 0.005  # how densely a straight line is solved
 STEP_RAD = 0.02
-JUMP = 3.0  # a joint that turns so many times more than the tool is passing a singular pose
+JUMP = 3.0  # a joint that turns this many times more than the tool passes a singular pose
 PEAK = 1.5  # greatest speed of the polynomial from 0 to 1 at rest, times its seconds
 
 
 @dataclass(frozen=True)
 class Line:
-    """A straight line of the tool: joints at equal steps of the way from 0 to 1, passed in the time of a cubic."""
+    """A straight line of the tool: joints at equal steps from 0 to 1 of its length, timed by a cubic."""
 
     q: Joints  # (m, n)
     slope: Joints  # (m, n), d q / d way
@@ -62,7 +62,7 @@ def line_path(inverse: Inverse, start: Joints, target: Matrix, limits: Limits, s
 
     """
     try:
-        inverse.nearest(target, start, budget)  # where the end is out of reach, nothing before it is looked at
+        inverse.nearest(target, start, budget)  # if the end is out of reach, the rest is not computed
     except OutOfReach as error:
         raise OutOfReach(f"at the end of the straight line {error}") from error
     begin = inverse.chain.forward(start)
@@ -90,7 +90,7 @@ def line_path(inverse: Inverse, start: Joints, target: Matrix, limits: Limits, s
 
 
 def _timed(slope: Joints, limits: Limits, scale: float) -> Cubic:
-    """Return the cubic of the way whose speed keeps every joint's limits all along."""
+    """Return the cubic along the line whose speed keeps the limits of every joint."""
     steep = np.maximum(np.abs(slope).max(axis=0), 1e-9)
     speed = float(np.min(limits.velocity * scale / steep))
     hard = float(np.min(limits.acceleration / steep))

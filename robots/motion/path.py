@@ -1,9 +1,10 @@
 """Paths of an arm: third-order polynomials; `robots.motion.line` has the straight line of the tool.
 
-After Dziemian et al. 2004 (section "Path planning"; Craig 1986, section 7.3): the target is
-given, position and velocity are sampled at that moment, the velocity at the target is zero,
-the motion time follows from a scaling velocity. What the paper leaves open is ours: the
-time is also long enough for every joint's greatest speed and acceleration.
+After Dziemian et al. 2004 (section "Path planning"; Craig 1986, section 7.3): the target is given, position and
+velocity
+are sampled at that moment, the velocity at the target is zero, and the motion time follows from a scaling velocity. The
+paper leaves open whether limits are kept; here the time is also long enough for every joint's greatest speed and
+acceleration.
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ TRIED = 32  # motion times at once
 
 
 class Path(Protocol):
-    """A motion in time: joints at `t` seconds after its begin."""
+    """A motion in time: joints at `t` seconds after its start."""
 
     @property
     def seconds(self) -> float:
@@ -52,7 +53,7 @@ class Cubic:
         return cls(np.array([start, velocity, a2, a3]), seconds)
 
     def at(self, t: float) -> tuple[Joints, Joints, Joints]:
-        """Return position, velocity, acceleration; before the begin and after the end it rests there."""
+        """Return position, velocity, acceleration; before the start and after the end the arm rests there."""
         rest = t >= self.seconds
         t = min(max(t, 0.0), self.seconds)
         a0, a1, a2, a3 = self.a
@@ -86,7 +87,7 @@ class Cubic:
     def span(self) -> tuple[Joints, Joints]:
         """Return the least and greatest position (rad) of each joint on the way, exactly."""
         _, a1, a2, a3 = self.a
-        with np.errstate(divide="ignore", invalid="ignore"):  # where speed has no root, or one
+        with np.errstate(divide="ignore", invalid="ignore"):  # if the speed has no root, or one
             half = -(a2 + np.copysign(np.sqrt(a2 * a2 - 3 * a3 * a1), a2))
             turns = np.nan_to_num(np.array([half / (3 * a3), a1 / half]), nan=0.0, posinf=0.0, neginf=0.0)
         t = np.clip(np.vstack([turns, np.zeros_like(a1), np.full_like(a1, self.seconds)]), 0.0, self.seconds)
@@ -97,7 +98,7 @@ class Cubic:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a path keeps to: positions (rad), speeds (rad/s), accelerations (rad/s2), each (n,)."""
+    """The limits of a path: positions (rad), speeds (rad/s), accelerations (rad/s2), each (n,)."""
 
     low: Joints
     high: Joints
@@ -106,12 +107,12 @@ class Limits:
 
     @classmethod
     def of(cls, chain: Chain, acceleration_s: float = 0.4) -> "Limits":
-        """Return the chain's; each joint may reach its full speed within `acceleration_s` (s)."""
+        """Return the chain's limits; each joint may reach its full speed within `acceleration_s` (s)."""
         return cls(chain.low, chain.high, chain.velocity, chain.velocity / acceleration_s)
 
 
 class TooFast(ValueError):
-    """No polynomial from this position and velocity keeps the limits; brake first."""
+    """No polynomial from this position and velocity keeps the limits; the arm must brake first."""
 
 
 def joint_path(start: Joints, velocity: Joints, target: Joints, limits: Limits, scale: float) -> Cubic:
@@ -123,7 +124,7 @@ def joint_path(start: Joints, velocity: Joints, target: Joints, limits: Limits, 
     """
     path = Cubic.between(start, velocity, target, _shortest(target - start, velocity, limits, scale))
     if not np.any(velocity):
-        return path  # from rest to rest no joint passes either end
+        return path  # from rest to rest no joint leaves the range between start and target
     low, high = path.span()
     if np.any(low < np.minimum(limits.low, start) - 1e-9) or np.any(high > np.maximum(limits.high, start) + 1e-9):
         raise TooFast("the arm moves too fast towards a limit to turn round; it brakes first")
@@ -148,7 +149,7 @@ def _shortest(way: Joints, velocity: Joints, limits: Limits, scale: float) -> fl
 
 
 def _tried(way: Joints, velocity: Joints, speed: Joints, hard: Joints) -> float:
-    """Return the shortest time (s) found by trying, first far apart, then twice between two that were tried."""
+    """Return the shortest time (s) found by trying a coarse grid, then two finer ones."""
     times = np.geomspace(SHORTEST_S, LONGEST_S, TRIED)
     for _ in range(3):
         keep = _keeps(times, way, velocity, speed, hard)
@@ -162,7 +163,7 @@ def _tried(way: Joints, velocity: Joints, speed: Joints, hard: Joints) -> float:
 
 
 def _keeps(times: Joints, way: Joints, velocity: Joints, speed: Joints, hard: Joints) -> NDArray[np.bool_]:
-    """Tell of each motion time (m,) whether its polynomial keeps speeds and accelerations."""
+    """Return for each motion time (m,) whether its polynomial keeps speeds and accelerations."""
     t = times[:, None]
     a2 = 3 * way / t**2 - 2 * velocity / t
     a3 = -2 * way / t**3 + velocity / t**2
@@ -175,7 +176,7 @@ def _keeps(times: Joints, way: Joints, velocity: Joints, speed: Joints, hard: Jo
 
 
 def brake_path(start: Joints, velocity: Joints, limits: Limits) -> Cubic:
-    """Return the way to rest with the hardest braking allowed for the joint that needs longest."""
+    """Return the path to rest with the hardest allowed braking of the joint that needs longest."""
     seconds = max(SHORTEST_S, float(np.max(np.abs(velocity) / limits.acceleration)))
     # constant deceleration: the cubic term vanishes
     return Cubic.between(start, velocity, start + velocity * seconds / 2, seconds)

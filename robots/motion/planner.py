@@ -1,7 +1,7 @@
-"""From a wish to a motion that is known to be free: limits, kinematics, path, sweep.
+"""Plans a motion that is known to be free: limits, kinematics, path, check against boxes.
 
-Pure, and used at both ends: by whoever accepts a command and by the controller that carries it
-out, so that what is refused is refused early and in the same words.
+Pure. Used when a command is accepted and again by the controller that runs it, so that refusals come early and with the
+same words.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from robots.motion.zones import Zones
 
 
 class Refused(ValueError):
-    """The motion is not made; `code` is `range` for limits and reach, `box` for zones, `busy` else."""
+    """The motion is not planned; `code` is `range` for limits and reach, `box` for zones, otherwise `busy`."""
 
     def __init__(self, code: str, text: str) -> None:
         super().__init__(text)
@@ -29,7 +29,7 @@ class Refused(ValueError):
 
 @contextmanager
 def in_words() -> Iterator[None]:
-    """Turn what the parts of a planner raise into a refusal. Raises Refused."""
+    """Translate errors of the parts of a planner into a refusal. Raises Refused."""
     try:
         yield
     except (OutOfReach, TooMuch) as error:
@@ -40,17 +40,17 @@ def in_words() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Plan:
-    """A motion: where it ends (rad) and how it goes."""
+    """A motion: its end (rad) and its path."""
 
     target: Joints
     path: Path
 
 
 class Planner:
-    """What one arm may do among its boxes.
+    """Plans motions of one arm among its boxes.
 
-    `zones` are what the arm itself must not enter. What is planned keeps `clearance` (m) away
-    from them, because an arm follows its reference with an error.
+    `zones` are what the arm itself must not enter. Planned motions keep `clearance` (m) away from them, because an arm
+    follows its reference with an error.
     """
 
     def __init__(self, chain: Chain, zones: Zones, limits: Limits, clearance: float = 0.0) -> None:
@@ -64,7 +64,7 @@ class Planner:
             return self.inverse.nearest(pose, near, budget or Budget(MOST))
 
     def stand(self, target: Joints, q: Joints | None = None) -> None:
-        """Refuse joints at which the arm must not stand; coming from inside a box at `q` it may be less deep."""
+        """Refuse joints at which the arm must not rest; from inside a box at `q` it may rest less deep inside."""
         broken = self.chain.broken_limit(target)
         if broken:
             raise Refused("range", broken)
@@ -84,8 +84,7 @@ class Planner:
         """Return the joint motion from the sampled position (rad) and velocity (rad/s).
 
         Raises:
-            Refused: says which joint, or which limb would enter which box.
-
+            Refused: names the joint, or the limb and the box.
         """
         budget = budget or Budget(MOST)
         with in_words():
@@ -112,7 +111,7 @@ class Planner:
         return plan
 
     def brake(self, q: Joints, v: Joints) -> Path:
-        """Return the hardest way to rest."""
+        """Return the hardest path to rest."""
         return brake_path(q, v, self.limits)
 
     def tool_velocity(self, q: Joints, twist: Joints) -> Joints:

@@ -6,7 +6,7 @@ from robots.motion.chain import Matrix
 
 
 def at_least(begin: Matrix, end: Matrix, low: Matrix, high: Matrix) -> Matrix:
-    """Return what the distances are at least: those of the smallest boxes around the segments. Ten times as quick."""
+    """Return lower bounds of the distances: those of the smallest boxes around the segments. Ten times as quick."""
     gaps = np.maximum(low - np.maximum(begin, end), np.minimum(begin, end) - high)
     found: Matrix = np.sqrt(np.sum(np.square(np.maximum(gaps, 0.0)), axis=-1))
     return found
@@ -23,12 +23,12 @@ def exactly(begin: Matrix, end: Matrix, low: Matrix, high: Matrix) -> Matrix:
     with np.errstate(divide="ignore", invalid="ignore"):
         cuts = np.concatenate([(low - begin) / way, (high - begin) / way], axis=-1)
     ends = np.broadcast_to([0.0, 1.0], (*way.shape[:-1], 2))
-    cuts = np.where(cuts > 0.0, np.minimum(cuts, 1.0), 0.0)  # nowhere, where it does not cross: 0
+    cuts = np.where(cuts > 0.0, np.minimum(cuts, 1.0), 0.0)  # 0 if it does not cross
     t = np.sort(np.concatenate([cuts, ends], axis=-1), axis=-1)
     at = begin[..., None, :] + t[..., None] * way[..., None, :]
     off = at - np.clip(at, low[..., None, :], high[..., None, :])
     slope = np.einsum("...kj,...j->...k", off, way)
-    rising = np.maximum(np.argmax(slope >= 0.0, axis=-1), 1)  # the first place after which it is no nearer
+    rising = np.maximum(np.argmax(slope >= 0.0, axis=-1), 1)  # the first place after which the distance grows
     rising = np.where(slope[..., -1] < 0.0, slope.shape[-1] - 1, rising)[..., None]
     before, after = np.take_along_axis(slope, rising - 1, -1), np.take_along_axis(slope, rising, -1)
     first, then = np.take_along_axis(t, rising - 1, -1), np.take_along_axis(t, rising, -1)

@@ -1,4 +1,4 @@
-"""Poses of a serial arm at which joints turn against each other and the tool stands still."""
+"""Singular poses of a serial arm, at which joints can turn against each other while the tool stands still."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -8,12 +8,12 @@ from robots.motion.chain import Chain, Joints, Matrix
 EXACT = 1e-9  # m and rad
 SLACK_RAD = 1e-9
 POLISH = 8  # steps of Gauss and Newton
-SAME = 1e-7  # a pose that joints have turned about is the same to so much (m and rad)
+SAME = 1e-7  # tolerance of the pose while joints turn against each other (m and rad)
 SINGULAR = 1e-4  # least singular value of the Jacobian, in m and rad
 
 
 def singularity(chain: Chain, q: Joints, least: float = SINGULAR) -> str:
-    """Return a sentence that names the joints between which motion is lost at `q`; empty where none is."""
+    """Return a sentence that names the joints of a singular pose `q`; empty if it is not singular."""
     _, values, rows = np.linalg.svd(chain.jacobian(q))
     if values[-1] > least:
         return ""
@@ -25,16 +25,16 @@ def singularity(chain: Chain, q: Joints, least: float = SINGULAR) -> str:
 
 
 def share(chain: Chain, q: Joints, pose: Matrix) -> Joints | None:
-    """Return joints inside the limits that put the tool at `pose`, reached from the singular answer `q`.
+    """Return joints inside the limits that put the tool at `pose`, found from the singular answer `q`.
 
-    A closed form gives one share of many there, or only comes near. None where no share is inside.
+    A closed form gives only one of many answers there, or an approximate one. None if none is inside.
     """
     polished = _polished(chain, q, pose)
     return None if polished is None else _slid(chain, polished)
 
 
 def _polished(chain: Chain, q: Joints, pose: Matrix) -> Joints | None:
-    """Return `q` brought onto the pose by a few steps of Gauss and Newton; None where it does not come there."""
+    """Return `q` moved onto the pose by a few steps of Gauss and Newton; None if they do not converge."""
     for _ in range(POLISH):
         here = chain.forward(q)
         turn = Rotation.from_matrix(pose[:3, :3] @ here[:3, :3].T).as_rotvec()
@@ -46,7 +46,7 @@ def _polished(chain: Chain, q: Joints, pose: Matrix) -> Joints | None:
 
 
 def _slid(chain: Chain, q: Joints) -> Joints | None:
-    """Return `q` moved into the limits where it is singular: joints that turn against each other stand anyhow."""
+    """Return `q` moved into the limits if it is singular, by joints that turn against each other."""
     _, values, rows = np.linalg.svd(chain.jacobian(q))
     if values[-1] > SINGULAR:
         return None

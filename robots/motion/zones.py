@@ -1,9 +1,10 @@
-"""Forbidden boxes: where elbow, wrist and tool must not go, checked along the whole way.
+"""Forbidden boxes: where elbow, wrist and tool must not go, checked along the whole path.
 
-After Dziemian et al. 2004 (section "Path planning"): boxes cover the base, the table and the
-cables; a motion stops before one and may only lead away from it. The paper checks the points
-of elbow, wrist and end effector at each step. Here each limb is a capsule (a segment with a
-radius), so that nothing between the points can enter, and a path is swept before it begins.
+After Dziemian et al. 2004 (section "Path planning"): boxes cover the base, the table and the cables; a motion stops
+before one and may only lead away from it. The paper checks the points of elbow, wrist and end effector at each step.
+Here each limb is a capsule (a segment with a radius), so that nothing between the points can enter, and a path is
+checked
+before it starts.
 """
 
 from collections.abc import Iterable, Sequence
@@ -18,10 +19,10 @@ from robots.motion.chain import Chain, Joints, Matrix
 from robots.motion.path import Path
 
 SLACK_M = 1e-7
-FINEST_S = 0.002  # a sweep never looks closer together than one step of a controller,
-FINEST_M = 0.001  # nor closer than so much of the arm's way
-FIRST_M = 0.15  # of the arm's way between two postures that a sweep looks at first
-FIRST, MOST = 64, 256  # postures looked at: at first at most, at once at most
+FINEST_S = 0.002  # two checked postures are never closer than one step of a controller,
+FINEST_M = 0.001  # nor closer than this much of the arm's motion
+FIRST_M = 0.15  # of the arm's motion between two postures of the first check
+FIRST, MOST = 64, 256  # postures: at most in the first check, at most at once
 
 
 @dataclass(frozen=True)
@@ -42,12 +43,12 @@ class Limb:
     begin: tuple[float, float, float]
     end: tuple[float, float, float]
     radius: float
-    spared: tuple[str, ...] = ()  # boxes it is bolted to
+    spared: tuple[str, ...] = ()  # boxes to which it is bolted
 
 
 @dataclass(frozen=True)
 class Touch:
-    """A limb and the box it is in, or nearest to."""
+    """A limb and the box that it is in, or nearest to."""
 
     limb: str
     box: str
@@ -97,12 +98,12 @@ class Zones:
         return ends[..., 0, :], ends[..., 1, :]
 
     def clear(self, q: Joints) -> bool:
-        """Tell quickly whether all is surely free; False may mean either."""
+        """Return quickly whether nothing is touched for certain; False may mean either."""
         begin, end = self._segments(q)
         return bool(np.all(segments.at_least(begin, end, self._low, self._high) >= self._radius))
 
     def nearest(self, q: Joints) -> Touch | None:
-        """Return the pair that is nearest to touching, None where there is no box."""
+        """Return the pair that is nearest to touching, None if there is no box."""
         distances = self.distances(q)
         if not len(distances):
             return None
@@ -113,7 +114,7 @@ class Zones:
         return Touch(self._limbs[i].name, self.boxes[k].name, float(distances[which]))
 
     def entered(self, distances: Matrix, floor: Matrix) -> Touch | None:
-        """Return a pair that is inside by more than it may be; `floor` comes from `floor` or `raised`."""
+        """Return a pair that is deeper inside than allowed; `floor` comes from `floor` or `raised`."""
         inside = distances < floor - SLACK_M
         if not np.any(inside):
             return None
@@ -121,24 +122,23 @@ class Zones:
 
     @staticmethod
     def floor(distances: Matrix) -> Matrix:
-        """Return how far inside each pair may be for now: as far as it is. It may only move away."""
+        """Return how deep inside each pair may be now: as deep as it is. It may only move away."""
         return np.minimum(distances, 0.0)
 
     @staticmethod
     def raised(floor: Matrix, distances: Matrix) -> Matrix:
-        """Return the floor after a step: who has moved away may not come back."""
+        """Return the floor after a step: a pair that has moved away may not come back."""
         return np.maximum(floor, np.minimum(distances, 0.0))
 
     def swept(self, path: Path, budget: Budget | None = None) -> tuple[float, Touch] | None:
-        """Return the time (s) and pair of the first touch on the path, None where it is free.
+        """Return the time (s) and pair of the first touch on the path, None if it is free.
 
-        Looks at postures along the whole path at once, then again half-way between two of them
-        where a limb could have come to a box and back at its greatest speed, so that nothing
-        thin is jumped over.
+        Checks postures along the whole path at once, then more between two of them where a limb at its greatest
+        speed could have
+        reached a box and returned, so that no thin box is missed.
 
         Raises:
-            TooMuch: that wants more looks than the budget has.
-
+            TooMuch: that needs more checks than the budget allows.
         """
         speeds = (self._arms @ path.fastest())[self._limb_of]
         fastest = max(1e-6, float(np.max(speeds, initial=0.0)))
@@ -158,7 +158,7 @@ class Zones:
             doubted[:last], doubted[1 : last + 1] = unsure, doubted[1 : last + 1] | unsure
             doubted[last] |= inside[last]
             again = np.flatnonzero(doubted & ~exact)
-            if len(again):  # what is known of them is only how far away they are at least
+            if len(again):  # only lower bounds of their distances are known
                 distances[again] = self._looked(path, times[again], budget)
                 exact[again] = True
                 continue
@@ -175,9 +175,9 @@ class Zones:
         return t, touch
 
     def _glanced(self, q: Joints) -> tuple[Matrix, NDArray[np.bool_]]:
-        """Return what the distances (m, p) are at least for postures (m, n), and of which they are exact.
+        """Return lower bounds of the distances (m, p) for postures (m, n), and which of them are exact.
 
-        Of none, unless a limb is inside a box at the first: how far it may be says how far it may stay.
+        If a limb starts inside a box all are exact, because its depth decides how deep it may stay.
         """
         begin, end = self._segments(q)
         found = segments.at_least(begin, end, self._low, self._high) - self._radius
@@ -194,13 +194,13 @@ class Zones:
 
     @staticmethod
     def _floors(distances: Matrix) -> Matrix:
-        """Return how far inside each pair may be at each of the postures, given those before: it may only move away."""
+        """Return how deep inside each pair may be at each posture, after those before it: it may only move away."""
         deepest = np.maximum.accumulate(np.minimum(distances, 0.0), axis=0)
         return np.vstack([deepest[:1], deepest[:-1]])
 
 
 def _arms(chain: Chain, limb: Limb) -> list[float]:
-    """Return for each joint how far (m) any point of the limb can be from its axis, at most; 0 where it moves none."""
+    """Return for each joint how far (m) a point of the limb can be from its axis at most; 0 if it does not move it."""
     reach = max(float(np.linalg.norm(limb.begin)), float(np.linalg.norm(limb.end)))
     lengths = [float(np.linalg.norm(j.origin[:3, 3])) for j in chain.joints]
     return [

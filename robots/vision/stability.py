@@ -1,7 +1,8 @@
-"""Is the picture stable? Pairs of pictures are compared (Goldberg et al. 1995, section 6.6).
+"""Judges whether pictures are stable, by comparing pairs (Goldberg et al. 1995, section 6.6).
 
-The paper calls the number a factor of similarity and a picture stable when it lies below a
-set value; that is a difference, and is called one here.
+The paper calls the number a factor of similarity, and a picture stable if it is below a set value. That is a
+difference,
+and is called one here.
 """
 
 from collections.abc import Callable
@@ -20,7 +21,7 @@ BLACK = 4.0  # mean grey below which the camera shows nothing
 
 @dataclass(frozen=True)
 class Verdict:
-    """The newest picture and what is known about it.
+    """The newest picture and its verdict.
 
     `reason` is one of stable, unstable, frozen, black; `difference` in grey levels.
     """
@@ -33,9 +34,9 @@ class Verdict:
 
 
 def difference(a: Picture, b: Picture) -> float:
-    """Return the mean absolute difference in grey levels, grain of the sensor smoothed away.
+    """Return the mean absolute difference in grey levels, after smoothing the noise of the sensor.
 
-    Pictures of unlike shape differ by 255.
+    Pictures of different shape differ by 255.
     """
     if a.shape != b.shape:
         return 255.0
@@ -43,10 +44,10 @@ def difference(a: Picture, b: Picture) -> float:
 
 
 def settle(grab: Grab, threshold: float, tries: int = 5) -> Verdict:
-    """Take pairs until two pictures agree or `tries` pairs are over; always answers.
+    """Take pairs until two pictures agree or `tries` pairs are over; always returns a verdict.
 
-    Two pictures that are the same to the last bit come from a frozen camera (a sensor has
-    noise), and never count as stable. Raises CameraFault where no picture comes at all.
+    Two identical pictures come from a frozen camera, because a sensor has noise, and never count as stable. Raises
+    CameraFault if no picture comes.
     """
     newest: Picture | None = None
     factor = 255.0

@@ -237,4 +237,4 @@ def test_without_the_library_it_is_named_in_words():
     code = "import sys\nsys.modules['lerobot'] = None\nfrom robots.contract.find import open_session\n"
     code += "open_session('so101', '/dev/null', {})"
     done = subprocess.run([PYTHON, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert "LeRobot, or what this robot needs of it, is not installed" in done.stderr
+    assert "LeRobot, or a part of it that this robot needs, is not installed" in done.stderr

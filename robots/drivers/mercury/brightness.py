@@ -1,10 +1,9 @@
-"""Correct the brightness of pictures without jumps and without blacking anything out.
+"""Corrects the brightness of pictures without jumps and without black areas.
 
-Section 6.6 tells of two failures: a normalisation of each picture that jumped from light
-to dark as the robot moved, and a global adjustment that reduced areas to blackness. So the
-gain here follows slowly, is bounded, and the lens's fall-off is levelled. The camera's own
-brightness follows its exposure, and the short exposures that keep light streaks short are
-dark, so the gain is mostly above one.
+Section 6.6 reports two failures: a normalisation of each picture that jumped from light to dark as the robot moved, and
+a global adjustment that reduced areas to blackness. So the gain here changes slowly and is limited, and the lens's
+fall-off is compensated. The camera's brightness follows its exposure. The short exposures that keep light streaks short
+give dark pictures, so the gain is mostly above one.
 """
 
 from dataclasses import dataclass
@@ -20,12 +19,12 @@ FALL_OFF = 0.20  # of the light, from the middle to the corner
 
 @dataclass(frozen=True)
 class Brightness:
-    """The gain in use; each picture gives the next one, the first one its own."""
+    """The present gain; each picture gives the gain of the next one."""
 
     gain: float | None = None
 
     def correct(self, picture: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], "Brightness"]:
-        """Return the corrected picture (same shape) and the state for the next."""
+        """Return the corrected picture (same shape) and the corrector for the next one."""
         wanted = min(max(TARGET / max(float(np.median(picture)), 1.0), GAIN_LOW), GAIN_HIGH)
         gain = self.gain or wanted
         levelled = picture.astype(np.float32) * gain * _flat(*picture.shape[:2])

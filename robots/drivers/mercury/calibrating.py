@@ -1,4 +1,4 @@
-"""The empirical calibration: move by known steps, see how the picture moves, fit (section 6.5)."""
+"""The empirical calibration: moves by known steps, measures how the picture moves, fits (section 6.5)."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,14 +13,13 @@ HEIGHTS = ("up", "down")
 
 
 def calibrate(session: Session, settle: Callable[[], Verdict], permit: Permit) -> dict[str, Any]:
-    """Measure both heights around the present place and return the calibration.
+    """Measure both heights around the present position and return the calibration.
 
-    Blows one burst of air at the end: the mark it leaves shows where the nozzle is.
+    Blows one burst of air at the end; its mark shows where the nozzle is.
 
     Raises:
-        NotCalibrated: the pictures do not tell enough.
-        HardwareFault, NotPermitted, CameraFault: as the robot says.
-
+        NotCalibrated: the pictures are not good enough.
+        HardwareFault, NotPermitted, CameraFault: from the robot and its camera.
     """
 
     def do(kind: str, **args: float) -> None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from robots.drivers.errors import NotCalibrated
 
 Picture = NDArray[np.uint8]
-RESPONSE = 0.05  # peak of the correlation below which a shift is not believed
+RESPONSE = 0.05  # a shift with a lower correlation peak is not used
 OUTLIER_M = 0.002
 
 
@@ -45,12 +45,11 @@ def measure_shift(before: Picture, after: Picture) -> tuple[float, float, float]
 def fit(shifts: list[Shift]) -> tuple[NDArray[np.float64], float]:
     """Return the 2 x 2 matrix from pixel offset to motion in m, and the residual RMS in mm.
 
-    The picture moves against the tool: a thing seen at offset p comes to the middle when
-    the tool moves by M p, and the picture then shifts by -p.
+    The picture moves against the tool: a point seen at offset p comes to the middle when the tool moves by M p, and the
+    picture then shifts by -p.
 
     Raises:
         NotCalibrated: fewer than three usable shifts, or all on one line.
-
     """
     if len(shifts) < 3:
         raise NotCalibrated("Too few pictures could be compared; is the camera sharp and lit?")
@@ -68,14 +67,14 @@ def fit(shifts: list[Shift]) -> tuple[NDArray[np.float64], float]:
 
 
 def find_change(before: Picture, after: Picture) -> tuple[float, float]:
-    """Return where (u, v from the middle, px) the sand changed: the nozzle's place.
+    """Return where (u, v from the middle, px) the sand changed, which is the nozzle's place.
 
-    The middle of the whole mark leans away from the light, the middle between its bright
-    and its dark flank leans towards it; their mean is within half a millimetre.
+    The middle of the whole mark is shifted away from the light, the middle between its bright and its dark side is
+    shifted
+    towards the light; their mean is right within half a millimetre.
 
     Raises:
         NotCalibrated: nothing changed enough.
-
     """
     a, b = (cv2.GaussianBlur(p, (0, 0), 2.0).astype(np.float64) for p in (before, after))
     change = b - a
@@ -121,7 +120,7 @@ def entry(shifts: list[Shift], nozzle: tuple[float, float], z: float, theta: flo
 
 
 def height_name(calibration: dict[str, Any], z: float) -> str:
-    """Return which entry fits the height `z` (m). Raises NotCalibrated where none does."""
+    """Return the entry for the height `z` (m). Raises NotCalibrated if there is none."""
     named = [(abs(e["z"] - z), name) for name, e in calibration.items() if isinstance(e, dict)]
     if not named or min(named)[0] > 0.005:
         raise NotCalibrated("The camera is not calibrated for this height yet.")
@@ -133,7 +132,7 @@ def target(
 ) -> tuple[float, float]:
     """Return the tool target (x, y) in m that brings pixel (u, v) of a picture under the nozzle.
 
-    The map turns with theta, so a camera that is not square to the sand still aims true.
+    The map turns with theta, so it is also right for a camera that is turned against the sand.
     """
     one = calibration[height_name(calibration, pose[2])]
     (a, b, c), (d, e, f) = one["matrix"]

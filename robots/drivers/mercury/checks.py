@@ -1,4 +1,4 @@
-"""What is wrong with a command of the Mercury arm, told before anything is sent; pure."""
+"""Checks a command of the Mercury arm before anything is sent; pure functions."""
 
 from math import hypot
 from typing import Any
@@ -21,7 +21,7 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
 
     """
     command = known(spec_of("mercury"), kind, args)
-    if kind != "move":  # its values are judged as a place, in words
+    if kind != "move":  # its values are checked as a position
         within(command, args)
     if kind == "move":
         arm = load("mercury")

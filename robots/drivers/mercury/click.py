@@ -1,4 +1,4 @@
-"""A click in a picture of the Mercury arm means: move there."""
+"""Translates a click in a picture of the Mercury arm into a move."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The Mercury arm's driver: commands in SI units become instructions on the serial line."""
+"""The Mercury arm's driver: translates commands in SI units into instructions on the serial line."""
 
 import time
 from collections.abc import Callable
@@ -19,13 +19,13 @@ from robots.drivers.permits import until_held
 
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then
-ARRIVED_M = 0.0006  # binary32 on the wire, and the drawing back of joints to a pose
+ARRIVED_M = 0.0006  # rounding of binary32 on the wire and of joints to a pose
 SQUARE_RAD = 0.003
 JOG_STEP_M = 0.008  # short enough that a step and its braking end soon after the keep-alives end
 
 
 class Driver(Session):
-    """See `robots.contract.session.Session`. `address` is a port or a pyserial URL."""
+    """A `robots.contract.session.Session`. `address` is a port or a pyserial URL."""
 
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
@@ -35,7 +35,7 @@ class Driver(Session):
         self._rest_pose: tuple[float, ...] | None = None
 
     def connect(self) -> RobotState:
-        """Open the line and ask; speed and boot number are set from the answer."""
+        """Open the line and ask for the state; speed and boot number are set from the answer."""
         self.line.open()
         self.line.boot = None
         controller = self.line.status()
@@ -53,7 +53,7 @@ class Driver(Session):
         self.line.close()
 
     def state(self) -> RobotState:
-        """Ask the controller."""
+        """Ask the controller for its state."""
         return self._take(self.line.status())
 
     def _take(self, controller: wire.ControllerState) -> RobotState:
@@ -71,7 +71,7 @@ class Driver(Session):
         return self.keep(RobotState(time.monotonic(), q, self._arm.forward(q), moving, ready, fault))
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Do one command and wait for its end."""
+        """Run one command to its end."""
         check(kind, args, self.settings, self._latest or self.state())
         if kind == "noop":
             permit()
@@ -91,7 +91,7 @@ class Driver(Session):
         return self._go(self._target(kind, args), permit, on_stage)
 
     def _jog(self, dx: float, dy: float, permit: Permit, on_stage: OnStage) -> Outcome:
-        """Move by short steps for as long as `permit` lets each one begin, or to the edge of the sand."""
+        """Move by short steps while `permit` allows each one, or to the edge of the sand."""
         sand, length = self._description["sand"], hypot(dx, dy)
         sent: dict[str, Any] = {"steps": 0}
         go_on = until_held(permit, lambda: self.line.holds)
@@ -148,7 +148,7 @@ class Driver(Session):
             if state.fault:
                 raise HardwareFault(state.fault)
             if not state.moving and not wire.newer(seq, controller.newest_seq):
-                # DONE was lost on the line, or is right behind this state
+                # DONE was lost on the line, or follows this state
                 end = self.line.end_of(seq, POLL_S)
                 if end is not None:
                     return Outcome(sent, self._ended(end))
@@ -168,7 +168,7 @@ class Driver(Session):
         return state
 
     def hold(self) -> RobotState:
-        """Send HOLD round everything else and wait until the set-point rests."""
+        """Send HOLD past everything else and wait until the set-point rests."""
         self.line.instruct(lambda seq: Frame(Instruction.HOLD, seq), None)
         until = time.monotonic() + REST_S
         while True:
@@ -179,7 +179,7 @@ class Driver(Session):
                 raise HardwareFault("The arm did not come to rest after a hold.")
 
     def recover(self, permit: Permit) -> RobotState:
-        """Soft reset (section 6.7): reset, recalibrate, go back to the previous position."""
+        """Soft reset (section 6.7): reset, recalibrate, return to the previous position."""
         permit()
         self._reopen_if_gone()
         back = self._rest_pose

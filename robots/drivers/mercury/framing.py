@@ -1,6 +1,6 @@
-"""Frames of the Mercury arm's line: cut out of a stream of bytes, and put onto it.
+"""Frames of the Mercury arm's line: found in a stream of bytes, and encoded.
 
-See `protocol` for what is in them.
+`protocol` describes their content.
 """
 
 import struct
@@ -16,7 +16,7 @@ LONGEST = HEAD + MAX_DATA + CRC.size
 
 
 class FrameError(ValueError):
-    """The bytes are no frame: wrong length or checksum."""
+    """The bytes are not a frame: wrong length or checksum."""
 
 
 @dataclass(frozen=True)
@@ -34,25 +34,25 @@ class Frame:
 
 
 class Receiver:
-    """Finds frames in a stream of bytes, whatever stands between them.
+    """Finds frames in a stream of bytes, also between other bytes.
 
-    Every byte may begin a frame; the first whole one whose checksum is right counts, so
-    that nothing that was spoilt or is unfinished hides a hold that follows it.
+    Every byte may start a frame; the first complete one with the right checksum counts, so that a damaged or unfinished
+    frame cannot hide a hold that follows it.
     """
 
     def __init__(self, known: frozenset[int], on_broken: Callable[[int], None] | None = None) -> None:
-        """`on_broken` is told the number in a frame of a known id whose checksum is wrong."""
+        """`on_broken` gets the number in a frame of a known id with a wrong checksum."""
         self._known = known
         self._on_broken = on_broken
         self._buffer = bytearray()
         self._last = 0.0
-        self._in_step = True  # the buffer begins where a frame does
+        self._in_step = True  # the buffer starts with a frame
         self.broken = 0
 
     def feed(self, data: bytes, at: float, until: float | None = None) -> list[Frame]:
         """Return the frames completed by `data`, received from `at` until `until` (s, monotonic).
 
-        Their ids may be unknown ones.
+        Their ids may be unknown.
         """
         if self._buffer and at - self._last > GAP_S:
             self.broken += 1
@@ -85,7 +85,7 @@ class Receiver:
         return None
 
     def _size(self, i: int) -> int | None:
-        """Return the data's length of the frame that may begin at `i`; None where it is none, or not whole yet."""
+        """Return the length of the data of a frame that may start at `i`; None if there is none or it is incomplete."""
         if i + HEAD > len(self._buffer):
             return None
         size = self._buffer[i + 1]
@@ -97,7 +97,7 @@ class Receiver:
         return bool(zlib.crc32(self._buffer[i : i + HEAD + size]) == sent)
 
     def _break(self) -> None:
-        """Count a whole frame with a wrong checksum, once, and look for the next one behind its first byte."""
+        """Count a complete frame with a wrong checksum once, and look for the next one after its first byte."""
         self._in_step = False
         self.broken += 1
         if self._buffer[0] in self._known and self._on_broken is not None:

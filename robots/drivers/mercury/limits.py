@@ -7,16 +7,15 @@ from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.drivers.mercury.scara import OutOfReach, scara
 
 SLACK = 1e-6
-FAR_M = 10.0  # farther away the distance itself says nothing
+FAR_M = 10.0  # beyond this the distance is not named
 
 
 def check_target(description: dict[str, Any], x: float, y: float, z: float) -> tuple[float, float, float, float]:
-    """Return the joints (rad, m) for a tool target in m, or refuse it.
+    """Return the joints (rad, m) for a tool target in m.
 
     Raises:
         BadRequest: a value is not finite.
         OutOfWorkspace: outside the height, the annulus, the sand area or a joint limit.
-
     """
     for name, value in (("x", x), ("y", y), ("z", z)):
         if not isfinite(value):

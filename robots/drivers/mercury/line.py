@@ -1,8 +1,7 @@
 """The host's end of the serial line: sends, waits for acknowledgements, resends.
 
-One rule for a bad checksum or silence: the same bytes under the same sequence number
-again, at most ten times. A hold overtakes: once one was asked for, no motion that was
-begun before is sent again.
+After a wrong checksum or silence the same bytes are sent again under the same sequence number, at most ten times. A
+hold overtakes: after it, no motion that was started before is sent again.
 """
 
 import contextlib
@@ -26,7 +25,7 @@ from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
 
-ANSWER_S = 0.30  # a question, a state reply already on its way, an answer, and some air
+ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
 HOLD_ANSWER_S = 0.20
 ENDS = (Reply.DONE, Reply.HELD)
 T = TypeVar("T")
@@ -43,7 +42,7 @@ class HostLine:
         self._replies: dict[int, Frame] = {}
         self._ends: dict[int, Frame] = {}
         self._states: dict[int, wire.ControllerState] = {}
-        self._spoilt: set[int] = set()  # numbers that arrived with a wrong checksum
+        self._spoilt: set[int] = set()  # sequence numbers that arrived with a wrong checksum
         self._seq = self._poll_seq = 0
         self._holds = self._malformed = 0
         self._gone: str | None = None
@@ -53,7 +52,7 @@ class HostLine:
         self.broken = 0
 
     def open(self) -> None:
-        """Open the port for us alone. Raises LineBusy, LineGone."""
+        """Open the port exclusively. Raises LineBusy, LineGone."""
         try:
             self._port = serial.serial_for_url(
                 self._url, baudrate=wire.BAUD, timeout=0.05, write_timeout=1.0,
@@ -69,7 +68,7 @@ class HostLine:
         self._reader.start()
 
     def close(self) -> None:
-        """Close the port; whoever waits is told."""
+        """Close the port; waiting threads are told."""
         self._lose("closed")
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(1.0)
@@ -84,7 +83,7 @@ class HostLine:
 
     @property
     def holds(self) -> int:
-        """How many holds were asked for; a motion compares it to its beginning."""
+        """The number of holds so far; a motion compares it with the number at its start."""
         return self._holds
 
     def _read(self) -> None:
@@ -108,7 +107,7 @@ class HostLine:
             self._news.notify_all()
 
     def _heard(self, frame: Frame) -> None:
-        """Take one reply; what does not fit its id, or holds a number that cannot be, was never said."""
+        """Receive one reply; one that does not fit its id or has impossible numbers is dropped."""
         if frame.id not in wire.REPLIES:
             return
         try:
@@ -132,7 +131,7 @@ class HostLine:
     def _send(self, frame: Frame, permit: Permit | None) -> None:
         with self._write_lock:
             if permit is not None:
-                permit()  # the last thing before actuation
+                permit()  # last before actuation
             port = self._port
             if port is None or self._gone is not None:
                 raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
@@ -152,9 +151,9 @@ class HostLine:
         answer_s: float,
         on_sent: Callable[[], None] | None = None,
     ) -> T:
-        """Send until `found` finds the answer; the first try and ten more.
+        """Send until `found` finds the answer: one attempt and ten more.
 
-        A refused checksum is answered by the next try at once, silence after `answer_s`.
+        A refused checksum leads to the next attempt at once, silence after `answer_s`.
         """
         for attempt in range(self._resends + 1):
             with self._news:
@@ -183,12 +182,11 @@ class HostLine:
         permit: Permit | None,
         on_sent: Callable[[], None] | None = None,
     ) -> int:
-        """Send an instruction until acknowledged; return its sequence number.
+        """Send an instruction until it is acknowledged; return its sequence number.
 
         Raises:
-            Held: a hold was asked for before the acknowledgement.
+            Held: a hold was requested before the acknowledgement.
             ControllerRefused, ControllerRestarted, LineSilent, LineGone: see errors.
-
         """
         with self._news:
             self._seq = self._seq % 255 + 1

@@ -26,7 +26,7 @@ DOWN_M = 0.001
 def press(x: int, y: int, still: int, description: dict[str, Any], scale: int = 1) -> Press | None:
     """Return the command of a click at (x, y) in a panel shown `scale` times as large.
 
-    None for a point outside.
+    None for a point outside the panel.
     """
     px, py = x / scale, y / scale
     if not (0 <= px < WIDTH and 0 <= py < HEIGHT):
@@ -41,7 +41,7 @@ def press(x: int, y: int, still: int, description: dict[str, Any], scale: int = 
 
 
 def form(fields: Mapping[str, str]) -> Press | None:
-    """Return what the buttons below the picture ask for; x and y of a move are in mm."""
+    """Return the command of the form below the picture; x and y of a move are in mm."""
     what = fields.get("do", "")
     if what in DISCRETE:
         return Press(what, {})
@@ -54,7 +54,7 @@ def _metres(text: str) -> float | str:
     try:
         return float(text) / 1000
     except ValueError:
-        return text  # the service names what is wrong with it
+        return text  # the service names the error
 
 
 def compose(picture: Path | None, description: dict[str, Any], joints: list[float], greys: int = 64) -> bytes:
@@ -65,7 +65,7 @@ def compose(picture: Path | None, description: dict[str, Any], joints: list[floa
             with Image.open(picture) as image:
                 panel.paste(image.convert("L").resize((192, 165)), (0, 0))
         except OSError:
-            pass  # the file is gone: an empty screen tells that
+            pass  # the file is deleted: the screen stays empty
     draw = ImageDraw.Draw(panel)
     _schematic(draw, description, joints)
     down = len(joints) > 2 and joints[2] <= DOWN_M

@@ -1,4 +1,4 @@
-"""The Mercury arm's serial line, byte for byte; the wire format's only home.
+"""The Mercury arm's serial line, byte for byte; the only definition of the wire format.
 
 Frame, in both directions: ``id, length, data[length], checksum``, the paper's four parts
 (Goldberg et al. 1995, section 6.5: "instruction id, length, data and checksum", IEEE
@@ -23,7 +23,7 @@ BYTE_S = BITS_A_BYTE / BAUD
 
 
 class NumberError(FrameError):
-    """A number is not finite, or so large that it cannot be meant."""
+    """A number is not finite or impossibly large."""
 
 
 class Instruction(IntEnum):
@@ -103,7 +103,7 @@ _REFUSAL = struct.Struct("<IB")
 _END = struct.Struct("<I4f")
 _STATE = struct.Struct("<IBBB4f")
 
-# What each instruction carries, and the greatest number that can be meant: mm, deg, s or mm/s.
+# The content of each instruction, and the largest possible number: mm, deg, s or mm/s.
 _CARRIES: dict[int, tuple[struct.Struct, float]] = {
     Instruction.MOVE_XYZ: (_XYZ, 10_000.0),
     Instruction.MOVE_THETA: (_FLOAT, 360.0),
@@ -128,12 +128,11 @@ def scalar(instruction: Instruction, seq: int, value: float) -> Frame:
 
 
 def numbers(frame: Frame) -> tuple[float, ...]:
-    """Return the numbers that a known instruction carries, each of them bounded.
+    """Return the numbers of a known instruction, each within its bounds.
 
     Raises:
         FrameError: the length does not fit the instruction.
-        NumberError: a number is not finite or beyond any that can be meant.
-
+        NumberError: a number is not finite or impossibly large.
     """
     layout, greatest = _CARRIES[frame.id]
     return _bounded(_unpacked(layout, frame.payload), greatest)
@@ -146,7 +145,7 @@ def _unpacked(layout: struct.Struct, payload: bytes) -> tuple[Any, ...]:
 
 
 def _bounded(values: tuple[float, ...], greatest: float) -> tuple[float, ...]:
-    if not all(-greatest <= value <= greatest for value in values):  # NaN is in no interval
+    if not all(-greatest <= value <= greatest for value in values):  # NaN is outside every interval
         raise NumberError("number")
     return values
 
@@ -158,7 +157,7 @@ def _joints(values: tuple[float, ...]) -> tuple[float, float, float, float]:
 
 @dataclass(frozen=True)
 class ControllerState:
-    """What STATE says. Joints: q1 deg, q2 deg, q3 mm, q4 deg."""
+    """The content of STATE. Joints: q1 deg, q2 deg, q3 mm, q4 deg."""
 
     boot: int
     mode: Mode
@@ -209,7 +208,7 @@ def unpack_end(payload: bytes) -> tuple[float, float, float, float]:
 
 
 def boot_of(answer: Frame) -> int:
-    """Return the boot number, with which every reply begins. Raises FrameError where a reply is malformed."""
+    """Return the boot number, the start of every reply. Raises FrameError for a malformed reply."""
     match answer.id:
         case Reply.ACK:
             (boot,) = _unpacked(_BOOT, answer.payload)
@@ -224,5 +223,5 @@ def boot_of(answer: Frame) -> int:
 
 
 def newer(seq: int, than: int) -> bool:
-    """Tell whether `seq` comes after `than`; both 0 to 255, counted round."""
+    """Return whether `seq` comes after `than`; both 0 to 255, counted in a circle."""
     return 0 < (seq - than) % 256 < 128

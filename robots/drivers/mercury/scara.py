@@ -25,7 +25,7 @@ class Limits:
     high: float
 
     def contains(self, value: float, slack: float = 1e-9) -> bool:
-        """Tell whether `value` lies inside, `slack` forgiven."""
+        """Return whether `value` lies inside, with a tolerance of `slack`."""
         return self.low - slack <= value <= self.high + slack
 
 
@@ -60,14 +60,13 @@ class Scara:
         return x, y, q3, wrap(q1 + q2 + q4 + self.tool_angle)
 
     def elbow(self, q: tuple[float, float, float, float]) -> tuple[float, float]:
-        """Return where the elbow is (x, y) in m, for drawing."""
+        """Return the position of the elbow (x, y) in m, for drawing."""
         return self.link1 * cos(q[0]), self.link1 * sin(q[0])
 
     def branches(self, x: float, y: float, z: float, theta: float) -> list[tuple[float, float, float, float]]:
-        """Return the elbow branches (none, one or two), joint limits not yet looked at.
+        """Return the elbow branches (none, one or two), without regard to joint limits.
 
-        A point on the edge of the annulus has one; the closed form follows from the law
-        of cosines.
+        A point on the edge of the annulus has one; the closed form follows from the law of cosines.
         """
         r = hypot(x, y)
         c2 = (r * r - self.link1**2 - self.link2**2) / (2 * self.link1 * self.link2)
@@ -123,7 +122,7 @@ def wrap(angle: float) -> float:
 
 
 def _into(angle: float, limit: Limits) -> float:
-    """Return `angle` turned by whole turns into `limit` where that is possible."""
+    """Return `angle` turned by whole turns into `limit` if possible."""
     for turned in (angle, angle + 2 * pi, angle - 2 * pi):
         if limit.contains(turned):
             return turned

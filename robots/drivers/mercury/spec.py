@@ -1,4 +1,4 @@
-"""What the Mercury arm can do; readable without its driver."""
+"""The spec of the Mercury arm; readable without its driver."""
 
 from robots.contract.capabilities import Calibration, Check, ClickInPicture, Stills
 from robots.contract.channels import Pose
@@ -11,7 +11,7 @@ BY_STAFF = frozenset({STAFF})
 
 
 def spec() -> Spec:
-    """Return what the arm can do, from its description."""
+    """Return the spec, from the description."""
     description = load("mercury")
     sand, air, motion = description["sand"], description["air"], description["motion"]
     limit = motion["limit_s"] + 3.0
@@ -25,7 +25,7 @@ def spec() -> Spec:
         joints=("q1", "q2", "q3", "q4"),
         handover=("up", "home"),
         rest_s=motion["rest_s"],
-        pose=Pose(("x", "y", "z", "theta"), packed=False),  # the console works it out from the joints
+        pose=Pose(("x", "y", "z", "theta"), packed=False),  # the console computes it from the joints
         capabilities=(
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.click:resolve"),

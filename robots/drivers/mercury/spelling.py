@@ -1,4 +1,4 @@
-"""Frames in words, for the live trace."""
+"""Frames as text, for the live trace."""
 
 import contextlib
 
@@ -7,7 +7,7 @@ from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 
 
 def spell(frame: Frame) -> str:
-    """Return a frame of a known id in words; numbers that cannot be are left out."""
+    """Return a frame of a known id as text; impossible numbers are left out."""
     names: type[Instruction] | type[Reply] = Reply if frame.id >= 0x80 else Instruction
     name = names(frame.id).name
     with contextlib.suppress(ValueError):

@@ -1,4 +1,4 @@
-"""What is wrong with a command of the museum arm, told before anything is sent; pure."""
+"""Checks a command of the museum arm before anything is sent; pure functions."""
 
 from functools import lru_cache
 from typing import Any
@@ -21,7 +21,7 @@ from robots.motion.planner import Refused
 from robots.motion.pose import Six, matrix
 from robots.motion.zones import Box
 
-PLACES = ("pose", "line", "joints")  # commands that name one
+PLACES = ("pose", "line", "joints")  # commands that name a position
 
 
 def added_boxes(settings: dict[str, Any]) -> tuple[Box, ...]:
@@ -31,12 +31,12 @@ def added_boxes(settings: dict[str, Any]) -> tuple[Box, ...]:
 
 @lru_cache(16)
 def _courses(extra: tuple[Box, ...]) -> Courses:
-    """Return what plans among the arm's own boxes and these; too slow to make for each command."""
+    """Return a planner among the arm's own boxes and these; cached, because creating one is slow."""
     return Courses(extra)
 
 
 def courses(settings: dict[str, Any]) -> Courses:
-    """Return what plans for the arm with these settings."""
+    """Return the planner for the arm with these settings."""
     return _courses(added_boxes(settings))
 
 
@@ -63,13 +63,13 @@ def check(kind: str, args: dict[str, Any], settings: dict[str, Any], state: Robo
 
 
 def bounded(kind: str, args: dict[str, Any]) -> None:
-    """Refuse unknown kinds and values that are none, or outside their range; the planner names joints' limits."""
+    """Refuse unknown kinds and values outside their range; the planner names joint limits."""
     command = known(spec_of("pa10"), kind, args)
     within(command, {k: v for k, v in args.items() if k == "speed" or kind != "joints"})
 
 
 def steps_of(args: dict[str, Any]) -> list[Request]:
-    """Return the steps of the program given as text; none for one that the controller has. Raises BadRequest."""
+    """Return the steps of a program given as text; none for one that is stored in the controller. Raises BadRequest."""
     if ("text" in args) == ("number" in args):
         raise BadRequest("A program is given by its number or as a text.")
     if "number" in args:
@@ -77,7 +77,7 @@ def steps_of(args: dict[str, Any]) -> list[Request]:
     try:
         steps = parse_program(args["text"])
     except Malformed as error:
-        raise BadRequest(f"The program makes no sense: {error}.") from error
+        raise BadRequest(f"The program is not valid: {error}.") from error
     if not steps:
         raise BadRequest("The program has no step.")
     return steps
@@ -89,7 +89,7 @@ def _six(args: dict[str, Any]) -> Six:
 
 
 def request_of(kind: str, args: dict[str, Any]) -> Request:
-    """Return the controller's request for a command that leads to a place."""
+    """Return the controller's request for a command that leads to a position."""
     scale = number(args, "speed") if "speed" in args else None
     if kind in ("pose", "line"):
         return pose_request("k" if kind == "pose" else "l", _six(args), scale)

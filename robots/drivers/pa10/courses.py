@@ -1,4 +1,4 @@
-"""The wire's requests as motions, and programs checked as a whole."""
+"""Requests on the wire as motions, and checks of whole programs."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -22,19 +22,19 @@ MODES = {"j": Mode.JOINT_CTRL, "k": Mode.KIN_RPY_CTRL, "K": Mode.KIN_EULER_CTRL,
 
 @dataclass(frozen=True)
 class Course:
-    """A motion and the state of the register while it runs."""
+    """A motion, and the state register while it runs."""
 
     mode: Mode
     plan: Plan
 
 
 def is_default(request: Request) -> bool:
-    """Tell whether this is the paper's way out of a range error: all joints to zero."""
+    """Return whether this is the paper's way out of a range error: all joints to zero."""
     return request.letter == "j" and not any(request.numbers[:6])
 
 
 class Courses:
-    """What may be asked of the arm over the wire."""
+    """Plans the requests of the wire."""
 
     def __init__(self, extra: tuple[Box, ...] = ()) -> None:
         description = load("pa10")
@@ -50,7 +50,7 @@ class Courses:
         self.planner = planner("pa10", self._own + extra)
 
     def scale(self, request: Request) -> float:
-        """Return the share of full speed that the request asks for, or the usual one."""
+        """Return the requested share of full speed, or the default."""
         if len(request.numbers) < 7:
             return self._scale
         low, high = self._scales
@@ -59,12 +59,11 @@ class Courses:
         return request.numbers[6]
 
     def plan(self, request: Request, q: Joints, v: Joints, budget: Budget | None = None) -> Course:
-        """Return the motion from the sampled position (rad) and velocity (rad/s), swept against the boxes.
+        """Return the motion from the sampled position (rad) and velocity (rad/s), checked against the boxes.
 
         Raises:
-            Refused: says which joint, how far away, which limb would enter which box, or that it would
-                last too long or take too long to plan.
-
+            Refused: names the joint, the distance or the limb and box, or says that it would last or take too long
+            to plan.
         """
         scale, planner = self.scale(request), self.planner
         budget = Budget(MOST) if budget is None else budget
@@ -83,16 +82,15 @@ class Courses:
         return Course(MODES[request.letter], made)
 
     def along(self, steps: list[Request], q: Joints) -> Iterator[tuple[int, Path]]:
-        """Go through a program from rest at `q`; give each motion with the number of its step.
+        """Yield the motions of a program from rest at `q`, each with the number of its step.
 
-        All that it waits and moves is added up as it is come by.
+        Waiting and moving times are added up on the way.
 
         Raises:
             Refused: names the step.
-
         """
         here, seconds, budget = q, 0.0, Budget(MOST)
-        known: dict[tuple[Request, bytes], Plan] = {}  # what is repeated is planned once
+        known: dict[tuple[Request, bytes], Plan] = {}  # repeated steps are planned once
         for number, step in enumerate(steps, 1):
             try:
                 seconds += self.pause(step)
@@ -114,11 +112,10 @@ class Courses:
                 yield number, known[key].path
 
     def check(self, steps: list[Request], q: Joints, go_on: Callable[[], None] = lambda: None) -> float:
-        """Go through a whole program from rest at `q`; return its time on the way (s). Asks `go_on` on its way.
+        """Check a whole program from rest at `q` and return its duration (s). Calls `go_on` between steps.
 
         Raises:
             Refused: names the step. And whatever `go_on` raises.
-
         """
         seconds = self.pauses(steps)
         for _, path in self.along(steps, q):
@@ -128,12 +125,12 @@ class Courses:
 
     @staticmethod
     def pauses(steps: list[Request]) -> float:
-        """Return the time that a program waits and grips (s). Raises Refused."""
+        """Return the time for which a program waits and grips (s). Raises Refused."""
         return sum(Courses.pause(step) for step in steps)
 
     @staticmethod
     def pause(step: Request) -> float:
-        """Return the time that a step waits or grips (s). Raises Refused."""
+        """Return the time for which a step waits or grips (s). Raises Refused."""
         if step.letter == "d":
             if not 0 <= step.numbers[0] <= LONGEST_WAIT_S:
                 raise Refused("range", f"a wait lasts 0 to {LONGEST_WAIT_S} s")

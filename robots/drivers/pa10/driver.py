@@ -1,4 +1,4 @@
-"""The museum arm's driver: commands in SI units become lines of its controller's protocol."""
+"""The museum arm's driver: translates commands in SI units into lines of its controller's protocol."""
 
 import time
 from collections.abc import Callable
@@ -25,27 +25,30 @@ from robots.motion.pose import numbers
 POLL_S = 0.05
 REST_S = 2.0
 SETTLED_S = 5.0  # the longest wait for an arm that was pushed
-JOG_S = 0.08  # how often a velocity is said again; the controller forgets it after 0.25 s
+JOG_S = 0.08  # between two velocities; the controller drops one after 0.25 s
 JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
 JOG_M_S, JOG_RAD_S = 0.15, 0.6
 GRIP_S = 3.0
-TAUGHT = 9000  # the number under which a program is handed over before it is executed
+TAUGHT = 9000  # the number under which a program is stored before it is executed
 
 
 def _words(arm: ArmState) -> str:
-    """Return the controller's register as the paper writes it, and the step of a program that runs."""
+    """Return the controller's register as the paper writes it, and the step of a running program."""
     register = arm.mode.replace("_", " ")
     return f"{register}: program {arm.program}, step {arm.step}" if arm.program else register
 
 
 def _sentence(note: str) -> list[str]:
-    """Return the controller's note as a sentence, if there is one; a program that was handed over has no number."""
+    """Return the controller's note as a sentence, if there is one.
+
+    For a program sent by this driver the note is without its number.
+    """
     words = note.replace(f"program {TAUGHT}", "the program")
     return [f"{words[0].upper()}{words[1:]}."] if words else []
 
 
 class Driver(Session):
-    """See `robots.contract.session.Session`. `settings` may hold `epoch`, `token` and more forbidden `boxes`."""
+    """A `robots.contract.session.Session`. `settings` may contain `epoch`, `token` and more forbidden `boxes`."""
 
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
@@ -53,11 +56,11 @@ class Driver(Session):
         self.line = ArmLine(address, int(settings.get("epoch", 0)), str(settings.get("token", "")), trace)
         self._boot: int | None = None
         self._rest: Joints | None = None
-        self._holds = 0  # so that a command knows of a hold by another thread
+        self._holds = 0  # so that a command notices a hold by another thread
 
     def connect(self) -> RobotState:
-        """Open the line and ask."""
-        courses(self.settings)  # what plans is made before the first command, not with it
+        """Open the line and ask for the state."""
+        courses(self.settings)  # the planner is created before the first command, because that is slow
         self._open()
         return self.state()
 
@@ -75,7 +78,7 @@ class Driver(Session):
         self.line.close()
 
     def state(self) -> RobotState:
-        """Ask the controller."""
+        """Ask the controller for its state."""
         return self._take(self.line.state())
 
     def _take(self, arm: ArmState) -> RobotState:
@@ -96,7 +99,7 @@ class Driver(Session):
         )  # fmt: skip
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Do one command and wait for its end."""
+        """Run one command to its end."""
         check(kind, args, self.settings, self._latest)
         if kind == "noop":
             permit()
@@ -113,7 +116,7 @@ class Driver(Session):
         return self._do(request_of(kind, args), args, permit, on_stage)
 
     def _do(self, request: Request, args: dict[str, Any], permit: Permit, on_stage: OnStage, steps: int = 0) -> Outcome:
-        """Do one request; `steps` is how many a program has, 0 where only the controller knows."""
+        """Run one request; `steps` is the number of steps of a program, 0 if only the controller knows."""
 
         def tell(arm: ArmState) -> None:
             if arm.program and arm.step:
@@ -134,7 +137,10 @@ class Driver(Session):
         return Outcome(dict(args), state)
 
     def _say(self, request: Request, seconds: float, permit: Permit, on_stage: OnStage | None) -> None:
-        """Ask for a motion. It is told of when the line is free again, for a hold must not wait for the telling."""
+        """Send a motion.
+
+        Its stage is reported after the line is free again, because a hold must not wait for the report.
+        """
         said = False
 
         def last() -> None:
@@ -145,7 +151,7 @@ class Driver(Session):
         try:
             self.line.ask(request, seconds, last)
         except ControllerRefused:
-            permit()  # another thread has held the arm meanwhile: that is the reason then
+            permit()  # if another thread has held the arm, that is the reason
             raise
         finally:
             if said and on_stage is not None:
@@ -164,7 +170,7 @@ class Driver(Session):
             state = self._take(arm)
             tell(arm)
             if request.letter == "g":
-                over = bool(state.fault) or self.line.ask(Request("w")) != "b"  # fingers are no part of the state
+                over = bool(state.fault) or self.line.ask(Request("w")) != "b"  # the state does not contain the fingers
             else:
                 over = request.letter not in MOTIONS or (arm.motion > before.motion and arm.end != End.NONE)
             if state.fault or (over and not state.moving):
@@ -176,11 +182,11 @@ class Driver(Session):
                 raise HardwareFault(f"The motion did not end within {limit:g} s and was held.")
 
     def _jog(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
-        """Say the velocity again and again for as long as `permit` lets it."""
+        """Send the velocity again and again while `permit` allows it."""
         request = self._velocity(kind, args)
         free = until_held(permit, lambda: self._holds)
         tell: OnStage | None = on_stage
-        self._rest = None  # a reset after a jog must not lead back to where it began
+        self._rest = None  # a reset after a jog must not return to its start
         try:
             while True:
                 self._say(request, ANSWER_S, free, tell)
@@ -214,7 +220,7 @@ class Driver(Session):
             time.sleep(0.01)
 
     def recover(self, permit: Permit) -> RobotState:
-        """Soft reset: connect again, leave a range error by the default position, go back."""
+        """Soft reset: connect again, leave a range error by the default position, return."""
         permit()
         back = self._rest
         if not self.line.is_open:
@@ -236,14 +242,14 @@ class Driver(Session):
                 return
             except OutOfWorkspace as error:
                 raise HardwareFault(f"The way to the default position is blocked: {error}") from error
-            except ControllerRefused as error:  # something still pushes the arm about
+            except ControllerRefused as error:  # something still pushes the arm
                 if time.monotonic() > until:
                     raise HardwareFault(f"The arm does not come to rest: {error}") from error
                 time.sleep(POLL_S)
 
     @staticmethod
     def _quietly(go: Callable[[], Any]) -> None:
-        """Go where the arm was before; where the way is barred it stays, which is no fault."""
+        """Return to the earlier position; if the way is blocked the arm stays, which is not a fault."""
         try:
             go()
         except OutOfWorkspace:

@@ -1,13 +1,13 @@
-"""The museum arm's letters: what follows each, and between which bounds every number may lie."""
+"""The museum arm's letters: the values after each, and the bounds of every number."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Value:
-    """A number on the wire: its name, its bounds, its unit; `whole`: without a fraction.
+    """A number on the wire: its name, its bounds, its unit; `whole`: an integer.
 
-    These are the bounds of the wire, wider than any posture of the arm; its limits are judged by whoever plans.
+    These bounds are wider than any posture of the arm; the planner checks the arm's limits.
     """
 
     name: str
@@ -19,7 +19,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Form:
-    """What follows a letter: the numbers, from how many of them on, and what it does.
+    """The values after a letter, how many of them are required, and what the line does.
 
     `alone`: as a line of its own; `stored`: as a line of a program.
     """
@@ -33,7 +33,7 @@ class Form:
     papers: bool = False
 
 
-LARGEST_EPOCH = 2**53 - 1  # the greatest up to which every whole number is a float
+LARGEST_EPOCH = 2**53 - 1  # every integer up to this is exact as a float
 LARGEST_NUMBER = 9999
 LONGEST_WAIT_S = 30
 TIMES = 100
@@ -43,7 +43,7 @@ NUMBER = Value("the program's number", 0, LARGEST_NUMBER, whole=True)
 
 
 def _six(names: tuple[str, ...], most: tuple[float, float], units: tuple[str, str]) -> tuple[Value, ...]:
-    """Return six values, the bound and unit of the first three and of the last three."""
+    """Return six values: bound and unit of the first three, and of the last three."""
     return tuple(Value(name, -most[n // 3], most[n // 3], units[n // 3]) for n, name in enumerate(names))
 
 

@@ -16,24 +16,24 @@ HOLD, HELD = b"h\n", "ok hold"
 
 
 class ArmLine:
-    """Thread safe; `address` is host:port, a `socket://` URL, or a file that says where."""
+    """Thread safe; `address` is host:port, a `socket://` URL, or a file that contains the address."""
 
     def __init__(self, address: str, epoch: int, token: str, trace: Trace | None) -> None:
         self._address, self._epoch, self._token, self._trace = address, epoch, token, trace
         self._socket: socket.socket | None = None
         self._lock = threading.Lock()  # one question, one answer
-        self._writing = threading.Lock()  # a hold is written past a question whose answer is waited for
+        self._writing = threading.Lock()  # a hold is sent even while an answer is awaited
         self._holds = 0  # written, not yet answered
         self._rest = b""
         self.resent = self.broken = 0
 
     @property
     def is_open(self) -> bool:
-        """Tell whether a connection stands."""
+        """Return whether a connection is open."""
         return self._socket is not None
 
     def open(self) -> None:
-        """Connect and say who asks. Raises LineGone, LineBusy."""
+        """Connect and identify the owner. Raises LineGone, LineBusy."""
         with self._lock:
             self._close()
             try:
@@ -46,7 +46,7 @@ class ArmLine:
             self.ask(Request("i", (float(self._epoch),), self._token))
         except ControllerRefused as error:
             self.close()
-            raise LineBusy(f"The arm serves somebody else: {error}") from error
+            raise LineBusy(f"The arm is used by another client: {error}") from error
 
     def _where(self) -> tuple[str, int]:
         text = self._address.removeprefix("socket://")
@@ -67,7 +67,7 @@ class ArmLine:
         self._socket, self._rest, self._holds = None, b"", 0
 
     def hold(self) -> None:
-        """Send `h` at once, also where an answer is waited for; return when it was answered. Raises as `ask`."""
+        """Send `h` at once, also while an answer is awaited; return when it was answered. Raises as `ask`."""
         with self._writing:
             line = self._open_line()
             self._holds += 1
@@ -75,8 +75,8 @@ class ArmLine:
                 line.sendall(HOLD)
         with self._lock:
             if self._socket is not line:
-                raise LineGone("The connection to the arm broke while it was to be held.")
-            answer = HELD  # whoever waited for another answer may have heard it
+                raise LineGone("The connection to the arm was lost before the hold was answered.")
+            answer = HELD  # a thread that waited for another answer may have read it
             if self._holds:
                 with self._watched():
                     line.settimeout(ANSWER_S)
@@ -86,15 +86,14 @@ class ArmLine:
                 self._close()  # an answer that comes later must not be taken for the next one
         self._noted(HOLD, answer)
         if self._judged(answer) != HELD:
-            raise ControllerRefused(f"The controller said something else to a hold: {answer[:60]}")
+            raise ControllerRefused(f"The controller gave an unexpected answer to a hold: {answer[:60]}")
 
     def ask(self, request: Request, seconds: float = ANSWER_S, permit: Permit | None = None) -> str:
-        """Send one line and return its answer; a line that stays away ends the connection.
+        """Send one line and return its answer; if none comes, the connection ends.
 
         Raises:
             LineGone, LineSilent: the wire. OutOfWorkspace, ControllerRefused: the controller.
             And whatever `permit` raises.
-
         """
         return self._exchange(request.encode(), seconds, permit)
 
@@ -121,7 +120,7 @@ class ArmLine:
 
     @contextlib.contextmanager
     def _watched(self) -> Iterator[None]:
-        """Turn what breaks on the wire into errors of ours; the connection ends with it."""
+        """Translate errors on the wire; the connection ends with them."""
         try:
             yield
         except TimeoutError as error:
@@ -139,11 +138,11 @@ class ArmLine:
     def _send(self, data: bytes, permit: Permit | None) -> None:
         with self._writing:
             if permit is not None:
-                permit()  # the last thing before actuation
+                permit()  # last before actuation
             self._open_line().sendall(data)
 
     def _answer(self) -> str:
-        """Return the next line that is not the answer to a hold that was written meanwhile."""
+        """Return the next line that is not the answer to a hold sent meanwhile."""
         while True:
             text = self._next_line()
             if text != HELD or not self._holds:
@@ -176,10 +175,10 @@ class ArmLine:
         raise ControllerRefused(text)
 
     def state(self) -> ArmState:
-        """Ask for the whole state. Raises as `ask`; ControllerRefused for an answer that is none."""
+        """Ask for the whole state. Raises as `ask`; ControllerRefused for an answer that is not a state."""
         answer = self.ask(Request("s"))
         try:
             return ArmState.decode(answer)
         except Malformed as error:
             self.broken += 1
-            raise ControllerRefused(f"The controller said something that is no state: {answer[:60]}") from error
+            raise ControllerRefused(f"The controller's answer is not a state: {answer[:60]}") from error

@@ -1,4 +1,4 @@
-"""Where a motion or a program of the museum arm would lead, worked out before anything moves."""
+"""Previews of the museum arm: where a motion or a program would lead, computed before anything moves."""
 
 from typing import Any
 
@@ -32,7 +32,7 @@ def foresee(kind: str, args: dict[str, Any], joints: tuple[float, ...], settings
 
 
 def start(joints: tuple[float, ...], ready: Joints) -> Joints:
-    """Return the joints (rad) from which a preview begins; those not told are as at `ready`. Raises BadRequest."""
+    """Return the joints (rad) at which a preview starts; missing ones are as at `ready`. Raises BadRequest."""
     if not isinstance(joints, tuple | list) or len(joints) > 2 * len(ready):
         raise BadRequest("The present joints must be a list of angles.")
     told = [number({"joint": value}, "joint") for value in joints[: len(ready)]]

@@ -1,6 +1,6 @@
-"""The museum arm's lines, used by driver and simulator alike: plain text, typeable by hand.
+"""The museum arm's lines, for driver and simulator alike: plain text that people can type.
 
-A line ends in LF (CR before it is forgiven), is ASCII and at most 200 characters long; one
+A line ends in LF (a CR before it is ignored), is ASCII and at most 200 characters long: one
 letter, then numbers. `j k w W p g` are the paper's (Dziemian et al. 2004, "The server");
 it gives letters and meaning, not units, replies or line ends. All else is ours.
 """
@@ -16,7 +16,7 @@ from robots.drivers.pa10.forms import FORMS, LARGEST_EPOCH, Value
 LONGEST = 200
 JOINTS = 6
 MOTIONS = "jkKl"
-WORDED = "ib"  # a word follows their values: the optional token, the name of a box
+WORDED = "ib"  # a word follows the values: the optional token, the name of a box
 
 
 class Mode(StrEnum):
@@ -41,20 +41,20 @@ class End(StrEnum):
 
 
 class Malformed(ValueError):
-    """The line makes no sense; the message says what was wrong and what to write."""
+    """The line is not valid; the message says what was wrong and what to write."""
 
     code = "form"
 
 
 class OutOfBounds(Malformed):
-    """A number outside what the wire takes; the message names value, range and unit."""
+    """A number outside the bounds of the wire; the message names value, range and unit."""
 
     code = "range"
 
 
 @dataclass(frozen=True)
 class Request:
-    """One line: its letter, its numbers as written, a word where the form has one."""
+    """One line: its letter, its numbers as written, and a word if the form has one."""
 
     letter: str
     numbers: tuple[float, ...] = ()
@@ -162,7 +162,7 @@ class ArmState:
             said = dict(part.split("=", 1) for part in parts)
             six = {key: tuple(float(v) for v in said[key].split(",")) for key in "qvt"}
             if any(len(values) != JOINTS for values in six.values()):
-                raise ValueError("six values are wanted")
+                raise ValueError("six values are needed")
             return cls(
                 Mode(mode), int(said["motion"]), End(said["end"]), int(said["boot"]), int(said["program"]),
                 int(said["step"]), int(said["gripper"]), float(said["opening"]) / 1000, said["moving"] == "1",
@@ -170,7 +170,7 @@ class ArmState:
                 "" if said["note"] == "-" else said["note"].replace("_", " "),
             )  # fmt: skip
         except (KeyError, ValueError) as error:
-            raise Malformed(f"this is no state: {line[:60]!r}") from error
+            raise Malformed(f"this is not a state: {line[:60]!r}") from error
 
 
 def _list(values: tuple[float, ...], convert: Callable[[float], float], digits: int) -> str:
@@ -178,11 +178,10 @@ def _list(values: tuple[float, ...], convert: Callable[[float], float], digits: 
 
 
 def program(text: str) -> list[Request]:
-    """Return a program's steps with repetitions written out, at most 500.
+    """Return a program's steps with repetitions expanded, at most 500.
 
     Raises:
         Malformed: names the line.
-
     """
     if len(text) > LONGEST_TEXT:
         raise Malformed(f"the program is longer than {LONGEST_TEXT} characters")

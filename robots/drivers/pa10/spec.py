@@ -1,4 +1,4 @@
-"""What the museum arm can do; readable without its driver."""
+"""The spec of the museum arm; readable without its driver."""
 
 from robots.contract.capabilities import Check, Preview, Programs, Stills
 from robots.contract.channels import Pose
@@ -9,12 +9,12 @@ from robots.motion.described import chain
 
 HERE = "robots.drivers.pa10"
 JOG_LONGEST_S = 20.0
-GRIPPER = "gripper"  # the last joint told: how far each finger is open, m
+GRIPPER = "gripper"  # the last joint of the state: the opening of each finger, m
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 def spec() -> Spec:
-    """Return what the arm can do, from its description."""
+    """Return the spec, from the description."""
     description, arm = load("pa10"), chain("pa10")
     motion = description["motion"]
     limit = motion["limit_s"] + PLANNED_S
@@ -32,7 +32,7 @@ def spec() -> Spec:
         joints=(*arm.names, GRIPPER),
         handover=("ready",),
         rest_s=description["line"]["rest_s"],
-        pose=Pose(PLACE, packed=False),  # the console works it out from the joints
+        pose=Pose(PLACE, packed=False),  # the console computes it from the joints
         capabilities=(
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),

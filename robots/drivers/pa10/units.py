@@ -1,4 +1,4 @@
-"""Between the wire's mm and degrees and our m and rad."""
+"""Converts between the wire's mm and degrees and our m and rad."""
 
 from math import degrees, radians
 
@@ -8,7 +8,7 @@ from robots.motion.pose import EULER, RPY, Six, matrix
 
 
 def pose_of(request: Request) -> Matrix:
-    """Return the pose (4 x 4) that a `k`, `K` or `l` asks for."""
+    """Return the pose (4 x 4) of a `k`, `K` or `l` request."""
     x, y, z, *angles = request.numbers[:6]
     a, b, c = (radians(v) for v in angles)
     return matrix((x / 1000, y / 1000, z / 1000, a, b, c), EULER if request.letter == "K" else RPY)

@@ -1,9 +1,9 @@
-"""The SO-101 follower arm, and its elder the SO-100, through LeRobot."""
+"""The SO-101 follower arm and its predecessor, the SO-100, through LeRobot."""
 
 from robots.drivers.lerobot import LeRobotDriver
 
 
 class Driver(LeRobotDriver):
-    """See `robots.drivers.lerobot`."""
+    """A `robots.drivers.lerobot.LeRobotDriver`."""
 
     described = "so101"

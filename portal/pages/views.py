@@ -23,7 +23,7 @@ from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM
-from robots.contract.spec import TURN
+from robots.contract.spec import TURN, CommandKind
 from robots.models import Robot
 from robots.services import newest_still
 
@@ -76,6 +76,13 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     return render(request, "pages/robot.html", context)
 
 
+def _command(kind: CommandKind) -> dict[str, Any]:
+    """Return what a console is told of a command; how the owner holds it is not its concern."""
+    told = asdict(kind)
+    del told["policies"]
+    return told | {"asked_by": sorted(kind.asked_by)}
+
+
 def console_facts(robot: Robot) -> dict[str, Any]:
     """Return what the robot's console in the browser needs to know."""
     described = robot.description()
@@ -88,7 +95,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "labels": {c.kind: c.label for c in spec.commands},
-        "commands": [{**asdict(c), "asked_by": sorted(c.asked_by)} for c in spec.commands if c.open_to(TURN)],
+        "commands": [_command(c) for c in spec.commands if c.open_to(TURN)],
     }
     if "limb" in described:
         from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs

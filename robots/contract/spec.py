@@ -136,6 +136,7 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     for what, count, most in (("channels", len(spec.packed()), MOST), ("streams", len(spec.streams), MOST_STREAMS)):
         if count > most:
             yield f"has {count} {what}; at most {most} are possible"
+    yield from (f"gives the channel {c.name!r} no range" for c in spec.channels if not -inf < c.low <= c.high < inf)
     if spec.rest_s is not None and not 0 <= spec.rest_s < inf:
         yield f"says that the robot rests by itself after {spec.rest_s:g} s"
     for kind in spec.handover:
@@ -162,7 +163,8 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
 def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
     names = [a.name for a in command.arguments]
     yield from (f"names the argument {name!r} twice" for name in _twice(names))
-    yield from (f"gives the argument {a.name!r} no range" for a in command.arguments if not a.low <= a.high)
+    endless = [a.name for a in command.arguments if not -inf < a.low <= a.high < inf]
+    yield from (f"gives the argument {name!r} no range" for name in endless)
     yield from (
         f"has a default for {name!r}, which is no argument," for name in command.default or {} if name not in names
     )

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from math import inf
 from struct import unpack
 
 import pytest
@@ -14,6 +15,7 @@ from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.session import RobotState
 from robots.contract.spec import STAFF, Argument, CommandKind, Spec
+from robots.contract.streams import Stream
 from robots.messages import state_packet
 
 GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
@@ -49,6 +51,14 @@ def alone(seconds, name="wheel"):
         ({"commands": (GO, replace(PACE, default=None))}, "has no default that handover could restore"),
         ({"commands": (GO, replace(PACE, default={}))}, "has no default for the argument 'pace' in its command 'pace'"),
         ({"commands": (GO, replace(PACE, default={"pace": 9.0}))}, "a default for 'pace' that is out of its range"),
+        ({"commands": (replace(GO, arguments=(Argument("x", "m", 0.0, inf),)), PACE)}, "gives the argument 'x' no range"),
+        ({"channels": (replace(CHARGE, high=inf),)}, "gives the channel 'charge' no range"),
+        ({"channels": (replace(CHARGE, low=200.0),)}, "gives the channel 'charge' no range"),
+        ({"streams": (Stream("map"), Stream("map"))}, "names the stream 'map' twice"),
+        ({"streams": tuple(Stream(f"s{n}") for n in range(9))}, "has 9 streams; at most 8 are possible"),
+        ({"rest_s": -1.0}, "rests by itself after -1 s"),
+        ({"rest_s": inf}, "rests by itself after inf s"),
+        ({"pose": Pose(("x", "wheel"))}, "names the joint, coordinate or channel 'wheel' twice"),
         ({"commands": (GO, replace(PACE, default={"speed": 1.0}))}, "a default for 'speed', which is no argument"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),

@@ -1,7 +1,8 @@
-"""Serve pictures as an ordinary network camera does: a snapshot and a motion JPEG.
+"""Serves pictures as an ordinary network camera: a snapshot and a motion JPEG stream.
 
-``/snapshot.jpg?exposure=0.0156`` takes one picture from now on; ``/stream.mjpg`` is the
-multipart stream that browsers and video libraries read.
+``/snapshot.jpg?exposure=0.0156`` takes one picture now; ``/stream.mjpg`` is the multipart stream that browsers and
+video
+libraries read.
 """
 
 import io
@@ -23,17 +24,17 @@ from simulators.common.faults import FaultBoard
 
 Take = Callable[[float], NDArray[np.uint8]]
 STREAM_S = 0.1
-LEAST_OFTEN_S = 1.0  # a still is taken from the stream as well, and must not wait for long
+LEAST_OFTEN_S = 1.0  # a still may be taken from the stream, and must not wait long
 BOUNDARY = "frame"
 
 
 class Server(ThreadingHTTPServer):
-    """One thread a viewer; who goes away in the middle of a request is no error worth a traceback."""
+    """One thread per viewer; a viewer that disconnects during a request is not an error."""
 
     daemon_threads = True
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say what went wrong, unless it was the viewer's line."""
+        """Log an error, unless the viewer's connection was lost."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
@@ -73,7 +74,7 @@ class CameraServer:
         except ValueError:
             exposure = nan
         if not isfinite(exposure):
-            request.send_error(400, "exposure is no number")
+            request.send_error(400, "exposure is not a number")
             return
         exposure = min(max(exposure, self._range[0]), self._range[1])
         try:
@@ -114,7 +115,7 @@ class CameraServer:
             brownout.feel(time.monotonic() - begun - wait, time.monotonic())
 
     def picture(self, exposure: float) -> bytes:
-        """Return one JPEG, spoilt as the fault board says."""
+        """Return one JPEG, with the faults of the fault board."""
         with self._one_at_a_time:
             if self._faults.value("cam_slow"):
                 time.sleep(self._faults.value("cam_slow"))

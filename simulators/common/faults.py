@@ -1,7 +1,7 @@
-"""Faults on request: one board a simulator, reached over a Unix socket while it runs.
+"""Faults on request: one board per simulator, available over a Unix socket while it runs.
 
-A line is a JSON object: ``{"verb": "corrupt", "value": 0.1, "seed": 7, "count": 5}``. The
-answer is one JSON line. `clear` takes every fault away, `status` tells counters.
+A line is a JSON object: ``{"verb": "corrupt", "value": 0.1, "seed": 7, "count": 5}``. The answer is one JSON line.
+`clear` removes every fault, `status` returns counters.
 """
 
 import json
@@ -25,7 +25,7 @@ VERBS = frozenset(
 
 @dataclass
 class FaultBoard:
-    """What is broken now. Thread safe; random numbers come from one seeded source."""
+    """The present faults. Thread safe; random numbers come from one seeded source."""
 
     seed: int = 1
     _values: dict[str, float] = field(default_factory=dict)
@@ -33,11 +33,11 @@ class FaultBoard:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def __post_init__(self) -> None:
-        """Start the random source."""
+        """Create the random source."""
         self.random = random.Random(self.seed)
 
     def set(self, verb: str, value: float = 1.0, count: int | None = None) -> None:
-        """Switch a fault on; after `count` uses it goes away by itself."""
+        """Switch a fault on; after `count` uses it switches itself off."""
         if verb not in VERBS:
             raise ValueError(f"unknown fault {verb!r}; known: {', '.join(sorted(VERBS))}")
         if not isfinite(value):
@@ -50,13 +50,13 @@ class FaultBoard:
                 self._counts.pop(verb, None)
 
     def clear(self) -> None:
-        """Take every fault away."""
+        """Remove every fault."""
         with self._lock:
             self._values.clear()
             self._counts.clear()
 
     def value(self, verb: str) -> float:
-        """Return the fault's value, 0 where it is off; counts no use."""
+        """Return the fault's value, 0 if it is off; this does not count as a use."""
         with self._lock:
             return self._values.get(verb, 0.0)
 
@@ -72,7 +72,7 @@ class FaultBoard:
             return value
 
     def chance(self, verb: str) -> bool:
-        """Throw the die for a fault whose value is a probability."""
+        """Return whether a fault, whose value is a probability, happens now."""
         share = self.value(verb)
         if not share or self.random.random() >= share:
             return False
@@ -80,7 +80,7 @@ class FaultBoard:
         return True
 
     def seen(self) -> dict[str, float]:
-        """Return all faults that are on."""
+        """Return all present faults."""
         with self._lock:
             return dict(self._values)
 

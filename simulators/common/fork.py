@@ -1,4 +1,4 @@
-"""Helpers of a simulator as forks of it, begun while it has one thread: they share what it has loaded."""
+"""Helper processes of a simulator as forks, started while it has one thread, so that memory is shared."""
 
 import os
 import signal
@@ -8,18 +8,18 @@ from collections.abc import Callable
 
 
 class Fork:
-    """A forked child, with what we need of `subprocess.Popen`."""
+    """A forked child with the parts of the interface of `subprocess.Popen` that we need."""
 
     def __init__(self, pid: int) -> None:
         self.pid = pid
         self.returncode: int | None = None
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Send SIGTERM."""
         self._send(signal.SIGTERM)
 
     def kill(self) -> None:
-        """End it."""
+        """Send SIGKILL."""
         self._send(signal.SIGKILL)
 
     def wait(self) -> int:

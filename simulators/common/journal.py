@@ -1,7 +1,6 @@
-"""The simulator's own record of what it did: the judge in tests and benchmarks.
+"""The simulator's own record of its actions, by which tests and benchmarks judge.
 
-One JSON object a line, in `journal.jsonl`, stamped with the monotonic clock that every
-process of the machine shares.
+One JSON object per line in `journal.jsonl`, with the monotonic clock that all processes of the machine share.
 """
 
 import json
@@ -15,7 +14,7 @@ from typing import Any
 class Journal:
     """Counts events and appends them to a file."""
 
-    LIMIT = 8_000_000  # bytes; then the file is turned over once
+    LIMIT = 8_000_000  # bytes; then the file is rotated once
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -24,7 +23,7 @@ class Journal:
         self.counts: Counter[str] = Counter()
 
     def note(self, event: str, **details: Any) -> None:
-        """Record `event` with its details."""
+        """Write `event` with its details."""
         record = {"t": round(time.monotonic(), 4), "event": event, **details}
         with self._lock:
             self.counts[event] += 1

@@ -1,4 +1,4 @@
-"""A thread that dies of an error is written into the journal: a simulator must not limp on unseen."""
+"""Writes threads that die of an error into the journal, so that no simulator goes on without one unnoticed."""
 
 import threading
 
@@ -6,7 +6,7 @@ from simulators.common.journal import Journal
 
 
 def record_deaths(journal: Journal) -> None:
-    """Note each thread that ends by an exception as `thread_died`; the traceback goes to the error output as ever."""
+    """Write each thread that ends by an exception as `thread_died`; the traceback goes to stderr as usual."""
     told = threading.excepthook
 
     def hook(args: threading.ExceptHookArgs) -> None:
@@ -17,5 +17,5 @@ def record_deaths(journal: Journal) -> None:
 
 
 def names() -> list[str]:
-    """Return the names of the threads that live."""
+    """Return the names of the live threads."""
     return sorted(thread.name for thread in threading.enumerate())

@@ -30,11 +30,11 @@ from simulators.mercury.sand import SandBed
 from simulators.mercury.state import BOOTS, START, keep, restore
 from simulators.mercury.workspace import Workspace
 
-READOUT_S = 0.030  # the card reads the chip out after the exposure
+READOUT_S = 0.030  # the card reads the chip after the exposure
 
 
 class Simulator:
-    """Everything on the bench: bed, arm, controller, line and camera."""
+    """All parts: bed, arm, controller, line and camera."""
 
     def __init__(self, folder: Path, seed: int, tcp: int | None = None, baud: int = wire.BAUD) -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -110,13 +110,13 @@ class Simulator:
                 for frame in receiver.feed(*arrived):
                     self.controller.handle(frame, self.line.send)
             self.controller.advance(time.monotonic(), self.line.send)
-            if moved or self.body.moving:  # whoever is killed on the way stands there when it starts again
+            if moved or self.body.moving:  # if it is killed during a motion, it starts again at that position
                 self._keep(self.controller.boot)
             moved = self.body.moving
         self._keep(self.controller.boot)
 
     def stop(self, *_: object) -> None:
-        """Leave the loop."""
+        """End the loop."""
         self._running = False
 
 

@@ -1,8 +1,8 @@
-"""The arm's body: a set-point that follows a trapezoid and a tool that swings behind it.
+"""The arm's body: a set-point with a trapezoidal speed profile, and a tool that swings behind it.
 
-The set-point runs on a straight line from pose to pose. The tool hangs on flexible links:
-a damped oscillator pushed by the set-point's acceleration, the reason for the stability
-check of section 6.6.
+The set-point moves on a straight line from pose to pose. The tool hangs on flexible links: a damped oscillator
+driven by
+the set-point's acceleration, which is why section 6.6 has a stability check.
 """
 
 from bisect import bisect_right
@@ -17,7 +17,7 @@ DAMPING = 0.18
 RAMP_S = 0.28  # time to reach full speed: a faster arm accelerates harder
 BRAKE = 2.0  # a hold brakes harder than a motion ends: rest first, swing second
 AT_REST_M = 0.00008  # swing below which two pictures no longer differ by the threshold
-STILL_M = 1e-9  # swing below which there is nothing to integrate
+STILL_M = 1e-9  # swing below which nothing is integrated
 
 
 @dataclass
@@ -47,13 +47,13 @@ class Line:
     length: float = field(init=False)
 
     def __post_init__(self) -> None:
-        """Measure the way; a pure turn counts 0.1 m a radian."""
+        """Measure the distance; a pure turn counts 0.1 m per radian."""
         a, b = self.start, self.end
         flat = hypot(b.x - a.x, b.y - a.y, b.z - a.z)
         self.length = max(flat, 0.1 * abs(b.theta - a.theta))
 
     def advance(self, dt: float) -> tuple[float, bool]:
-        """Move on by `dt`; return the acceleration along the way and whether it ended."""
+        """Move on by `dt`; return the acceleration along the line and whether it ended."""
         acceleration = self.speed / RAMP_S * (BRAKE if self.braking else 1.0)
         left = self.length - self.gone
         stopping = self.velocity**2 / (2 * acceleration)
@@ -69,7 +69,7 @@ class Line:
         return (self.velocity - before) / dt, ended
 
     def at(self) -> Pose:
-        """Return the set-point now."""
+        """Return the present set-point."""
         share = self.gone / self.length if self.length else 1.0
         a, b = self.start, self.end
         return Pose(
@@ -81,7 +81,7 @@ class Line:
 
 
 class Body:
-    """Set-point and swinging tool, advanced by fixed steps up to the time asked for."""
+    """Set-point and swinging tool, advanced by fixed steps up to the requested time."""
 
     def __init__(self, pose: Pose, at: float) -> None:
         self.setpoint = pose
@@ -94,7 +94,7 @@ class Body:
 
     @property
     def moving(self) -> bool:
-        """Tell whether the set-point's velocity is not zero."""
+        """Return whether the set-point's velocity is not zero."""
         return self.line is not None
 
     def amplitude(self) -> float:
@@ -103,20 +103,20 @@ class Body:
         return sqrt(sum(s * s + (v / omega) ** 2 for s, v in zip(self.swing, self.swing_velocity, strict=True)))
 
     def start(self, end: Pose, speed: float) -> None:
-        """Begin a motion to `end`."""
+        """Start a motion to `end`."""
         self.line = Line(self.setpoint, end, speed)
 
     def brake(self) -> None:
-        """Ramp the set-point down where it is."""
+        """Brake the set-point to rest."""
         if self.line is not None:
             self.line.braking = True
 
     def advance_to(self, at: float) -> None:
-        """Integrate up to `at` (s, monotonic); what rests only gets older."""
+        """Integrate up to `at` (s, monotonic); at rest only the time changes."""
         if self.line is None and self.amplitude() < STILL_M:
             self.time = max(self.time, at)
             return
-        if at - self.time > 0.5:  # the process was stopped: physics did not wait for it
+        if at - self.time > 0.5:  # the process was stopped; the physics went on
             self.time = at - 0.5
         while self.time + STEP_S <= at:
             self._step()
@@ -144,7 +144,7 @@ class Body:
             self.swing[i] += self.swing_velocity[i] * STEP_S
 
     def during(self, since: float, until: float, count: int) -> list[tuple[float, float, float, float]]:
-        """Return `count` tool poses spread evenly over an exposure from `since` to `until`; one, where it rested."""
+        """Return `count` tool poses spread evenly over an exposure from `since` to `until`; one if it rested."""
         past = list(self.past.copy())
         if not past:
             x, y, z, theta = self.setpoint.as_tuple()

@@ -1,6 +1,6 @@
-"""The things in the sand: drawn shapes with a height, all from one story.
+"""The objects in the sand: drawn shapes with a height, all from one story.
 
-Which story is for the public to find out. Sizes in mm, one pixel a half millimetre.
+The public has to find out which story. Sizes in mm, one pixel is half a millimetre.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ DARK, MID, LIGHT = 40, 120, 235
 
 @dataclass(frozen=True)
 class Artifact:
-    """A thing: its name (never shown), place and size in mm, depth of its top, its drawing."""
+    """An object: its name (never shown), position and size in mm, depth of its top, its drawing."""
 
     name: str
     x_mm: float
@@ -28,8 +28,8 @@ class Artifact:
     thick_mm: float
     turn_deg: float
     draw: Callable[[Draw, int, int], None]
-    gloss: float = 0.0  # share of a lamp's light that it throws back as a mirror does
-    dome_mm: float = 0.0  # how much its middle stands above its rim
+    gloss: float = 0.0  # share of a lamp's light that it reflects like a mirror
+    dome_mm: float = 0.0  # height of its middle above its rim
 
     def sprite(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return (albedo 0..1, mask 0..1), each of shape (rows, columns), y up."""

@@ -1,12 +1,14 @@
-"""What the CCD camera on the arm sees: 192 x 165 pixels, 256 greys (section 6.6).
+"""The picture of the CCD camera on the arm: 192 x 165 pixels, 256 greys (section 6.6).
 
-The camera looks straight down from beside the nozzle, so its field of view grows with Z;
-its mounting is a little off and turned, which the calibration has to find out. One fixed
-focus lies between the two positions. Exposure blurs what moves, and brightness follows it.
+The camera looks straight down from beside the nozzle, so its field of view grows with Z. Its mounting is a little
+shifted
+and turned, which the calibration has to find out. Its fixed focus lies between the two heights. Exposure blurs
+motion, and
+brightness depends on it.
 
-The chip has no shutter that helps against too much light: a point that overflows spills
-its charge along its column, "light streaking that the camera is prone to". The shorter the
-exposure, the shorter the streak, hence the paper's 1/150 s.
+The chip has no shutter against too much light: a pixel that overflows spills its charge along its column, "light
+streaking
+that the camera is prone to". A shorter exposure gives a shorter streak, hence the paper's 1/150 s.
 """
 
 from math import cos, radians, sin
@@ -24,8 +26,8 @@ OFF_X_MM, OFF_Y_MM, TURN_RAD = 3.0, -2.2, radians(2.4)  # mounting errors
 FOCUS_MM = 158.0
 DISTORTION = -0.10
 WHITE_AT_S = 1 / 74  # the exposure that shows white paper just white: flat sand is 165 of 255 at 1/64 s, 70 at 1/150
-WELL = 1.6 * 255  # charge, in grey levels, beyond which a point spills
-SPILL = 0.025  # of what runs along a column, kept by each point that it passes
+WELL = 1.6 * 255  # charge, in grey levels, above which a pixel spills
+SPILL = 0.025  # share of the spilt charge that stays in each pixel of the column
 NOISE = 0.9
 
 _V, _U = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
@@ -69,7 +71,7 @@ def expose(
 
 
 def spilt(charge: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the charge, shape (rows, columns), in grey levels, after what overflowed ran along its column."""
+    """Return the charge, shape (rows, columns), in grey levels, after overflow ran along the columns."""
     over = np.maximum(charge - WELL, 0.0)
     if not over.any():
         return charge

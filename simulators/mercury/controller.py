@@ -1,7 +1,7 @@
-"""The arm's controller: takes instructions off the line, moves the body, answers.
+"""The arm's controller: receives instructions, moves the body, answers.
 
-It keeps the same limits as the driver, refuses motion until it was calibrated, takes HOLD
-while it moves, and never executes one sequence number twice.
+It checks the same limits as the driver, refuses motion until it was calibrated, accepts HOLD while it moves, and never
+executes one sequence number twice.
 """
 
 import time
@@ -20,7 +20,7 @@ from simulators.mercury.workspace import Workspace
 
 CALIBRATE_S = 1.2
 RESET_S = 0.3
-REMEMBERED = 32  # answers that are given again under the same number
+REMEMBERED = 32  # stored answers, repeated for the same number
 Send = Callable[[Frame], None]
 
 
@@ -37,7 +37,7 @@ class Controller:
         boot: int,
         switched_on: Callable[[int], None] = lambda boot: None,
     ) -> None:
-        """`blow` (mm, mm, s) throws the sand; `switched_on` keeps a new boot number before it is spoken."""
+        """`blow` (mm, mm, s) moves the sand; `switched_on` stores a new boot number before it is used."""
         self._space = Workspace(description)
         self._description = description
         self.body = body
@@ -61,7 +61,7 @@ class Controller:
         self._settling = False
 
     def restart(self) -> None:
-        """Lose power and come back: nothing is remembered but where the arm stands."""
+        """Lose power and start again: only the arm's position is kept."""
         if self.mode == Mode.BLOWING:
             self._end_burst(time.monotonic(), "power")
         self.boot = (self.boot + 1) % BOOTS
@@ -75,12 +75,12 @@ class Controller:
         return time.monotonic() < self._quiet_until or bool(self._faults.value("awol"))
 
     def refuse_broken(self, seq: int, send: Send) -> None:
-        """Tell the number that a frame with a wrong checksum carries; nothing is remembered of it."""
+        """Answer the number of a frame with a wrong checksum; nothing else of it is used."""
         if not self._deaf():
             send(wire.pack_nak(seq, self.boot, Error.CHECKSUM))
 
     def handle(self, frame: Frame, send: Send) -> None:
-        """Answer one frame whose checksum is right."""
+        """Answer one frame with the right checksum."""
         if self._deaf():
             return
         if frame.id == Instruction.STATUS:
@@ -90,7 +90,7 @@ class Controller:
         if not fresh and (known := self._answers.get(frame.seq)):
             send(known)
             return
-        if not fresh and frame.id != Instruction.HOLD:  # to rest is right under any number
+        if not fresh and frame.id != Instruction.HOLD:  # a hold is accepted under any number
             send(self._nak(frame.seq, Error.STALE_SEQUENCE))
             return
         if fresh:
@@ -198,7 +198,7 @@ class Controller:
         return None
 
     def _end_burst(self, now: float, why: str) -> None:
-        """Shut the valve; the sand flies for as long as it was open."""
+        """Close the valve; the sand moves according to the time it was open."""
         seconds = min(now, self._until) - self._since
         self._journal.note("burst_end", seq=self._running, seconds=round(seconds, 4), why=why)
         x, y, _, _ = self.body.setpoint.as_tuple()
@@ -238,7 +238,7 @@ class Controller:
 
     @property
     def busy(self) -> bool:
-        """Tell whether time matters now (else the line may sleep)."""
+        """Return whether time matters now; otherwise the line may sleep."""
         return self.mode != Mode.IDLE or self._settling
 
     def joints(self) -> tuple[float, float, float, float]:

@@ -1,4 +1,4 @@
-"""The light on the sand: one row of lamps from the side, the ceiling all round, and what gleams in it.
+"""The light on the sand: one row of lamps from the side, light from the whole ceiling, and reflections.
 
 The paper's lamps are fluorescent ones on the ceiling and two more "to reduce shadows and
 raise the overall ambient light levels" (Goldberg et al. 1995, section 6.6).
@@ -14,14 +14,15 @@ REACH = 24  # mm that a shadow can reach
 DIRECTION = (-0.72, 0.69)  # where the light comes from, in the plane
 SLOPE = float(np.tan(np.radians(33.0)))  # how steeply it falls
 LAMP = 30.0  # how much brighter than white paper a lamp is in a mirror
-SHINE = 50  # how sharply a glossy surface mirrors it (Blinn and Phong's exponent)
+SHINE = 50  # Blinn and Phong's exponent of a glossy surface
 
 
 def illuminate(height: F32, albedo: F32, gloss: F32) -> F32:
-    """Return how bright a surface lies there, seen from above: 1 is white paper lying flat.
+    """Return the brightness of a surface seen from above: 1 is white paper lying flat.
 
-    Heights in mm on the half-millimetre grid. Lambert's law, ambient light and cast
-    shadows; a glossy surface shows the lamp where it is tilted half-way towards it.
+    Heights in mm on the half-millimetre grid. Lambert's law, ambient light and cast shadows; a glossy surface shows
+    the lamp
+    where it is tilted half-way towards it.
     """
     slope_y, slope_x = np.gradient(height, PIXEL_MM)
     steep = np.sqrt(1 + slope_x**2 + slope_y**2)

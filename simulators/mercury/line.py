@@ -1,4 +1,4 @@
-"""The serial line: a pty, or a serial server on TCP, whose bytes go no faster than its baud rate, and may be spoilt."""
+"""The serial line: a pty, or a serial server on TCP, limited to its baud rate, with faults on request."""
 
 import contextlib
 import os
@@ -16,9 +16,9 @@ from robots.drivers.mercury.protocol import BITS_A_BYTE, Frame
 from simulators.common.faults import FaultBoard
 
 TICK_S = 0.003
-IDLE_TICK_S = 0.01  # between two looks at bytes that are under way while the arm does nothing
+IDLE_TICK_S = 0.01  # between two looks for bytes while the arm does nothing
 IDLE_S = 0.1
-AHEAD = 128  # bytes that the line takes before it has carried them, as a small UART does
+AHEAD = 128  # bytes that the line buffers, as a small UART does
 
 
 class Arrived(NamedTuple):
@@ -56,7 +56,7 @@ class Line:
         return [self._master]
 
     def _write(self, data: bytes) -> None:
-        with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses such bytes too
+        with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses these bytes too
             os.write(self._master, data)
 
     def _receive(self, most: int) -> bytes:
@@ -66,7 +66,7 @@ class Line:
             return b""
 
     def send(self, frame: Frame) -> None:
-        """Queue a frame; each byte leaves when the line has had time for it."""
+        """Queue a frame; each byte is sent when the baud rate allows it."""
         if self._faults.value("mute"):
             return
         late = self._faults.value("slow")
@@ -77,7 +77,7 @@ class Line:
         self._out_free = at
 
     def poll(self, busy: bool) -> Arrived:
-        """Wait a moment; write what is due, return what has arrived."""
+        """Wait a moment; write bytes that are due, return bytes that arrived."""
         carried = max((row[-1][0] for row in (self._in, self._out) if row), default=0.0)
         if carried:
             left = carried - time.monotonic()
@@ -99,13 +99,13 @@ class Line:
         return Arrived(bytes(arrived), since, until)
 
     def _read(self) -> None:
-        """Take bytes as fast as the line carries them; a sender that is faster has to wait."""
+        """Read bytes at the rate of the line; a faster sender has to wait."""
         room = self._room - len(self._in)
         if room <= 0:
             return
         data = self._receive(room)
         at = self._in_free if self._more else max(self._in_free, time.monotonic())
-        self._more = len(data) == room  # what follows was waiting: the line was not silent meanwhile
+        self._more = len(data) == room  # more bytes were waiting, so the line was not silent
         for byte in self._spoil(data):
             at += self._byte_s
             self._in.append((at, byte))
@@ -128,7 +128,7 @@ class Line:
 
 
 class TcpLine(Line):
-    """The same line behind a serial server: one client at a time, others are turned away."""
+    """The same line behind a serial server: one client at a time, others are refused."""
 
     def __init__(self, link: Path, faults: FaultBoard, baud: int, port: int, refused: Callable[[], None]) -> None:
         self._server = socket.create_server(("127.0.0.1", port))
@@ -139,7 +139,7 @@ class TcpLine(Line):
 
     @property
     def port(self) -> int:
-        """Return the port that is listened to."""
+        """Return the port of the server."""
         return int(self._server.getsockname()[1])
 
     def _open(self, link: Path) -> None:

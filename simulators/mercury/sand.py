@@ -1,7 +1,7 @@
-"""A bed of dry sand: a height field with an angle of repose, and things buried in it.
+"""A bed of dry sand: a height field with an angle of repose, and objects buried in it.
 
-Heights in mm above the tray, on a 1 mm grid; the light is worked out on a 0.5 mm grid so
-that grains show. Everything local to a burst, for a burst touches little.
+Heights in mm above the tray, on a 1 mm grid; light is computed on a 0.5 mm grid so that grains are visible. Every
+computation is local, because a burst changes only a small area.
 """
 
 from pathlib import Path
@@ -18,15 +18,15 @@ from simulators.mercury.slide import slide, steeper
 F32 = NDArray[np.float32]
 Window = tuple[int, int, int, int]  # first and last + 1 row, first and last + 1 column
 X0_MM, X1_MM, Y0_MM, Y1_MM = -320, 320, 220, 620  # the tray
-LEVEL_MM = 40.0  # mean height of the sand: Z = 0 is a hand's breadth above
+LEVEL_MM = 40.0  # mean height of the sand: Z = 0 is some centimetres above
 JET_RADIUS_MM = 11.0
 JET_DEPTH_MM_S = 34.0  # depth dug at the middle by a second of air
-EDGE, GROWTH = 3, 40  # mm: what is too steep at the edge of a window slides on in a wider one
-COVER_MM = 0.25  # thinner sand than this no longer hides a thing
+EDGE, GROWTH = 3, 40  # mm: if the edge of a window is too steep, a wider window follows
+COVER_MM = 0.25  # thinner sand does not hide an object
 
 
 class SandBed:
-    """The sand, the things in it, and how bright each half millimetre looks."""
+    """The sand, the objects in it, and the brightness of each half millimetre."""
 
     def __init__(self, seed: int = 1) -> None:
         rows, columns = Y1_MM - Y0_MM, X1_MM - X0_MM
@@ -43,7 +43,7 @@ class SandBed:
         self._shade(0, rows, 0, columns)
 
     def _bury(self) -> None:
-        """Lay the things: `rigid` is the surface under the sand, `skin` its brightness."""
+        """Place the objects: `rigid` is the surface under the sand, `skin` its brightness."""
         self.rigid = np.zeros_like(self.sand)
         self.skin: F32 = np.zeros_like(self.grain)
         self.gloss: F32 = np.zeros_like(self.grain)
@@ -68,7 +68,7 @@ class SandBed:
             under[coarse] = rise[coarse]
 
     def blow(self, x_mm: float, y_mm: float, seconds: float) -> float:
-        """Throw sand out from under the nozzle; return the volume moved (mm3)."""
+        """Move sand away from under the nozzle; return the volume (mm3)."""
         reach = 80
         r0, r1 = max(0, int(y_mm) - Y0_MM - reach), min(self.sand.shape[0], int(y_mm) - Y0_MM + reach)
         c0, c1 = max(0, int(x_mm) - X0_MM - reach), min(self.sand.shape[1], int(x_mm) - X0_MM + reach)
@@ -84,9 +84,9 @@ class SandBed:
         return float(taken.sum())
 
     def relax(self, r0: int, r1: int, c0: int, c1: int) -> Window:
-        """Let the sand slide from a window on, as far as it goes; return the window in which it may have moved.
+        """Let the sand slide, starting in a window; return the window in which it may have moved.
 
-        Sand moves between neighbours, none is made or lost; the rigid things stay.
+        Sand moves between neighbours and its amount stays the same; rigid objects do not move.
         """
         while True:
             slide(self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1])
@@ -99,7 +99,7 @@ class SandBed:
             r0, r1, c0, c1 = wider
 
     def _shade(self, r0: int, r1: int, c0: int, c1: int) -> None:
-        """Work out the light of a window and of what its shadows can reach."""
+        """Compute the light of a window and of the area that its shadows can reach."""
         inner = self._grown(r0, r1, c0, c1, REACH)
         r0, r1, c0, c1 = self._grown(*inner, REACH)
         sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
@@ -119,7 +119,7 @@ class SandBed:
         return max(0, r0 - by), min(rows, r1 + by), max(0, c0 - by), min(columns, c1 + by)
 
     def save(self, path: Path) -> None:
-        """Keep the bed, so that a restart finds it as it was."""
+        """Store the bed, so that a restart finds it unchanged."""
         with replaced(path) as file:
             np.save(file, self.sand)
 

@@ -1,9 +1,9 @@
-"""How dry sand slides: nowhere steeper than its angle of repose, whichever way the slope looks.
+"""How dry sand slides: nowhere steeper than its angle of repose, in any direction.
 
-Sand flows down the steepest slope, by as much as that slope is steeper than it may be: a
-diffusion that stands still below the angle of repose. (Judged by each axis for itself, sand
-would come to rest in square pyramids, at their edges steeper by half.) A diffusion reaches
-far only slowly, so what has far to go is moved on coarser grids first.
+Sand flows down the steepest slope, in proportion to how much too steep that slope is: a diffusion that stops below the
+angle of repose. (With the two axes treated separately, sand would form square pyramids whose edges are steeper by
+half.)
+A diffusion is slow over large distances, so these are computed on coarser grids first.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from scipy.ndimage import zoom
 
 F32 = NDArray[np.float32]
 REPOSE = float(np.tan(np.radians(33.0)))
-RATE = np.float32(0.2)  # of the excess that flows a round; above 0.25 the scheme is unstable
-AT_REST_MM = 0.002  # flow a round below which nobody sees that it still creeps
-LOOK = 8  # rounds between two looks whether it rests
+RATE = np.float32(0.2)  # share of the excess that flows each round; above 0.25 the scheme is unstable
+AT_REST_MM = 0.002  # flow per round below which the motion is not visible
+LOOK = 8  # rounds between two checks for rest
 CYCLES, COARSEST, COARSE, FINE = 6, 100, 40, 24  # rounds at most, on grids of 4, 2 and 1 mm
 LAST = 60
 
@@ -22,7 +22,7 @@ LAST = 60
 def slide(sand: F32, rigid: F32) -> None:
     """Let sand of shape (rows, columns) slide in place until it rests; heights in mm on a 1 mm grid.
 
-    Nothing leaves the window, nothing sinks below `rigid`, none is made or lost.
+    Nothing leaves the window, nothing sinks below `rigid`, and the amount stays the same.
     """
     for _ in range(CYCLES):
         _coarsely(sand, rigid, 4, COARSEST)
@@ -33,7 +33,7 @@ def slide(sand: F32, rigid: F32) -> None:
 
 
 def steeper(sand: F32) -> NDArray[np.bool_]:
-    """Return where the sand is steeper than it may be, a degree forgiven."""
+    """Return where the sand is too steep by more than a degree."""
     down, along = _slopes(sand)
     return np.asarray(np.hypot(down, along) > REPOSE * 1.04)
 
@@ -52,9 +52,9 @@ def _rests(sand: F32, rigid: F32, cell_mm: int, rounds: int) -> bool:
 
 
 def _flow(sand: F32, free: F32, greatest: np.float32) -> tuple[F32, F32]:
-    """Return what flows through the faces between columns and between rows, towards the lower index.
+    """Return the flow through the faces between columns and between rows, towards the lower index.
 
-    `free` is what a cell may lose through one face, `greatest` the step that may stand.
+    `free` is the amount that a cell may lose through one face, `greatest` the step that is stable.
     """
     slope_y, slope_x = _slopes(sand)
     step_x, step_y = np.diff(sand, axis=1), np.diff(sand, axis=0)
@@ -73,7 +73,7 @@ def _slopes(field: F32) -> tuple[F32, F32]:
 
 
 def _coarsely(sand: F32, rigid: F32, by: int, rounds: int) -> None:
-    """Let it slide on a grid `by` times as coarse, and move the fine sand by what that changed."""
+    """Let it slide on a grid `by` times as coarse, and apply the change to the fine sand."""
     rows, columns = (n // by * by for n in sand.shape)
     fine, floor = sand[:rows, :columns], rigid[:rows, :columns]
     before, low = _means(fine, by), _means(floor, by)
@@ -83,7 +83,7 @@ def _coarsely(sand: F32, rigid: F32, by: int, rounds: int) -> None:
     taken = np.clip(change, floor - fine, 0)
     given = np.maximum(change, 0)
     total = float(given.sum(dtype=np.float64))
-    if total > 0:  # what lay on a thing could not be taken, so less is given
+    if total > 0:  # sand on an object could not be taken, so less is given
         fine += taken + given * np.float32(-float(taken.sum(dtype=np.float64)) / total)
 
 

@@ -1,6 +1,6 @@
-"""What the simulator remembers when it is killed: where the arm stood, and how often it was switched on.
+"""The simulator's state after a kill: the arm's position, and how often it was switched on.
 
-Written beside and replaced, so that a file is whole whenever it is read.
+The file is written beside and then replaced, so that readers always see a complete one.
 """
 
 import json
@@ -24,10 +24,9 @@ class Kept:
 
 
 def restore(path: Path) -> Kept:
-    """Return what was kept in `path`.
+    """Return the state stored in `path`.
 
-    Where nothing can be read the boot number goes on from the time of day in seconds, for
-    none may come twice.
+    If nothing can be read, the boot number continues from the time of day in seconds, because no number may come twice.
     """
     try:
         kept = json.loads(path.read_text())

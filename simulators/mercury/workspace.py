@@ -1,8 +1,8 @@
-"""Where the arm may go: the sand, and the limits of all four joints on the whole way there.
+"""The arm's workspace: the sand, and the limits of all four joints along the whole motion.
 
-A joint does not jump: the tool's world angle is counted on past half a turn, so that the
-fourth joint follows from it without a step, and a way on which it would pass its limit is
-refused.
+A joint does not jump: the tool's world angle is counted beyond half a turn, so that the fourth joint follows it
+without a
+step, and a motion on which it would pass its limit is refused.
 """
 
 from math import isfinite
@@ -12,7 +12,7 @@ from robots.drivers.mercury.scara import OutOfReach, scara
 from simulators.mercury.arm import Pose
 
 SLACK_M = 1e-4
-PARTS = 24  # a straight line over the sand bends no joint's way more finely
+PARTS = 24  # steps of a straight line; no joint's path over the sand needs more
 Joints = tuple[float, float, float, float]
 
 
@@ -24,7 +24,7 @@ class Workspace:
         self._sand = description["sand"]
 
     def joints(self, pose: Pose) -> Joints:
-        """Return the joints of a pose (rad, m), the fourth as far round as the pose says. Raises OutOfReach."""
+        """Return the joints of a pose (rad, m), the fourth with the whole turns of the pose. Raises OutOfReach."""
         branches = self.arm.branches(*pose.as_tuple())
         if not branches:
             raise OutOfReach("no branch of the elbow reaches that point")
@@ -32,7 +32,7 @@ class Workspace:
         return q1, q2, q3, pose.theta - q1 - q2 - self.arm.tool_angle
 
     def passed(self, pose: Pose) -> str | None:
-        """Return a sentence naming the limit that a pose passes, or None."""
+        """Return a sentence that names a limit outside which the pose is, or None."""
         try:
             q1, q2, q3, q4 = self.joints(pose)
         except OutOfReach as error:
@@ -44,7 +44,7 @@ class Workspace:
         return self.arm.broken_limit((forgiven[0], forgiven[1], forgiven[2], forgiven[3]))
 
     def moved(self, start: Pose, x: float, y: float, z: float) -> Pose | None:
-        """Return the end of a straight line from `start` to a point, the world angle kept; None where it is refused."""
+        """Return the end of a straight line from `start` to a point, with the same world angle; None if refused."""
         low, high = self.arm.q3.low, self.arm.q3.high
         inside = self._in("x", x) and self._in("y", y) and low - SLACK_M <= z <= high + SLACK_M
         if not inside:
@@ -52,7 +52,7 @@ class Workspace:
         return self._way(start, Pose(x, y, min(max(z, low), high), start.theta))
 
     def turned(self, start: Pose, theta: float) -> Pose | None:
-        """Return `start` with the tool turned to `theta`, counted on the way that joint 4 goes; None if refused."""
+        """Return `start` with the tool turned to `theta`, counted in the direction of joint 4; None if refused."""
         try:
             q1, q2, _, q4 = self.arm.inverse(start.x, start.y, start.z, theta)
         except OutOfReach:
@@ -60,7 +60,7 @@ class Workspace:
         return self._way(start, Pose(start.x, start.y, start.z, q1 + q2 + q4 + self.arm.tool_angle))
 
     def settled(self, pose: Pose) -> Pose | None:
-        """Return the pose with its angle counted as joint 4 stands; None for one that cannot be."""
+        """Return the pose with its angle counted like joint 4; None if it is impossible."""
         if not all(isfinite(v) for v in pose.as_tuple()):
             return None
         turned = self.turned(pose, pose.theta)

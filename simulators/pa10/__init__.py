@@ -1,13 +1,13 @@
 """The museum arm in MuJoCo.
 
-MuJoCo loads the graphics library that `MUJOCO_GL` names while it is imported, and is not
-imported at all where that library is missing. So it is tried here, before anything else is.
+MuJoCo loads the graphics library that `MUJOCO_GL` names when it is imported, and the import fails if that library is
+missing. So this is tried here first.
 """
 
 import logging
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads only wait for each other, busily
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more threads would only wait for each other
 os.environ.setdefault("MUJOCO_GL", "disable")  # physics needs no window system
 try:
     import mujoco

@@ -14,7 +14,7 @@ from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.priority import first_in_line
 from simulators.pa10.simulator import Simulator
 
-SWITCH_S = 2e-4  # for so long the interpreter may stay with another thread; Python's own 5 ms are two steps and a half
+SWITCH_S = 2e-4  # the longest time for another thread; Python's default of 5 ms is two and a half steps
 
 
 def main() -> None:
@@ -33,7 +33,7 @@ def main() -> None:
     sys.stdout.flush()
     sys.setswitchinterval(SWITCH_S)
     gc.collect()
-    gc.freeze()  # what was made up to here stays: to look through all of it again takes longer than a step
+    gc.freeze()  # objects so far stay: collecting them would take longer than a step
     first_in_line()
     simulator.run()
 

@@ -1,16 +1,16 @@
-"""Where the arm itself, not its set-point, may be: judged at each step of the control loop."""
+"""Checks where the measured arm may be (not its set-point), at each step of the control loop."""
 
 import numpy as np
 
 from robots.motion.chain import Joints
 from robots.motion.planner import Planner
 
-OFF_M = 0.005  # how far the measured arm may be inside a box before it counts as there
+OFF_M = 0.005  # depth inside a box from which the measured arm counts as inside
 OFF_RAD = 0.05  # the same for the range of a joint
 
 
 def why_outside(planner: Planner, q: Joints) -> str:
-    """Return what is wrong with where the arm is (rad), empty where nothing is."""
+    """Return what is wrong with the arm's position (rad), empty if nothing is."""
     distances = planner.zones.distances(q)
     touch = planner.zones.entered(distances + OFF_M, np.zeros_like(distances))
     if touch is not None:
@@ -25,21 +25,21 @@ def _outside(planner: Planner, q: Joints) -> Joints:
 
 
 class Allowed:
-    """The boxes and ranges around an arm that may be inside one of them, and from there only away."""
+    """Boxes and ranges for an arm that may already be outside them, and may then only move back."""
 
     def __init__(self, planner: Planner, q: Joints) -> None:
         self.accept(planner, q)
 
     def accept(self, planner: Planner, q: Joints) -> None:
-        """Let the arm be where it is; from there it may only move away."""
+        """Accept the present position; from there the arm may only move away."""
         self._planner = planner
         self._floor = planner.zones.floor(planner.zones.distances(q))
         self._most = _outside(planner, q) + OFF_RAD
 
     def left(self, q: Joints) -> str:
-        """Return what is wrong with where the arm is now, empty where nothing is; who moved away may not come back."""
+        """Return what is wrong with the arm's present position, empty if nothing is; it may not go back."""
         zones, outside = self._planner.zones, _outside(self._planner, q)
-        if np.any(self._floor < 0.0) or not zones.clear(q):  # a quick look says most of the time that all is free
+        if np.any(self._floor < 0.0) or not zones.clear(q):  # mostly the quick check already says that all is free
             distances = zones.distances(q)
             touch = zones.entered(distances + OFF_M, self._floor)
             if touch is not None:

@@ -1,11 +1,11 @@
 """The control application (Dziemian et al. 2004, figures 2 and 4): requests in, a reference out.
 
-The network's threads call `take`; the control thread calls `step` once in 2 ms and gets the
-reference for the controller. Between them stands one lock around the register, never around
-planning: a target is planned from where the reference will be in a moment, swept against the
-boxes, and taken up when that moment comes, so a planned way is the way that is driven.
-Time is the control loop's own, 2 ms a step: where a crowded machine stalls the loop, arm and
-reference stall together.
+The network's threads call `take`; the control thread calls `step` every 2 ms and gets the reference for the
+controller. One
+lock protects the register; planning runs without it. A target is planned from where the reference will be in a moment,
+checked against the boxes, and started at that moment, so the planned path is the path that is driven. Time is the
+control
+loop's own, 2 ms per step: if a busy machine stalls the loop, arm and reference stall together.
 """
 
 import threading
@@ -26,16 +26,19 @@ from simulators.pa10.scene import STEP_S
 from simulators.pa10.setpoint import Reference, SetPoint
 from simulators.pa10.store import ProgramStore
 
-AHEAD_S, MOST_AHEAD_S = 0.06, 1.0  # a blending target is planned from the reference so much later, at least and at most
-PLANS = 4  # of one target, while the arm goes on
-STILL_RAD_S = 0.02  # below it the arm, not its set-point, rests
+AHEAD_S, MOST_AHEAD_S = (
+    0.06,
+    1.0,
+)  # least and greatest lead of a target given in motion
+PLANS = 4  # attempts for one target while the arm moves on
+STILL_RAD_S = 0.02  # below this the measured arm rests
 MOST_BOXES = 32
 WAY_OUT = "only j 0 0 0 0 0 0 leads out of it"
 Note = Callable[..., None]
 
 
 class Application:
-    """State machine and safety. `note` writes to the journal; `error`: one of range that was not left."""
+    """State machine and safety. `note` writes to the journal; `error`: a range error that was not left."""
 
     def __init__(
         self, courses: Courses, q: Joints, note: Note, store: ProgramStore, gripper: int = 0, error: str = "",
@@ -48,12 +51,12 @@ class Application:
         self._set = SetPoint(courses.planner, q)
         self._allowed = Allowed(courses.planner, q)
         self._seen, self._thrown = q.copy(), False
-        self._leaving = ""  # the range error whose way out is under way
-        self._gripper, self._gripped = gripper, 0  # until which step the fingers may be on their way
+        self._leaving = ""  # the range error that is being left now
+        self._gripper, self._gripped = gripper, 0  # the step until which the fingers may move
         self._ticks, self._now = 0, 0.0  # steps of the control loop, and its time in s
-        self._took = 0.0  # how long the newest plan took, in that time
+        self._took = 0.0  # duration of the newest plan, in that time
         self.extra = extra  # boxes beside the arm's own
-        self._holds = 0  # how many there were, so that what is older than one knows
+        self._holds = 0  # number of holds, so that older requests notice one
         self.motion, self.program, self.step_of, self.note = 0, 0, 0, ""
         if error:
             self._range_error(error)
@@ -66,10 +69,11 @@ class Application:
         return self._holds
 
     def take(self, request: Request, asked: int | None = None) -> str:
-        """Begin what is asked; return the line to answer. Raises Refused, Malformed.
+        """Start a request; return the line to answer. Raises Refused, Malformed.
 
-        `asked` is what the property of that name said when the request came: what was held
-        before it could begin does not begin.
+        `asked` is the value of that property when the request arrived; a request that was held before it could
+        start does not
+        start.
         """
         asked = self._holds if asked is None else asked
         letter = request.letter
@@ -77,7 +81,7 @@ class Application:
             self.hold()
             return "ok hold"
         if letter not in (*MOTIONS, *"JCgpb"):
-            raise Malformed(f"{letter} is no request to the arm")
+            raise Malformed(f"{letter} is not a request to the arm")
         with self._lock:
             self._none_came_first(asked)
             if letter == "b":
@@ -115,7 +119,7 @@ class Application:
             raise Refused("busy", "a hold came before it could begin")
 
     def move(self, request: Request, asked: int, in_program: bool = False) -> int:
-        """Plan and take up a motion; return its number. Raises Refused."""
+        """Plan and start a motion; return its number. Raises Refused."""
         why = ""
         for _ in range(PLANS):
             with self._lock:
@@ -170,7 +174,7 @@ class Application:
             self._note("gripper", closed=int(value))
 
     def hold(self) -> None:
-        """Bring the arm to rest; a program is broken off."""
+        """Bring the arm to rest; a program ends."""
         with self._rested:
             if self._mode == Mode.PROG_EXEC and not self.note:
                 self.note = f"program {self.program} was held at step {self.step_of}"
@@ -187,11 +191,11 @@ class Application:
             self._rested.notify_all()
 
     def _forbid(self, request: Request) -> str:
-        """Take one more forbidden box, or forget those that were taken; judged from the next step on."""
+        """Add a forbidden box, or remove the added ones; valid from the next step on."""
         if not request.numbers:
             self.extra = ()
         elif len(self.extra) >= MOST_BOXES:
-            raise Refused("busy", f"there are {MOST_BOXES} more boxes already; take them away with b first")
+            raise Refused("busy", f"there are {MOST_BOXES} more boxes already; remove them with b first")
         else:
             corners = np.array(request.numbers).reshape(2, 3) / 1000
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -264,7 +268,7 @@ class Application:
     # what the control thread does
 
     def step(self, measured: Joints, speed: Joints) -> Reference:
-        """Return the reference 2 ms on; judges where the arm really is (rad, rad/s)."""
+        """Return the reference 2 ms later; checks the measured position (rad, rad/s)."""
         with self._rested:
             self._ticks += 1
             self._now = self._ticks * STEP_S
@@ -285,12 +289,12 @@ class Application:
         self._rested.notify_all()
 
     def _range_error(self, why: str) -> None:
-        """Stop where the arm itself, not its reference, is where it must not be."""
+        """Stop because the measured arm, not its reference, is where it must not be."""
         self._leaving = ""
         if self.busy:
             self.hold()
         self._holds += 1
-        self._set.stand(self._seen)  # rest here, do not push on
+        self._set.stand(self._seen)  # rest here
         self._allowed.accept(self._courses.planner, self._seen)
         self._end, self._mode, self.note = End.RANGE, Mode.RANGE_ERROR, why.replace("°", " deg")
         self._note("range_error", why=self.note)
@@ -310,23 +314,23 @@ class Application:
 
     @property
     def gripper(self) -> int:
-        """Return what the gripper was told: 0 open, 1 closed."""
+        """Return the commanded gripper: 0 open, 1 closed."""
         return self._gripper
 
     @property
     def error(self) -> str:
-        """Return the range error that is not left yet, empty where there is none."""
+        """Return the range error that is not left yet, empty if there is none."""
         with self._lock:
             return self._leaving or (self.note if self._mode == Mode.RANGE_ERROR else "")
 
     @property
     def moving(self) -> bool:
-        """Tell whether the set-point moves."""
+        """Return whether the set-point moves."""
         return self._set.moving
 
     @property
     def busy(self) -> bool:
-        """Tell whether the arm is at something."""
+        """Return whether the arm executes something."""
         return self.moving or self._mode == Mode.PROG_EXEC or self._ticks < self._gripped
 
     def letter(self) -> str:

@@ -1,7 +1,8 @@
-"""The three cameras, in a process of their own: ``python -m simulators.pa10.cameras --dir DIR``.
+"""The three cameras, in a separate process: ``python -m simulators.pa10.cameras --dir DIR``.
 
-The control loop writes the scene's position into `scene.mem`; pictures are made only when
-somebody asks. `cameras.json` says where each camera answers, `camera` where the first does.
+The control loop writes the scene's positions into `scene.mem`; pictures are made only on request. `cameras.json`
+has the
+address of each camera, `camera` that of the first.
 """
 
 import argparse
@@ -24,12 +25,12 @@ from simulators.pa10 import scene
 from simulators.pa10.render import make
 
 RANGE = (0.001, 0.1)
-NICER = 10  # a picture may come later; a step of the control loop may not
-NOISE = 2  # grey levels to either side
+NICER = 10  # pictures may wait; steps of the control loop may not
+NOISE = 2  # grey levels in both directions
 
 
 class SharedScene:
-    """The scene's position in a file that both processes map; torn reads are read again."""
+    """The scene's positions in a file that both processes map; incomplete reads are repeated."""
 
     def __init__(self, path: Path, count: int, begin: bool = False) -> None:
         size = (count + 2) * 8
@@ -38,13 +39,13 @@ class SharedScene:
         self._values = np.memmap(path, dtype=np.float64, mode="r+", shape=(count + 2,))
 
     def write(self, qpos: NDArray[np.float64]) -> None:
-        """Write; the two counters around it differ while it is under way."""
+        """Write; the two counters around the data differ meanwhile."""
         self._values[0] += 1
         self._values[1:-1] = qpos
         self._values[-1] = self._values[0]
 
     def read(self) -> NDArray[np.float64]:
-        """Return a position that was written whole."""
+        """Return positions that were written completely."""
         while True:
             last = self._values[-1]
             found = np.array(self._values[1:-1])
@@ -84,13 +85,13 @@ class Cameras:
         return self._noisy(picture)
 
     def _noisy(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the picture with a sensor's grain: two of the same scene are never the same."""
+        """Return the picture with a sensor's noise, so that two of the same scene always differ."""
         grain = self._dice.integers(-NOISE, NOISE, picture.shape, dtype=np.int16, endpoint=True)
         return np.asarray(np.clip(picture + grain, 0, 255), np.uint8)
 
 
 def run(folder: Path) -> None:
-    """Run until told to stop, or until the control process is gone."""
+    """Run until stopped, or until the control process has ended."""
     os.nice(NICER)
     cameras = Cameras(folder)
     logging.getLogger(__name__).info("cameras at %s", cameras.addresses)
@@ -103,7 +104,7 @@ def run(folder: Path) -> None:
 
 
 def main() -> None:
-    """Run as a program of its own."""
+    """Run as a separate process."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dir", type=Path, required=True)
     logging.basicConfig(level=logging.INFO, stream=sys.stderr)

@@ -1,7 +1,7 @@
-"""One connection to the museum arm's controller: a thread reads, a thread answers in order.
+"""One connection to the museum arm's controller: one thread reads, one answers in order.
 
-Reading never waits for an answer, so that a hold is heard whatever stands before it, and the
-end of the connection is noticed at once.
+Reading never waits for an answer, so a hold is received whatever stands before it, and the end of the connection is
+noticed at once.
 """
 
 import contextlib
@@ -16,15 +16,15 @@ from robots.drivers.pa10.protocol import Malformed
 from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard
 
-MOST_WAITING = 1000  # lines that stand in the row; more are refused
-UNREAD_S = 2.0  # for so long an answer may wait for a client that does not read
-LOST_S = (5, 2, 3)  # a dead line is noticed by itself: first question, next ones (s), how many
+MOST_WAITING = 1000  # lines in the queue; more are refused
+UNREAD_S = 2.0  # longest wait of an answer for a client that does not read
+LOST_S = (5, 2, 3)  # TCP keep-alive: first probe, next probes (s), number
 Order = Callable[[], str]
 Note = Callable[..., None]
 
 
 class Client:
-    """Who is connected. `owner`: has claimed the arm with `i`, so silence counts."""
+    """A connected client. `owner`: it has claimed the arm with `i`, so silence counts."""
 
     def __init__(self, line: socket.socket, peer: str, faults: FaultBoard, note: Note) -> None:
         self.line, self.peer, self._faults, self._note = line, peer, faults, note
@@ -42,17 +42,17 @@ class Client:
 
     @property
     def silent_s(self) -> float:
-        """Return for how long an owner has said nothing (s); who waits for an answer, or types, is not silent."""
+        """Return for how long an owner has been silent (s); a client that waits or types is not silent."""
         with self._changed:
             waits = self._waits or self._row or self._answering
         return 0.0 if waits or not self.owner else time.monotonic() - self.heard
 
     def begin(self) -> None:
-        """Answer lines from now on."""
+        """Start to answer lines."""
         threading.Thread(target=self._answer, name="client", daemon=True).start()
 
     def put(self, order: Order) -> None:
-        """Take an order into the row."""
+        """Put an order into the queue."""
         with self._changed:
             full = len(self._row) >= MOST_WAITING
             if not full:
@@ -91,7 +91,7 @@ class Client:
             self.heard = time.monotonic()
 
     def answer_of(self, order: Order) -> str:
-        """Return the answer, or why it is refused; whatever goes wrong, the client is served on."""
+        """Return the answer, or why it is refused; after any error the client is still served."""
         try:
             return order()
         except Malformed as error:
@@ -103,7 +103,7 @@ class Client:
             return "e busy the controller failed at this line"
 
     def say(self, text: str) -> None:
-        """Send a line; who does not read for a while is cut off."""
+        """Send a line; a client that does not read for a while is cut off."""
         if self._faults.value("mute") or self._faults.value("awol"):
             return
         if self._faults.value("slow"):
@@ -124,6 +124,6 @@ class Client:
             self.line.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Give the socket back; called by the reader, last."""
+        """Close the socket; called last, by the reader."""
         self.shut()
         self.line.close()

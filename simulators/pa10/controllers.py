@@ -1,8 +1,7 @@
-"""Control layers: from a reference and what was measured to joint torques. Replace at will.
+"""Control layers: joint torques from a reference and measured values. Replaceable.
 
-A controller is an object with one method, `torques`. Two ship: computed torque (the arm's
-own dynamics are computed away, what is left is a double integrator) and PD with gravity left
-to its integral-free gains (Craig 1986, chapters 9 and 10).
+A controller is an object with one method, `torques`. There are two: computed torque (the arm's own dynamics are
+compensated, which leaves a double integrator) and PD without gravity compensation (Craig 1986, chapters 9 and 10).
 """
 
 from typing import Protocol
@@ -17,10 +16,10 @@ from simulators.pa10.plant import Measured
 
 
 class Controller(Protocol):
-    """The contract: called at 500 Hz, returns N m for each axis."""
+    """The interface: called at 500 Hz, returns N m for each axis."""
 
     def torques(self, q: Joints, v: Joints, a: Joints, now: Measured) -> Joints:
-        """Return torques that lead the arm along the reference (rad, rad/s, rad/s2)."""
+        """Return torques that move the arm along the reference (rad, rad/s, rad/s2)."""
 
 
 class ComputedTorque:
@@ -28,7 +27,7 @@ class ComputedTorque:
 
     def __init__(self, frequency: float = 12.0) -> None:
         self._model = scene.arm().compile()
-        # what the arm meets is not in its own dynamics
+        # contacts are not part of the arm's own dynamics
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         self._data = mujoco.MjData(self._model)
         names = chain("pa10").names
@@ -48,7 +47,7 @@ class ComputedTorque:
 
 
 class ProportionalDerivative:
-    """tau = Kp e + Kd e': knows nothing of the arm; sags under gravity and lags behind."""
+    """tau = Kp e + Kd e': without a model of the arm, so it sags under gravity and lags behind."""
 
     def __init__(self, share: float = 1.0) -> None:
         self._kp = share * np.array([9000.0, 9000.0, 5000.0, 900.0, 900.0, 400.0])

@@ -1,4 +1,4 @@
-"""Lines off a socket, however long or strange: none is longer in memory than the wire allows."""
+"""Reads lines from a socket; a line in memory is never longer than the wire allows."""
 
 import socket
 from collections.abc import Iterator
@@ -9,15 +9,15 @@ PIECE = 4096
 
 
 def lines(line: socket.socket) -> Iterator[str]:
-    """Give each line without its end, until the connection ends.
+    """Yield each line without its end, until the connection ends.
 
-    What is longer than the wire allows comes as so much of it that the reader sees that; bytes
-    that are no ASCII come as U+FFFD. Half a line at the end is no line.
+    A line that is too long is cut so that the reader can see this; bytes that are not ASCII become U+FFFD. An
+    unfinished line
+    at the end is dropped.
 
     Raises:
-        OSError: the connection broke.
-        EOFError: it ended; the message says how.
-
+        OSError: the connection was lost.
+        EOFError: it was closed; the message says how.
     """
     rest, cut = b"", False
     while data := line.recv(PIECE):

@@ -1,8 +1,8 @@
-"""Planning in a process of its own, so that no step of the control loop waits for it.
+"""Planning in a separate process, so that no step of the control loop waits for it.
 
-``python -m simulators.pa10.planning FD`` is that process; it speaks over the socket pair whose
-end it inherits, and ends when the other end does. Each question says everything that the answer
-depends on, also the boxes, so a process that was lost is begun again and asked once more.
+``python -m simulators.pa10.planning FD`` is that process; it talks over the socket pair whose end it inherits, and ends
+with the other end. Each question contains everything on which the answer depends, also the boxes; so if the process is
+lost, it is started again and asked once more.
 """
 
 import os
@@ -24,16 +24,16 @@ from robots.motion.planner import Refused
 from robots.motion.zones import Box
 from simulators.common.fork import Fork, fork
 
-NICER = 5  # a plan may come later; a step of the control loop may not
+NICER = 5  # plans may wait; steps of the control loop may not
 TRIES = 2
 KEPT = 8  # sets of boxes
 
 
 class Planning(Courses):
-    """The same as `Courses`; what takes its time is done in the other process, one question after the other."""
+    """The interface of `Courses`; slow work is done in the other process, one question after the other."""
 
     def __init__(self, note: Callable[..., None] = lambda *_, **__: None, forked: bool = False) -> None:
-        """`forked`: begin as a fork of this process, which has one thread yet; whoever is begun again is not."""
+        """`forked`: start as a fork of this process, which still has one thread; a restarted one is not a fork."""
         super().__init__()
         self._note = note
         self._extra: tuple[Box, ...] = ()
@@ -74,7 +74,7 @@ class Planning(Courses):
         return found
 
     def check(self, steps: list[Request], q: Joints, go_on: Callable[[], None] = lambda: None) -> float:
-        """See `Courses`; `go_on` is asked at the end, for the whole takes no longer than a budget lets it."""
+        """See `Courses`; `go_on` is called at the end, because the budget limits the duration."""
         found: float = self._ask("check", steps, q)
         go_on()
         return found
@@ -92,7 +92,7 @@ class Planning(Courses):
                     self._note("planning_lost", code=self.process.returncode)
                     self._line, self.process = self._begin()
             else:
-                raise Refused("busy", "the arm's planner does not run; give the target again")
+                raise Refused("busy", "the arm's planner was restarted; give the target again")
         if refused:
             raise Refused(*found)
         return found
@@ -122,10 +122,10 @@ def answer(what: str, extra: tuple[Box, ...], about: tuple[Any, ...]) -> tuple[b
 def serve(line: Connection) -> None:
     """Answer until the other end is closed."""
     os.nice(NICER)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever asks ends by it, and this then
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the asking process ends by it, and this one then
     courses = _courses(())
     home = courses.home
-    courses.planner.inverse.nearest(courses.planner.chain.forward(home), home)  # the first is slow
+    courses.planner.inverse.nearest(courses.planner.chain.forward(home), home)  # the first call is slow
     while True:
         try:
             line.send(answer(*line.recv()))

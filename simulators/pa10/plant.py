@@ -1,7 +1,8 @@
 """The arm itself: takes joint torques, returns positions, velocities and applied torques.
 
-That is the open controller architecture of the PA10 (Dziemian et al. 2004, "Introduction"):
-whoever wants another control layer replaces `simulators.pa10.controllers`, not this file.
+This is the open controller architecture of the PA10 (Dziemian et al. 2004, "Introduction"): another control layer
+replaces
+`simulators.pa10.controllers`, not this file.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from simulators.pa10 import scene
 
 @dataclass(frozen=True)
 class Measured:
-    """What the arm replies: rad, rad/s, N m as applied, each finger's opening in m."""
+    """The arm's values: rad, rad/s, N m as applied, each finger's opening in m."""
 
     q: Joints
     v: Joints
@@ -44,7 +45,7 @@ class Plant:
             self.data.qpos[self._fingers] = self._open
             self.data.qpos[self._at] = 0.0 if q is None else q
         self._torque = np.zeros(len(arm.names))
-        self.disturbance = np.zeros(len(arm.names))  # N m that nobody commanded
+        self.disturbance = np.zeros(len(arm.names))  # N m of disturbance
         mujoco.mj_forward(self.model, self.data)
 
     def measured(self) -> Measured:
@@ -53,7 +54,7 @@ class Plant:
         return Measured(self.data.qpos[self._at].copy(), self.data.qvel[self._dof].copy(), self._torque.copy(), opening)
 
     def step(self, torque: Joints, gripper: int) -> None:
-        """Apply torques (N m, cut to what the motors have) for 2 ms; `gripper` 0 opens, 1 closes."""
+        """Apply torques (N m, limited to the motors') for 2 ms; `gripper` 0 opens, 1 closes."""
         self._torque = np.clip(torque, -self._effort, self._effort)
         self.data.qfrc_applied[self._dof] = self._torque + self.disturbance
         self.data.ctrl[:] = self._closed if gripper else self._open
@@ -65,12 +66,12 @@ class Plant:
         return np.array(self.data.qpos)
 
     def put_back(self, body: str) -> None:
-        """Lay a body down at rest where it was in the beginning."""
+        """Put an object back at rest where it was at the start."""
         joint = self.model.joint(f"{body}_free")
         at, dof = int(joint.qposadr[0]), int(joint.dofadr[0])
         self.data.qpos[at : at + 7] = self.model.qpos0[at : at + 7]
         self.data.qvel[dof : dof + 6] = 0.0
 
     def place(self, body: str) -> Joints:
-        """Return where a body is (m)."""
+        """Return the position of an object (m)."""
         return np.array(self.data.body(body).xpos)

@@ -1,4 +1,4 @@
-"""How the control loop asks the system for its processor in time, with and without the right to real-time priority."""
+"""How the control loop gets processor time in time, with and without the right to real-time priority."""
 
 import ctypes
 import os
@@ -6,7 +6,7 @@ import platform
 import struct
 
 TURN_NS = 400_000  # a little more than one step computes
-RESET_ON_FORK = 1  # threads and processes begun later are ordinary ones again
+RESET_ON_FORK = 1  # threads and processes started later are ordinary ones
 SCHED_SETATTR = {
     "x86_64": 314,
     "aarch64": 274,
@@ -15,19 +15,19 @@ ATTRIBUTES = struct.Struct("=IIQiIQQQII")  # struct sched_attr of Linux
 
 
 def first_in_line() -> str:
-    """Let the calling thread go before what else wants a processor, as far as the system allows; return how.
+    """Run the calling thread before others, as far as the system allows; return how.
 
-    It rests in every step, so that nobody starves.
+    It sleeps in every step, so no other process starves.
     """
     try:
         os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(1))
-    except (AttributeError, OSError):  # not known here; not allowed to an ordinary user
+    except (AttributeError, OSError):  # not available; not allowed for ordinary users
         return "short turns" if short_turns() else "none"
     return "real time"
 
 
 def short_turns() -> bool:
-    """Ask for short turns: who wants little at once is let in before who wants much (Linux 6.12 on, anybody may)."""
+    """Ask for short time slices: threads that need little at once run sooner (Linux 6.12 on, for everybody)."""
     number = SCHED_SETATTR.get(platform.machine())
     if platform.system() != "Linux" or number is None:
         return False

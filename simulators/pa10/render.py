@@ -1,7 +1,8 @@
-"""Pictures of the scene: by MuJoCo's own renderer where the machine has one, else by rays.
+"""Pictures of the scene: by MuJoCo's renderer if the machine has one, otherwise by ray casting.
 
-The ray camera needs nothing but MuJoCo itself: one ray a pixel, one more from the lamp for
-its shadow, shaded by Lambert's law; about 30 ms for 320 x 240 on one core.
+The ray camera needs only MuJoCo: one ray per pixel, one more from the lamp for its shadow, shaded by Lambert's law;
+about
+30 ms for 320 x 240 on one core.
 """
 
 import logging
@@ -24,7 +25,7 @@ class Renderer(Protocol):
     """Takes pictures of shape (height, width, 3)."""
 
     def take(self, data: mujoco.MjData, camera: str) -> Picture:
-        """Return what the named camera sees."""
+        """Return the named camera's picture."""
 
 
 class RayRenderer:
@@ -43,7 +44,7 @@ class RayRenderer:
         self._colours = np.array(model.geom_rgba[:, :3], dtype=np.float64) * 255
 
     def _through(self, camera: str) -> NDArray[np.float64]:
-        """Return the rays (n, 3) in the camera's own frame."""
+        """Return the rays (n, 3) in the camera's frame."""
         if camera not in self._rays:
             height, width = self._shape
             half = np.tan(np.radians(self._model.camera(camera).fovy[0]) / 2)
@@ -82,7 +83,7 @@ class RayRenderer:
         return np.clip(colours, 0, 255).astype(np.uint8).reshape(*self._shape, 3)
 
     def _grain(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return a light pattern of planks on what lies level with the table, so that it shows its perspective."""
+        """Return a light pattern of planks on surfaces level with the table, which shows perspective."""
         table = self._geom == self._model.geom("table").id
         planks = 1.0 - 0.05 * (np.floor(points[:, 1] / 0.12) % 2) - 0.03 * (np.floor(points[:, 0] / 0.3) % 2)
         grain: NDArray[np.float64] = np.where(table, planks, 1.0)[:, None]
@@ -90,7 +91,7 @@ class RayRenderer:
 
 
 class LibraryRenderer:
-    """MuJoCo's own, through OSMesa or EGL, in a thread of its own: an EGL context belongs to one."""
+    """MuJoCo's renderer, through OSMesa or EGL, in its own thread, because an EGL context belongs to one thread."""
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
         self._thread = ThreadPoolExecutor(1, "render")
@@ -106,7 +107,7 @@ class LibraryRenderer:
 
 
 def make(model: mujoco.MjModel, width: int, height: int) -> Renderer:
-    """Return the best renderer that works here, and say which in the log."""
+    """Return the best renderer that works here, and log which."""
     if os.environ.get("MUJOCO_GL", "disable") != "disable":
         try:
             made = LibraryRenderer(model, width, height)

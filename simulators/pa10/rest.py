@@ -1,8 +1,8 @@
-"""When the control loop may stand still: a scene at rest needs no steps, and a Raspberry Pi has other work.
+"""When the control loop may pause: a scene at rest needs no steps, and a Raspberry Pi has other work.
 
-The loop goes on at 500 Hz while anything moves, is about to move or is pushed, and for a second
-after. Its time stands still meanwhile, as it does in a stall; pictures of a scene at rest stay
-the same, so a viewer needs no steps either.
+The loop runs at 500 Hz while anything moves, is about to move or is pushed, and for a second after. Its time stands
+still
+while it pauses, as it does in a stall; pictures of a scene at rest do not change, so a viewer needs no steps either.
 """
 
 import threading
@@ -12,10 +12,10 @@ import numpy as np
 
 from robots.motion.chain import Joints
 
-STILL = 1e-4  # rad, m: closed fingers tremble by less, nothing that a camera shows is smaller
+STILL = 1e-4  # rad, m: closed fingers tremble by less, and cameras show nothing smaller
 EVERY = 50  # steps between two looks at the positions
-STEPS = 600  # so long nothing moves before the loop rests; longer than between two looks at what has fallen
-LOOK_S = 0.1  # faults are looked for so often meanwhile
+STEPS = 600  # steps without motion before the loop pauses; longer than between two looks for fallen objects
+LOOK_S = 0.1  # between two looks for faults meanwhile
 
 
 class Rest:
@@ -43,7 +43,7 @@ class Rest:
         return self._steps >= STEPS
 
     def last(self, busy: Callable[[], bool]) -> None:
-        """Return when woken, or when `busy` says that there is something to do."""
+        """Return when woken, or when `busy` reports work."""
         while not self._woken.wait(LOOK_S) and not busy():
             pass
         self._steps = 0

@@ -1,4 +1,4 @@
-"""Runs a program's steps one after the other, in a thread of its own, until the last or until a hold."""
+"""Runs a program's steps one after the other in a thread, until the last step or a hold."""
 
 import threading
 from typing import Protocol
@@ -12,13 +12,13 @@ GRIP_S = 0.8
 
 
 class Arm(Protocol):
-    """What a program drives; `mine` is the count of holds at its beginning."""
+    """The arm as a program uses it; `mine` is the number of holds at its start."""
 
     def step_began(self, number: int, mine: int) -> bool:
-        """Note the step; False where the program is not to go on."""
+        """Note the step; return False if the program must end."""
 
     def move(self, request: Request, mine: int, in_program: bool) -> int:
-        """Plan and take up a motion. Raises Refused."""
+        """Plan and start a motion. Raises Refused."""
 
     def grip(self, value: float) -> None:
         """Open or close the gripper."""
@@ -27,11 +27,11 @@ class Arm(Protocol):
         """Wait for so many seconds of the control loop, or until the arm rests."""
 
     def program_ended(self, mine: int, error: str = "") -> None:
-        """Leave the program, with an error where it was broken off by one."""
+        """Note the end of the program, with the error that ended it, if any."""
 
 
 def start(arm: Arm, steps: list[Request], mine: int) -> None:
-    """Begin a program that was found free."""
+    """Start a program whose check found it free."""
     threading.Thread(target=_run, args=(arm, steps, mine), name="program", daemon=True).start()
 
 

@@ -17,10 +17,10 @@ BLOCKS = (
 )
 STEP_S = 0.002  # the paper's 500 Hz
 GRIP_N = 20.0
-HIDDEN = 3  # group of the shapes that collide but are not seen
-JUDGE = 4  # group of the forbidden boxes, met by nothing, seen by nobody
+HIDDEN = 3  # group of shapes that collide but are invisible
+JUDGE = 4  # group of the forbidden boxes, which are invisible and collide with nothing
 LAMP = (0.8, -0.8, 2.2)
-SKY = (196, 204, 212)  # what a camera sees beyond the wall
+SKY = (196, 204, 212)  # the background beyond the wall
 NEAR = 0.002  # shares of the scene's extent: the gripper's camera sits close to the tool
 
 
@@ -35,7 +35,7 @@ def arm() -> mujoco.MjSpec:
 
 
 def spec() -> mujoco.MjSpec:
-    """Return the whole scene, not yet compiled."""
+    """Return the whole scene, not compiled."""
     made = arm()
     made.modelname = "museum arm"
     made.option.timestep = STEP_S
@@ -58,7 +58,7 @@ def spec() -> mujoco.MjSpec:
 
 
 def _arm(made: mujoco.MjSpec) -> None:
-    """Fingers that hold, links that do not collide with their neighbours."""
+    """Make the fingers hold, and let links not collide with their neighbours."""
     description = load("pa10")
     for name in ("left_finger", "right_finger"):
         finger = made.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -70,7 +70,7 @@ def _arm(made: mujoco.MjSpec) -> None:
             continue
         geom.group = HIDDEN
         pad = geom.parent.name in ("left_pad", "right_pad")
-        geom.contype, geom.conaffinity = (1, 1) if pad else (2, 1)  # the arm meets things, not itself
+        geom.contype, geom.conaffinity = (1, 1) if pad else (2, 1)  # the arm collides with objects, not with itself
         geom.friction = [1.6, 0.05, 0.001] if pad else [0.8, 0.01, 0.001]
         geom.condim = 4 if pad else 3
 
@@ -125,7 +125,7 @@ def forbidden() -> tuple[Any, ...]:
 
 
 class Judge:
-    """How near the arm has come to the forbidden boxes, by MuJoCo's own geometry."""
+    """How close the arm has come to the forbidden boxes, by MuJoCo's own geometry."""
 
     FAR = 0.5
 

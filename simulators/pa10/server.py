@@ -1,9 +1,9 @@
 """The network side of the museum arm: one client at a time, lines in, lines out.
 
-After Dziemian et al. 2004, figure 4: threads for the network apart from the control loop. Ours:
-the client may be asked for a token, an owner with a newer epoch takes the place of an older
-one, `W` is answered when its time has come while other lines go on, `h` overtakes everything,
-the end of the connection holds, and each end is noted with its cause.
+After Dziemian et al. 2004, figure 4: network threads apart from the control loop. Ours: the client may need a token, an
+owner with a newer epoch replaces an older one, `W` is answered when the arm rests while other lines go on, `h`
+overtakes
+everything, the end of the connection holds, and each end is logged with its cause.
 """
 
 import contextlib
@@ -21,14 +21,14 @@ from simulators.pa10.lines import lines
 
 Note = Callable[..., None]
 WAIT_S = 120.0
-MOST_STRANGERS = 16  # connections that have said nothing of use yet; the oldest makes room
+MOST_STRANGERS = 16  # undecided connections; the oldest is closed for a new one
 
 
 class Arm(Protocol):
-    """What stands behind the network."""
+    """The application behind the network."""
 
     def order(self, request: Request) -> Order:
-        """Return what answers a request: of this application, and as of now."""
+        """Return the function that answers a request, for the present state."""
 
     def hold(self) -> None:
         """Bring the arm to rest."""
@@ -41,7 +41,7 @@ class Arm(Protocol):
 
 
 class Upload:
-    """A program on its way in; nothing of it counts before its dot."""
+    """A program that is being received; it is stored only after its dot."""
 
     def __init__(self, number: int) -> None:
         self._number, self._lines, self._size, self._wrong = number, list[str](), 0, ""
@@ -74,16 +74,16 @@ class Network:
         self._arm, self._faults, self._note, self._token, self._allowed = arm, faults, note, token, allowed
         self._present: Client | None = None
         self._strangers: list[Client] = []
-        self._newest = 0  # the newest epoch that was heard
-        self._left = time.monotonic()  # since when nobody is connected
-        self._door = threading.RLock()  # who comes and who goes
+        self._newest = 0  # the newest epoch so far
+        self._left = time.monotonic()  # since when nobody has been connected
+        self._door = threading.RLock()  # for connecting and disconnecting
         self._open = True
         self._server = socket.create_server(("127.0.0.1", port))
         threading.Thread(target=self._listen, name="network", daemon=True).start()
 
     @property
     def port(self) -> int:
-        """Return the port that is listened to."""
+        """Return the port of the server."""
         return int(self._server.getsockname()[1])
 
     def close(self) -> None:
@@ -94,9 +94,9 @@ class Network:
             self._end("the application ends")
 
     def restart(self, why: str, again: Callable[[str], None], forget: bool = False) -> None:
-        """Drop who is there and start the application again; nobody comes in meanwhile.
+        """Disconnect the client and restart the application; nobody can connect meanwhile.
 
-        `forget`: the owner has been gone for so long that its epoch bars nobody any more.
+        `forget`: the owner has been away for so long that its epoch excludes nobody any more.
         """
         with self._door:
             self._end(f"watchdog: {why}")
@@ -105,7 +105,7 @@ class Network:
             self._newest = 0 if forget else self._newest
 
     def watch(self, silence_s: float, nobody_s: float, again: Callable[[str], None]) -> None:
-        """Start the application again where the owner is silent, or where nobody comes."""
+        """Restart the application if the owner is silent, or if nobody connects."""
         with self._door:
             client = self._present
             if client is not None and client.silent_s > silence_s:
@@ -114,7 +114,7 @@ class Network:
                 self.restart(f"nobody connected for {nobody_s:g} s", again, forget=True)
 
     def _end(self, cause: str) -> None:
-        """End who is present; the arm holds. The door is held."""
+        """End the present connection; the arm holds. The caller has the lock."""
         client, self._present = self._present, None
         if client is None:
             return
@@ -157,7 +157,7 @@ class Network:
         client.close()
 
     def _read(self, client: Client) -> None:
-        """Read until the end; answer, or put into the row."""
+        """Read until the end; answer lines, or queue them."""
         upload: Upload | None = None
         for text in lines(client.line):
             client.heard = time.monotonic()
@@ -202,7 +202,7 @@ class Network:
         return self._arm.order(request)
 
     def _come_in(self, client: Client, request: Request) -> bool:
-        """Let one client in: the first, or an owner who comes before the one who is there."""
+        """Accept one client: the first, or an owner that replaces the present one."""
         why = self._why_not(client, request)
         if why:
             self._turn_away(client, why)
@@ -229,7 +229,7 @@ class Network:
         return ""
 
     def _claim_again(self, client: Client, request: Request) -> str:
-        """Answer `i` of who is in already."""
+        """Answer `i` of a client that is accepted already."""
         epoch = int(request.numbers[0])
         with self._door:
             if self._token and request.word != self._token:

@@ -1,7 +1,8 @@
 """The set-point that the controller follows: along a path, by velocities, or at rest.
 
-It has no lock and no clock: its owner calls it under one lock, and `now` is the control loop's
-time in s. Angles in rad, velocities in rad/s.
+It has no lock and no clock: its owner calls it under one lock, and `now` is the control loop's time in s. Angles in
+rad,
+velocities in rad/s.
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ STILL = 1e-9
 
 @dataclass(frozen=True)
 class Reference:
-    """What the controller has to follow: rad, rad/s, rad/s2; gripper 0 open, 1 closed."""
+    """What the controller follows: rad, rad/s, rad/s2; gripper 0 open, 1 closed."""
 
     q: Joints
     v: Joints
@@ -27,7 +28,7 @@ class Reference:
 
 
 class SetPoint:
-    """Where the reference is, and what moves it."""
+    """The present reference, and what moves it."""
 
     def __init__(self, planner: Planner, q: Joints) -> None:
         self.planner = planner
@@ -39,22 +40,22 @@ class SetPoint:
 
     @property
     def moving(self) -> bool:
-        """Tell whether something moves it, or will in a moment."""
+        """Return whether it moves, or will in a moment."""
         return self.on_path or self._velocity is not None
 
     @property
     def on_path(self) -> bool:
-        """Tell whether a path is followed or waits for its moment."""
+        """Return whether a path is followed or waits for its start."""
         return self._path is not None or self._next is not None
 
     @property
     def in_motion(self) -> bool:
-        """Tell whether a new path must begin out of a motion."""
+        """Return whether a new path must start from a motion."""
         return self._path is not None or self.has_speed
 
     @property
     def has_speed(self) -> bool:
-        """Tell whether it moves at this moment."""
+        """Return whether it moves at this moment."""
         return bool(np.any(np.abs(self.v) > STILL))
 
     def follows(self) -> object:
@@ -62,7 +63,7 @@ class SetPoint:
         return self._path if self._path is not None else self._velocity
 
     def ahead(self, at: float) -> tuple[Joints, Joints]:
-        """Return position and velocity at the time `at` (s). Raises Refused where velocities drive it."""
+        """Return position and velocity at the time `at` (s). Raises Refused while velocities drive it."""
         if self._path is not None:
             q, v, _ = self._path.at(at - self._began)
             return q, v
@@ -75,7 +76,7 @@ class SetPoint:
         self._next = (at, path)
 
     def drive(self, letter: str, values: Joints, now: float) -> bool:
-        """Drive by velocities for a moment; return whether this begins it."""
+        """Drive by velocities for a moment; return whether this starts the motion."""
         begins = self._velocity is None
         if self._velocity is None:
             self._velocity = VelocityCommand(letter, values, now)
@@ -84,12 +85,12 @@ class SetPoint:
         return begins
 
     def look_again(self) -> None:
-        """Forget that the way of a velocity command was found free: there are other boxes now."""
+        """Check the next velocity step again, because the boxes have changed."""
         if self._velocity is not None:
             self._velocity.look_again()
 
     def brake(self, now: float) -> None:
-        """Come to rest as hard as the arm may."""
+        """Come to rest with the hardest braking."""
         self._velocity = self._next = None
         if self.has_speed:
             self._path, self._began = self.planner.brake(self.q, self.v), now
@@ -97,7 +98,7 @@ class SetPoint:
             self._path = None
 
     def stand(self, q: Joints) -> None:
-        """Rest here, whatever it was on."""
+        """Rest here."""
         self._velocity = self._next = self._path = None
         self.q = q.copy()
         self._still()
@@ -106,7 +107,7 @@ class SetPoint:
         self.v, self.a = np.zeros_like(self.q), np.zeros_like(self.q)
 
     def step(self, now: float) -> bool:
-        """Go on to the time `now`; return whether it has just come to rest."""
+        """Advance to the time `now`; return whether it has just come to rest."""
         if self._next is not None and now >= self._next[0]:
             (self._began, self._path), self._next, self._velocity = self._next, None, None
         if self._path is not None:

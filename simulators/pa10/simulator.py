@@ -30,11 +30,11 @@ from simulators.pa10.watchdog import watch
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
 JUDGE_EVERY = 5
-CATCH_UP = 25  # steps that are made up for after a stall; more than that is lost time
-LET_IN_S = 5e-5  # a loop that is behind rests at least so long, or it would never let the network in
+CATCH_UP = 25  # steps made up for after a stall; more are lost
+LET_IN_S = 5e-5  # a late loop sleeps at least this long, so that network threads can run
 SLIP_STEPS = 150
 SLACK = 1e-4  # rad, rad/s
-LOOK_EVERY = 500  # steps between two looks at what has fallen
+LOOK_EVERY = 500  # steps between two looks for fallen objects
 FALLEN_M, FALLEN_LOOKS = -0.1, 3
 OBJECTS = tuple(name for name, _, _ in BLOCKS)
 
@@ -54,7 +54,7 @@ class Simulator:
         self.worst, self.error = 0.0, 0.0  # lateness of a step (s); distance of a joint from its reference (rad)
         self._fallen: dict[str, int] = {}
         self._passed = False  # the set-point is outside its limits
-        self._slips = 0  # steps for which the gripper gives way
+        self._slips = 0  # steps during which the gripper slips
         self._rest = Rest()
         self._measured = self.plant.measured()
         self._reference = self._measured.q
@@ -63,7 +63,7 @@ class Simulator:
         self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
         self._shared.write(self.plant.qpos)
-        self._cameras = fork(partial(cameras.run, folder))  # the last before there are threads
+        self._cameras = fork(partial(cameras.run, folder))  # last, before there are threads
         self.network = Network(port, self, self.faults, self.journal.note, token)
         self._running = True
         serve(folder / "faults", self.faults, self.status)
@@ -85,7 +85,7 @@ class Simulator:
         self.journal.note("application", boot=self.boot, why=why)
 
     def begin_again(self, why: str) -> None:
-        """Start the control application again: what moved rests where it is; a range error stays."""
+        """Restart the control application: moving parts rest where they are; a range error stays."""
         self.app.hold()
         while self.app.moving and self._running:
             time.sleep(STEP_S)
@@ -103,7 +103,7 @@ class Simulator:
         return partial(self._take, self.app, request, self.app.asked)
 
     def _take(self, app: Application, request: Request, asked: int) -> str:
-        """Let the control loop run before and after: what is asked may take its time to plan."""
+        """Let the control loop run before and after a request, whose planning may take time."""
         self._rest.wake()
         try:
             return app.take(request, asked)
@@ -132,7 +132,7 @@ class Simulator:
         )  # fmt: skip
 
     def status(self) -> dict[str, Any]:
-        """Return counters and places, for tests."""
+        """Return counters and positions, for tests."""
         return {
             "counts": dict(self.journal.counts),
             "q": self._measured.q.tolist(),
@@ -153,7 +153,7 @@ class Simulator:
         }
 
     def run(self) -> None:
-        """Control at 500 Hz until told to stop; a late step is made up for, and what rests is let rest."""
+        """Control at 500 Hz until stopped; late steps are made up for, and an arm at rest pauses the loop."""
         due = time.monotonic()
         while self._running:
             due += STEP_S
@@ -172,7 +172,7 @@ class Simulator:
         self._keep()
 
     def _busy(self) -> bool:
-        """Tell whether the loop has something to do although nothing moves."""
+        """Return whether the loop has work although nothing moves."""
         pushed = any(self.faults.value(verb) for verb in ("disturb", "slip", "restart"))
         return pushed or self.app.busy or any(self._fallen.values()) or not self._running
 
@@ -196,12 +196,12 @@ class Simulator:
             self._shared.write(self.plant.qpos)
 
     def _judge_reference(self, reference: Reference) -> None:
-        """Note a set-point outside ranges or speeds, once each time: there must be none."""
+        """Write a set-point outside ranges or speeds to the journal, once each time; there must be none."""
         limits = self._courses.planner.limits
         if self.app.error:
-            return  # where it was pushed to
+            return  # where it was pushed
         inside = np.all((reference.q > limits.low - SLACK) & (reference.q < limits.high + SLACK))
-        passed = not (inside and np.all(np.abs(reference.v) < limits.velocity + SLACK))  # also where it is NaN
+        passed = not (inside and np.all(np.abs(reference.v) < limits.velocity + SLACK))  # also if it is NaN
         if passed and not self._passed:
             self.journal.note("passed", q=np.round(reference.q, 4).tolist(), v=np.round(reference.v, 4).tolist())
         self._passed = passed
@@ -229,7 +229,7 @@ class Simulator:
         np.save(self._folder / "scene.npy", self.plant.qpos)
 
     def stop(self, *_: object) -> None:
-        """Leave the loop; the arm rests first."""
+        """End the loop; the arm rests first."""
         threading.Thread(target=self._end, name="end").start()
 
     def _end(self) -> None:

@@ -1,4 +1,4 @@
-"""The programs that the controller has: each is replaced whole or not at all, in memory and on the disk."""
+"""The programs stored in the controller; each is replaced completely or not at all, in memory and on disk."""
 
 import contextlib
 import json
@@ -18,24 +18,24 @@ PROGRAMS = {
 
 
 class ProgramStore:
-    """Programs by number, kept in `path`."""
+    """Programs by number, stored in `path`."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._lock = path, threading.Lock()
         self._programs = dict(PROGRAMS)
-        with contextlib.suppress(OSError, ValueError, AttributeError):  # nothing kept, or nothing that can be read
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # nothing stored, or unreadable
             self._programs |= {int(number): str(text) for number, text in json.loads(path.read_text()).items()}
 
     def numbers(self) -> list[int]:
-        """Return which programs there are."""
+        """Return the numbers of the stored programs."""
         return sorted(self._programs)
 
     def text(self, number: int) -> str | None:
-        """Return a program's text, None where there is none."""
+        """Return a program's text, None if there is none."""
         return self._programs.get(number)
 
     def replace(self, number: int, text: str) -> None:
-        """Take the place of a program. Raises Malformed, Refused; what was there stays then."""
+        """Replace a program. Raises Malformed, Refused; the old one stays then."""
         program(text)
         with self._lock:
             if number not in self._programs and len(self._programs) >= MOST:
@@ -44,7 +44,7 @@ class ProgramStore:
             try:
                 self._write(json.dumps(programs))
             except OSError as error:
-                raise Refused("busy", f"the program cannot be kept: {error.strerror}") from error
+                raise Refused("busy", f"the program cannot be stored: {error.strerror}") from error
             self._programs = programs
 
     def _write(self, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Driving by velocities (`J`, `C`): as asked, no faster than may be braked before a limit or a box."""
+"""Driving by velocities (`J`, `C`): as requested, but slow enough to brake before a limit or a box."""
 
 import numpy as np
 
@@ -7,28 +7,28 @@ from robots.motion.planner import Planner
 from simulators.pa10.scene import STEP_S
 
 DEAD_MAN_S = 0.25
-LOOK_S = 0.01  # what lies ahead is looked at so often
+LOOK_S = 0.01  # between two checks ahead
 
 
 class VelocityCommand:
-    """One command, which lives from being said again; times are the control loop's, in s."""
+    """One command, which lasts while it is repeated; times are the control loop's, in s."""
 
     def __init__(self, letter: str, values: Joints, now: float) -> None:
         self._letter, self._values, self.until = letter, values, now + DEAD_MAN_S
-        self._free_until = 0.0  # the way was found free up to then
+        self._free_until = 0.0  # the path was found free until then
 
     def again(self, letter: str, values: Joints, now: float) -> None:
-        """Take what was said again, or anew."""
+        """Note that the command was repeated or changed."""
         if letter != self._letter or np.any(values != self._values):
             self.look_again()
         self._letter, self._values, self.until = letter, values, now + DEAD_MAN_S
 
     def look_again(self) -> None:
-        """Look ahead in the next step, whatever was found before."""
+        """Check ahead in the next step, whatever was found before."""
         self._free_until = 0.0
 
     def follow(self, planner: Planner, q: Joints, v: Joints, now: float) -> tuple[Joints, Joints, Joints]:
-        """Return position, velocity and acceleration one step on."""
+        """Return position, velocity and acceleration one step later."""
         most = planner.limits.acceleration * STEP_S
         change = np.clip(self._wanted(planner, q, v, now) - v, -most, most)
         v = v + change
@@ -45,7 +45,7 @@ class VelocityCommand:
 
 
 def may_go_on(planner: Planner, q: Joints, v: Joints, wanted: Joints) -> bool:
-    """Tell whether the arm could still brake in time after one more step at the wanted speed."""
+    """Return whether the arm could still brake in time after one more step at the wanted speed."""
     limits, kept = planner.limits, planner.kept
     faster = np.where(np.abs(wanted) > np.abs(v), wanted, v)
     stop = q + faster * 2 * LOOK_S + faster * np.abs(faster) / (2 * limits.acceleration)

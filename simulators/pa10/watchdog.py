@@ -1,4 +1,4 @@
-"""The watchdog of Dziemian et al. 2004, figure 4 (b): a thread that looks whether anybody is there."""
+"""The watchdog of Dziemian et al. 2004, figure 4 (b): a thread that checks whether anybody is connected."""
 
 import threading
 import time
@@ -10,7 +10,7 @@ LOOK_S = 0.1
 
 
 def watch(network: Network, silence_s: float, nobody_s: float, again: Callable[[str], None]) -> None:
-    """Start the application again where the owner says nothing for so long, or where nobody comes."""
+    """Restart the application if the owner is silent for so long, or if nobody connects."""
 
     def look() -> None:
         while True:

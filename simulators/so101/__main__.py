@@ -32,7 +32,7 @@ ARRIVED = 2.0  # ticks
 
 
 class Servo:
-    """One servo: its registers, and a motor that runs at its goal."""
+    """One servo: its registers, and a motor that moves to its goal."""
 
     def __init__(self, number: int, at: float) -> None:
         self.registers = bytearray(128)
@@ -52,14 +52,14 @@ class Servo:
         return int.from_bytes(self.registers[address : address + 2], "little")
 
     def write(self, address: int, data: bytes) -> None:
-        """Take what the line writes; torque that comes on finds the motor where it is."""
+        """Take written registers; when torque is switched on, the motor holds its present position."""
         was = self.registers[TORQUE]
         self.registers[address : address + len(data)] = data
         if self.registers[TORQUE] and not was:
             self.put(GOAL, round(self.at))
 
     def step(self) -> None:
-        """Let a step pass."""
+        """Advance by one step."""
         wanted = 0.0
         if self.registers[TORQUE]:
             goal = min(max(self.get(GOAL), self.get(MIN_LIMIT)), self.get(MAX_LIMIT))
@@ -107,7 +107,7 @@ class Simulator:
         (self._folder / "calibration" / "farhand.json").write_text(json.dumps(kept))
 
     def status(self) -> dict[str, Any]:
-        """Return places (ticks), goals and counters, for tests."""
+        """Return positions (ticks), goals and counters, for tests."""
         return {
             "counts": dict(self.journal.counts),
             "ticks": [round(s.at, 1) for s in self._servos.values()],
@@ -116,7 +116,7 @@ class Simulator:
         }
 
     def run(self) -> None:
-        """Serve the line and move the servos until told to stop."""
+        """Serve the line and move the servos until stopped."""
         threading.Thread(target=self._drive, name="motors", daemon=True).start()
         while self._running:
             ready, _, _ = select.select([self._master], [], [], 0.2)
@@ -128,7 +128,7 @@ class Simulator:
         (self._folder / "places.json").write_text(json.dumps([s.at for s in self._servos.values()]))
 
     def stop(self, *_: object) -> None:
-        """Leave the loop."""
+        """End the loop."""
         self._running = False
 
     def _drive(self) -> None:

@@ -24,7 +24,7 @@ CONSOLE = "django.core.mail.backends.console.EmailBackend"
 LINK = "confirmation_link"
 
 
-def mails_stay_here() -> bool:
+def mails_go_to_terminal() -> bool:
     """Return whether mails only go to the terminal, as in a demo; people who sign up cannot read them there."""
     return settings.EMAIL_BACKEND == CONSOLE and not settings.PUBLIC
 
@@ -36,7 +36,7 @@ def _send(message: EmailMessage) -> None:
         log.exception("a mail could not be sent")
 
 
-def send_beside(message: EmailMessage) -> None:
+def send_in_background(message: EmailMessage) -> None:
     """Send a mail in the background; a failure is written to the log."""
     if settings.MAIL_IN_BACKGROUND:
         _sender.submit(_send, message)
@@ -69,7 +69,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
     def send_confirmation_mail(self, request: HttpRequest, emailconfirmation: Any, signup: bool) -> None:
         """Send the link; a demo also shows it on the next page of this session."""
         super().send_confirmation_mail(request, emailconfirmation, signup)
-        if mails_stay_here():
+        if mails_go_to_terminal():
             request.session[LINK] = self.get_email_confirmation_url(request, emailconfirmation)
 
     def send_account_already_exists_mail(self, email: str) -> None:
@@ -84,7 +84,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
 
     def send_mail(self, template_prefix: str, email: str, context: dict[str, Any]) -> None:
         """Render a mail now and send it in the background."""
-        send_beside(self.render_mail(template_prefix, email, self._filled(email, context)))
+        send_in_background(self.render_mail(template_prefix, email, self._filled(email, context)))
 
     def _filled(self, email: str, given: dict[str, Any]) -> dict[str, Any]:
         from allauth.core import context  # noqa: PLC0415 - holds the request of this thread

@@ -9,7 +9,7 @@ from django.utils.functional import SimpleLazyObject
 from portal.live.standing import place_info
 from portal.pages.jobs import asker_of
 from portal.stores import trouble
-from queueing.jobs.telling import untold
+from queueing.jobs.telling import unseen_jobs
 from queueing.models import Job
 from queueing.places import standings
 from robots.clock import SYSTEM
@@ -24,7 +24,7 @@ def _my_places(user: Any) -> list[dict[str, Any]]:
 def _ended_jobs(request: HttpRequest) -> list[Job]:
     """Return ended jobs that the person or guest has not looked at; none while the database is away."""
     try:
-        return untold(asker_of(request))
+        return unseen_jobs(asker_of(request))
     except Error:
         return []
 

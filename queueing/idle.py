@@ -72,7 +72,7 @@ def rests(link: QueueRobot, now: datetime) -> bool:
     return now - link.watched_at > timedelta(minutes=link.rest_after_min)
 
 
-def note_watchers(queue: Queue, now: datetime) -> None:
+def store_watchers(queue: Queue, now: datetime) -> None:
     """Store that somebody watches. People who wait count as watchers.
 
     While no web process answers, everybody is assumed to be still there.
@@ -82,7 +82,7 @@ def note_watchers(queue: Queue, now: datetime) -> None:
             continue
         if link.watched_at is not None and (now - link.watched_at).total_seconds() < NOTED_S:
             continue
-        if queue.jobs.filter(state="waiting").exists() or bus.perhaps_watched(link.robot.slug):
+        if queue.jobs.filter(state="waiting").exists() or bus.may_be_watched(link.robot.slug):
             QueueRobot.objects.filter(pk=link.pk).update(watched_at=now)
 
 

@@ -2,7 +2,7 @@
 
 from datetime import datetime
 
-from queueing.idle import note_watchers, open_idle, open_need, wanted_need
+from queueing.idle import open_idle, open_need, store_watchers, wanted_need
 from queueing.jobs.head import head_of
 from queueing.jobs.running import promote
 from queueing.jobs.suspending import suspended
@@ -20,7 +20,7 @@ GIVES_WAY = {GrantKind.IDLE: "somebody asked for the robot", GrantKind.JOB: "the
 def serve_next(queue: Queue, now: datetime) -> None:
     """Start what comes next on each robot that is ready."""
     tag_next(queue)
-    note_watchers(queue, now)
+    store_watchers(queue, now)
     for link in QueueRobot.objects.select_related("robot").filter(queue=queue).order_by("robot_id"):
         _serve(queue, link, now)
 

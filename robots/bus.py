@@ -248,7 +248,7 @@ def web_key() -> str:
     return "farhand:web"
 
 
-def perhaps_watched(slug: str) -> bool:
+def may_be_watched(slug: str) -> bool:
     """Return whether somebody watches; True also while Redis or all web processes are away, for then nobody knows."""
     try:
         looked = connection().exists(*(watch_key(slug, what) for what in ("frames", "state")))

@@ -75,7 +75,7 @@ class Connection:
             self.later(0.0)
             self._unready(str(error), code=error.code)
 
-    def faulted_beside(self, error: HardwareFault, command: Command) -> None:
+    def config_faulted(self, error: HardwareFault, command: Command) -> None:
         """Check the robot soon, because a command beside a motion failed; a running motion reports its own failure."""
         log.warning("%s of the robot: %s", command.kind, error)
         self.lost_while_idle(error)

@@ -94,7 +94,7 @@ class Owner:
     def _wire_commands(self) -> None:
         owned, lease, pictures, connection = self.owned, self.lease, self.pictures, self.connection
         self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, connection.faulted)
-        runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.faulted_beside)
+        runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted)
         self.motion = Commands(owned, lease, self.lane, self.runner)
         self.config = Commands(owned, lease, self.beside, runner_beside)
         handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, self.config)
@@ -129,7 +129,7 @@ class Owner:
         begin("follow", self.follower.rows)
         begin("control", self.control.loop)
         if self.beside in self.lanes:
-            begin("config", partial(self.config.loop_beside, self.connection))
+            begin("config", partial(self.config.loop_config, self.connection))
         begin("state", self.states.loop)
         for camera in self.pictures.cameras:
             begin(f"camera {camera.name}", partial(send_live, owned, self.pictures, self._brownout, camera.index))

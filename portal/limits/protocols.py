@@ -15,7 +15,7 @@ from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import Frame
 
-from portal.limits.crowds import Crowd
+from portal.limits.counts import AddressCount
 
 HEAD = 64 * 1024  # bytes of a request's line and headers
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
@@ -25,9 +25,9 @@ NO_TEXT, POLICY = 1007, 1008
 
 
 @cache
-def connections() -> Crowd:
+def connections() -> AddressCount:
     """Return this process's counter of connections."""
-    return Crowd(settings.LIMITS["CONNECTIONS"])
+    return AddressCount(settings.LIMITS["CONNECTIONS"])
 
 
 @cache

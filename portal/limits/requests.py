@@ -5,7 +5,7 @@ from typing import Any
 
 from django.conf import settings
 
-from portal.limits.crowds import Crowd
+from portal.limits.counts import AddressCount
 
 TOO_LARGE = "The request is too large."
 TOO_SLOW = "The request did not arrive in time."
@@ -42,8 +42,8 @@ class Bounded:
 
     def __init__(self, app: Any) -> None:
         self.app = app
-        self._requests = Crowd(settings.LIMITS["REQUESTS"])
-        self._sockets = Crowd(settings.LIMITS["SOCKETS"])
+        self._requests = AddressCount(settings.LIMITS["REQUESTS"])
+        self._sockets = AddressCount(settings.LIMITS["SOCKETS"])
 
     async def __call__(self, scope: dict[str, Any], receive: Any, send: Any) -> None:
         """Pass on requests within the limits."""

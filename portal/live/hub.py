@@ -16,7 +16,7 @@ from django.conf import settings
 from redis.exceptions import RedisError
 
 from portal.live.messages import CAMERAS
-from portal.live.sessions import doorman
+from portal.live.sessions import session_watch
 from portal.live.streams import Streams
 from robots import bus
 from robots.contract.streams import MOST
@@ -186,7 +186,7 @@ class Hub:
     def _route(self, channel: str, data: bytes) -> None:
         if channel == bus.sessions_channel():
             if data.isdigit():
-                doorman().check_soon(int(data))
+                session_watch().check_soon(int(data))
             return
         _, slug, what = channel.split(":", 2)
         room = self._rooms.get(slug)

@@ -11,7 +11,7 @@ from channels.exceptions import StopConsumer
 from channels.generic.websocket import AsyncWebsocketConsumer
 
 from portal.live.messages import NotUnderstood, Wire
-from portal.live.sessions import Badge, Ending, doorman
+from portal.live.sessions import Ending, SignIn, session_watch
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
@@ -25,7 +25,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
     """A socket. Subclasses define the messages (`wire`) and `opened`, `take`, `refuse` and `left`."""
 
     wire: ClassVar[Wire[Any]]
-    badge: Badge | None = None
+    sign_in: SignIn | None = None
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -59,7 +59,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         finally:
             self.over = True
             lines.discard(self)
-            doorman().forget(self)
+            session_watch().remove(self)
             await self._clear()
 
     async def _clear(self) -> None:
@@ -148,11 +148,11 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         except OSError:
             pass
 
-    def sign(self, badge: Badge | None) -> None:
+    def sign(self, sign_in: SignIn | None) -> None:
         """Note who uses the socket; it ends with their session."""
-        if badge is not None and self.badge is None and not self.over:
-            self.badge = badge
-            doorman().admit(self)
+        if sign_in is not None and self.sign_in is None and not self.over:
+            self.sign_in = sign_in
+            session_watch().add(self)
 
     def judge(self, user: Any) -> Ending | None:
         """Return why the socket must end though its session may go on; runs in a thread."""

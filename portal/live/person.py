@@ -17,7 +17,7 @@ from django.db import Error
 from portal.live.line import Line
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
 from portal.live.people import current_user
-from portal.live.sessions import badge_of
+from portal.live.sessions import sign_in_of
 from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
 from portal.live.threads import ANYBODY, KNOWN
@@ -55,7 +55,7 @@ class PersonConsumer(Line):
             await self.close(SIGNED_OUT)
             return
         self._me = user.pk
-        self.sign(badge_of(self.scope, user))
+        self.sign(sign_in_of(self.scope, user))
         self._subscriber = Subscriber(user.pk)
         subscriptions().attach(self._subscriber)
         self.begin(self._serve(self._subscriber))

@@ -28,7 +28,7 @@ SESSIONS = Pool("sessions", 2)
 
 
 @dataclass(frozen=True)
-class Badge:
+class SignIn:
     """The session, the person and a digest of the password with which a socket was opened."""
 
     key: str
@@ -56,7 +56,7 @@ NOT_STAFF = Ending(4403, "The live trace is for staff.", "", Place.KEPT)
 class Signed(Protocol):
     """A socket of a signed-in person."""
 
-    badge: Badge | None
+    sign_in: SignIn | None
 
     def judge(self, user: Any) -> Ending | None:
         """Return why the socket must end though its session may go on; runs in a thread."""
@@ -68,26 +68,26 @@ class Signed(Protocol):
         """Close the socket and release what belongs to it."""
 
 
-def badge_of(scope: dict[str, Any], user: Any) -> Badge | None:
-    """Return the badge of the person of a socket; None if nobody is signed in."""
-    return Badge(session_key(scope), user.pk, user.get_session_auth_hash()) if user.is_authenticated else None
+def sign_in_of(scope: dict[str, Any], user: Any) -> SignIn | None:
+    """Return the sign-in of the person of a socket; None if nobody is signed in."""
+    return SignIn(session_key(scope), user.pk, user.get_session_auth_hash()) if user.is_authenticated else None
 
 
-def over(signed: Iterable[tuple[Signed, Badge]], now: datetime) -> list[tuple[Signed, Ending]]:
+def over(signed: Iterable[tuple[Signed, SignIn]], now: datetime) -> list[tuple[Signed, Ending]]:
     """Return the sockets that must end, with the reason: two queries for all, more for operators."""
     asked = list(signed)
-    keys, ids = {badge.key for _, badge in asked}, {badge.user for _, badge in asked}
+    keys, ids = {sign_in.key for _, sign_in in asked}, {sign_in.user for _, sign_in in asked}
     alive = set(Session.objects.filter(session_key__in=keys, expire_date__gt=now).values_list("pk", flat=True))
     people = get_user_model()._default_manager.in_bulk(ids)
     found = []
-    for socket, badge in asked:
-        user = people.get(badge.user)
+    for socket, sign_in in asked:
+        user = people.get(sign_in.user)
         ending: Ending | None
         if user is None or not user.is_active:
             ending = SUSPENDED
-        elif user.get_session_auth_hash() != badge.proof:
+        elif user.get_session_auth_hash() != sign_in.proof:
             ending = NEW_PASSWORD
-        elif badge.key not in alive:
+        elif sign_in.key not in alive:
             ending = SIGNED_OUT
         else:
             ending = socket.judge(user)
@@ -96,7 +96,7 @@ def over(signed: Iterable[tuple[Signed, Badge]], now: datetime) -> list[tuple[Si
     return found
 
 
-class Doorman:
+class SessionWatch:
     """Checks the signed-in sockets of one event loop; does nothing while there are none."""
 
     def __init__(self) -> None:
@@ -105,13 +105,13 @@ class Doorman:
         self._task: asyncio.Task[None] | None = None
         self._ending: set[asyncio.Task[None]] = set()
 
-    def admit(self, socket: Signed) -> None:
+    def add(self, socket: Signed) -> None:
         """Add a socket."""
         self._signed.add(socket)
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._watch())
 
-    def forget(self, socket: Signed) -> None:
+    def remove(self, socket: Signed) -> None:
         """Remove a socket."""
         self._signed.discard(socket)
 
@@ -119,7 +119,7 @@ class Doorman:
         """Check now, because the session, password, account or clearance of that person may have changed."""
         self._wake.set()
         for socket in self._signed:
-            if socket.badge is not None and socket.badge.user == person:
+            if socket.sign_in is not None and socket.sign_in.user == person:
                 socket.check_in()
 
     async def _watch(self) -> None:
@@ -128,7 +128,7 @@ class Doorman:
                 async with asyncio.timeout(CHECK_S):
                     await self._wake.wait()
             self._wake.clear()
-            signed = [(s, s.badge) for s in self._signed if s.badge is not None]
+            signed = [(s, s.sign_in) for s in self._signed if s.sign_in is not None]
             try:
                 ended = await SESSIONS.orm(over)(signed, SYSTEM.now())
             except Error as error:  # nobody can do anything meanwhile either
@@ -138,16 +138,16 @@ class Doorman:
                 log.exception("sessions cannot be checked")
                 ended = []
             for socket, ending in ended:
-                self.forget(socket)
+                self.remove(socket)
                 task = asyncio.create_task(socket.shut(ending))  # a peer that does not read must not delay the others
                 self._ending.add(task)
                 task.add_done_callback(self._ending.discard)
             await asyncio.sleep(APART_S)
 
 
-_doormen: dict[int, Doorman] = {}
+_watches: dict[int, SessionWatch] = {}
 
 
-def doorman() -> Doorman:
+def session_watch() -> SessionWatch:
     """Return the check of the running event loop."""
-    return _doormen.setdefault(id(asyncio.get_running_loop()), Doorman())
+    return _watches.setdefault(id(asyncio.get_running_loop()), SessionWatch())

@@ -13,7 +13,7 @@ from accounts.services import cleared
 from portal.live.hub import Viewer, hub
 from portal.live.line import Line
 from portal.live.people import current_user
-from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Badge, Ending, badge_of, doorman
+from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
 from portal.live.snapshot import snapshot
 from portal.live.threads import ANYBODY, KNOWN, URGENT
 from portal.stores import down_text
@@ -67,13 +67,13 @@ class Viewing(Line):
         """Close, and end the turn unless another session of the person continues it."""
         if self.viewer is not None:
             hub().detach(self.viewer)
-        person = self.badge.user if self.badge else 0  # a later snapshot has no person any more
+        person = self.sign_in.user if self.sign_in else 0  # a later snapshot has no person any more
         await asyncio.gather(self.close(ending.code, ending.text), self._give_up(person, ending))
 
     async def _give_up(self, person: int, ending: Ending) -> None:
         if ending.place is Place.OTHERS:
             await SESSIONS.orm(disconnect)(self.slug, person, SYSTEM.now())
-            doorman().check_soon(person)
+            session_watch().check_soon(person)
             await URGENT.run(bus.send_session_changed, person)
             await asyncio.sleep(OTHERS_S)
         await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
@@ -81,14 +81,14 @@ class Viewing(Line):
     async def send_snapshot(self) -> None:
         """Send everything, and remember what this person may do."""
         try:
-            shown, badge = await self.orm(self._snapshot)
+            shown, sign_in = await self.orm(self._snapshot)
         except Error as error:
             await self.store_down(error)
             return
         except Robot.DoesNotExist:
             await self.close(NOT_FOUND)
             return
-        self.sign(badge)
+        self.sign(sign_in)
         await self.send(json.dumps(shown))
 
     async def store_down(self, error: Exception) -> None:
@@ -103,7 +103,7 @@ class Viewing(Line):
         self._looking = False
         self._stale.set()
 
-    def _snapshot(self) -> tuple[dict[str, Any], Badge | None]:
+    def _snapshot(self) -> tuple[dict[str, Any], SignIn | None]:
         user = current_user(self.scope)
         shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
         me = shown["me"]
@@ -113,7 +113,7 @@ class Viewing(Line):
         self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, even if this is out of date
         self.placed = me["ticket"] is not None
         self.known = self.may_stop or self.operating or self.placed
-        return shown, badge_of(self.scope, user)
+        return shown, sign_in_of(self.scope, user)
 
     async def _forward(self, viewer: Viewer) -> None:
         """Send what the hub receives; while Redis is away, read the database every second."""

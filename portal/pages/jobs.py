@@ -17,7 +17,7 @@ from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.kinds import job_kinds, kinds_for, link_of
 from queueing.jobs.suspending import resume, suspended
-from queueing.jobs.telling import told
+from queueing.jobs.telling import mark_seen
 from queueing.models import OPEN_JOB, Job
 from robots.clock import SYSTEM
 from robots.contract.spec import CommandKind
@@ -119,7 +119,7 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
         except QueueError as error:
             messages.warning(request, str(error))
         return redirect(job)
-    told(job, asker, now)
+    mark_seen(job, asker, now)
     grants = job.runs.values("grant")
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": jobs_ahead(job), "may_cancel": may_cancel(job, asker),

@@ -33,7 +33,7 @@ def _shown(robot: Robot) -> dict[str, Any]:
     return {"robot": robot, "state": state, "label": label, "why": why, "waiting": waiting(robot)}
 
 
-def _blind(robot: Robot) -> bool:
+def _no_camera(robot: Robot) -> bool:
     """Return whether the robot is known to have no camera; False if its package is not installed."""
     try:
         return not description.views(robot.description())
@@ -43,7 +43,9 @@ def _blind(robot: Robot) -> bool:
 
 def landing(request: HttpRequest) -> HttpResponse:
     """Show the robots, live."""
-    robots = [{**_shown(r), "still": newest_still(r), "blind": _blind(r)} for r in Robot.objects.filter(enabled=True)]
+    robots = [
+        {**_shown(r), "still": newest_still(r), "blind": _no_camera(r)} for r in Robot.objects.filter(enabled=True)
+    ]
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
     return render(request, "pages/landing.html", {"robots": robots, "entries": entries[:3]})
 

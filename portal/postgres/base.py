@@ -14,7 +14,7 @@ from psycopg.pq import TransactionStatus
 LOOK_S = 0.1
 
 
-class PatientConnection(psycopg.Connection[Any]):
+class LimitedConnection(psycopg.Connection[Any]):
     """A connection that waits at most `wait_s` (s)."""
 
     wait_s = 10.0
@@ -36,12 +36,12 @@ class DatabaseWrapper(base.DatabaseWrapper):
     def get_connection_params(self) -> dict[str, Any]:
         """Remove our own option from those for libpq."""
         params: dict[str, Any] = super().get_connection_params()
-        self._wait_s = float(params.pop("wait_s", PatientConnection.wait_s))
+        self._wait_s = float(params.pop("wait_s", LimitedConnection.wait_s))
         return params
 
     def get_new_connection(self, conn_params: dict[str, Any]) -> Any:
         """Connect, and limit every wait from now on."""
         connection = super().get_new_connection(conn_params)
-        connection.__class__ = PatientConnection
+        connection.__class__ = LimitedConnection
         connection.wait_s = self._wait_s
         return connection

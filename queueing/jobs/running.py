@@ -6,7 +6,7 @@ from django.conf import settings
 from django.core.mail import EmailMessage
 from django.db import transaction
 
-from accounts.adapter import send_beside
+from accounts.adapter import send_in_background
 from queueing.charging import charge, serve
 from queueing.charging import settle as settle_clock
 from queueing.jobs.tagging import follow_charge
@@ -105,4 +105,4 @@ def _mail_on_commit(job: Job, text: str) -> None:
     address = "".join(settings.CSRF_TRUSTED_ORIGINS[:1]) + job.get_absolute_url()
     to = [job.user.email] if job.user is not None else []
     message = EmailMessage(f"Your job on {job.robot.name} has ended", f"{text}\n\n{address}\n", to=to)
-    transaction.on_commit(lambda: send_beside(message), robust=True)
+    transaction.on_commit(lambda: send_in_background(message), robust=True)

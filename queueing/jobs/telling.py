@@ -14,13 +14,13 @@ def _mine(asker: Asker) -> QuerySet[Job]:
     return Job.objects.filter(guest=asker.guest) if asker.guest else Job.objects.none()
 
 
-def untold(asker: Asker) -> list[Job]:
+def unseen_jobs(asker: Asker) -> list[Job]:
     """Return the asker's ended jobs that they have not looked at."""
     found = _mine(asker).exclude(state__in=OPEN_JOB).filter(told_at=None)
     return list(found.select_related("robot").order_by("-id")[:3])
 
 
-def told(job: Job, asker: Asker, now: datetime) -> None:
+def mark_seen(job: Job, asker: Asker, now: datetime) -> None:
     """Note that the asker has seen the end of the job."""
     if job.state not in OPEN_JOB:
         _mine(asker).filter(pk=job.pk, told_at=None).update(told_at=now)

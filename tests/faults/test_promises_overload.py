@@ -25,7 +25,7 @@ BACK_S = 15.0
 NOT_BEGUN = ("rejected", "expired")
 
 
-class Crowd:
+class AddressCount:
     """Processes at our own nice level that want all there is."""
 
     def __enter__(self):
@@ -116,7 +116,7 @@ def test_promise_43_overload_is_a_brownout(rig, proof, witness):
             day = Day(rig, operator, witness)
             time.sleep(3.0)
             usual = watching.rate(3.0)
-            with Crowd():
+            with AddressCount():
                 since = time.monotonic()
                 while time.monotonic() < since + seconds:
                     day.stop()

@@ -188,9 +188,9 @@ def test_nothing_is_asked_while_nobody_is_signed_in(web, people):
         heard(one, "snapshot")
 
         def watching():
-            from portal.live.sessions import doorman
+            from portal.live.sessions import session_watch
 
-            return doorman()._task is not None and not doorman()._task.done()
+            return session_watch()._task is not None and not session_watch()._task.done()
 
         assert not web.ask(watching)
         with Browser(people["bob"]).open(web) as two:

@@ -43,5 +43,5 @@ def shuttle(robot, people, clock, monkeypatch):
             rest_after_min=1,
             watched_at=clock.now() - timedelta(days=1),
         )
-        monkeypatch.setattr("robots.bus.perhaps_watched", lambda slug: False)
+        monkeypatch.setattr("robots.bus.may_be_watched", lambda slug: False)
         yield robot

@@ -269,11 +269,11 @@ def test_a_silent_web_tier_is_not_nobody(redis_server):
     from robots import bus
 
     bus.connection().flushall()
-    assert bus.perhaps_watched("mercury"), "no page server is heard"
+    assert bus.may_be_watched("mercury"), "no page server is heard"
     bus.connection().set(bus.web_key(), 1)
-    assert not bus.perhaps_watched("mercury")
+    assert not bus.may_be_watched("mercury")
     bus.watch("mercury", "state")
-    assert bus.perhaps_watched("mercury")
+    assert bus.may_be_watched("mercury")
 
 
 def test_nobody_joins_where_no_turns_are_offered(shuttle, people, clock):

@@ -21,7 +21,7 @@ def page(robot, people, monkeypatch):
 
     def of(name):
         monkeypatch.setattr(viewing, "current_user", lambda scope: people[name])
-        monkeypatch.setattr(viewing, "badge_of", lambda scope, user: None)
+        monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)
         made = consumers.RobotConsumer()
         made.slug, made.scope = robot.slug, {}
         made._snapshot()

@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 
-class _Patient(io.RawIOBase):
+class _LimitedReader(io.RawIOBase):
     """Raw input from a socket with a limit for the whole answer and one for each silence."""
 
     def __init__(self, raw: Any, line: socket.socket, until: float, silence: float) -> None:
@@ -44,6 +44,6 @@ def answer_within(seconds: float, silence: float) -> type[http.client.HTTPRespon
             super().__init__(sock, *args, **kwargs)
             self.fp.close()
             raw = sock.makefile("rb", buffering=0)
-            self.fp = io.BufferedReader(_Patient(raw, sock, time.monotonic() + seconds, silence))
+            self.fp = io.BufferedReader(_LimitedReader(raw, sock, time.monotonic() + seconds, silence))
 
     return Answer

@@ -39,7 +39,7 @@ class Commands:
         with self.lane.turn:
             claim.tidy(self._owned.robot, self._lease.epoch, self._owned.now(), self.lane.name)
 
-    def loop_beside(self, connection: Connection) -> None:
+    def loop_config(self, connection: Connection) -> None:
         """Run the commands of the lane `config` until the owner ends; the other lane connects and hands over."""
         while self._owned.running:
             self.lane.sleep(SWEEP_S)

@@ -18,14 +18,14 @@ EVERY_S = 0.5
 LONGEST = 120
 
 
-class Teller:
+class ProgressReporter:
     """Stores and publishes progress; a report that comes sooner than `EVERY_S` after the last one is dropped."""
 
     def __init__(self, owned: OwnedRobot) -> None:
         self._owned = owned
         self._last: tuple[int, float] = (0, 0.0)  # the command, and the time (monotonic, s)
 
-    def tell(self, command: Command, progress: Progress) -> None:
+    def report(self, command: Command, progress: Progress) -> None:
         """Store and publish it. If the database is away, this report is lost and the command goes on."""
         now = self._owned.clock.monotonic()
         told, at = self._last

@@ -29,7 +29,7 @@ from workers.cameras.look import look
 from workers.cameras.pictures import Pictures
 from workers.commands import finish
 from workers.commands.motion import held_motion, replaceable
-from workers.commands.progress import Teller
+from workers.commands.progress import ProgressReporter
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
 from workers.safety.lane import MOTION, Lane
@@ -58,7 +58,7 @@ class Runner:
         self._owned, self._lease, self._lane = owned, lease, lane
         self._deadman, self._pictures, self._on_fault = deadman, pictures, on_fault
         self._permit: Permit = lane.gate.check  # of the command that runs
-        self._moves, self._teller = lane.name == MOTION, Teller(owned)
+        self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
         self._said = 0  # the last command that was sent to the robot, whatever the database says
 
     def run(self, command: Command) -> None:
@@ -140,7 +140,7 @@ class Runner:
     def _stage(self, command: Command, stage: str | Progress) -> None:
         """Store a stage; if the database is away, a motion that has begun goes on."""
         if isinstance(stage, Progress):
-            self._teller.tell(command, stage)
+            self._progress.report(command, stage)
             return
         self._said = command.pk
         if stage == "acknowledged":

@@ -53,6 +53,6 @@ class KnownGrants:
         """Return whether that grant has ended."""
         return self._clock.monotonic() >= self.until(grant_id)
 
-    def heeds_stop_of(self, grant_id: int) -> bool:
+    def stop_counts(self, grant_id: int) -> bool:
         """Return whether a stop that names this grant (0: none) counts: not if the grant is known to have ended."""
         return stops(grant_id, self.newest, self.ended)

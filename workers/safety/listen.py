@@ -36,7 +36,7 @@ class Listener:
                         lane.wake()
                 elif message and channel == held:
                     self._deadman.hear(*bus.read_keep_alive(message["data"]))
-                elif message and self._grants.heeds_stop_of(bus.grant_of_stop(message["data"])):
+                elif message and self._grants.stop_counts(bus.grant_of_stop(message["data"])):
                     self._stop.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             owned.clock.sleep(0.2)

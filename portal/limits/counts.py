@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from portal.limits.addresses import network_of
 
 
-class Crowd:
+class AddressCount:
     """Counts open items of each network address (IPv6: its /64), up to `most` each."""
 
     def __init__(self, most: int) -> None:

@@ -150,8 +150,12 @@ def _contradictions(spec: Spec) -> Iterator[str]:
 
 
 def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
-    if isinstance(capability, Idle | Need | Programs) and spec.command(capability.kind) is None:
-        yield f"has no command {capability.kind!r}, which its {type(capability).__name__} names"
+    if isinstance(capability, Idle | Need | Programs):
+        found, name = spec.command(capability.kind), type(capability).__name__
+        if found is None:
+            yield f"has no command {capability.kind!r}, which its {name} names"
+        elif found.lane != "motion":
+            yield f"names {capability.kind!r} of the lane {found.lane!r} in its {name}; only motions belong there"
     if not isinstance(capability, Need):
         return
     if capability.channel not in [c.name for c in spec.channels]:

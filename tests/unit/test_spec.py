@@ -40,6 +40,7 @@ def alone(seconds, name="wheel"):
         ({"handover": ("home",)}, "no command 'home', which its handover names"),
         ({"handover": ("pace",)}, "of the lane 'config' in its handover"),
         ({"capabilities": (Idle("roam"),)}, "no command 'roam', which its Idle names"),
+        ({"capabilities": (Idle("pace"),)}, "names 'pace' of the lane 'config' in its Idle"),
         ({"capabilities": (Programs("run", "text"),)}, "no command 'run', which its Programs names"),
         ({"capabilities": (Need("dock", "charge", 20.0, 90.0),)}, "no command 'dock', which its Need names"),
         ({"capabilities": (Need("go", "battery", 20.0, 90.0),)}, "no channel 'battery', which its Need names"),

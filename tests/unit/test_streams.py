@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.live.streams import Streams
+from robots.contract.session import Session
 from robots.contract.streams import Chain, StreamPacket, pack, unpack
 
 STEPS = st.lists(st.sampled_from(["key", "delta", "delta", "delta"]), max_size=30)
@@ -96,3 +97,22 @@ def test_any_bytes_are_a_packet_or_refused(data):
 def test_what_is_too_short_or_another_type_is_refused(data):
     with pytest.raises(ValueError, match="not a packet of a byte stream"):
         unpack(data)
+
+
+class Rover(Session):
+    connect = state = hold = lambda self: None
+
+    def execute(self, kind, args, permit, on_stage):
+        return None
+
+    def close(self):
+        return None
+
+
+def test_a_driver_that_nobody_listens_to_is_asked_for_key_packets_and_fails_at_nothing():
+    rover, heard = Rover("", {}), []
+    assert rover.stream("map", b"all")
+    assert rover.stream("map", b"change", key=False)
+    rover.on_packet = lambda *packet: bool(heard.append(packet))
+    assert not rover.stream("map", b"all")
+    assert heard == [("map", b"all", True)]

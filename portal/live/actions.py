@@ -30,7 +30,7 @@ class Answer:
 
 
 def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = False) -> Answer:
-    """Carry out one message, with person, session and turn checked anew.
+    """Carry out one message, with person, session and turn checked again.
 
     `sent`: the stop went over the bus already.
     """

@@ -70,7 +70,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         try:
             async with asyncio.timeout(LEAVE_S):
                 await self.left()
-        except Exception as error:  # noqa: BLE001 - a store that is away; nothing of ours hangs on it
+        except Exception as error:  # noqa: BLE001 - a store may be away; nothing depends on this
             log.debug("the work after the end of a socket failed: %s", error)
 
     async def dispatch(self, message: dict[str, Any]) -> None:

@@ -79,7 +79,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
 
 
 def _command(kind: CommandKind) -> dict[str, Any]:
-    """Return what a console is told of a command; how the owner holds it is not its concern."""
+    """Return the fields of a command for a console; the owner's policies are left out."""
     told = asdict(kind)
     del told["policies"]
     return told | {"asked_by": sorted(kind.asked_by)}

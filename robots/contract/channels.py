@@ -56,7 +56,7 @@ def encode_values(channels: tuple[Scalar, ...], values: Mapping[str, float]) -> 
 
 
 def float32(value: float | None) -> float:
-    """Return the value, or NaN where there is none or none that four bytes hold."""
+    """Return the value, or NaN if there is none or it does not fit four bytes."""
     if value is None or not isfinite(value) or abs(value) > 3.4e38:
         return nan
     return float(value)

@@ -18,5 +18,5 @@ def procedures(spec: Spec) -> tuple[CommandKind, ...]:
 
 
 def procedure(spec: Spec, kind: str) -> CommandKind | None:
-    """Return the procedure of that kind, or None where the robot has none such."""
+    """Return the procedure of that kind, or None if the robot has none."""
     return next((p for p in procedures(spec) if p.kind == kind), None)

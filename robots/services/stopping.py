@@ -68,7 +68,7 @@ class StopShown:
 
 
 def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
-    """Return what is known of the stop that is latched; None where there is none.
+    """Return what is known of the latched stop; None if there is none.
 
     Where no owner is there to hold the robot, it rests by itself after the time that its spec names: nothing was
     sent to it after the stop, nor after its owner's lease ended.

@@ -1,4 +1,4 @@
-"""The cast and the stores of all tests."""
+"""Fixtures of all tests: people, robots and stores."""
 
 import subprocess
 import time

@@ -1,4 +1,4 @@
-"""What runs on from test to test: to start a robot and its owner costs more than most tests do."""
+"""Robots, owners and web processes that run on from test to test, because starting them takes long."""
 
 import shutil
 import signal

@@ -1,7 +1,7 @@
 """`make mutants`: break a promise on purpose; its test has to turn red.
 
 Each mutant is one small change of one file, made in a copy of the tree. The test is run
-without it first: what is red anyway shows nothing.
+without it first, because a test that fails anyway shows nothing.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""The database between two tests: emptied row by row, for a flush makes every permission anew each time."""
+"""The database between two tests: emptied row by row, because a flush creates every permission again."""
 
 import time
 

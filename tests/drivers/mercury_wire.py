@@ -55,7 +55,7 @@ class Terminal:
             self.heard.append((body[0], body[2], body[3:]))
 
     def until(self, met, seconds: float = 5.0):
-        """Listen until `met` says something true of what was heard; its value, or the last one at the end."""
+        """Listen until `met` of the received messages is true; return its value, or the last one at the end."""
         end = time.monotonic() + seconds
         while not (value := met(self.heard)) and time.monotonic() < end:
             self.hear(0.2)

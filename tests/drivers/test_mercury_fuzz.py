@@ -1,4 +1,4 @@
-"""Promise 44 for the Mercury arm: 100 000 frames of all sorts, and not one does harm or stays unanswered."""
+"""Promise 44 for the Mercury arm: 100 000 frames of all kinds; none does harm, and each is answered."""
 
 from collections import OrderedDict
 

@@ -1,4 +1,4 @@
-"""Promise 44 for the museum arm: 100 000 lines of all sorts over TCP, and not one does harm or stays unanswered."""
+"""Promise 44 for the museum arm: 100 000 lines of all kinds over TCP; none does harm, and each is answered."""
 
 import contextlib
 import json

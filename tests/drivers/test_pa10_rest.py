@@ -1,4 +1,4 @@
-"""The museum arm's control loop rests while nothing moves, and no line or push finds it asleep."""
+"""The museum arm's control loop pauses while nothing moves, and every line or push wakes it."""
 
 import time
 

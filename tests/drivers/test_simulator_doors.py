@@ -1,4 +1,4 @@
-"""The simulators' own doors, camera and fault board: nothing said there ends a thread or the process."""
+"""The simulators' own interfaces, camera and fault board: no input there ends a thread or the process."""
 
 import json
 import socket

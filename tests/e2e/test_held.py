@@ -43,7 +43,7 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
 
 @pytest.fixture
 def operator(visitor):
-    """Sign up, pass, accept: somebody who drives."""
+    """Sign up, pass the test and accept: return a person who drives."""
     made = []
 
     def make(name):

@@ -1,4 +1,4 @@
-"""What stands where: Stop in reach and uncovered, nothing sideways, nothing that jumps under a finger."""
+"""Positions on the page: Stop is reachable and uncovered, nothing scrolls sideways, nothing jumps under a finger."""
 
 import pytest
 from playwright.sync_api import expect

@@ -1,4 +1,4 @@
-"""No connection: the page says so for as long as it is true, and what became of a Stop."""
+"""Without a connection the page says so as long as it is true, and what happened to a Stop."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""One's turn reaches one on every page: the bar, its states, and what it says to whom."""
+"""The bar on every page that tells people about their turn: its states, and its messages."""
 
 import re
 from datetime import timedelta

@@ -1,4 +1,4 @@
-"""Ending a turn, and what is written after it: asked twice, and never lost."""
+"""Ending a turn, which is asked twice, and the form after it, whose text is never lost."""
 
 import re
 

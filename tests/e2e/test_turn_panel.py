@@ -1,4 +1,4 @@
-"""The panel of one's place: a press counts however long it lasts, and the focus stays where it is."""
+"""The panel of a person's place: a press counts however long it lasts, and the focus stays."""
 
 import re
 

@@ -60,14 +60,14 @@ class Rig:
         return child
 
     def redis_proxy(self):
-        """Return a proxy in front of Redis, and the environment of who goes through it."""
+        """Return a proxy in front of Redis, and the environment of processes that use it."""
         at = str(settings.VAR / f"redis-{time.monotonic_ns()}.sock")
         proxy = Proxy(at, settings.REDIS_URL.removeprefix("unix://"))
         self.proxies.append(proxy)
         return proxy, {"REDIS_URL": f"unix://{at}"}
 
     def database_proxy(self):
-        """Return a proxy in front of PostgreSQL, and the environment of who goes through it."""
+        """Return a proxy in front of PostgreSQL, and the environment of processes that use it."""
         db = connection.settings_dict
         folder = settings.VAR / f"pg-{time.monotonic_ns()}"
         folder.mkdir()

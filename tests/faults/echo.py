@@ -1,4 +1,4 @@
-"""An ASGI application that answers with whom it takes a request to come from."""
+"""An ASGI application that answers with the address from which it takes a request to come."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The web process inside the test's own, with its arguments: what it holds can be counted."""
+"""The web process inside the test's process, with its arguments, so that its objects can be counted."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""What a proof says of itself: numbers asked and run, and the figure that came out."""
+"""The report of a proof: numbers wanted and run, and the measured figure."""
 
 import json
 import os

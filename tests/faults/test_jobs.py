@@ -1,4 +1,4 @@
-"""A robot that nobody drives: it takes goals from two guests in turn, recharges in between, and roams."""
+"""A robot without a driver takes goals from two guests in turn, recharges in between, and roams."""
 
 import json
 import shutil
@@ -22,7 +22,7 @@ GOALS = 4  # of each guest: 7 m in all, and a battery lasts for 5
 
 
 class Guest:
-    """Somebody without an account, who asks for the next goal when the last is reached."""
+    """A guest without an account, who asks for the next goal when the last one is reached."""
 
     def __init__(self, address, goals):
         self.client, self.address, self.goals, self.job = Client(REMOTE_ADDR=address), address, list(goals), None

@@ -1,4 +1,4 @@
-"""What is half sent, too large, too much or never read ends, at the real web process, over raw connections."""
+"""Unfinished, oversized, excessive or unread requests end at the real web process, over raw connections."""
 
 import contextlib
 import os
@@ -52,7 +52,7 @@ def raw(web, said=b"", source="127.0.0.1"):
 
 
 def ended(one, seconds=15):
-    """Read to the end of a connection; return what was said."""
+    """Read to the end of a connection; return the received bytes."""
     said, until = b"", time.monotonic() + seconds
     with one, contextlib.suppress(ConnectionError):
         while True:

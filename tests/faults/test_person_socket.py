@@ -1,4 +1,4 @@
-"""The person's socket: told on any page, present on any page, and nothing left of it."""
+"""The person's socket: messages on any page, presence on any page, and nothing that remains after it."""
 
 import contextlib
 import json

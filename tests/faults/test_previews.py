@@ -1,4 +1,4 @@
-"""What a stranger may ask for never delays a command, a stop or presence: previews of the museum arm."""
+"""Previews that strangers ask for never delay a command, a stop or presence."""
 
 import json
 import os

@@ -113,7 +113,7 @@ def test_thirty_tests_that_hang_run_one_by_one_and_delay_no_queue(broom, robot, 
     Robot.objects.filter(pk=robot.pk).update(enabled=True)
     robot.refresh_from_db()
     late = []
-    for name in ("ada", "bob") * 3:  # a tick takes out who was away too long
+    for name in ("ada", "bob") * 3:  # a tick removes people who were away too long
         ticket = queue.join(robot, people[name], SYSTEM.now())
         Ticket.objects.filter(pk=ticket.pk).update(last_seen=SYSTEM.now() - timedelta(days=1))
         asked = time.monotonic()

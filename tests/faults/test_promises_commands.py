@@ -74,7 +74,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
         command = rig.issue("move", x=-0.2 + 0.1 * seed, y=0.31 + 0.01 * seed)
         first.process.wait(20)
         died = time.monotonic()
-        time.sleep(0.3)  # what was on the line arrives after the death of who sent it
+        time.sleep(0.3)  # bytes on the line arrive after the sender has ended
         after_death, epoch = rig.sim.count("motion"), rig.lease().epoch
         assert after_death <= before + 1
         second = rig.start_worker()

@@ -1,4 +1,4 @@
-"""Promise 43: a machine with far too much to do slows pictures down, and nothing else gives way."""
+"""Promise 43: on an overloaded machine only pictures become slower."""
 
 import json
 import subprocess

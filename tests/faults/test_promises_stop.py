@@ -1,4 +1,4 @@
-"""Promises 7 and 8: a stop overtakes everything, and what is stopped stays stopped."""
+"""Promises 7 and 8: a stop overtakes everything, and a stopped robot stays stopped."""
 
 import json
 import threading

@@ -1,4 +1,4 @@
-"""Promises 21 to 24: Redis, PostgreSQL and the disk may go away; nothing told is lost."""
+"""Promises 21 to 24: Redis, PostgreSQL and the disk may fail; nothing that was confirmed is lost."""
 
 import json
 import os
@@ -188,7 +188,7 @@ def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
                 assert fetch(site, "/")[0] == 200
     finally:
         supervisor.stop()
-    # a lease of 3 s that nobody can renew ends, and with it the motion
+    # a lease of 3 s that cannot be renewed ends, and so does the motion
     assert worst_rest <= 4.0, worst_rest
     assert worst_back <= 15.0, worst_back
     proof.holds(

@@ -1,4 +1,4 @@
-"""An owner that was stopped for longer than its lease, and that nobody replaced, goes on in the same process."""
+"""An owner that was suspended for longer than its lease goes on in the same process if no other replaced it."""
 
 import signal
 import time

@@ -1,4 +1,4 @@
-"""The line is lost in motion and Stop is pressed: nobody is told that the robot rests before it says so itself."""
+"""The connection is lost in motion and Stop is pressed: no page says that the robot rests before the robot does."""
 
 import json
 import time

@@ -1,4 +1,4 @@
-"""The supervisor: restarts what dies, kills what is silent, leaves no orphan."""
+"""The supervisor restarts processes that end, kills silent ones, and leaves no orphan."""
 
 import asyncio
 import os

@@ -1,4 +1,4 @@
-"""A witness of the machine itself: a sample during which it stalled proves nothing of ours."""
+"""Watches the machine itself: a measurement during which it stalled is discarded."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""What the log says of signing in and of refusals, and what it never says."""
+"""The content of the security log, and what it never contains."""
 
 import logging
 import sys

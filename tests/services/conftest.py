@@ -1,4 +1,4 @@
-"""Everybody who may knock, eight roles from a stranger to the superuser; and a robot that takes jobs."""
+"""People of eight roles from a stranger to the superuser; and a robot that takes jobs."""
 
 from datetime import timedelta
 

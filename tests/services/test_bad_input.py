@@ -1,4 +1,4 @@
-"""Bad input at every address: a sentence and a 4xx, never a 500."""
+"""Bad input at every address is answered with a sentence and a 4xx, never a 500."""
 
 import json
 from copy import deepcopy

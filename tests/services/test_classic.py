@@ -1,4 +1,4 @@
-"""The console without scripts: only where a robot can be drawn, and pictures under names that nobody can guess."""
+"""The console without scripts: only for robots that can be drawn, with pictures under unguessable names."""
 
 import re
 from importlib.util import find_spec

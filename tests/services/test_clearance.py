@@ -1,4 +1,4 @@
-"""Orientation, test, pause, clearance; the key never leaves the server."""
+"""Orientation, test, pause, clearance; the right answers never leave the server."""
 
 import re
 import threading

@@ -1,4 +1,4 @@
-"""Commands, stop, lock-out: who may ask for what."""
+"""Commands, stop and lock-out, with their permissions."""
 
 from datetime import UTC, datetime, timedelta
 

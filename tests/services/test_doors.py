@@ -1,4 +1,4 @@
-"""Every door from the attacker's side: signing in at two addresses, signing up, asking for mails."""
+"""Signing in at two addresses, signing up and asking for mails, from an attacker's side."""
 
 import os
 import subprocess

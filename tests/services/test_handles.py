@@ -1,4 +1,4 @@
-"""Handles: one script, nothing invisible, nobody's name twice, no role's and no robot's."""
+"""Handles: one script, no invisible characters, unique, and not the name of a role or a robot."""
 
 import pytest
 from django.core.exceptions import ValidationError

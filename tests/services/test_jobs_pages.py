@@ -1,4 +1,4 @@
-"""The pages of jobs: asked without scripts, by people and guests; what is public, and who may cancel."""
+"""The pages of jobs: without scripts, for people and guests; public fields, and permission to cancel."""
 
 import pytest
 from django.core import mail

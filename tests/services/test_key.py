@@ -53,7 +53,7 @@ def crawl(client: Client) -> dict[str, str]:
 
 
 def everything(client: Client, robot, person, answers: dict[str, int] | None) -> dict[str, str]:
-    """Return all that the server says to `person`, who may send the test first."""
+    """Return everything that the server answers to `person`, who may send the test first."""
     said = {}
     if answers:
         sent = client.post(TEST, answers)

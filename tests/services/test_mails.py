@@ -1,4 +1,4 @@
-"""What mails say of the site, and the link that a demo shows on its page."""
+"""The texts of mails, and the link that a demo shows on its page."""
 
 import re
 

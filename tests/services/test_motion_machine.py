@@ -180,7 +180,7 @@ class MotionMachine(RuleBasedStateMachine):
             services.end_grant(grant, GrantEnd.STAFF, "test", self.clock.now())
 
     def _make_ready(self):
-        """Have an owner, a grant and no stop, as an operator has who presses a button."""
+        """Create an owner and a grant, without a stop, as for an operator who presses a button."""
         if self.stopped:
             self.lift()
             self.release(True)

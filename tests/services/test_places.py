@@ -1,4 +1,4 @@
-"""Where a person stands, on every page: what is most urgent, what was missed, what counts as being there."""
+"""A person's places on every page: the most urgent one, missed ones, and what counts as presence."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""What goes on without a connection and towards the end of a grant: the owner's gate and watch on a clock of ours."""
+"""Motions that go on without a connection or near the end of a grant: the owner's gate and watch on a test clock."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Programs: who sees, saves, deletes and approves them; forbidden boxes; where a target would lead."""
+"""Programs: permissions to see, save, delete and approve them; forbidden boxes; previews."""
 
 import json
 

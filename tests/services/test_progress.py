@@ -1,4 +1,4 @@
-"""A long command tells how far it is: kept on its row, published, and seldom."""
+"""The progress of a long command: stored with its row and published, not too often."""
 
 import math
 

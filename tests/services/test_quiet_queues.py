@@ -1,4 +1,4 @@
-"""A portal at rest costs little: a queue in which nothing is open is ticked every fifth second, any other each second."""
+"""An idle portal costs little: a queue with nothing open is ticked every fifth second, any other every second."""
 
 from datetime import timedelta
 

@@ -1,4 +1,4 @@
-"""What the owner does when its database goes away while the robot is at something."""
+"""The owner when its database fails while the robot works."""
 
 import pytest
 from django.db import OperationalError

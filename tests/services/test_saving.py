@@ -1,4 +1,4 @@
-"""What is checked when it is saved, what is kept by no cache, and what a public portal refuses to be."""
+"""Checks at saving, pages that no cache keeps, and settings that a public portal refuses."""
 
 import os
 import subprocess

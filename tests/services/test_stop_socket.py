@@ -1,4 +1,4 @@
-"""What a page's socket says when Stop is pressed: the grant of which it was told last."""
+"""A Stop pressed on a page's socket names the grant that the socket was told last."""
 
 import asyncio
 from datetime import UTC, datetime, timedelta

@@ -1,4 +1,4 @@
-"""The owner's byte streams and Redis: what is kept for newcomers, when Redis is away, and what a driver may tell."""
+"""The owner's byte streams and Redis: packets kept for new viewers, also while Redis is away, and limits for drivers."""
 
 import pytest
 

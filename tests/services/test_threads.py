@@ -70,7 +70,7 @@ class TestOwner:
 
     @pytest.mark.parametrize(("where", "state"), [("on_the_way", "unknown"), ("execute", "failed")])
     def test_an_error_of_the_driver_itself_holds_and_leaves_no_word_that_is_untrue(self, robot, people, where, state):
-        """In mid-motion nobody knows what became of it; the thread counts it as a failure of its own."""
+        """During a motion the result is not known; the thread counts this as a failure."""
 
         def wrong(*_):
             raise KeyError("an error of the driver's program")

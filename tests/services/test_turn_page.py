@@ -1,4 +1,4 @@
-"""A turn's page: entry and survey in one form, of which nothing is lost; what an edit does to a featured entry."""
+"""A turn's page: entry and survey in one form that loses nothing, and edits of a featured entry."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""One command of staff: its grant lives as long as the command does, and nobody loses a place to it."""
+"""One command of staff: its grant lasts as long as the command, and nobody loses a place."""
 
 from datetime import timedelta
 

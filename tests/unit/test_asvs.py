@@ -1,4 +1,4 @@
-"""The table of security requirements and the page of threats say what is true of the tests."""
+"""The table of security requirements and the page of threats agree with the tests."""
 
 import ast
 import re

@@ -1,4 +1,4 @@
-"""Pictures slow down by the lateness of one's own loops, and recover by themselves."""
+"""Pictures become slower when the process's own loops are late, and recover automatically."""
 
 import math
 

@@ -61,7 +61,7 @@ def test_it_ends_when_released_and_when_it_has_lasted_long_enough():
 
 
 def test_what_was_released_in_an_earlier_turn_does_not_end_a_motion_of_the_same_number():
-    """Numbers begin anew with each turn; a quick tap may be released before its motion begins."""
+    """Numbers start again with each turn; a quick tap may be released before its motion begins."""
     clock, timer = taken()
     timer.hear(ADA, SEQ, False)
     timer.end()

@@ -1,4 +1,4 @@
-"""Only one function ends a grant: whoever else wrote its end would skip what belongs to it."""
+"""Only one function ends a grant; another one would skip parts of the end."""
 
 import ast
 import re

@@ -1,4 +1,4 @@
-"""The import graph: no circle of files in any of our packages, and nobody imports the owner's wiring."""
+"""The import graph: no circle of files in our packages, and no module imports the owner's wiring."""
 
 import re
 from pathlib import Path
@@ -61,7 +61,7 @@ def test_nobody_imports_the_wiring(graph):
 
 
 def test_the_clock_of_states_is_converted_in_one_place():
-    """`RobotState.at` is on the drivers' clock; who reads it elsewhere would compare it with another."""
+    """`RobotState.at` is on the drivers' clock; elsewhere it would be compared with another clock."""
     rooms = [path for room in ("workers", "portal", "queueing", "operatorlog") for path in (ROOT / room).rglob("*.py")]
     readers = [path for path in rooms if re.search(r"\b(state|heard|latest\(\))\.at\b", path.read_text())]
     assert [str(path.relative_to(ROOT)) for path in readers] == ["workers/owned.py"]

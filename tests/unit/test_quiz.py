@@ -1,4 +1,4 @@
-"""The rules of the clearance test, and what they leave to a person who tries answer after answer."""
+"""The rules of the clearance test, and the chances of a person who tries answer after answer."""
 
 import random
 import tomllib

@@ -1,4 +1,4 @@
-"""A spec that contradicts itself is refused when it is made, with a sentence that names what is wrong."""
+"""A spec that contradicts itself is refused when it is created, with a sentence that names the error."""
 
 import json
 from dataclasses import replace

@@ -83,7 +83,6 @@ class Stop:
         if self._trouble:
             incident(robot, "stop_failed", self._trouble, self._owned.now())
             self._trouble = ""
-        self._again()
         row = Robot.objects.values_list("stop_latched", "releases", "stop_confirmed", "rests_by").get(pk=robot.pk)
         in_row, releases, confirmed, rests_by = row
         released = latch.releases is not None and releases > latch.releases
@@ -103,4 +102,5 @@ class Stop:
                 latch.release()
                 self._at_rest, self._rests_by, self._heard = False, None, None
             bus.publish(robot.slug, Changed("stop"))
+        self._again()  # last: a hold may take seconds, and the row must not wait for it
         self._tell(confirmed, rests_by)

@@ -72,7 +72,7 @@ soak: setup-test
 # A wheel with the built front end inside, in dist/: pip install dist/farhand-*.whl && farhand demo
 wheel: setup
 	rm -rf dist
-	.venv/bin/uv build --wheel --out-dir dist
+	.venv/bin/uv build --system-certs --wheel --out-dir dist
 
 # The screenshots of README and docs, taken from a running portal.
 shots: setup-test

@@ -25,7 +25,7 @@ def site(tmp_path_factory):
     """Return a folder with the wheels of portal and turntable unpacked: nothing in it comes from the clone."""
     built, site = tmp_path_factory.mktemp("built"), tmp_path_factory.mktemp("site")
     for source in (ROOT, ROOT / "tests" / "packages" / "turntable"):
-        subprocess.run([UV, "build", "-q", "--wheel", "--out-dir", built, source], check=True)
+        subprocess.run([UV, "build", "-q", "--system-certs", "--wheel", "--out-dir", built, source], check=True)
     subprocess.run([UV, "pip", "install", "-q", "--no-deps", "--target", site, *built.glob("*.whl")], check=True)
     return site
 

@@ -115,10 +115,10 @@ class Hub:
 
     async def _follow(self, slug: str) -> None:
         """Subscribe to a robot while it has viewers."""
-        if self._pubsub is None:
-            return
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:  # the last caller sees the present state
+                if self._pubsub is None:
+                    return
                 if slug not in self._rooms:
                     await self._pubsub.unsubscribe(*self._channels(slug))
                     return
@@ -172,8 +172,9 @@ class Hub:
                 message = await self._pubsub.get_message(timeout=30.0)
                 if message is not None:
                     self._route(message["channel"].decode(), message["data"])
-        finally:
-            await self._redis.aclose()
+        finally:  # whoever asks from now on must not open the old connection again
+            gone, self._redis, self._pubsub = self._redis, None, None
+            await gone.aclose()
 
     def _set_link(self, up: bool) -> None:
         if up != self.link:
@@ -233,8 +234,9 @@ class Hub:
             await self._mark(bus.watch_key(slug, one))
 
     async def _mark(self, key: str) -> None:
-        with contextlib.suppress(RedisError, OSError, AttributeError):
-            assert self._redis is not None
+        if self._redis is None:
+            return
+        with contextlib.suppress(RedisError, OSError):
             await self._redis.set(key, 1, ex=bus.WATCH_S)
 
 

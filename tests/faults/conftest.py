@@ -85,7 +85,7 @@ class Rig:
         self.wait_ready()
         return child
 
-    def wait_ready(self, seconds=40):
+    def wait_ready(self, seconds=60):
         def ready():
             assert any(w.alive() for w in self.workers), self.workers[-1].said()
             return self.cycle() == Cycle.READY and owner_alive(self.lease(), SYSTEM.now())

@@ -13,6 +13,7 @@ from websockets.sync.client import connect
 
 from benchmarks.command_round_trip import cookie
 from portal import serve
+from portal.live import previews, sessions, threads
 from tests.conftest import wait_for
 from tests.rig import free_port
 
@@ -76,8 +77,18 @@ class WebHere:
     def stop(self):
         self.server.should_exit = True
         self._thread.join(10)
+        for pool in (previews.PREPARE, sessions.SESSIONS, threads.URGENT, threads.KNOWN, threads.ANYBODY):
+            _close_connections(pool._executor)
         with contextlib.suppress(RuntimeError):
             self.loop.close()
+
+
+def _close_connections(executor):
+    """Have each thread of a pool close its connections to the database, which they keep for the next request."""
+    number = len(executor._threads)
+    all_here = threading.Barrier(number or 1)
+    for done in [executor.submit(lambda: (all_here.wait(10), connections.close_all())) for _ in range(number)]:
+        done.result(20)
 
 
 def line(web, person=None, path="/ws/robots/mercury/", headers=None, **more):

@@ -19,7 +19,9 @@ def test_an_exposure_that_is_no_number_is_refused(sim):
         with pytest.raises(urllib.error.HTTPError) as refused:
             urllib.request.urlopen(f"{camera}/snapshot.jpg?exposure={asked}", timeout=5)
         assert refused.value.code == 400
-    assert urllib.request.urlopen(f"{camera}/snapshot.jpg?exposure=0.01", timeout=10).status == 200
+        refused.value.close()
+    with urllib.request.urlopen(f"{camera}/snapshot.jpg?exposure=0.01", timeout=10) as answer:
+        assert answer.status == 200
     assert sim.count("thread_died") == 0
 
 

@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from operatorlog.models import Entry, SurveyAnswer
 from queueing.models import Turn
+from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
 from tests.e2e.conftest import session
 
@@ -18,6 +19,19 @@ def portal(transactional_db, redis_server, house):
     made.stop()
 
 
+def at_rest(locator):
+    """Return an element's place, once nothing above it comes or goes any more."""
+    seen = [None]
+
+    def same():
+        seen.append(locator.bounding_box())
+        locator.page.wait_for_timeout(100)
+        return len(seen) > 5 and all(box == seen[-1] for box in seen[-5:])
+
+    wait_for(same, 15, "a page at rest")
+    return seen[-1]
+
+
 def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.drive(ada, "mercury")
@@ -27,11 +41,11 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
     page.goto("/robots/mercury/")
     page.wait_for_selector(".operating")
     end = page.locator("#place [data-do=leave]")
-    before = end.bounding_box()
+    before = at_rest(end)
     end.dblclick()
     expect(end).to_have_text("Press again to end it")
     expect(page.locator("#place")).to_contain_text("You cannot undo this")
-    after = end.bounding_box()
+    after = at_rest(end)
     assert (after["x"], after["y"], after["height"]) == (before["x"], before["y"], before["height"])
     one.axe("asked")
     assert Turn.objects.get(pk=turn.pk).ended_at is None, "a double click is one press"

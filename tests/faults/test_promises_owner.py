@@ -55,7 +55,7 @@ def test_promise_04_a_stale_epoch_is_refused_at_the_driver_and_by_the_robot(rig,
     rig.sim.folder.mkdir(parents=True)
     rig.sim = Simulator(rig.sim.folder, tcp=port)
     camera = (rig.sim.folder / "camera").read_text().strip() + "/snapshot.jpg"
-    Robot.objects.update(address=f"tcp:127.0.0.1:{port}", camera=camera)
+    Robot.objects.update(address=f"tcp:127.0.0.1:{port}", camera=camera, cycle="offline")  # until it is put in order
     for i in range(times):
         first = rig.start_worker(doom=("before_send", "SIGSTOP"))
         wait_for(lambda: Robot.objects.get().cycle in ("ready", "operating") and alive(rig), 60, "the first")
@@ -63,7 +63,7 @@ def test_promise_04_a_stale_epoch_is_refused_at_the_driver_and_by_the_robot(rig,
             rig.grant(seconds=3000)
         before = rig.sim.count("motion")
         command = rig.issue("move", x=0.2 if i % 2 else -0.2, y=0.33)
-        wait_for(lambda first=first: state_of(first.pid) == "T", 10, "the first freezes before it sends")
+        wait_for(lambda first=first: state_of(first.pid) == "T", 20, "the first freezes before it sends")
         Lease.objects.update(host="elsewhere")  # nobody here may kill it
         (settings.VAR / "run" / "mercury.lock").unlink()
         epoch = rig.lease().epoch

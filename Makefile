@@ -5,7 +5,7 @@ PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
 # Most of a fault test is waiting, so several files run side by side, each in one process, which keeps its robot running
 # from test to test; what judges by fractions of a second runs alone.
-BESIDE = -n 5 --dist loadfile --no-loadscope-reorder -m
+BESIDE = -n 4 --dist loadfile --no-loadscope-reorder -m
 
 .PHONY: wheel run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 

@@ -145,6 +145,7 @@ class Visitor:
         slug = self.portal.robot.slug
         page.goto(f"/robots/{slug}/orientation/")
         page.click("main form button")
+        page.wait_for_selector("main input[type=radio]")  # the next page: a click does not wait for it
         right = set(Choice.objects.filter(correct=True).values_list("pk", flat=True))
         for box in page.query_selector_all("input[type=radio]"):
             if int(box.get_attribute("value")) in right:

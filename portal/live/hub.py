@@ -158,23 +158,25 @@ class Hub:
             await asyncio.sleep(0.3)
 
     async def _read_once(self) -> None:
-        self._redis = aioredis.Redis.from_url(
+        connection = aioredis.Redis.from_url(
             settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None
         )
         try:
-            self._pubsub = self._redis.pubsub(ignore_subscribe_messages=True)
-            await self._pubsub.subscribe(bus.sessions_channel())
+            pubsub = connection.pubsub(ignore_subscribe_messages=True)
+            await pubsub.subscribe(bus.sessions_channel())
+            # not before it is open: who asks while it opens would open a second one, which nobody reads
+            self._redis, self._pubsub = connection, pubsub
             for slug in list(self._rooms):
                 self.streams.forget(slug)  # packets were missed
                 await self._follow(slug)
             self._set_link(True)
             while True:
-                message = await self._pubsub.get_message(timeout=30.0)
+                message = await pubsub.get_message(timeout=30.0)
                 if message is not None:
                     self._route(message["channel"].decode(), message["data"])
         finally:  # whoever asks from now on must not open the old connection again
-            gone, self._redis, self._pubsub = self._redis, None, None
-            await gone.aclose()
+            self._redis = self._pubsub = None
+            await connection.aclose()
 
     def _set_link(self, up: bool) -> None:
         if up != self.link:

@@ -41,10 +41,13 @@ def _places(request: HttpRequest) -> dict[str, object]:
 
 
 def _go_on(request: HttpRequest, wanted: str, robot: str, wrong: str) -> HttpResponse:
-    """Redirect a browser without scripts to the accepted robot, or back to its page."""
+    """Redirect a browser without scripts to the accepted robot, or back to where it was.
+
+    `own` is the robot of that page: a person at its classic console stays there.
+    """
     if wrong:
         messages.warning(request, wrong)
-    elif wanted in ("accept", "join"):
+    elif wanted in ("accept", "join") and request.POST.get("own") != robot:
         return redirect("robot", slug=robot)
     back = request.POST.get("next", "")
     safe = url_has_allowed_host_and_scheme(back, {request.get_host()}, request.is_secure())

@@ -53,6 +53,15 @@ def test_an_offer_taken_up_by_a_form_leads_to_the_robot(ada, offered):
     assert "You operate" in ada.get("/log/").content.decode()
 
 
+def test_an_offer_taken_up_beside_the_classic_console_stays_there(ada, offered):
+    page = ada.get("/classic/mercury/", follow=True)
+    at = page.redirect_chain[-1][0]
+    assert '<input type="hidden" name="own" value="mercury">' in page.content.decode()
+    answer = ada.post(URL, {"do": "accept", "robot": "mercury", "own": "mercury", "next": at})
+    assert answer["Location"] == at
+    assert "You drive" in ada.get(at).content.decode()
+
+
 def test_an_offer_that_is_over_says_so_and_leads_back(ada, offered):
     Ticket.objects.update(offer_until=SYSTEM.now())
     answer = ada.post(URL, {"do": "accept", "robot": "mercury", "next": "/log/"}, follow=True)

@@ -2,7 +2,6 @@
 
 import re
 
-import pytest
 from playwright.sync_api import expect
 
 from operatorlog.models import Entry
@@ -11,7 +10,6 @@ from robots.models import Command
 from tests.e2e.test_whole_way import PAGES
 
 
-@pytest.mark.tenth
 def test_the_whole_way_without_scripts(portal, visitor):
     ada = visitor(java_script_enabled=False)
     page = ada.page

@@ -50,7 +50,7 @@ def watch_banner(page, seconds):
     ("way", "size"),
     [
         pytest.param("cut", DESKTOP, id="desktop-cut"),
-        pytest.param("stall", PHONE, id="phone-stall"),
+        pytest.param("stall", PHONE, id="phone-stall", marks=pytest.mark.length),
         pytest.param("stall", DESKTOP, id="desktop-stall", marks=pytest.mark.length),
         pytest.param("cut", PHONE, id="phone-cut", marks=pytest.mark.length),
     ],

@@ -28,7 +28,6 @@ def elsewhere(one, address="/log/"):
     return one.page
 
 
-@pytest.mark.tenth
 def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     ada = cast("ada", viewport=PHONE)
     page = elsewhere(ada)

@@ -2,7 +2,6 @@
 
 import re
 
-import pytest
 from playwright.sync_api import expect
 
 from queueing.models import Turn
@@ -27,7 +26,6 @@ def press(page, button, seconds):
     page.mouse.up()
 
 
-@pytest.mark.tenth
 def test_presses_across_ticks_all_count(portal, visitor):
     ada = visitor().cleared("ada")
     page = ada.page

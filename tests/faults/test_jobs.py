@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import pytest
 from django.conf import settings
 from django.test import Client
 
@@ -36,6 +37,7 @@ class Guest:
         return not self.goals and self.job.ended_at
 
 
+@pytest.mark.tenth
 def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(transactional_db, redis_server, monkeypatch):
     bus.connection().flushall()
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)

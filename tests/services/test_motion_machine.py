@@ -10,6 +10,7 @@ from datetime import timedelta
 
 import pytest
 from django.conf import settings
+from django.db import connection
 from hypothesis import Phase
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
@@ -364,7 +365,7 @@ class TestMotion(TestCase):
     def test_promise_08_anything_in_any_order(self):
         from tests.faults.proof import FULL, Proof
 
-        examples = 400 if FULL else 30 if "FARHAND_MUTANT" in os.environ else 15
+        examples = 400 if FULL else 30 if "FARHAND_MUTANT" in os.environ else 15 if connection.vendor == "sqlite" else 8
         run_state_machine_as_test(
             MotionMachine,
             settings=hypothesis_settings(

@@ -12,7 +12,7 @@ from robots.models import Robot
 from tests.conftest import wait_for
 from workers.housekeeping import probe
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
+pytestmark = pytest.mark.django_db(transaction=True)  # what a camera sends is the same to both databases
 LONGEST_S = 12.0  # any of them
 
 

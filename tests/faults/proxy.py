@@ -99,6 +99,11 @@ class Proxy:
                         pair[0].setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
                 self._close(pair)
 
+    @property
+    def carries(self):
+        """Whether somebody is connected through it."""
+        return bool(self._pairs)
+
     def close(self):
         self._running = False
         server, self._server = self._server, None

@@ -23,6 +23,9 @@ def line(rig):
     rig.proxies.append(proxy)
     cameras = json.loads((rig.sim.folder / "cameras.json").read_text()).values()
     Robot.objects.update(address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in cameras))
+    rig.owner()
+    wait_for(lambda: proxy.carries, 60, "an owner that ran before is connected through the proxy too")
+    rig.wait_ready()
     return proxy
 
 
@@ -36,7 +39,6 @@ def well(rig):
 @pytest.mark.parametrize("stage", [at_length("idle"), "in motion"])
 @pytest.mark.parametrize("how", ["cut", at_length("stall")])
 def test_the_connection_breaks(rig, line, stage, how):
-    rig.owner()
     rig.grant(seconds=600)
     rig.share = 0.05
     command = None
@@ -61,7 +63,6 @@ def test_the_connection_breaks(rig, line, stage, how):
 
 @pytest.mark.length
 def test_a_second_client_is_turned_away_and_disturbs_nothing(rig, line):
-    rig.owner()
     rig.grant(seconds=600)
     command = rig.issue("move", x=0.1, y=0.4)
     rig.moving()

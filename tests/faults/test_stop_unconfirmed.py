@@ -49,6 +49,8 @@ def test_an_arm_that_hears_nothing_rests_by_the_time_that_is_shown(rig):
     cameras = json.loads((rig.sim.folder / "cameras.json").read_text()).values()
     Robot.objects.update(address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in cameras))
     rig.owner()
+    wait_for(lambda: proxy.carries, 60, "an owner that ran before is connected through the proxy too")
+    rig.wait_ready()
     rig.grant(seconds=600)
     rig.share = 0.05
     rig.issue("move", x=0.2, y=0.4)

@@ -63,8 +63,8 @@ def test_the_demo_of_an_installed_portal_serves_robots_and_consoles(site, tmp_pa
     home.mkdir()
     clean = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND", "DJANGO", "REDIS", "DATABASE", "SECRET", "XDG"))}  # fmt: skip
     run = [sys.executable, "-P", "-c", RUN.format(site=str(site)), "demo", "--port", str(port)]
-    log = (tmp_path / "log").open("wb")
-    demo = subprocess.Popen(run, cwd=away, env={**clean, "HOME": str(home)}, stdout=log, stderr=log)
+    with (tmp_path / "log").open("wb") as log:
+        demo = subprocess.Popen(run, cwd=away, env={**clean, "HOME": str(home)}, stdout=log, stderr=log)
     try:
         base, until = f"http://127.0.0.1:{port}", time.monotonic() + 120
         while get(f"{base}/livez")[0] != 200:
@@ -88,7 +88,7 @@ def test_the_demo_of_an_installed_portal_serves_robots_and_consoles(site, tmp_pa
 
 
 def test_a_wheel_is_no_larger_than_a_download_may_be(site, tmp_path):
-    subprocess.run([UV, "build", "-q", "--wheel", "--out-dir", tmp_path, ROOT], check=True)
+    subprocess.run([UV, "build", "-q", "--system-certs", "--wheel", "--out-dir", tmp_path, ROOT], check=True)
     (made,) = tmp_path.glob("*.whl")
     assert zipfile.ZipFile(made).testzip() is None
     assert made.stat().st_size < 5_000_000

@@ -64,8 +64,9 @@ class Controller:
         """Lose power and start again: only the arm's position is kept."""
         if self.mode == Mode.BLOWING:
             self._end_burst(time.monotonic(), "power")
-        self.boot = (self.boot + 1) % BOOTS
-        self._switched_on(self.boot)
+        boot = (self.boot + 1) % BOOTS
+        self._switched_on(boot)  # before anybody can see it
+        self.boot = boot
         self.body.line = None
         self._power_on()
         self._quiet_until = time.monotonic() + RESET_S

@@ -15,7 +15,9 @@ from tests.faults.here import WebHere, line
 from workers.wiring import Owner
 
 MOST = 26  # without the robot's own folder
-BESIDE = {"portal/live/sessions.py", "portal/postgres/base.py"}  # looks at sessions each second; waits for PostgreSQL
+BESIDE = {  # what runs by a timer of its own, and the wait for PostgreSQL
+    "portal/live/hub.py", "portal/live/sessions.py", "portal/postgres/base.py",
+}  # fmt: skip
 ROOT = str(configured.BASE_DIR)
 START = 4  # bytes of code before a coroutine begins
 OURS = tuple(f"{ROOT}/{room}/" for room in ("accounts", "portal", "queueing", "robots", "workers"))

@@ -68,7 +68,7 @@ class Markers:
         if picture.ndim != 2 or picture.dtype != np.uint8 or min(picture.shape) < 8:
             raise ValueError(f"a grey picture of 8 bits is needed, not {picture.dtype} of shape {picture.shape}.")
         by = self._enlarge
-        large = cv2.resize(picture, None, fx=by, fy=by, interpolation=cv2.INTER_CUBIC)
+        large: Grey = np.asarray(cv2.resize(picture, None, fx=by, fy=by, interpolation=cv2.INTER_CUBIC), np.uint8)
         found = self._detect(large, picture.shape)
         hiding = [marker for marker in found if marker.number in self._inside]
         if hiding and len(hiding) == len(found):

@@ -11,20 +11,26 @@ CAMERA_M, WALL_M = 0.05, 0.14
 OUTER, INNER = (1.05, 0.95), (0.7, 0.6)  # half the sides of the two rectangles between which the corridor runs
 
 
-class World:
-    """Two rectangles of walls round the origin; every wall has a texture of its own."""
+RING = ((-INNER[0], INNER[0], -INNER[1], INNER[1]),)
 
-    def __init__(self, seed=1):
+
+class World:
+    """A rectangle of walls round the origin and blocks in it; every wall has a texture of its own.
+
+    blocks: least and greatest x, least and greatest y (m) of each.
+    """
+
+    def __init__(self, seed=1, blocks=RING):
         self.dice = np.random.default_rng(seed)
         ends = []
-        for x, y in (OUTER, INNER):
-            corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
+        for a, b, c, d in ((-OUTER[0], OUTER[0], -OUTER[1], OUTER[1]), *blocks):
+            corners = [(a, c), (b, c), (b, d), (a, d)]
             ends += [(corners[i], corners[(i + 1) % 4]) for i in range(4)]
         self.begin = np.array([a for a, _ in ends], float)
         self.along = np.array([b for _, b in ends], float) - self.begin
         self.length = np.hypot(*self.along.T)
         # grey levels every 4 cm of a wall and 2 cm of its height
-        self.paint = self.dice.uniform(30, 225, (8, 64, 8))
+        self.paint = self.dice.uniform(30, 225, (len(ends), 64, 8))
 
     def picture(self, x, y, facing, noise=2.0):
         """Return what the camera sees, (240, 416) of 8 bits."""

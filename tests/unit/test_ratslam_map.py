@@ -5,12 +5,13 @@ import math
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from robots.autonomy.ratslam.angles import wrapped
 from robots.autonomy.ratslam.experiences import START, ExperienceMap, composed, inverted
 from robots.autonomy.ratslam.pruning import contract, pruned, survivors
+from robots.autonomy.ratslam.relaxing import sine_cosine
 from robots.autonomy.ratslam.settings import MapSettings
 from robots.autonomy.ratslam.stream import Told
 
@@ -52,6 +53,13 @@ def test_a_pose_seen_from_another_and_back(a, b):
 def test_an_angle_stays_the_same_angle(angle):
     assert -math.pi - 1e-9 <= wrapped(angle) <= math.pi + 1e-9
     assert math.cos(wrapped(angle)) == pytest.approx(math.cos(angle), abs=1e-6)
+
+
+@given(st.floats(-20, 20))
+@example(math.pi / 4)
+@example(-3 * math.pi / 4)
+def test_sine_and_cosine_of_the_relaxation_are_the_library_s(angle):
+    assert sine_cosine(angle) == pytest.approx((math.sin(angle), math.cos(angle)), abs=1e-15)
 
 
 @settings(max_examples=60, deadline=None)

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from robots.autonomy.ratslam.angles import wrapped
 from robots.autonomy.ratslam.checks import bounded
 from robots.autonomy.ratslam.experiences import ExperienceMap
+from robots.autonomy.ratslam.shortest import shortest
 
 CLICK_M = 0.1  # a click counts within this of an experience
 REACHED_M = 0.1
@@ -66,16 +65,8 @@ def plan(held: ExperienceMap, goal: int) -> Route | None:
     at, begin, m = index_of(held, goal), held.current, held.linked
     if at < 0 or begin < 0:
         return None
-    ends = held.sources[:m], held.targets[:m]
-    seconds = np.maximum(held.durations[:m], SHORTEST_S)
-    links = coo_array((seconds, ends), shape=(held.count, held.count)).tocsr()
-    total, before = dijkstra(links, directed=False, indices=begin, return_predecessors=True)
-    if not math.isfinite(total[at]):
-        return None
-    way = [at]
-    while way[-1] != begin:
-        way.append(int(before[way[-1]]))
-    return Route(tuple(held.ids[way[::-1]].tolist()), float(total[at]))
+    seconds, way = shortest(held.sources[:m], held.targets[:m], held.durations[:m], held.count, begin, at, SHORTEST_S)
+    return Route(tuple(held.ids[way].tolist()), float(seconds)) if math.isfinite(seconds) else None
 
 
 class Guide:

@@ -117,7 +117,9 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     v = max(-kept.slow, min(chosen.v, most))
     w = max(-kept.turn, min(chosen.w, kept.turn))
     if chosen.state in ("corridor", "wall", "default"):
-        w = _past(w, memory.points, kept)
+        allowed = _past(w, memory.points, kept)
+        v = max(v, min(kept.slow, most)) if allowed != w else v  # past it first, else it would stand there for ever
+        w = allowed
     trouble = chosen.state in ("stall", "obstacle")
     troubled = memory.troubled_s + dt if trouble else max(0.0, memory.troubled_s - 2 * dt)
     return Steer(chosen.state, v, w), replace(memory, v=v, w=w, troubled_s=troubled)

@@ -62,10 +62,9 @@ class Bridge:
                 line = connect(
                     self._where(), compression=None, max_size=MOST_BYTES, open_timeout=OPEN_S, close_timeout=1.0,
                     ping_interval=PING_S, ping_timeout=2 * PING_S, proxy=None,
-                )  # fmt: skip
+                ).__enter__()  # fmt: skip
             except (OSError, ValueError, WebSocketException) as error:
                 raise LineGone(f"The robot's rosbridge cannot be reached: {error}.") from error
-            assert isinstance(line, ClientConnection)
             self._line, self.heard_at = line, time.monotonic()
             self._reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
             self._reader.start()

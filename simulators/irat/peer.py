@@ -42,13 +42,12 @@ class Peer:
         self._room, self._filled = BURST, time.monotonic()
 
     async def within_rate(self) -> None:
-        """Wait if this client sends too fast."""
+        """Let others have their turn; wait if this client sends too fast."""
         now = time.monotonic()
         self._room = min(BURST, self._room + (now - self._filled) * A_SECOND)
         self._filled, self.heard = now, now
         self._room -= 1
-        if self._room < 0:
-            await asyncio.sleep(-self._room / A_SECOND)
+        await asyncio.sleep(max(0.0, -self._room / A_SECOND))  # frames that wait already would be read without a pause
 
     def wants(self, topic: str, now: float) -> bool:
         """Return whether a message of this topic is due; counts it as sent."""

@@ -17,9 +17,9 @@ TICK_S = 0.02
 STEPS = round(TICK_S / scene.STEP_S)
 STILL_RAD_S, STILL_M_S = 0.05, 0.002  # below this wheels and hull rest
 NOISE_M = 0.002  # of a range sensor
-HELD_NM = 1.0  # friction of a blocked wheel
+FREE, HELD = 1e-4, 10.0  # damping of a wheel, free and blocked (N m s/rad)
 SENSOR_Z = 0.05
-LEAST_GRIP = 0.03  # what is left of the friction on the slipperiest floor
+LEAST_GRIP = 0.002  # what is left of the friction on the slipperiest floor
 
 
 def docked() -> Pose:
@@ -66,7 +66,7 @@ class Plant:
 
     def block(self, blocked: bool) -> None:
         """Hold both wheels fast, or let them go."""
-        self._model.dof_frictionloss[self._dofs] = HELD_NM if blocked else 0.0
+        self._model.dof_damping[self._dofs] = HELD if blocked else FREE
 
     def step(self, left: float, right: float) -> None:
         """Let 20 ms pass with the motors told these rim speeds (m/s). A body at rest costs nothing."""
@@ -77,10 +77,14 @@ class Plant:
         self._idle = self._idle + 1 if left == right == 0.0 and self.still else 0
 
     @property
+    def wheels_still(self) -> bool:
+        """Return whether the wheels rest; this is all that the robot itself can know."""
+        return bool(np.abs(self._data.qvel[self._dofs]).max() < STILL_RAD_S)
+
+    @property
     def still(self) -> bool:
         """Return whether neither wheels nor hull move."""
-        wheels, hull = np.abs(self._data.qvel[self._dofs]).max(), np.abs(self._data.qvel[:2]).max()
-        return bool(wheels < STILL_RAD_S and hull < STILL_M_S)
+        return self.wheels_still and bool(np.abs(self._data.qvel[:2]).max() < STILL_M_S)
 
     @property
     def rims(self) -> tuple[float, float]:

@@ -107,7 +107,7 @@ def _robot(made: Any) -> None:
         wheel = hull.add_body(name=name, pos=[0, side * body["track"] / 2, body["wheel_radius"]])
         joint = wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
         joint.armature = 2e-5
-        joint.damping = [1e-4, 0.0, 0.0]
+        joint.damping = [1e-4, 0.0, 0.0]  # `plant.FREE`
         wheel.add_geom(
             name=f"{name}_rim", type=Geom.mjGEOM_SPHERE, size=[body["wheel_radius"], 0, 0], mass=0.02, friction=GRIP,
             group=ROBOT, condim=3, contype=FLOOR, conaffinity=FLOOR,

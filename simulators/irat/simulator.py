@@ -223,6 +223,7 @@ class Simulator:
                 "driven": world.driven,
                 "epoch": self.network.epoch,
                 "boot": self.boot,
+                "power": not self.network.off,
                 "pictures": self.pictures,
                 "threads": names(),
             }

@@ -50,7 +50,7 @@ class World:
         """Let time pass: 20 ms, or longer if the world is idle."""
         self.now += seconds
         self._spoil()
-        left, right = self.drive.step(self.now, seconds, self.plant.rims, self.plant.still)
+        left, right = self.drive.step(self.now, seconds, self.plant.rims, self.plant.wheels_still)
         before = self.plant.pose
         self.plant.step(left, right)
         after = self.plant.pose
@@ -86,8 +86,12 @@ class World:
             faults.set("charge", 0.0)
 
     def carry(self, number: int) -> None:
-        """Set the robot down at one of many places in the corridors; a number names always the same place."""
+        """Set the robot down at one of many places in the corridors, in the dock if `number` is negative.
+
+        A number names always the same place.
+        """
         places = along_corridors(0.1)
-        x, y, heading = places[(number * 37) % len(places)]
-        self.plant.put(float(x), float(y), float(heading))
-        self._note("carried", x=round(float(x), 3), y=round(float(y), 3))
+        place = docked() if number < 0 else places[(number * 37) % len(places)]
+        x, y, heading = (float(value) for value in place)
+        self.plant.put(x, y, heading)
+        self._note("carried", x=round(x, 3), y=round(y, 3))

@@ -168,7 +168,6 @@ def dock_board(side: int = 512) -> Picture:
     image = Image.new("RGB", (side, side), (252, 252, 250))
     d = ImageDraw.Draw(image)
     d.arc((6, 4, side - 7, side * 1.6), 180, 360, fill=(150, 104, 62), width=14)
-    d.rectangle((0, side - 26, side, side), fill=(150, 104, 62))
     outer = marker(OUTER_IDS[1], round(CELL_M * scale)).resize((round(OUTER_M * scale),) * 2)
     image.paste(outer, (round((BOARD_M - OUTER_M) / 2 * scale), round((BOARD_M - OUTER_M) / 2 * scale)))
     small = marker(SMALL_ID, 8).resize((round(SMALL_M * scale),) * 2, Image.Resampling.BOX)

@@ -4,6 +4,7 @@ import base64
 import io
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -159,14 +160,15 @@ def test_the_truth_is_not_on_the_wire(irat, hand):
     time.sleep(0.2)
     after = hand.newest("/irat/odom")["pose"]["pose"]["position"]
     assert after["x"] == pytest.approx(before["pose"]["position"]["x"], abs=1e-3)
-    assert irat.status()["pose"][1] == pytest.approx(1.54, abs=0.02)
+    assert irat.status()["pose"][1] == pytest.approx(1.52, abs=0.03)
 
 
 def test_the_simulator_runs_as_idle_as_it_is(irat):
     """A second at rest and unwatched costs hardly any of the processor."""
+
     def used():
-        with open(f"/proc/{irat.process.pid}/stat") as stat:
-            return sum(map(int, stat.read().rsplit(")", 1)[1].split()[11:13]))
+        stat = Path(f"/proc/{irat.process.pid}/stat").read_text()
+        return sum(map(int, stat.rsplit(")", 1)[1].split()[11:13]))
 
     time.sleep(1.0)
     before = used()

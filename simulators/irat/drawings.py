@@ -43,10 +43,8 @@ def _cheese(d: Draw, n: int, ink: Ink) -> None:
 
 
 def _rings(d: Draw, n: int, ink: Ink) -> None:
-    for i, r in enumerate((0.44, 0.33, 0.22, 0.11)):
-        d.ellipse(
-            (n * (0.5 - r), n * (0.5 - r), n * (0.5 + r), n * (0.5 + r)), fill=ink if i % 2 == 0 else (245, 240, 230)
-        )
+    for r in (0.44, 0.28, 0.12):
+        d.ellipse((n * (0.5 - r), n * (0.5 - r), n * (0.5 + r), n * (0.5 + r)), outline=ink, width=n // 11)
 
 
 def _stripes(d: Draw, n: int, ink: Ink) -> None:

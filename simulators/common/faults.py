@@ -18,7 +18,7 @@ VERBS = frozenset(
     {
         "awol", "mute", "slow", "drop", "corrupt", "double", "double_ack", "limit_hit", "power_cycle",
         "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "drift", "disturb",
-        "slip", "restart",
+        "slip", "restart", "stall", "ir_dead", "carried", "charge", "contacts_bent", "false_marker",
     }
 )  # fmt: skip
 
@@ -70,6 +70,12 @@ class FaultBoard:
                     self._values.pop(verb, None)
                     self._counts.pop(verb, None)
             return value
+
+    def once(self, verb: str) -> float:
+        """Return the fault's value, 0 if it is off, and switch it off."""
+        with self._lock:
+            self._counts.pop(verb, None)
+            return self._values.pop(verb, 0.0)
 
     def chance(self, verb: str) -> bool:
         """Return whether a fault, whose value is a probability, happens now."""

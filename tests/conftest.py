@@ -3,6 +3,7 @@
 import subprocess
 import time
 from datetime import UTC, datetime, timedelta
+from itertools import count
 
 import pytest
 from django.conf import settings
@@ -143,13 +144,21 @@ def _keeps(item):
     )
 
 
-FIRST = ("tests/e2e/", "tests/faults/", "tests/drivers/")
+FIRST = ("tests/e2e/", "tests/drivers/", "tests/faults/")
+STORES = {"db", "transactional_db", "redis_server"}
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """Begin with the files that take longest, so that the short ones fill the gaps at the end."""
-    items.sort(key=lambda item: not item.nodeid.startswith(FIRST))
+    """Begin with the files that take longest, a browser's beside a driver's that mostly waits; short ones come last."""
+    turns = {room: count() for room in FIRST}
+    places: dict[str, tuple[int, int]] = {}
+    for item in items:
+        file = item.nodeid.partition("::")[0]
+        room = next((room for room in FIRST if file.startswith(room)), None)
+        if file not in places:
+            places[file] = (next(turns[room]), FIRST.index(room)) if room else (len(items), 0)
+    items.sort(key=lambda item: places[item.nodeid.partition("::")[0]])
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -157,6 +166,8 @@ def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
+    if not STORES & set(item.fixturenames) and not item.get_closest_marker("django_db"):
+        return  # what runs on is not in its way
     if HOUSE.web is not None and "portal" not in item.fixturenames:
         HOUSE.close_web()
     if HOUSE.sim is not None and not (_keeps(item) and HOUSE.robot(which)):

@@ -10,7 +10,7 @@ from django.db import connection
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.grants import owner_alive
-from robots.models import Command, Lease, Robot
+from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.faults.arms import ARMS
@@ -48,6 +48,9 @@ class Rig:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         folder.mkdir(parents=True)
         Lease.objects.filter(robot=self.robot).delete()
+        Grant.objects.filter(robot=self.robot, ended_at=None).update(
+            ended_at=SYSTEM.now(), end_reason="its owner is gone"
+        )
         Robot.objects.update(cycle=Cycle.OFFLINE)
         self._own_sim = self.arm.simulator(folder)
 

@@ -37,6 +37,7 @@ class Guest:
         return not self.goals and self.job.ended_at
 
 
+@pytest.mark.alone  # an owner that the machine stalls for longer than its lease ends a job as unknown, for good
 @pytest.mark.tenth
 def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(transactional_db, redis_server, monkeypatch):
     bus.connection().flushall()
@@ -64,7 +65,7 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
             for child in children[::-1]:
                 child.kill()
         journal = [json.loads(line) for line in (robot.rig_dir / "journal.jsonl").read_text().splitlines()]
-    assert {j.state for j in Job.objects.all()} == {"done"}
+    assert {(j.state, j.reason) for j in Job.objects.exclude(state="done")} == set()
     order = [j.account.network for j in Job.objects.order_by("ended_at")]
     first, second = order[:2]
     assert order == [first, second] * GOALS, "each in turn"

@@ -1,16 +1,12 @@
 """Time of one inverse solution beside two well-kept libraries, in one run: same arm, same poses, same starts."""
 
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
-from importlib import invalidate_caches
-from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks._beside import needed
 from benchmarks.stage import tell
 from robots.description import text_of
 from robots.motion.described import chain
@@ -19,13 +15,11 @@ from robots.motion.inverse import Inverse
 POSES = 300
 ROUNDS = 5  # of all three in turn
 NEAR_RAD = 0.4  # how far from the answer the numeric ones begin
-ROOT = Path(__file__).resolve().parent.parent
-KEPT = ROOT / "var" / "bench"
 
 
 def main() -> None:
     """Solve the same poses with each."""
-    _install()
+    needed("ikpy", "roboticstoolbox")
     arm = chain("pa10")
     dice = np.random.default_rng(1)
     answers = [dice.uniform(arm.low, arm.high) for _ in range(POSES)]
@@ -46,15 +40,6 @@ def main() -> None:
     ratio = times[0] / min(times[1:])
     beside = {name: {"us": round(t, 1), "solved": n} for name, (t, n) in rows.items()}
     tell("kinematics", ratio, "of the faster library's time", "1", ratio <= 1, beside)
-
-
-def _install() -> None:
-    """Put the two libraries beside the portal's own, once; nothing else uses them."""
-    sys.path.append(str(KEPT))
-    if find_spec("ikpy") is None or find_spec("roboticstoolbox") is None:
-        uv, lock = ROOT / ".venv" / "bin" / "uv", ROOT / "requirements" / "bench.lock"
-        subprocess.run([uv, "pip", "install", "-q", "--no-deps", "--target", KEPT, "-r", lock], check=True)
-        invalidate_caches()
 
 
 Solve = Callable[[np.ndarray, np.ndarray], np.ndarray]

@@ -1,0 +1,142 @@
+"""The experience map: places as nodes of a graph, and what the robot measured between them as links."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.autonomy.ratslam.angles import wrapped
+from robots.autonomy.ratslam.relaxing import relax
+from robots.autonomy.ratslam.settings import MapSettings
+
+Pose = tuple[float, float, float]
+START: Pose = (0.0, 0.0, math.pi / 2)  # the first experience faces up the page
+Columns = tuple[tuple[str, tuple[int, ...], type], ...]
+NODES: Columns = (
+    ("ids", (), np.int64),
+    ("poses", (3,), np.float64),
+    ("views", (), np.int64),
+    ("places", (3,), np.float64),
+    ("visited", (), np.int64),
+)
+LINKS: Columns = (
+    ("sources", (), np.int64),
+    ("targets", (), np.int64),
+    ("measured", (3,), np.float64),
+    ("durations", (), np.float64),
+)
+
+
+class ExperienceMap:
+    """Experiences (index 0 to count - 1) and links (0 to linked - 1), in arrays that grow.
+
+    ids: numbers that stay when the map is pruned. poses: x, y (m), facing (rad). views: number of the template.
+    places: x, y, heading in pose cells. visited: which of all arrivals was the last one here. sources, targets:
+    indices of experiences. measured: distance (m), direction and facing (rad) of the target as seen from the source.
+    durations: s.
+    """
+
+    ids: NDArray[np.int64]
+    poses: NDArray[np.float64]
+    views: NDArray[np.int64]
+    places: NDArray[np.float64]
+    visited: NDArray[np.int64]
+    sources: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    measured: NDArray[np.float64]
+    durations: NDArray[np.float64]
+
+    def __init__(self, settings: MapSettings) -> None:
+        self.settings = settings
+        self.count = self.linked = self.next_id = self.arrivals = 0
+        self.current = -1
+        # the robot since the current experience: x, y (m), facing (rad) in that one's frame; seconds, and those at rest
+        self.since: Pose = (0.0, 0.0, 0.0)
+        self.seconds = self.still = 0.0
+        self.pairs: set[tuple[int, int]] = set()
+        self._room(NODES, 64, 0)
+        self._room(LINKS, 64, 0)
+
+    def _room(self, of: Columns, many: int, kept: int) -> None:
+        for name, shape, kind in of:
+            grown: NDArray[Any] = np.zeros((many, *shape), kind)
+            if kept:
+                grown[:kept] = getattr(self, name)[:kept]
+            setattr(self, name, grown)
+
+    def move(self, distance: float, turn: float, seconds: float) -> None:
+        """Add a step of odometry: m along a circle, rad, s."""
+        x, y, facing = self.since
+        along = facing + turn / 2
+        self.since = (x + distance * math.cos(along), y + distance * math.sin(along), wrapped(facing + turn))
+        if distance or turn:
+            self.still = 0.0
+        else:
+            self.still += seconds
+        if self.still <= self.settings.still_s:
+            self.seconds += seconds
+
+    def pose(self) -> Pose:
+        """Return where the robot is on the map: x, y (m), facing (rad)."""
+        return composed(START if self.current < 0 else self.pose_of(self.current), self.since)
+
+    def pose_of(self, index: int) -> Pose:
+        """Return an experience's pose."""
+        x, y, facing = self.poses[index]
+        return float(x), float(y), float(facing)
+
+    def create(self, view: int, place: Pose) -> int:
+        """Make an experience where the robot is, link it to the current one, and make it the current one."""
+        if self.count == len(self.ids):
+            self._room(NODES, 2 * self.count, self.count)
+        index, pose = self.count, self.pose()
+        self.count += 1
+        self.ids[index], self.poses[index], self.views[index], self.places[index] = self.next_id, pose, view, place
+        self.next_id += 1
+        self._arrive(index, (0.0, 0.0, 0.0))
+        return index
+
+    def meet(self, index: int, offset: Pose) -> bool:
+        """Come back to an experience; the robot stands at `offset` from it. Tell whether this made a new link."""
+        before = self.linked
+        self._arrive(index, offset)
+        return self.linked > before
+
+    def _arrive(self, index: int, offset: Pose) -> None:
+        pair = (min(self.current, index), max(self.current, index))
+        if self.current >= 0 and pair not in self.pairs:
+            x, y, facing = composed(self.since, inverted(offset))
+            self.pairs.add(pair)
+            if self.linked == len(self.sources):
+                self._room(LINKS, 2 * self.linked, self.linked)
+            n, self.linked = self.linked, self.linked + 1
+            self.sources[n], self.targets[n] = self.current, index
+            self.measured[n] = math.hypot(x, y), math.atan2(y, x), facing
+            self.durations[n] = self.seconds
+        self.current, self.since, self.seconds, self.still = index, offset, 0.0, 0.0
+        self.arrivals += 1
+        self.visited[index] = self.arrivals
+
+    def relax(self) -> None:
+        """Let all links pull, those of the oldest experience first."""
+        kept, m = self.settings, self.linked
+        order = np.argsort(self.sources[:m], kind="stable")
+        relax(self.poses, self.sources, self.targets, self.measured, order, kept.loops, kept.correction)
+
+
+def composed(a: Pose, b: Pose) -> Pose:
+    """Return the pose that is `b` as seen from `a`."""
+    cos, sin = math.cos(a[2]), math.sin(a[2])
+    return a[0] + cos * b[0] - sin * b[1], a[1] + sin * b[0] + cos * b[1], wrapped(a[2] + b[2])
+
+
+def inverted(a: Pose) -> Pose:
+    """Return the origin as seen from `a`."""
+    cos, sin = math.cos(a[2]), math.sin(a[2])
+    return -cos * a[0] - sin * a[1], sin * a[0] - cos * a[1], -a[2]
+
+
+def ring(apart: float, size: float) -> float:
+    """Return a difference of places on a ring of cells, the short way round."""
+    return (apart + size / 2) % size - size / 2

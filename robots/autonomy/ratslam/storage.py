@@ -1,0 +1,123 @@
+"""Saves a map so that it goes on exactly where it was, and reads it again after a crash."""
+
+import io
+import json
+import zipfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robots.autonomy.ratslam.experiences import LINKS, NODES
+from robots.autonomy.ratslam.settings import Settings
+from robots.autonomy.ratslam.slam import RatSlam
+from robots.files import replaced
+
+FORMAT = 1
+VIEWS = ("templates", "rows", "totals", "decay", "places")
+TOLD = ("poses", "nodes_at", "links_at")
+
+
+class BadMap(ValueError):
+    """The file is no map of this program, or of other settings; the sentence says which."""
+
+
+def save(slam: RatSlam, path: Path) -> None:
+    """Replace the file by the map, at once or not at all. Raises OSError."""
+    held, views, told = slam.map, slam.views, slam.told
+    arrays: dict[str, Any] = {"cells": slam.cells.cells}
+    arrays |= {f"view_{name}": getattr(views, name)[: views.count] for name in VIEWS}
+    arrays |= {f"node_{name}": getattr(held, name)[: held.count] for name, _, _ in NODES}
+    arrays |= {f"link_{name}": getattr(held, name)[: held.linked] for name, _, _ in LINKS}
+    arrays |= {f"told_{name}": getattr(told, name) for name in TOLD}
+    rest = {
+        "format": FORMAT,
+        "settings": asdict(slam.settings),
+        "map_number": slam.map_number,
+        "sequence": slam.sequence,
+        "keep": sorted(slam.keep),
+        "view": slam.view,
+        "last": slam.last.hex(),
+        "pruned_at": slam.pruned_at,
+        "best": slam.cells.best,
+        "whole_since": told.whole_since,
+        **{name: getattr(held, name) for name in ("current", "next_id", "arrivals", "since", "seconds", "still")},
+    }
+    arrays["rest"] = np.frombuffer(json.dumps(rest).encode(), np.uint8)
+    with replaced(path, sync=True) as out:
+        np.savez(out, **arrays)
+
+
+def load(path: Path, settings: Settings | None = None) -> RatSlam:
+    """Return the saved map. Raises FileNotFoundError, or BadMap for a file that is not one with these settings."""
+    content = io.BytesIO(path.read_bytes())
+    try:
+        with np.load(content, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        rest = json.loads(arrays["rest"].tobytes())
+        slam = RatSlam(settings, int(rest["map_number"]))
+        if rest["format"] != FORMAT or rest["settings"] != json.loads(json.dumps(asdict(slam.settings))):
+            raise BadMap(f"{path.name} is a map of another version or with other settings; it cannot be used.")
+        _fill(slam, arrays, rest)
+    except BadMap:
+        raise
+    except (KeyError, ValueError, TypeError, IndexError, EOFError, OSError, zipfile.BadZipFile) as error:
+        raise BadMap(f"{path.name} is damaged and cannot be used: {error}.") from error
+    return slam
+
+
+def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
+    held, views, told = slam.map, slam.views, slam.told
+    views.count, held.count = len(arrays["view_templates"]), len(arrays["node_ids"])
+    held.linked = len(arrays["link_sources"])
+    for owner, prefix, names, count in (
+        (views, "view", VIEWS, views.count),
+        (held, "node", [name for name, _, _ in NODES], held.count),
+        (held, "link", [name for name, _, _ in LINKS], held.linked),
+    ):
+        for name in names:
+            _put(owner, name, arrays[f"{prefix}_{name}"], count)
+    for name, count in zip(TOLD, (held.count, held.count, held.linked), strict=True):
+        setattr(told, name, _like(getattr(told, name), arrays[f"told_{name}"], count, name))
+    slam.cells.cells = _like(slam.cells.cells, arrays["cells"], len(slam.cells.cells), "cells")
+    told.whole_since = int(rest["whole_since"])
+    slam.sequence, slam.view, slam.pruned_at = int(rest["sequence"]), int(rest["view"]), int(rest["pruned_at"])
+    slam.keep, slam.last = frozenset(map(int, rest["keep"])), bytes.fromhex(rest["last"])
+    slam.cells.best, held.since = _three(rest["best"]), _three(rest["since"])
+    held.current, held.next_id, held.arrivals = (int(rest[name]) for name in ("current", "next_id", "arrivals"))
+    held.seconds, held.still = float(rest["seconds"]), float(rest["still"])
+    ends = np.concatenate([held.sources[: held.linked], held.targets[: held.linked], [held.current]])
+    seen = np.concatenate([held.views[: held.count], [slam.view]])
+    if not (_within(ends, held.count) and _within(seen, views.count) and (held.count == 0) == (held.current < 0)):
+        raise ValueError("its parts do not fit together")
+    pairs = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)
+    held.pairs = {(min(a, b), max(a, b)) for a, b in pairs}
+
+
+def _within(numbers: np.ndarray, count: int) -> bool:
+    """Tell whether all are indices below count; the last may be -1 for none."""
+    return bool((numbers[:-1] >= 0).all() and (numbers < count).all() and numbers[-1] >= -1)
+
+
+def _put(owner: Any, name: str, found: np.ndarray, count: int) -> None:
+    """Replace an array of room for more by one that begins with what was found."""
+    room = getattr(owner, name)
+    checked = _like(room, found, count, name)
+    grown = np.zeros((max(64, count), *room.shape[1:]), room.dtype)
+    grown[:count] = checked
+    setattr(owner, name, grown)
+
+
+def _like(model: np.ndarray, found: np.ndarray, count: int, name: str) -> np.ndarray:
+    """Return what was found. Raises ValueError unless it is finite, of the model's kind and shape, `count` long."""
+    if found.dtype != model.dtype or found.shape != (count, *model.shape[1:]) or not np.isfinite(found).all():
+        raise ValueError(f"{name} has another shape or kind")
+    return found
+
+
+def _three(values: Any) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    if not np.isfinite([x, y, z]).all():
+        raise ValueError("a pose is not finite")
+    return x, y, z

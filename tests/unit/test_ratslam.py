@@ -1,0 +1,234 @@
+"""RatSLAM as a whole: it closes a loop, learns nothing from broken pictures, and goes on after a crash."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from robots.autonomy.ratslam.settings import MapSettings, Settings
+from robots.autonomy.ratslam.slam import RatSlam
+from robots.autonomy.ratslam.storage import BadMap, load, save
+from tests.unit.ratslam_world import Drift, World, aligned, laps
+
+DT = 0.05
+
+
+class Drive:
+    """Laps through the small world, with every fourth picture, and what became of them."""
+
+    def __init__(self, slam, rounds, world=None, each=4):
+        self.slam, self.each = slam, each
+        world, drift = world or World(), Drift()
+        self.truth, self.dead, self.steps, self.made = [], [], [], {}
+        x = y = 0.0
+        facing = math.pi / 2
+        for n, (tx, ty, tf, v, w) in enumerate(laps(rounds)):
+            picture = world.picture(tx, ty, tf) if n % each == 0 else None
+            v, w = drift(v, w)
+            facing += w * DT
+            x, y = x + v * DT * math.cos(facing), y + v * DT * math.sin(facing)
+            step = slam.step(n * DT, picture, v, w, DT)
+            self.truth.append((tx, ty))
+            self.dead.append((x, y))
+            self.steps.append(step)
+            if step.made:
+                self.made[step.experience] = (tx, ty)
+
+    def map_error(self):
+        held = self.slam.map
+        truth = np.array([self.made[i] for i in held.ids[: held.count].tolist()])
+        return aligned(held.poses[: held.count, :2].copy(), truth)
+
+
+@pytest.fixture(scope="module")
+def drive():
+    return Drive(RatSlam(), 2)
+
+
+def test_a_loop_is_closed_and_the_error_shrinks(drive):
+    half = len(drive.truth) // 2
+    dead = aligned(np.array(drive.dead), np.array(drive.truth))
+    assert any(step.met for step in drive.steps[half:])
+    assert dead > 0.15
+    assert drive.map_error() < dead / 4
+    assert drive.map_error() < 0.05
+
+
+def test_the_second_round_makes_hardly_any_experience(drive):
+    half = len(drive.steps) // 2
+    first, second = (sum(step.made for step in part) for part in (drive.steps[:half], drive.steps[half:]))
+    assert first > 80
+    assert second < first / 8
+
+
+def test_the_robot_knows_where_it_is_in_the_second_round(drive):
+    half = len(drive.steps) // 2 + 100
+    found = np.array([step.pose[:2] for step in drive.steps[half:]])
+    assert aligned(found, np.array(drive.truth[half:])) < 0.08
+
+
+@pytest.mark.parametrize(
+    ("picture", "verdict"),
+    [
+        (np.zeros((240, 416), np.uint8), "black"),
+        (np.full((240, 416), 128, np.uint8), "flat"),
+        (None, "none"),
+    ],
+)
+def test_a_picture_that_shows_nothing_teaches_nothing(picture, verdict):
+    slam = RatSlam()
+    for n in range(20):
+        step = slam.step(n * DT, picture, 0.1, 0.2, DT)
+        assert (step.picture, step.experience, step.made) == (verdict, -1, False)
+    assert slam.views.count == slam.map.count == 0
+    assert step.pose != slam.map.pose_of(0)  # by odometry it has moved
+
+
+def test_a_frozen_camera_teaches_nothing_until_it_moves_again():
+    world, slam = World(), RatSlam()
+    picture = world.picture(-0.5, -0.775, 0.0)
+    assert slam.step(0.0, picture, 0.1, 0.0, DT).picture == "seen"
+    before = slam.views.count, slam.map.count, slam.map.linked, slam.sequence
+    for n in range(100):
+        assert slam.step(n * DT, picture.copy(), 0.15, 0.0, DT).picture == "frozen"
+    assert (slam.views.count, slam.map.count, slam.map.linked, slam.sequence) == before
+    assert slam.step(6.0, world.picture(-0.2, -0.775, 0.0), 0.1, 0.0, DT).picture == "seen"
+    assert slam.map.count == 2
+
+
+finite = {"v": st.floats(-5, 5), "w": st.floats(-50, 50), "dt": st.floats(0, 1)}
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(*finite.values(), st.integers(0, 5)), min_size=1, max_size=15))
+def test_any_odometry_in_bounds_keeps_everything_finite(steps):
+    slam, dice = RatSlam(), np.random.default_rng(5)
+    shown = [None, *(dice.integers(0, 256, (20, 60)).astype(np.uint8).repeat(12, 0).repeat(7, 1)[:, :416] for _ in range(5))]  # fmt: skip
+    for n, (v, w, dt, which) in enumerate(steps):
+        step = slam.step(n, shown[which], v, w, dt)
+        assert all(map(math.isfinite, step.pose))
+    assert slam.cells.cells.sum() == pytest.approx(1) and slam.cells.cells.min() >= 0
+    assert np.isfinite(slam.map.poses).all() and np.isfinite(slam.map.measured).all()
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e308, -1e308, 10**400, "fast", None])
+@pytest.mark.parametrize("which", ["v", "w", "dt", "at_s"])
+def test_what_no_robot_sends_is_refused_with_a_sentence_and_changes_nothing(bad, which):
+    slam = RatSlam()
+    slam.step(0.0, World().picture(-0.5, -0.775, 0.0), 0.1, 0.0, DT)
+    cells, pose, count = slam.cells.cells.copy(), slam.map.pose(), slam.map.count
+    sent = {"at_s": 1.0, "v": 0.1, "w": 0.1, "dt": DT, which: bad}
+    with pytest.raises(ValueError, match=r"must (be a number|lie between).*\.$"):
+        slam.step(picture=World(2).picture(-0.5, -0.775, 0.0), **sent)
+    assert (slam.cells.cells == cells).all()
+    assert (slam.map.pose(), slam.map.count, slam.views.count) == (pose, count, 1)
+
+
+def test_clearing_begins_the_next_map_and_readers_get_all_of_it():
+    slam = RatSlam()
+    slam.step(0.0, World().picture(-0.5, -0.775, 0.0), 0.1, 0.0, DT)
+    assert len(slam.since(-1).ids) == 1 and not slam.since(slam.sequence).whole
+    read = slam.sequence
+    assert slam.clear() == 2
+    changes = slam.since(read)
+    assert (changes.map_number, changes.whole, len(changes.ids), slam.experience) == (2, True, 0, -1)
+
+
+def test_a_full_map_goes_on_without_learning():
+    slam, dice = RatSlam(Settings(map=MapSettings(most=5))), np.random.default_rng(1)
+    shown = [dice.integers(0, 256, (20, 60)).astype(np.uint8).repeat(12, 0).repeat(7, 1)[:, :416] for _ in range(12)]
+    verdicts = [slam.step(n, picture, 0.1, 0.0, 0.5).picture for n, picture in enumerate(shown)]
+    assert verdicts == ["seen"] * 5 + ["full"] * 7
+    assert slam.map.count == 5 and slam.step(20, shown[2], 0.0, 0.0, DT).picture in ("seen", "full")
+
+
+def test_with_pruning_the_map_stays_small_and_protected_places_stay():
+    kept = Settings(pruning=True, map=MapSettings(prune_each=30, square_m=0.2))
+    slam = RatSlam(kept)
+    slam.keep = frozenset({1, 2, 3})
+    drive = Drive(slam, 2)
+    assert slam.map.next_id > 100 and slam.map.count < 80
+    assert {1, 2, 3} <= set(slam.map.ids[: slam.map.count].tolist())
+    assert slam.views.count <= slam.map.next_id and set(slam.map.views[: slam.map.count]) == set(
+        range(slam.views.count)
+    )
+    assert drive.map_error() < 0.15
+
+
+def test_a_loaded_map_gives_the_same_answers(tmp_path):
+    world, slam = World(), RatSlam(Settings(pruning=True, map=MapSettings(prune_each=25)))
+    Drive(slam, 1, world)
+    slam.keep = frozenset({4})
+    save(slam, tmp_path / "map.npz")
+    again = load(tmp_path / "map.npz", slam.settings)
+    assert (again.map_number, again.sequence, again.keep) == (slam.map_number, slam.sequence, slam.keep)
+    for n, (x, y, facing, v, w) in enumerate(list(laps(1, offset=0.03))[:400]):
+        picture = world.picture(x, y, facing) if n % 3 == 0 else None
+        assert slam.step(n, picture, v, w, DT) == again.step(n, picture, v, w, DT)
+    assert (slam.cells.cells == again.cells.cells).all()
+    one, two = slam.since(-1), again.since(-1)
+    assert (one.ids == two.ids).all() and (one.poses == two.poses).all() and (one.links == two.links).all()
+
+
+def test_a_map_that_is_saved_again_replaces_the_old_one_at_once(tmp_path):
+    slam = RatSlam()
+    save(slam, tmp_path / "map.npz")
+    slam.clear()
+    save(slam, tmp_path / "map.npz")
+    assert load(tmp_path / "map.npz").map_number == 2
+    assert [p.name for p in tmp_path.iterdir()] == ["map.npz"]
+
+
+def broken(path, how):
+    """Write a saved map with one thing wrong."""
+    slam = RatSlam()
+    for n, x in enumerate((-0.5, -0.2, 0.1)):
+        slam.step(n, World().picture(x, -0.775, 0.0), 0.3, 0.0, 1.0)
+    save(slam, path)
+    if how == "cut":
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    elif how == "flipped":
+        content = bytearray(path.read_bytes())
+        content[len(content) // 2] ^= 0xFF
+        path.write_bytes(bytes(content))
+    elif how == "text":
+        path.write_text("no map")
+    elif how == "empty":
+        path.write_bytes(b"")
+    else:
+        with np.load(path) as file:
+            arrays = {name: file[name] for name in file.files}
+        rest = json.loads(arrays["rest"].tobytes())
+        if how == "link to nowhere":
+            arrays["link_targets"][0] = 99
+        elif how == "not finite":
+            arrays["node_poses"][0, 0] = np.nan
+        elif how == "shape":
+            arrays["cells"] = arrays["cells"][:5]
+        elif how == "other settings":
+            rest["settings"]["map"]["loops"] = 7
+        elif how == "no current":
+            rest["current"] = 77
+        elif how == "missing":
+            del arrays["node_ids"]
+        elif how == "huge":
+            rest["best"] = [1e400, 0, 0]
+        arrays["rest"] = np.frombuffer(json.dumps(rest).encode(), np.uint8)
+        with path.open("wb") as out:
+            np.savez(out, **arrays)
+
+
+@pytest.mark.parametrize("how", ["cut", "flipped", "text", "empty", "link to nowhere", "not finite", "shape", "other settings", "no current", "missing", "huge"])  # fmt: skip
+def test_a_damaged_map_is_refused_with_a_sentence(tmp_path, how):
+    path = tmp_path / "map.npz"
+    broken(path, how)
+    with pytest.raises(BadMap, match=r"map\.npz is .*\.$"):
+        load(path)
+
+
+def test_no_map_is_no_damaged_map(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        load(tmp_path / "map.npz")

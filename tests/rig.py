@@ -109,6 +109,23 @@ class ArmSimulator(Simulator):
         return status | {"pose": status["objects"]["tip"]}
 
 
+class IratSimulator(Simulator):
+    """The iRat's simulator as a process."""
+
+    def start(self) -> None:
+        self._counted = {}
+        (self.folder / "tty").unlink(missing_ok=True)
+        self.process = subprocess.Popen(
+            [PYTHON, "-m", "simulators.irat", "--dir", str(self.folder), "--seed", str(self.seed)], cwd=ROOT,
+            stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        wait_for((self.folder / "tty").exists, 60, "the iRat's simulator")
+
+    @property
+    def address(self) -> str:
+        return (self.folder / "tty").read_text().strip()
+
+
 def child_env(**more: str) -> dict[str, str]:
     """Return the environment in which a child finds the tests' own stores."""
     db = connection.settings_dict

@@ -6,11 +6,13 @@ from robots.drivers.mercury.driver import Driver
 from robots.drivers.pa10.driver import Driver as ArmDriver
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
+from tests.drivers.irat_wire import Hand
 from tests.drivers.pa10_wire import Terminal, allow, do
 from tests.faults.proof import Proof
-from tests.rig import ArmSimulator, Simulator
+from tests.rig import ArmSimulator, IratSimulator, Simulator
 
 HOME = (0.0, 0.42, 0.075)
+CORRIDOR = 50  # a place in the left arm of the U, heading away from the dock
 
 
 @pytest.fixture
@@ -107,3 +109,35 @@ def nobody_types_on():
     yield
     while Terminal.OPEN:
         Terminal.OPEN.pop().close()
+
+
+@pytest.fixture(scope="session")
+def rat(tmp_path_factory):
+    simulator = IratSimulator(tmp_path_factory.mktemp("irat"))
+    yield simulator
+    simulator.stop()
+
+
+@pytest.fixture
+def irat(rat):
+    """The iRat's simulator at rest in mid-corridor, charged, without a fault, nothing counted; nobody commands."""
+    if rat.process.poll() is not None:
+        rat.start()
+    rat.clear()
+    rat.fault("charge", 0.9)
+    wait_for(lambda: rat.status()["power"] and rat.status()["charge"] == pytest.approx(0.9, abs=0.01), 5, "the battery")
+    boot = rat.status()["boot"]
+    rat.fault("power_cycle", count=1)
+    wait_for(lambda: rat.status()["boot"] != boot, 5, "the power")
+    rat.fault("carried", CORRIDOR)
+    wait_for(lambda: rat.status()["pose"][1] == pytest.approx(1.24, abs=0.02), 5, "the corridor")
+    rat.forget()
+    yield rat
+    while Hand.OPEN:
+        Hand.OPEN.pop().close()
+
+
+@pytest.fixture
+def hand(irat):
+    """A stranger who speaks the iRat's wire by hand."""
+    return Hand(irat)

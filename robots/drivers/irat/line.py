@@ -1,0 +1,133 @@
+"""The owner's end of the iRat's wire: it claims, drives, holds, and keeps the newest of everything it hears."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from robots.contract.session import Permit
+from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent
+from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges
+from robots.drivers.irat.protocol import (
+    BATTERY,
+    CAMERA,
+    CHARGER,
+    CLAIM,
+    COMMAND,
+    HOLD,
+    ODOMETRY,
+    RANGES,
+    REST_S,
+    STATE,
+    STATUS,
+    TOPICS,
+    Status,
+    Velocity,
+)
+from robots.drivers.rosbridge import Message, numeral
+from robots.drivers.rosbridge_client import ANSWER_S, Bridge
+
+T = TypeVar("T")
+
+
+class Newest(Generic[T]):
+    """The newest value of a topic, and when it arrived (s, monotonic)."""
+
+    def __init__(self, decode: Callable[[Message], T]) -> None:
+        self._decode = decode
+        self._changed = threading.Condition()
+        self.value: T | None = None
+        self.at = 0.0
+
+    def take(self, message: Message) -> None:
+        """Keep a message's value. Raises Malformed; the older value stays then."""
+        value = self._decode(message)
+        with self._changed:
+            self.value, self.at = value, time.monotonic()
+            self._changed.notify_all()
+
+    def wait(self, seconds: float, after: float = 0.0) -> T:
+        """Return the value, at the latest after so many seconds; `after`: one that arrived later than that.
+
+        Raises:
+            LineSilent: none came.
+
+        """
+        with self._changed:
+            if not self._changed.wait_for(lambda: self.value is not None and self.at > after, seconds):
+                raise LineSilent("The robot is silent.")
+            assert self.value is not None
+            return self.value
+
+
+class IratLine:
+    """Thread safe. `picture` is called with each picture, in the connection's thread."""
+
+    def __init__(self, address: str, epoch: int, picture: Callable[[Picture], None] | None = None) -> None:
+        self.bridge, self._epoch, self._picture = Bridge(address), epoch, picture
+        self.odometry = Newest(Odometry.decode)
+        self.ranges = Newest(Ranges.decode)
+        self.battery = Newest(BatteryState.decode)
+        self.status = Newest(Status.decode)
+        self.charger = Newest(lambda message: numeral(message, "data", 0, 100, "A"))
+
+    def open(self) -> None:
+        """Connect, claim the robot, and listen. Raises LineGone, LineSilent, LineBusy."""
+        self.bridge.open()
+        heard: tuple[tuple[str, Callable[[Message], None]], ...] = (
+            (ODOMETRY, self.odometry.take), (RANGES, self.ranges.take), (BATTERY, self.battery.take),
+            (STATE, self.status.take), (CHARGER, self.charger.take),
+        )  # fmt: skip
+        for topic, take in heard:
+            self.bridge.subscribe(topic, TOPICS[topic], take)
+        if self._picture is not None:
+            self.watch(self._picture)
+        self.claim()
+
+    def claim(self) -> None:
+        """Become the commander. Raises LineBusy if another epoch commands."""
+        answer = self.bridge.call(CLAIM, {"epoch": self._epoch})
+        if answer.get("success") is not True:
+            self.bridge.close()
+            raise LineBusy(f"The robot is used by another client: {answer.get('message')}.")
+
+    def watch(self, picture: Callable[[Picture], None], every_s: float = 0.0) -> None:
+        """Have the camera's pictures sent, at most one every `every_s`; the robot renders only what is watched."""
+        self._picture = picture
+        self.bridge.subscribe(CAMERA, TOPICS[CAMERA], lambda message: picture(Picture.decode(message)), every_s)
+
+    def unwatch(self) -> None:
+        """End the pictures."""
+        self._picture = None
+        self.bridge.unsubscribe(CAMERA)
+
+    def close(self) -> None:
+        """Close the connection; the robot holds."""
+        self.bridge.close()
+
+    def drive(self, velocity: Velocity, permit: Permit | None = None) -> None:
+        """Send a velocity, which the robot forgets after 0.25 s; `permit` is called last. Raises LineGone."""
+        self.bridge.publish(COMMAND, velocity.encode(), permit)
+
+    def ask(self) -> Status:
+        """Ask for the robot's state now. Raises LineGone, LineSilent."""
+        return Status.decode(self.bridge.call(STATUS))
+
+    def hold(self) -> None:
+        """Hold; return when the robot rests. Any thread, any time.
+
+        Raises:
+            LineGone, LineSilent: the connection.
+            HardwareFault: it still moves after the longest time that a hold may take.
+
+        """
+        answer = self.bridge.call(HOLD, seconds=REST_S + ANSWER_S)
+        if answer.get("success") is not True:
+            raise HardwareFault(f"The robot did not come to rest: {answer.get('message')}.")
+
+    @property
+    def silent_s(self) -> float:
+        """Return for how long nothing has been heard (s). Raises LineGone."""
+        if not self.bridge.is_open:
+            raise LineGone("The robot's rosbridge is not connected.")
+        return time.monotonic() - self.bridge.heard_at

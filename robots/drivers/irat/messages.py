@@ -1,0 +1,154 @@
+"""What the iRat publishes, as values with SI units and as ROS messages."""
+
+import base64
+import binascii
+from dataclasses import dataclass
+from math import atan2, cos, sin
+
+from robots.description import load
+from robots.drivers.irat.protocol import CHARGING, DISCHARGING, FULL, NOT_CHARGING, Velocity, header
+from robots.drivers.rosbridge import Malformed, Message, nested, numeral
+
+MOST_JPEG = 200_000  # bytes
+FAR = 1e6
+
+
+def stamp_of(message: Message) -> float:
+    """Return when a message was made (wall clock, s). Raises Malformed."""
+    stamp = nested(nested(message, "header"), "stamp")
+    return numeral(stamp, "secs", 0, 1e12) + numeral(stamp, "nsecs", 0, 1e9) * 1e-9
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Where the robot believes it is since it was switched on (m, rad), and its velocity."""
+
+    x: float
+    y: float
+    heading: float
+    velocity: Velocity
+
+    def encode(self, sequence: int, at: float) -> Message:
+        """Return the nav_msgs/Odometry; `at` is the wall clock (s)."""
+        turn = {"x": 0.0, "y": 0.0, "z": sin(self.heading / 2), "w": cos(self.heading / 2)}
+        pose = {"position": {"x": self.x, "y": self.y, "z": 0.0}, "orientation": turn}
+        return {
+            "header": header(sequence, at, "odom"),
+            "child_frame_id": "base_link",
+            "pose": {"pose": pose, "covariance": [0.0] * 36},
+            "twist": {"twist": self.velocity.encode(), "covariance": [0.0] * 36},
+        }
+
+    @classmethod
+    def decode(cls, message: Message) -> "Odometry":
+        """Return the odometry in a message. Raises Malformed."""
+        pose, twist = (nested(nested(message, name), name) for name in ("pose", "twist"))
+        place, turn = nested(pose, "position"), nested(pose, "orientation")
+        heading = 2 * atan2(numeral(turn, "z", -1, 1), numeral(turn, "w", -1, 1, default=1.0))
+        velocity = Velocity(
+            numeral(nested(twist, "linear"), "x", -FAR, FAR), numeral(nested(twist, "angular"), "z", -FAR, FAR)
+        )
+        return cls(
+            numeral(place, "x", -FAR, FAR), numeral(place, "y", -FAR, FAR), atan2(sin(heading), cos(heading)), velocity
+        )
+
+
+def velocities(velocity: Velocity, sequence: int, at: float) -> Message:
+    """Return the wheels' velocity as a geometry_msgs/TwistStamped."""
+    return {"header": header(sequence, at, "base_link"), "twist": velocity.encode()}
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Distances (m) to the left, ahead and to the right; the farthest is also read where nothing is nearer."""
+
+    left: float
+    ahead: float
+    right: float
+
+    def encode(self, sequence: int, at: float) -> Message:
+        """Return the sensor_msgs/LaserScan, whose angles run from right to left."""
+        known = load("irat")["range"]
+        return {
+            "header": header(sequence, at, "ranges"),
+            "angle_min": known["angles"][2], "angle_max": known["angles"][0], "angle_increment": known["angles"][0],
+            "time_increment": 0.0, "scan_time": 0.05, "range_min": known["near"], "range_max": known["far"],
+            "ranges": [round(self.right, 4), round(self.ahead, 4), round(self.left, 4)], "intensities": [],
+        }  # fmt: skip
+
+    @classmethod
+    def decode(cls, message: Message) -> "Ranges":
+        """Return the ranges in a message. Raises Malformed."""
+        found = message.get("ranges")
+        if not isinstance(found, list) or len(found) != 3:
+            raise Malformed("there must be three ranges")
+        right, ahead, left = (numeral({"range": value}, "range", 0, FAR, "m") for value in found)
+        return cls(left, ahead, right)
+
+
+@dataclass(frozen=True)
+class BatteryState:
+    """Volts at the terminals, amperes into the battery, the share that is left, and the recharge state."""
+
+    voltage: float
+    current: float
+    share: float
+    status: int
+
+    def encode(self, sequence: int, at: float) -> Message:
+        """Return the sensor_msgs/BatteryState."""
+        known = load("irat")["battery"]
+        return {
+            "header": header(sequence, at, "battery"),
+            "voltage": round(self.voltage, 3), "current": round(self.current, 3),
+            "charge": round(self.share * known["capacity_ah"], 4), "capacity": known["capacity_ah"],
+            "design_capacity": known["capacity_ah"], "percentage": round(self.share, 4),
+            "power_supply_status": self.status, "power_supply_health": 1, "power_supply_technology": 2,
+            "present": True, "cell_voltage": [], "location": "", "serial_number": "",
+        }  # fmt: skip
+
+    @classmethod
+    def decode(cls, message: Message) -> "BatteryState":
+        """Return the battery's state in a message. Raises Malformed."""
+        return cls(
+            numeral(message, "voltage", 0, 100, "V"), numeral(message, "current", -100, 100, "A"),
+            numeral(message, "percentage", 0, 1), int(numeral(message, "power_supply_status", 0, 4)),
+        )  # fmt: skip
+
+
+def recharge_state(charger_current: float, full: bool) -> int:
+    """Return the power_supply_status: it is charging only if the charger gives a current (A)."""
+    if full:
+        return FULL
+    if charger_current > 0.0:
+        return CHARGING
+    return DISCHARGING if charger_current == 0.0 else NOT_CHARGING
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A JPEG and when it was taken (wall clock, s)."""
+
+    jpeg: bytes
+    at: float
+
+    def encode(self, sequence: int) -> Message:
+        """Return the sensor_msgs/CompressedImage; rosbridge writes bytes in base 64."""
+        return {
+            "header": header(sequence, self.at, "camera"), "format": "jpeg",
+            "data": base64.b64encode(self.jpeg).decode(),
+        }  # fmt: skip
+
+    @classmethod
+    def decode(cls, message: Message) -> "Picture":
+        """Return the picture in a message. Raises Malformed."""
+        data = message.get("data")
+        if not isinstance(data, str) or len(data) > MOST_JPEG * 4 // 3 + 4 or "jpeg" not in str(message.get("format")):
+            raise Malformed(f"a picture is a JPEG of at most {MOST_JPEG} bytes in base 64")
+        try:
+            jpeg = base64.b64decode(data, validate=True)
+        except (binascii.Error, ValueError) as error:
+            raise Malformed("the picture is not base 64") from error
+        if not jpeg.startswith(b"\xff\xd8"):
+            raise Malformed("the picture is not a JPEG")
+        return cls(jpeg, stamp_of(message))

@@ -1,0 +1,182 @@
+"""A client of any robot behind rosbridge v2, for drivers whose owner uses threads.
+
+Topics arrive in the thread of the connection; calls of services wait for their answers by id, so a hold needs not wait
+for another call. An answer that comes too late is dropped.
+"""
+
+import contextlib
+import itertools
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.sync.client import ClientConnection, connect
+
+from robots.contract.session import Permit
+from robots.drivers.errors import ControllerRefused, LineGone, LineSilent
+from robots.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
+
+ANSWER_S = 1.0
+OPEN_S = 5.0
+PING_S = 5.0
+MOST_BYTES = 1_000_000  # of a frame from the robot
+Heard = Callable[[Message], None]
+
+
+@dataclass
+class _Call:
+    answered: threading.Event = field(default_factory=threading.Event)
+    values: Any = None
+    result: bool = False
+
+
+class Bridge:
+    """Thread safe. `address` is a ws:// URL, host:port, or a file that contains one of them."""
+
+    def __init__(self, address: str) -> None:
+        self._address = address
+        self._line: ClientConnection | None = None
+        self._reader: threading.Thread | None = None
+        self._opening = threading.Lock()
+        self._heard: dict[str, tuple[str, Heard, float]] = {}
+        self._calls: dict[str, _Call] = {}
+        self._numbers = itertools.count(1)
+        self.complaint = ""  # what the robot said last about a frame of ours
+        self.unreadable = 0  # frames of the robot that were dropped
+        self.heard_at = 0.0  # monotonic clock, of the newest frame
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether a connection is open."""
+        return self._line is not None
+
+    def open(self) -> None:
+        """Connect, and subscribe to what was subscribed to before. Raises LineGone."""
+        with self._opening:
+            self._close()
+            try:
+                line = connect(
+                    self._where(), compression=None, max_size=MOST_BYTES, open_timeout=OPEN_S, close_timeout=1.0,
+                    ping_interval=PING_S, ping_timeout=2 * PING_S, proxy=None,
+                ).__enter__()  # fmt: skip
+            except (OSError, ValueError, WebSocketException) as error:
+                raise LineGone(f"The robot's rosbridge cannot be reached: {error}.") from error
+            self._line, self.heard_at = line, time.monotonic()
+            self._reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
+            self._reader.start()
+        for topic, (kind, _, every_s) in list(self._heard.items()):
+            self._subscribe(topic, kind, every_s)
+
+    def _where(self) -> str:
+        text = self._address
+        if text.startswith("/"):
+            text = Path(text).read_text().strip()
+        return text if text.startswith(("ws://", "wss://")) else f"ws://{text.removeprefix('tcp:')}"
+
+    def close(self) -> None:
+        """Close the connection."""
+        with self._opening:
+            self._close()
+
+    def _close(self) -> None:
+        line, self._line = self._line, None
+        if line is not None:
+            with contextlib.suppress(OSError, WebSocketException):
+                line.close()
+        if self._reader is not None and self._reader is not threading.current_thread():
+            self._reader.join(2.0)
+
+    def subscribe(self, topic: str, kind: str, heard: Heard, every_s: float = 0.0) -> None:
+        """Have `heard` called with each message of a topic, at most one every `every_s`; also after a new `open`.
+
+        It is called in the connection's thread and must not wait. Raises LineGone.
+        """
+        self._heard[topic] = kind, heard, every_s
+        if self.is_open:
+            self._subscribe(topic, kind, every_s)
+
+    def _subscribe(self, topic: str, kind: str, every_s: float) -> None:
+        self._send(encode(op="subscribe", topic=topic, type=kind, throttle_rate=int(every_s * 1000), queue_length=1))
+
+    def unsubscribe(self, topic: str) -> None:
+        """End a subscription. Raises LineGone."""
+        if self._heard.pop(topic, None) and self.is_open:
+            self._send(encode(op="unsubscribe", topic=topic))
+
+    def publish(self, topic: str, message: Message, permit: Permit | None = None) -> None:
+        """Publish a message; `permit` is called last. Raises LineGone, and what `permit` raises."""
+        frame = encode(op="publish", topic=topic, msg=message)
+        if permit is not None:
+            permit()
+        self._send(frame)
+
+    def call(self, service: str, args: Message | None = None, seconds: float = ANSWER_S) -> Message:
+        """Call a service; return its values.
+
+        Raises:
+            LineGone, LineSilent: the connection.
+            ControllerRefused: the robot does not know the service or cannot read the arguments.
+
+        """
+        number = f"call:{next(self._numbers)}"
+        waiting = self._calls[number] = _Call()
+        try:
+            self._send(encode(op="call_service", id=number, service=service, args=args or {}))
+            if not waiting.answered.wait(seconds):
+                raise LineSilent(f"The robot does not answer to {service}.")
+        finally:
+            self._calls.pop(number, None)
+        if self._line is None and waiting.values is None:
+            raise LineGone("The connection to the robot was lost before it answered.")
+        if not waiting.result or not isinstance(waiting.values, dict):
+            raise ControllerRefused(f"The robot refused {service}: {str(waiting.values)[:200]}.")
+        return waiting.values
+
+    def _send(self, frame: str) -> None:
+        line = self._line
+        if line is None:
+            raise LineGone("The robot's rosbridge is not connected.")
+        try:
+            line.send(frame)
+        except (OSError, WebSocketException) as error:
+            self._lost(line)
+            raise LineGone(f"The connection to the robot broke: {error}.") from error
+
+    def _read(self, line: ClientConnection) -> None:
+        """Hand on what arrives, until the connection ends."""
+        try:
+            for data in line:
+                self.heard_at = time.monotonic()
+                try:
+                    self._take(decode(data))
+                except (Malformed, TypeError, ValueError):
+                    self.unreadable += 1
+        except (OSError, ConnectionClosed):
+            pass
+        finally:
+            self._lost(line)
+
+    def _take(self, found: Message) -> None:
+        op = found.get("op")
+        if op == "publish":
+            known = self._heard.get(str(found.get("topic")))
+            if known is not None:
+                known[1](nested(found, "msg"))
+        elif op == "service_response":
+            call = self._calls.get(identifier(found) or "")
+            if call is not None:
+                call.values, call.result = found.get("values"), found.get("result") is True
+                call.answered.set()
+        elif op == "status":
+            self.complaint = str(found.get("msg", ""))[:300]
+
+    def _lost(self, line: ClientConnection) -> None:
+        """Forget a connection that has ended; whoever waits for an answer is told at once."""
+        if self._line is line:
+            self._line = None
+            for call in list(self._calls.values()):
+                call.answered.set()

@@ -1,0 +1,32 @@
+"""The dock: a board with markers, guides that lead the robot in, a stop, and two springs as contacts.
+
+In the dock's frame: the origin on the floor below the markers, x out of the dock, in m.
+"""
+
+from math import cos, hypot, sin
+
+STOP_M, STOP_HIGH_M = 0.030, 0.022  # where the robot's nose rests
+GUIDE_HIGH_M = 0.05
+GUIDES = (
+    ((0.0, 0.058), (0.105, 0.062), (0.255, 0.135), (0.0, 0.135)),
+    ((0.0, -0.135), (0.255, -0.135), (0.105, -0.062), (0.0, -0.058)),
+)  # convex, anticlockwise: a throat, then a funnel
+SPRINGS = ((0.0726, 0.02), (0.0726, -0.02))  # under the discs of a robot that stands at the stop
+DISCS = ((0.03, 0.02), (0.03, -0.02))  # on the robot's underside, in its frame
+DISC_M = 0.009  # radius
+DOCKED_M = 0.1026  # the robot's axle when its nose is at the stop
+
+
+def touching(dock: tuple[float, float, float], robot: tuple[float, float, float]) -> tuple[bool, bool]:
+    """Return for each spring whether a disc lies on it; poses in m, m, rad.
+
+    Turned by half a turn, the robot's left disc is on the dock's right spring; the charger corrects the polarity only
+    in that one position, so the two springs are paired with their own discs.
+    """
+    x, y, heading = dock
+    found = []
+    for (sx, sy), (dx, dy) in zip(SPRINGS, DISCS[::-1], strict=True):
+        spring = x + cos(heading) * sx - sin(heading) * sy, y + sin(heading) * sx + cos(heading) * sy
+        disc = robot[0] + cos(robot[2]) * dx - sin(robot[2]) * dy, robot[1] + sin(robot[2]) * dx + cos(robot[2]) * dy
+        found.append(hypot(spring[0] - disc[0], spring[1] - disc[1]) <= DISC_M)
+    return found[0], found[1]

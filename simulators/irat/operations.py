@@ -1,0 +1,187 @@
+"""What a frame does: subscriptions, velocities, services."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from robots.drivers.irat.protocol import (
+    CLAIM,
+    COMMAND,
+    EVERY_S,
+    HOLD,
+    REST_S,
+    SERVICES,
+    STATUS,
+    TOPICS,
+    Status,
+    Velocity,
+    epoch_of,
+)
+from robots.drivers.rosbridge import Malformed, Operation, encode, parse
+from simulators.irat.claims import Claims
+from simulators.irat.drive import End
+from simulators.irat.peer import Peer, Subscription
+
+Note = Callable[..., None]
+LOOK_S = 0.005
+EARLY = 0.8  # share of a topic's period after which its next message is not too early
+MOST_SUBSCRIPTIONS = 64
+MOST_HOLDS = 32  # of one client, not answered yet
+
+
+class Refused(Malformed):
+    """A valid request that is not done now; the text says why."""
+
+
+class Robot(Protocol):
+    """The robot behind the network; its methods may be called from any thread."""
+
+    @property
+    def moving(self) -> bool:
+        """Return whether a motion runs."""
+
+    def velocity(self, velocity: Velocity, epoch: int) -> str:
+        """Drive; return why not, in one sentence, or an empty text."""
+
+    def hold(self, why: End = End.HELD) -> None:
+        """Brake to rest."""
+
+    def report(self) -> Status:
+        """Return what the robot says of itself."""
+
+
+class Operations:
+    """Does what frames ask for, in the network's event loop."""
+
+    def __init__(self, robot: Robot, note: Note) -> None:
+        self._robot, self._note = robot, note
+        self.claims = Claims()
+        self._waiting: set[asyncio.Task[None]] = set()  # an event loop keeps no task alive by itself
+        self._holds: dict[Peer, int] = {}
+
+    def take(self, peer: Peer, data: str | bytes) -> None:
+        """Do what one frame asks for, or answer why not."""
+        try:
+            asked = parse(data)
+        except Malformed as error:
+            peer.answer(encode(op="status", level="error", msg=str(error)))
+            return
+        try:
+            getattr(self, f"_{asked.op}")(peer, asked)
+        except Malformed as error:
+            if asked.op == "call_service":
+                self._answer(peer, asked, str(error), result=False)
+            else:
+                peer.answer(encode(op="status", level="error", msg=str(error), id=asked.id))
+
+    def leave(self, peer: Peer) -> None:
+        """Hold the robot if its commander has gone."""
+        if self.claims.leave(peer):
+            self._robot.hold(End.LOST)
+            self._note("disconnected", peer=peer.name)
+
+    # operations, named as rosbridge names them
+
+    def _advertise(self, peer: Peer, asked: Operation) -> None:
+        self._topic(asked)
+        if asked.name != COMMAND:
+            raise Refused(f"{asked.name} is the robot's own; only {COMMAND} can be published here")
+
+    def _unadvertise(self, peer: Peer, asked: Operation) -> None:
+        self._topic(asked)
+
+    def _publish(self, peer: Peer, asked: Operation) -> None:
+        self._advertise(peer, asked)
+        velocity = Velocity.decode(asked.body)
+        if self.claims.commander is not peer:
+            self._note("refused", peer=peer.name, why="no claim")
+            raise Refused(f"claim the robot first: call {CLAIM} with your epoch")
+        if why := self._robot.velocity(velocity, peer.epoch):
+            raise Refused(why)
+
+    def _subscribe(self, peer: Peer, asked: Operation) -> None:
+        self._topic(asked)
+        if sum(map(len, peer.subscriptions.values())) >= MOST_SUBSCRIPTIONS:
+            raise Refused(f"a connection has at most {MOST_SUBSCRIPTIONS} subscriptions")
+        if asked.name == COMMAND:
+            raise Refused(f"{COMMAND} is heard by the robot only")
+        wishes = peer.subscriptions.setdefault(asked.name, {})
+        wishes[asked.id] = Subscription(max(asked.throttle_s, EARLY * EVERY_S[asked.name]))
+
+    def _unsubscribe(self, peer: Peer, asked: Operation) -> None:
+        wishes = peer.subscriptions.get(asked.name, {})
+        wishes.pop(asked.id, None)
+        if asked.id is None or not wishes:
+            peer.subscriptions.pop(asked.name, None)
+
+    def _status(self, peer: Peer, asked: Operation) -> None:
+        """Clients may tell what they like; nothing here depends on it."""
+
+    _set_level = _status
+
+    def _topic(self, asked: Operation) -> None:
+        if asked.name not in TOPICS:
+            raise Refused(f"there is no topic {asked.name}; known: {', '.join(TOPICS)}")
+        if asked.type and asked.type != TOPICS[asked.name]:
+            raise Refused(f"{asked.name} has the type {TOPICS[asked.name]}, not {asked.type}")
+
+    def _call_service(self, peer: Peer, asked: Operation) -> None:
+        known: dict[str, Callable[[Peer, Operation], None]] = {
+            HOLD: self._hold, CLAIM: self._claim, STATUS: self._report,
+            "/rosapi/topics": self._list_topics, "/rosapi/services": self._list_services,
+        }  # fmt: skip
+        if asked.name not in known:
+            raise Refused(f"there is no service {asked.name}; known: {', '.join(SERVICES)}")
+        known[asked.name](peer, asked)
+
+    # services
+
+    def _answer(self, peer: Peer, asked: Operation, values: Any, result: bool = True) -> None:
+        peer.answer(encode(op="service_response", id=asked.id, service=asked.name, values=values, result=result))
+
+    def _claim(self, peer: Peer, asked: Operation) -> None:
+        epoch = epoch_of(asked.body)
+        if why := self.claims.why_not(peer, epoch):
+            self._note("refused", peer=peer.name, why=why)
+            self._answer(peer, asked, {"success": False, "message": why, "epoch": self.claims.epoch})
+            return
+        if self._robot.moving and self.claims.epoch != epoch:
+            self._robot.hold(End.REPLACED)
+        other = self.claims.grant(peer, epoch)
+        self._note("connected", peer=peer.name, epoch=epoch)
+        if other is not None:
+            why = f"epoch {epoch} commands now"
+            other.answer(encode(op="status", level="warning", msg=why))
+        self._answer(peer, asked, {"success": True, "message": "you command", "epoch": epoch})
+
+    def _report(self, peer: Peer, asked: Operation) -> None:
+        self._answer(peer, asked, self._robot.report().encode())
+
+    def _list_topics(self, peer: Peer, asked: Operation) -> None:
+        self._answer(peer, asked, {"topics": list(TOPICS), "types": list(TOPICS.values())})
+
+    def _list_services(self, peer: Peer, asked: Operation) -> None:
+        self._answer(peer, asked, {"services": list(SERVICES)})
+
+    def _hold(self, peer: Peer, asked: Operation) -> None:
+        """Hold at once; answer when the robot rests. Everybody may stop a robot."""
+        self._note("hold", peer=peer.name, moving=self._robot.moving)
+        self._robot.hold()
+        if self._holds.get(peer, 0) >= MOST_HOLDS:
+            raise Refused(f"{MOST_HOLDS} holds wait for their answers already; the robot is being held")
+        self._holds[peer] = self._holds.get(peer, 0) + 1
+        task = asyncio.get_running_loop().create_task(self._rest(peer, asked))
+        self._waiting.add(task)
+        task.add_done_callback(self._waiting.discard)
+
+    async def _rest(self, peer: Peer, asked: Operation) -> None:
+        loop = asyncio.get_running_loop()
+        until = loop.time() + REST_S
+        while self._robot.moving and loop.time() < until:
+            await asyncio.sleep(LOOK_S)
+        rests = not self._robot.moving
+        message = "at rest" if rests else f"the robot still moves {REST_S:g} s after the hold"
+        self._holds[peer] -= 1
+        if not self._holds[peer]:
+            del self._holds[peer]
+        self._answer(peer, asked, {"success": rests, "message": message})

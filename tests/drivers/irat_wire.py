@@ -1,0 +1,76 @@
+"""The iRat's wire as tests speak it by hand: rosbridge frames over one WebSocket."""
+
+import itertools
+import json
+import time
+from typing import ClassVar
+
+from websockets.sync.client import connect
+
+NUMBERS = itertools.count(1)
+EPOCHS = itertools.count(time.monotonic_ns() // 1000)
+
+
+class Hand:
+    """A stranger with a WebSocket. What comes beside an answer is kept in `heard`."""
+
+    OPEN: ClassVar[list] = []
+
+    def __init__(self, sim, open_timeout=10, **options):
+        self.line = connect(
+            sim.address, compression=None, open_timeout=open_timeout, close_timeout=1, max_size=None, proxy=None, legacy=True, **options
+        )
+        self.heard = []
+        self.OPEN.append(self)
+
+    def say(self, op, **fields):
+        self.line.send(json.dumps({"op": op, **fields}))
+
+    def send(self, data):
+        self.line.send(data)
+
+    def hear(self, accept, seconds=5.0):
+        """Return the first frame that `accept` likes."""
+        until = time.monotonic() + seconds
+        while True:
+            frame = json.loads(self.line.recv(timeout=max(0.01, until - time.monotonic())))
+            if accept(frame):
+                return frame
+            self.heard.append(frame)
+
+    def call(self, service, seconds=5.0, **args):
+        number = f"by hand {next(NUMBERS)}"
+        self.say("call_service", id=number, service=service, args=args)
+        return self.hear(lambda frame: frame.get("id") == number, seconds)
+
+    def claim(self, epoch=None):
+        return self.call("/irat/claim", epoch=next(EPOCHS) if epoch is None else epoch)["values"]
+
+    def status(self):
+        return self.call("/irat/status")["values"]
+
+    def drive(self, linear=0.0, angular=0.0):
+        self.say("publish", topic="/irat/cmd_vel", msg={"linear": {"x": linear}, "angular": {"z": angular}})
+
+    def drive_for(self, seconds, linear=0.0, angular=0.0, every_s=0.1):
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            self.drive(linear, angular)
+            time.sleep(every_s)
+
+    def complaint(self, seconds=5.0):
+        return self.hear(lambda frame: frame["op"] == "status", seconds)["msg"]
+
+    def newest(self, topic, seconds=5.0):
+        """Subscribe, and return the next message."""
+        self.say("subscribe", id=topic, topic=topic)
+        found = self.hear(lambda frame: frame.get("topic") == topic, seconds)["msg"]
+        self.say("unsubscribe", id=topic, topic=topic)
+        return found
+
+    def close(self):
+        self.line.close()
+
+
+def journal(sim, event):
+    return [record for record in sim.journal() if record["event"] == event]

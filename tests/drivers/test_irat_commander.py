@@ -1,0 +1,70 @@
+"""One commander of the iRat at a time, by an epoch that only grows."""
+
+import time
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from tests.conftest import wait_for
+from tests.drivers.irat_wire import EPOCHS, Hand, journal
+
+
+def test_a_stale_epoch_is_refused(irat, hand):
+    old, new = next(EPOCHS), next(EPOCHS)
+    assert hand.claim(new) == {"success": True, "message": "you command", "epoch": new}
+    stale = Hand(irat)
+    answer = stale.claim(old)
+    assert not answer["success"]
+    assert answer["message"] == f"epoch {old} is over; {new} has commanded since"
+    stale.drive(linear=0.1)
+    assert "claim" in stale.complaint()
+    assert irat.status()["epoch"] == new
+    assert irat.count("motion") == 0
+
+
+def test_a_stale_epoch_is_refused_after_the_newer_one_has_gone(irat, hand):
+    old, new = next(EPOCHS), next(EPOCHS)
+    hand.claim(new)
+    hand.close()
+    wait_for(lambda: irat.status()["epoch"] == 0, 5, "the end of the connection")
+    assert not Hand(irat).claim(old)["success"]
+
+
+def test_a_newer_epoch_replaces_the_commander_and_brakes_first(irat, hand):
+    hand.claim()
+    hand.drive_for(0.4, linear=0.15)
+    newer = Hand(irat)
+    epoch = next(EPOCHS)
+    assert newer.claim(epoch)["success"]
+    wait_for(lambda: irat.count("rest"), 3, "rest")
+    assert journal(irat, "rest")[-1]["end"] == "replaced"
+    hand.drive(linear=0.15)
+    assert f"epoch {epoch} commands now" in hand.complaint()
+    assert "claim the robot first" in hand.complaint()
+    newer.drive(angular=0.5)
+    wait_for(lambda: irat.count("motion") == 2, 3, "the newer one's motion")
+    assert journal(irat, "motion")[-1]["epoch"] == epoch
+
+
+def test_the_same_epoch_again_waits_until_the_first_is_silent(irat, hand):
+    epoch = next(EPOCHS)
+    hand.claim(epoch)
+    second = Hand(irat)
+    assert "another connection commands" in second.claim(epoch)["message"]
+    time.sleep(1.2)
+    assert second.claim(epoch)["success"], "an owner whose connection was lost comes back"
+
+
+def test_a_loss_of_power_forgets_claims_and_ends_connections(irat, hand):
+    hand.claim()
+    hand.drive_for(0.3, linear=0.1)
+    before = irat.status()
+    irat.fault("power_cycle", count=1)
+    wait_for(lambda: irat.status()["boot"] == before["boot"] + 1, 3, "the power")
+    assert irat.status()["epoch"] == 0
+    assert journal(irat, "rest")[-1]["end"] == "lost"
+    with pytest.raises(ConnectionClosed):
+        hand.status()
+    again = Hand(irat)
+    assert again.status()["boot"] == before["boot"] + 1
+    assert again.newest("/irat/odom")["pose"]["pose"]["position"]["x"] == pytest.approx(0.0, abs=0.01)

@@ -1,0 +1,195 @@
+"""The iRat's faults: what the paper had, and what wheels, sensors and people do besides."""
+
+import base64
+import math
+import signal
+import time
+
+import pytest
+
+from tests.conftest import wait_for
+from tests.drivers.irat_wire import Hand, journal
+
+CAMERA = "/irat/camera/image/compressed"
+
+
+def jpeg(hand):
+    return base64.b64decode(hand.newest(CAMERA)["data"])
+
+
+def grey(data):
+    import cv2
+    import numpy as np
+
+    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+
+
+def charger(hand):
+    return hand.newest("/irat/charger_current")["data"]
+
+
+def dock(irat):
+    """Have somebody carry the robot into its dock and push it in, nearly empty."""
+    irat.fault("charge", 0.5)
+    irat.fault("carried", -1)
+    wait_for(lambda: irat.status()["contacts"] == [True, True], 3, "the dock")
+
+
+def test_a_silent_radio_stops_the_wheels_and_comes_back(irat, hand):
+    hand.claim()
+    hand.drive_for(0.4, linear=0.1)
+    irat.fault("awol")
+    hand.drive_for(0.5, linear=0.1)
+    wait_for(lambda: not irat.status()["moving"], 3, "rest, although velocities are still sent")
+    assert journal(irat, "rest")[-1]["end"] == "silence"
+    with pytest.raises(TimeoutError):
+        hand.call("/irat/status", seconds=0.5)
+    with pytest.raises(TimeoutError):
+        Hand(irat, open_timeout=0.5)
+    irat.clear()
+    assert hand.status()["moving"] is False
+
+
+def test_answers_that_do_not_arrive(irat, hand):
+    hand.claim()
+    irat.fault("mute")
+    hand.drive(angular=0.5)
+    wait_for(lambda: irat.count("motion"), 3, "the motion: it hears")
+    with pytest.raises(TimeoutError):
+        hand.call("/irat/status", seconds=0.5)
+
+
+def test_late_answers(irat, hand):
+    irat.fault("slow", 0.3)
+    began = time.monotonic()
+    hand.status()
+    assert time.monotonic() - began >= 0.3
+
+
+def test_blocked_wheels_are_told_as_a_stall(irat, hand):
+    hand.claim()
+    irat.fault("stall")
+    hand.drive_for(1.0, linear=0.1)
+    hand.drive(linear=0.1)
+    assert hand.status()["stalled"] is True
+    assert irat.count("stalled") == 1
+    irat.clear()
+    hand.drive_for(0.5, linear=0.1)
+    assert hand.status()["stalled"] is False
+
+
+def test_slipping_wheels_turn_without_the_robot(irat, hand):
+    hand.claim()
+    irat.fault("slip", 1.0)
+    before = irat.status()["pose"][:2]
+    hand.drive_for(1.2, linear=0.2)
+    hand.call("/irat/hold")
+    believed = hand.newest("/irat/odom")["pose"]["pose"]["position"]
+    assert math.hypot(believed["x"], believed["y"]) > 1.5 * math.dist(before, irat.status()["pose"][:2])
+
+
+def test_a_dead_range_sensor_reads_nothing_near(irat, hand):
+    right, ahead, left = hand.newest("/irat/ranges")["ranges"]
+    assert right < 0.35
+    assert left < 0.35
+    irat.fault("ir_dead", 0b100)
+    time.sleep(0.2)
+    right, ahead, left = hand.newest("/irat/ranges")["ranges"]
+    assert right == pytest.approx(0.40)
+    assert left < 0.35
+
+
+def test_charging_needs_both_contacts(irat, hand):
+    assert charger(hand) == 0
+    dock(irat)
+    wait_for(lambda: charger(hand) > 1.0, 3, "the charger's current")
+    assert hand.newest("/irat/battery", 3)["power_supply_status"] == 1
+    assert hand.status()["charging"] is True
+    irat.fault("contacts_bent")
+    wait_for(lambda: charger(hand) == 0, 3, "no current")
+    assert hand.newest("/irat/battery", 3)["power_supply_status"] == 2
+    assert irat.status()["contacts"] == [True, True], "it stands where it stood"
+    assert [r["event"] for r in irat.journal() if "charging" in r["event"]] == ["charging", "not_charging"]
+
+
+def test_an_empty_battery_ends_everything_until_the_robot_is_carried_to_its_dock(irat, hand):
+    hand.claim()
+    irat.fault("charge", 0.0201)
+    hand.drive_for(0.3, linear=0.1)
+    irat.fault("charge", 0.01)
+    wait_for(lambda: irat.count("flat"), 3, "a flat battery")
+    wait_for(lambda: not irat.status()["moving"], 1, "rest")
+    with pytest.raises(TimeoutError):
+        Hand(irat, open_timeout=0.5)
+    irat.fault("carried", -1)
+    wait_for(lambda: irat.count("power_back"), 3, "power")
+    assert Hand(irat).status()["charging"] is True
+
+
+def test_frozen_black_and_missing_pictures(irat, hand):
+    assert jpeg(hand) != jpeg(hand), "the sensor's noise: no two pictures are the same"
+    irat.fault("cam_freeze")
+    frozen = jpeg(hand)
+    irat.fault("carried", 10)
+    time.sleep(0.2)
+    assert jpeg(hand) == frozen
+    irat.clear()
+    time.sleep(0.2)
+    assert jpeg(hand) != frozen
+    assert grey(jpeg(hand)).mean() > 40
+    irat.fault("cam_black")
+    time.sleep(0.2)
+    assert grey(jpeg(hand)).mean() < 2
+    irat.fault("cam_gone")
+    time.sleep(0.2)
+    with pytest.raises(TimeoutError):
+        hand.newest(CAMERA, 0.5)
+
+
+def test_a_false_marker_hangs_where_no_dock_is(irat, hand):
+    import numpy as np
+
+    irat.fault("carried", 10)
+    time.sleep(0.2)
+    before = grey(jpeg(hand)).astype(int)
+    seen = 0
+    for number in range(1, 40):
+        irat.fault("false_marker", number)
+        time.sleep(0.1)
+        seen = max(seen, int((np.abs(grey(jpeg(hand)).astype(int) - before) > 60).sum()))
+        if seen > 50:
+            break
+    assert seen > 50, "one of the walls that can be seen from here"
+
+
+def test_it_starts_again_where_it_was_killed(irat, hand):
+    hand.claim()
+    hand.drive_for(1.2, linear=0.1)
+    there = irat.status()
+    irat.process.send_signal(signal.SIGKILL)
+    irat.process.wait()
+    irat.start()
+    here = irat.status()
+    assert math.dist(here["pose"][:2], there["pose"][:2]) < 0.1 * 1.0, "at most half a second ago"
+    assert here["pose"][1] < 1.24 - 0.03
+    assert here["charge"] == pytest.approx(there["charge"], abs=0.01)
+    assert here["boot"] == there["boot"] + 1
+    assert here["moving"] is False
+    assert Hand(irat).newest("/irat/odom")["pose"]["pose"]["position"]["x"] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_the_view_from_above_has_an_address_of_its_own(irat):
+    import urllib.request
+
+    import numpy as np
+
+    address = (irat.folder / "overhead").read_text().strip()
+    assert address.split(":")[-1] != irat.address.split(":")[-1]
+    with urllib.request.urlopen(f"{address}/snapshot.jpg", timeout=20) as answer:
+        picture = grey(answer.read())
+    assert picture.shape == (580, 640)
+    irat.fault("carried", 10)
+    time.sleep(0.3)
+    with urllib.request.urlopen(f"{address}/snapshot.jpg", timeout=20) as answer:
+        moved = np.abs(grey(answer.read()).astype(int) - picture) > 40
+    assert 200 < moved.sum() < 8000, "only the robot is elsewhere"

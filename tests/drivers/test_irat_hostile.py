@@ -1,0 +1,202 @@
+"""Bad input on the iRat's wire: a sentence is the answer, nothing moves, and nobody else notices."""
+
+import contextlib
+import json
+import socket
+import time
+
+import hypothesis
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from tests.conftest import wait_for
+from tests.drivers.fuzzing import WILD, Watched, rounds, weighted
+from tests.drivers.irat_wire import EPOCHS, Hand, journal
+
+
+def velocity(**more):
+    return json.dumps({"op": "publish", "topic": "/irat/cmd_vel", "msg": more})
+
+
+BAD = {
+    "": "not JSON",
+    "{": "not JSON",
+    '{"op": "publish", "topic": "/irat/cmd_vel", "msg": {"linear": {"x"': "not JSON",
+    "[" * 5000: "not JSON",
+    "7": "one JSON object",
+    "null": "one JSON object",
+    "{}": "there is no op",
+    '{"op": 3}': "there is no op",
+    '{"op": "fragment", "data": "x", "num": 0, "total": 2}': "is not spoken here",
+    '{"op": "__class__"}': "is not spoken here",
+    '{"op": "leave"}': "is not spoken here",
+    '{"op": "subscribe"}': "topic must be a text",
+    '{"op": "subscribe", "topic": "/nothing"}': "there is no topic /nothing",
+    '{"op": "subscribe", "topic": "../../etc"}': "is not a name",
+    '{"op": "subscribe", "topic": "/irat/odom", "type": "std_msgs/String"}': "has the type nav_msgs/Odometry",
+    '{"op": "subscribe", "topic": "/irat/odom", "compression": "cbor"}': "compression is not spoken here",
+    '{"op": "subscribe", "topic": "/irat/odom", "throttle_rate": -1}': "throttle_rate is -1",
+    '{"op": "subscribe", "topic": "/irat/odom", "id": [1]}': "an id is a text",
+    '{"op": "advertise", "topic": "/irat/odom"}': "the robot's own",
+    '{"op": "publish", "topic": "/irat/cmd_vel", "msg": 5}': "must be an object",
+    velocity(linear=5): "linear must be an object",
+    velocity(linear={"x": "fast"}): "x must be a number",
+    velocity(linear={"x": True}): "x must be a number",
+    velocity(linear={"x": None}): "x must be a number",
+    velocity(linear={"x": 0.21}): "x is 0.21; it must be from -0.2 to 0.2 m/s",
+    velocity(linear={"x": 1e308}): "x is 1e+308",
+    velocity(linear={"y": 0.1}): "two wheels",
+    velocity(angular={"z": -2.6}): "z is -2.6; it must be from -2.5 to 2.5 rad/s",
+    velocity(linear={"x": float("nan")}): "not JSON",
+    velocity(linear={"x": float("inf")}): "not JSON",
+    '{"op": "publish", "topic": "/irat/cmd_vel", "msg": {"linear": {"x": 1e999}}}': "x",
+    '{"op": "publish", "topic": "/irat/cmd_vel", "msg": {"linear": {"x": ' + "9" * 400 + "}}}": "x",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("frame", BAD, ids=lambda frame: frame[:50])
+def test_a_sentence_is_the_answer_and_nothing_moves(irat, hand, frame):
+    hand.claim()
+    hand.send(frame)
+    said = hand.complaint()
+    assert BAD[frame] in said or ("x" == BAD[frame] and said), said
+    assert irat.count("motion") == 0
+    assert hand.status()["moving"] is False, "and the connection goes on"
+
+
+@pytest.mark.parametrize("epoch", [0, -1, 1.5, True, None, "7", [], 2**53, 1e300, {"a": 1}])
+def test_an_epoch_is_a_whole_number(irat, hand, epoch):
+    answer = hand.call("/irat/claim", epoch=epoch)
+    assert answer["result"] is False
+    assert "epoch" in answer["values"]
+    assert irat.status()["epoch"] == 0
+
+
+def test_binary_frames_and_frames_that_are_too_long(irat, hand):
+    hand.send(b"\x00\xff{}")
+    assert "binary" in hand.complaint()
+    hand.send(velocity(linear={"x": 0.0}, pad="x" * 20_000))
+    with pytest.raises(ConnectionClosed):
+        hand.complaint()
+    assert Hand(irat).status()["moving"] is False
+
+
+def test_a_message_in_pieces_is_one_message(irat, hand):
+    hand.claim()
+    hand.line.send(iter(['{"op": "publish", "topic": "/irat/cmd_vel", ', '"msg": {"angular"', ': {"z": 0.5}}}']))
+    wait_for(lambda: irat.count("motion"), 3, "the motion")
+
+
+def test_half_a_frame_is_no_command(irat):
+    hand = Hand(irat)
+    hand.claim()
+    frame = velocity(linear={"x": 0.1}).encode()
+    head = bytes([0x81, 0x80 | 126]) + len(frame).to_bytes(2, "big") + bytes(4)
+    hand.line.socket.sendall(head + frame[: len(frame) // 2])
+    time.sleep(0.2)
+    hand.line.socket.shutdown(socket.SHUT_WR)
+    wait_for(lambda: irat.count("disconnected"), 10, "the end of the connection")
+    assert irat.count("motion") == 0
+    assert Hand(irat).claim()["success"], "nobody is locked out"
+
+
+def test_pages_in_a_browser_are_not_served(irat):
+    with pytest.raises(InvalidStatus) as refused:
+        Hand(irat, origin="https://evil.example")
+    assert refused.value.response.status_code == 403
+
+
+def test_garbage_instead_of_a_handshake(irat):
+    host, port = irat.address.removeprefix("ws://").split(":")
+    for garbage in (b"\x00" * 100, b"GET / HTTP/1.1\r\n\r\n", b"SSH-2.0-x\r\n", b"GET /" + b"a" * 9000, b"\x16\x03\x01"):
+        with socket.create_connection((host, int(port)), timeout=5) as line:
+            line.sendall(garbage)
+            line.shutdown(socket.SHUT_WR)
+            with contextlib.suppress(ConnectionResetError):
+                line.recv(4096)
+    assert Hand(irat).status()["moving"] is False
+    assert irat.count("crash") == irat.count("thread_died") == 0
+
+
+def test_a_hundred_silent_sockets_lock_nobody_out(irat, hand):
+    hand.claim()
+    host, port = irat.address.removeprefix("ws://").split(":")
+    with contextlib.ExitStack() as stack:
+        for _ in range(100):
+            stack.enter_context(socket.create_connection((host, int(port)), timeout=5))
+        assert Hand(irat).status()["moving"] is False
+        hand.drive(angular=0.5)
+        wait_for(lambda: irat.count("motion"), 3, "the commander, who was there before")
+
+
+def test_the_commander_stays_while_forty_others_come(irat, hand):
+    hand.claim()
+    others = [Hand(irat) for _ in range(40)]
+    assert others[-1].status()["moving"] is False
+    hand.drive(angular=0.5)
+    wait_for(lambda: irat.count("motion"), 3, "the motion")
+
+
+def test_a_flood_delays_nobody_elses_hold(irat, hand):
+    hand.claim()
+    hand.drive(linear=0.1)
+    flood = Hand(irat)
+    with contextlib.suppress(ConnectionClosed):  # who does not read the answers is disconnected
+        for _ in range(3000):
+            flood.drive(linear=0.1)
+    began = time.monotonic()
+    assert hand.call("/irat/hold")["values"]["success"]
+    assert time.monotonic() - began < 1.5
+    assert all(record["epoch"] for record in journal(irat, "motion"))
+
+
+def test_who_does_not_read_holds_nobody_up(irat, hand):
+    slow = Hand(irat)
+    slow.line.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    slow.say("subscribe", topic="/irat/camera/image/compressed")
+    hand.say("subscribe", topic="/irat/odom")
+    began = time.monotonic()
+    for _ in range(20):
+        hand.hear(lambda f: f["op"] == "publish")
+    assert time.monotonic() - began < 10
+
+
+@hypothesis.seed(14)
+@rounds(60)
+@given(st.data())
+def test_fuzzed_frames_move_nothing(irat, data):
+    """Frames that look right but have wild values: the simulator lives, and no wheel passes its limit."""
+    watched = Watched(irat)
+    hand = Hand(irat)
+    numbers = weighted((2, st.sampled_from(WILD)), (1, st.floats()), (1, st.none() | st.booleans() | st.text()))
+    parts = st.dictionaries(st.sampled_from("xyz"), numbers)
+    twist = st.fixed_dictionaries({}, optional={"linear": parts | numbers, "angular": parts | numbers})
+    frame = st.fixed_dictionaries(
+        {"op": st.sampled_from(("publish", "subscribe", "call_service", "unsubscribe", "advertise", "status"))},
+        optional={
+            "topic": st.sampled_from(("/irat/cmd_vel", "/irat/odom", "/irat/../x", "irat/state")) | st.text(),
+            "service": st.sampled_from(("/irat/claim", "/irat/hold", "/irat/status", "/rosapi/topics")) | st.text(),
+            "msg": twist | numbers, "args": st.dictionaries(st.just("epoch"), numbers) | numbers,
+            "id": numbers | st.text(), "throttle_rate": numbers, "type": st.text(), "compression": st.text(),
+        },
+    )  # fmt: skip
+    for one in data.draw(st.lists(frame, max_size=6)):
+        with contextlib.suppress(ConnectionClosed, UnicodeEncodeError):
+            hand.send(json.dumps(one))
+    assert hand.call("/irat/status", seconds=10)["result"] is True
+    hand.close()
+    watched.assert_well()
+    assert irat.count("crash") == 0
+    assert irat.count("motion") == 0, "none of these has claimed a small enough number and driven with one"
+
+
+def test_the_next_owner_is_not_locked_out_by_a_huge_epoch(irat, hand):
+    """An epoch excludes older ones only until its robot has lost its power or its owner for a minute."""
+    assert hand.claim(2**53 - 1)["success"]
+    assert "is over" in Hand(irat).claim(next(EPOCHS))["message"]
+    boot = irat.status()["boot"]
+    irat.fault("restart", count=1)
+    wait_for(lambda: irat.status()["boot"] != boot, 3, "the restart")
+    assert Hand(irat).claim(next(EPOCHS))["success"]

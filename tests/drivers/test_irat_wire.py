@@ -1,0 +1,174 @@
+"""The iRat's wire by hand: topics, services, velocities that are forgotten, a hold that is answered at rest."""
+
+import base64
+import io
+import threading
+import time
+
+import pytest
+from PIL import Image
+
+from robots.description import load
+from robots.drivers.irat.protocol import EVERY_S, TOPICS
+from tests.conftest import wait_for
+from tests.drivers.irat_wire import Hand, journal
+
+MOTION = load("irat")["motion"]
+
+
+def at_rest(sim):
+    wait_for(lambda: not sim.status()["moving"], 3, "rest")
+
+
+def test_the_papers_topics_and_ours(irat, hand):
+    camera = hand.newest("/irat/camera/image/compressed")
+    picture = Image.open(io.BytesIO(base64.b64decode(camera["data"])))
+    assert (picture.format, picture.size, camera["format"]) == ("JPEG", (416, 240), "jpeg")
+    assert 3_000 < len(base64.b64decode(camera["data"])) < 12_000
+    stamp = camera["header"]["stamp"]
+    assert abs(stamp["secs"] + stamp["nsecs"] / 1e9 - time.time()) < 5
+    battery = hand.newest("/irat/battery")
+    assert battery["percentage"] == pytest.approx(0.9, abs=0.01)
+    assert battery["power_supply_status"] == 2
+    assert battery["current"] < 0 < battery["voltage"]
+    assert len(hand.newest("/irat/ranges")["ranges"]) == 3
+    assert hand.newest("/irat/velocities")["twist"]["linear"]["x"] == 0
+    assert hand.newest("/irat/charger_current") == {"data": 0.0}
+    assert hand.newest("/irat/state")["moving"] is False
+    assert set(hand.newest("/irat/odom")["pose"]) == {"pose", "covariance"}
+
+
+def test_pictures_come_at_20_hz_and_only_while_somebody_subscribes(irat, hand):
+    before = irat.status()["pictures"]
+    time.sleep(0.5)
+    assert irat.status()["pictures"] == before
+    hand.say("subscribe", topic="/irat/camera/image/compressed", throttle_rate=0)
+    frames = [hand.hear(lambda f: f["op"] == "publish") for _ in range(21)]
+    stamps = [f["msg"]["header"]["stamp"] for f in frames]
+    times = [s["secs"] + s["nsecs"] / 1e9 for s in stamps]
+    assert (times[-1] - times[0]) / 20 >= EVERY_S["/irat/camera/image/compressed"] * 0.95, "no more often than that"
+    hand.say("unsubscribe", topic="/irat/camera/image/compressed")
+    hand.status()
+    time.sleep(0.3)
+    before = irat.status()["pictures"]
+    time.sleep(0.5)
+    assert irat.status()["pictures"] == before
+
+
+def test_a_throttled_subscription_gets_no_more_than_it_asked_for(irat, hand):
+    hand.say("subscribe", topic="/irat/odom", throttle_rate=300)
+    began = time.monotonic()
+    for _ in range(4):
+        hand.hear(lambda f: f["op"] == "publish")
+    assert time.monotonic() - began >= 0.85
+
+
+def test_velocities_drive_the_wheels_and_are_told(irat, hand):
+    before = irat.status()["pose"]
+    assert hand.claim()["success"]
+    hand.say("subscribe", topic="/irat/velocities")
+    hand.say("subscribe", topic="/irat/odom")
+    hand.drive_for(1.5, linear=0.1)
+    hand.call("/irat/hold")
+    way = before[1] - irat.status()["pose"][1]
+    assert 0.08 < way < 0.2
+    speeds = [f["msg"]["twist"]["linear"]["x"] for f in hand.heard if f.get("topic") == "/irat/velocities"]
+    assert max(speeds) == pytest.approx(0.1, abs=0.02)
+    places = [f["msg"]["pose"]["pose"]["position"]["x"] for f in hand.heard if f.get("topic") == "/irat/odom"]
+    assert max(places) == pytest.approx(way, rel=0.15), "dead reckoning is near the truth after so short a way"
+
+
+def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(irat, hand):
+    hand.claim()
+    hand.drive(linear=0.15)
+    wait_for(lambda: irat.count("rest"), 5, "rest")
+    motion, rest = journal(irat, "motion")[-1], journal(irat, "rest")[-1]
+    assert rest["end"] == "silence"
+    assert rest["t"] - motion["t"] <= MOTION["forget_s"] + 0.15 / MOTION["acceleration"] + 0.5
+    assert rest["motion"] == motion["motion"]
+
+
+def test_zero_velocity_ends_a_motion(irat, hand):
+    hand.claim()
+    hand.drive(angular=1.0)
+    time.sleep(0.1)
+    hand.drive()
+    wait_for(lambda: irat.count("rest"), 5, "rest")
+    assert journal(irat, "rest")[-1]["end"] == "done"
+    assert irat.count("motion") == 1
+
+
+def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, hand):
+    hand.claim()
+    hand.drive_for(0.6, linear=0.2)
+    hand.drive(linear=0.2)
+    hand.say("call_service", id="hold", service="/irat/hold")
+    hand.drive(linear=0.2)
+    answer = hand.hear(lambda f: f.get("id") == "hold")
+    answered = time.monotonic()
+    assert answer["values"] == {"success": True, "message": "at rest"}
+    assert irat.status()["reference"] == [0.0, 0.0]
+    held, rest = journal(irat, "hold")[-1], journal(irat, "rest")[-1]
+    assert held["t"] <= rest["t"] <= answered
+    assert rest["end"] == "held"
+    assert any("being held" in f.get("msg", "") for f in hand.heard if f["op"] == "status")
+    time.sleep(0.4)
+    assert irat.count("motion") == 1, "what was said before the answer starts nothing later"
+
+
+def test_everybody_may_hold_and_nobody_else_drives(irat, hand):
+    hand.claim()
+    other = Hand(irat)
+    other.drive(linear=0.1)
+    assert "claim the robot first" in other.complaint()
+    assert irat.count("motion") == 0
+    driver = threading.Thread(target=hand.drive_for, args=(1.0, 0.1))
+    driver.start()
+    wait_for(lambda: irat.status()["moving"], 3, "the motion")
+    assert other.call("/irat/hold")["values"]["success"]
+    driver.join()
+    assert journal(irat, "rest")[0]["end"] == "held"
+
+
+def test_a_hold_at_rest_is_answered_at_once(hand):
+    assert hand.call("/irat/hold", seconds=1.0)["values"]["message"] == "at rest"
+
+
+def test_the_end_of_the_commanders_connection_holds(irat, hand):
+    hand.claim()
+    hand.drive_for(0.4, linear=0.2)
+    hand.line.socket.close()
+    at_rest(irat)
+    rest = journal(irat, "rest")[-1]
+    assert rest["end"] in ("lost", "silence")
+    assert irat.count("disconnected") == 1
+
+
+def test_a_stranger_can_find_out_what_there_is(hand):
+    assert set(hand.call("/rosapi/topics")["values"]["topics"]) == set(TOPICS)
+    assert "/irat/hold" in hand.call("/rosapi/services")["values"]["services"]
+    refused = hand.call("/irat/dance")
+    assert refused["result"] is False
+    assert "there is no service /irat/dance" in refused["values"]
+
+
+def test_the_truth_is_not_on_the_wire(irat, hand):
+    before = hand.newest("/irat/odom")["pose"]
+    irat.fault("carried", 20)
+    wait_for(lambda: irat.count("carried"), 3, "the hand that carries it")
+    time.sleep(0.2)
+    after = hand.newest("/irat/odom")["pose"]["pose"]["position"]
+    assert after["x"] == pytest.approx(before["pose"]["position"]["x"], abs=1e-3)
+    assert irat.status()["pose"][1] == pytest.approx(1.54, abs=0.02)
+
+
+def test_the_simulator_runs_as_idle_as_it_is(irat):
+    """A second at rest and unwatched costs hardly any of the processor."""
+    def used():
+        with open(f"/proc/{irat.process.pid}/stat") as stat:
+            return sum(map(int, stat.read().rsplit(")", 1)[1].split()[11:13]))
+
+    time.sleep(1.0)
+    before = used()
+    time.sleep(2.0)
+    assert used() - before <= 12, "6 % of a core, twice what it may use on a machine that does nothing else"

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from robots.autonomy.ratslam import spreading
 from robots.autonomy.ratslam.cells import PoseCells
 from robots.autonomy.ratslam.settings import CellSettings
+from robots.autonomy.ratslam.stream import activity
 
 KEPT = CellSettings()
 moves = st.tuples(st.floats(-0.3, 0.3), st.floats(-7, 7))
@@ -123,3 +124,16 @@ def test_activity_that_is_spread_evenly_stays_and_is_no_division_by_zero():
     net.cells[:] = 1 / net.cells.size
     net.step(0.01, 0.1)
     assert whole_and_positive(net.cells)
+
+
+def test_the_streamed_activity_is_that_of_the_cells():
+    net = PoseCells(KEPT)
+    for _ in range(30):
+        net.step(0.004, 0.02)
+    numbers, levels = activity(net.cells)
+    flat = net.cells.reshape(-1)
+    assert levels.max() == 255 and numbers[levels.argmax()] == flat.argmax()
+    assert (np.abs(levels / 255 - flat[numbers] / flat.max()) <= 0.5 / 255 + 1e-9).all()
+    left_out = np.delete(flat, numbers)
+    assert left_out.max() < flat.max() / 64
+    assert 3 * len(numbers) < 1500

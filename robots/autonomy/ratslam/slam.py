@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from robots.autonomy.ratslam import checks
 from robots.autonomy.ratslam.cells import PoseCells
+from robots.autonomy.ratslam.docks import DockPlaces
 from robots.autonomy.ratslam.experiences import ExperienceMap, Pose, ring
 from robots.autonomy.ratslam.pruning import pruned
 from robots.autonomy.ratslam.settings import Settings
@@ -39,7 +40,7 @@ class Step:
 class RatSlam:
     """The robot's map and its place on it. Not for several threads at once.
 
-    `keep`: ids that pruning never removes, as those of goals and of places from where the dock was seen.
+    `keep`: ids of goals, which pruning never removes, nor places from where the dock was seen, which are in `docks`.
     """
 
     def __init__(self, settings: Settings | None = None, map_number: int = 1) -> None:
@@ -51,7 +52,7 @@ class RatSlam:
     def _begin(self) -> None:
         self.views, self.cells = Views(self.settings.views), PoseCells(self.settings.cells)
         self.map = ExperienceMap(self.settings.map)
-        self.told = Told(self.sequence)
+        self.told, self.docks = Told(self.sequence), DockPlaces()
         self.view, self.last, self.pruned_at = -1, b"", 0
 
     def clear(self) -> int:
@@ -157,8 +158,8 @@ class RatSlam:
         self.told.note(self.map, self.sequence)
 
     def prune(self) -> int:
-        """Keep one experience a square and heading, and all of `keep`; return how many went."""
-        gone, numbers = pruned(self.map, self.keep, self.views.keep)
+        """Keep one experience a square and heading, and all of `keep` and `docks`; return how many went."""
+        gone, numbers = pruned(self.map, self.keep | self.docks.places.keys(), self.views.keep)
         self.view = numbers.get(self.view, -1)
         self.told = Told(self.sequence)
         return gone

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from robots.autonomy.ratslam.docks import DockPlace
 from robots.autonomy.ratslam.experiences import LINKS, NODES
 from robots.autonomy.ratslam.settings import Settings
 from robots.autonomy.ratslam.slam import RatSlam
@@ -37,6 +38,7 @@ def save(slam: RatSlam, path: Path) -> None:
         "map_number": slam.map_number,
         "sequence": slam.sequence,
         "keep": sorted(slam.keep),
+        "docks": {number: asdict(place) for number, place in slam.docks.places.items()},
         "view": slam.view,
         "last": slam.last.hex(),
         "pruned_at": slam.pruned_at,
@@ -84,6 +86,8 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     told.whole_since = int(rest["whole_since"])
     slam.sequence, slam.view, slam.pruned_at = int(rest["sequence"]), int(rest["view"]), int(rest["pruned_at"])
     slam.keep, slam.last = frozenset(map(int, rest["keep"])), bytes.fromhex(rest["last"])
+    for number, place in rest["docks"].items():
+        slam.docks.places[int(number)] = DockPlace(int(place["times"]), float(place["z"]), float(place["theta"]))
     slam.cells.best, held.since = _three(rest["best"]), _three(rest["since"])
     held.current, held.next_id, held.arrivals = (int(rest[name]) for name in ("current", "next_id", "arrivals"))
     held.seconds, held.still = float(rest["seconds"]), float(rest["still"])

@@ -51,3 +51,14 @@ class Told:
         links = np.flatnonzero((self.links_at > last) | whole)
         ends = np.column_stack([held.ids[held.sources[links]], held.ids[held.targets[links]]])
         return Changes(map_number, sequence, whole, held.ids[nodes], self.poses[nodes] / STEPS, ends)
+
+
+def activity(cells: NDArray[np.float64], faintest: float = 1 / 64) -> tuple[NDArray[np.uint16], NDArray[np.uint8]]:
+    """Return the numbers of the active cells, ascending, and their activity, 255 the strongest, of (heading, y, x).
+
+    A number is (heading * across + y) * across + x. Cells below the share `faintest` of the strongest are left out.
+    """
+    flat = cells.reshape(-1)
+    share = flat / max(float(flat.max()), 1e-300)
+    active = np.flatnonzero(share >= faintest)
+    return active.astype(np.uint16), np.rint(share[active] * 255).astype(np.uint8)

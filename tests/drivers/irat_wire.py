@@ -18,7 +18,14 @@ class Hand:
 
     def __init__(self, sim, open_timeout=10, **options):
         self.line = connect(
-            sim.address, compression=None, open_timeout=open_timeout, close_timeout=1, max_size=None, proxy=None, legacy=True, **options
+            sim.address,
+            compression=None,
+            open_timeout=open_timeout,
+            close_timeout=1,
+            max_size=None,
+            proxy=None,
+            legacy=True,
+            **options,
         )
         self.heard = []
         self.OPEN.append(self)

@@ -4,6 +4,7 @@ import base64
 import io
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -164,9 +165,10 @@ def test_the_truth_is_not_on_the_wire(irat, hand):
 
 def test_the_simulator_runs_as_idle_as_it_is(irat):
     """A second at rest and unwatched costs hardly any of the processor."""
+
     def used():
-        with open(f"/proc/{irat.process.pid}/stat") as stat:
-            return sum(map(int, stat.read().rsplit(")", 1)[1].split()[11:13]))
+        stat = Path(f"/proc/{irat.process.pid}/stat").read_text()
+        return sum(map(int, stat.rsplit(")", 1)[1].split()[11:13]))
 
     time.sleep(1.0)
     before = used()

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from robots.contract.find import check
 from robots.contract.session import Outcome, RobotState, Session
-from robots.drivers.errors import Held, LineGone
+from robots.drivers.errors import BadRequest, GaveUp, Held, LineGone
+
+BROKEN_RAIL, LEAF = 1.75, 1.25  # m: places that it cannot serve
 
 
 class Driver(Session):
@@ -32,6 +34,8 @@ class Driver(Session):
 
     def execute(self, kind, args, permit, on_stage):
         check("shuttle", kind, args, self.settings)
+        if args.get("x") == BROKEN_RAIL:
+            raise BadRequest("The rail ends before this place today.")
         permit()
         self._ask(do=kind, **args)
         on_stage("sent")
@@ -40,6 +44,8 @@ class Driver(Session):
             time.sleep(0.02)
         if self._ask(do="state")["held"]:
             raise Held("The shuttle was stopped on its way.")
+        if args.get("x") == LEAF:
+            raise GaveUp("A leaf lies on the rail here.")
         return Outcome(args, self.latest())
 
     def hold(self):

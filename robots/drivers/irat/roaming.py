@@ -1,0 +1,119 @@
+"""Exploring, going to a goal, and leaving the dock."""
+
+import time
+from math import hypot
+
+from robots.contract.session import JSON, OnStage, Permit, Progress
+from robots.contract.values import number
+from robots.description import load
+from robots.drivers.errors import BadRequest, GaveUp, RobotError
+from robots.drivers.irat.brain.messages import NONE, Aim, Clear, Forget
+from robots.drivers.irat.protocol import Velocity
+from robots.drivers.irat.senses import Mode
+from robots.drivers.irat.spec import SLICE_S
+from robots.drivers.irat.wheels import Wheels
+
+EARLY_S = 3.0  # a slice ends by itself so long before its grant
+BACK_M, BACK_M_S, BACK_S = 0.28, 0.08, 6.0  # out of the dock's funnel
+WAITS_S = 3 * 3600.0  # for so long a goal that was cut short keeps the map, as long as charging takes
+
+
+class MapCleared(BadRequest):
+    """The goal's map is gone."""
+
+    code = "map_cleared"
+
+
+class Roaming:
+    """The motions of everybody's goals and of idle hours."""
+
+    def __init__(self, wheels: Wheels) -> None:
+        self._wheels, self._brain, self._senses = wheels, wheels.brain, wheels.senses
+        self._clear_s = float(load("irat")["map"]["clear_s"])
+        self._cut_short: tuple[JSON, float] | None = None  # a goal that may come again, and since when
+
+    def explore(self, permit: Permit, on_stage: OnStage) -> JSON:
+        """Roam for a slice; nobody's goal waits, so it is the time to clear a map."""
+        until = time.monotonic() + SLICE_S - EARLY_S
+        self._cut_short = None
+        self.clear_if_due()
+        began = self._senses.driven
+
+        def act(free: Permit) -> None:
+            self.leave_dock(free, on_stage)
+            while time.monotonic() < until:
+                if self._wheels.pause(free) is not None:
+                    self._wheels.steer(None, free, Mode.EXPLORING)
+
+        self._wheels.during(permit, Mode.EXPLORING, act)
+        return {"driven": round(self._senses.driven - began, 3)}
+
+    def clear_if_due(self) -> None:
+        """Clear a map that is not pruned and old enough, unless a goal that was cut short needs it."""
+        seen = self._brain.fresh()
+        if seen is None or seen.pruning or seen.age < self._clear_s:
+            return
+        if self._cut_short is None or time.monotonic() - self._cut_short[1] > WAITS_S:
+            self._brain.call(Clear)
+
+    def leave_dock(self, permit: Permit, on_stage: OnStage) -> None:
+        """Reverse out of the dock, if the charger's contacts are closed. This sends the command's first velocity."""
+        permit()
+        on_stage("sent")
+        on_stage("acknowledged")
+        if not self._senses.charging:
+            return
+        wheels, here = self._wheels, self._wheels.line.odometry.value
+        until = time.monotonic() + BACK_S
+        while time.monotonic() < until and here is not None:
+            wheels.pause(permit)
+            now = wheels.line.odometry.value
+            if now is None or hypot(now.x - here.x, now.y - here.y) > BACK_M:
+                return
+            wheels.drive(Velocity(-BACK_M_S, 0.0), permit)
+
+    def goal(self, args: JSON, permit: Permit, on_stage: OnStage) -> JSON:
+        """Go to a place of the map.
+
+        Raises MapCleared, BadRequest for a place that is not on the map, GaveUp when the time for it is over.
+        """
+        permit()
+        x, y, which = number(args, "x"), number(args, "y"), int(number(args, "map"))
+        wanted = int(number(args, "experience")) if "experience" in args else NONE
+        answer = self._brain.call(lambda n: Aim(n, which, x, y, wanted))
+        if answer.refusal:
+            raise (MapCleared if answer.cleared else BadRequest)(answer.refusal)
+        if self._cut_short is not None and self._cut_short[0] == args:
+            self._cut_short = None
+        self._brain.keep_aim(lambda n: Aim(n, which, x, y, answer.experience))
+        try:
+            self._wheels.during(
+                permit, Mode.GOAL, lambda free: self._go(answer.experience, answer.limit_s, free, on_stage)
+            )
+        except GaveUp:
+            raise
+        except RobotError:
+            self._cut_short = (dict(args), time.monotonic())
+            raise
+        finally:
+            self._brain.keep_aim(None)
+            self._brain.post(Forget())
+        self.clear_if_due()
+        return {"experience": answer.experience, "map": which, "limit_s": round(answer.limit_s, 1)}
+
+    def _go(self, goal: int, limit_s: float, permit: Permit, on_stage: OnStage) -> None:
+        began, told = time.monotonic(), 0.0
+        self.leave_dock(permit, on_stage)
+        while True:
+            spent = time.monotonic() - began
+            if spent > limit_s:
+                raise GaveUp(f"The place was not reached within {limit_s:.0f} s, three times what the way takes.")
+            seen = self._wheels.pause(permit)
+            if seen is None or seen.guided is None or seen.guided.goal != goal:
+                continue
+            if seen.guided.reached:
+                return
+            self._wheels.steer(seen.guided.bearing, permit, Mode.GOAL)
+            if spent - told >= 1.0:
+                told = spent
+                on_stage(Progress(f"{spent:.0f} s of at most {limit_s:.0f} s", spent / limit_s))

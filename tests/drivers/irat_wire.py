@@ -7,6 +7,8 @@ from typing import ClassVar
 
 from websockets.sync.client import connect
 
+from robots.drivers.errors import GrantOver
+
 NUMBERS = itertools.count(1)
 EPOCHS = itertools.count(time.monotonic_ns() // 1000)
 
@@ -81,3 +83,14 @@ class Hand:
 
 def journal(sim, event):
     return [record for record in sim.journal() if record["event"] == event]
+
+
+def until(seconds):
+    """A permit that ends after so many seconds."""
+    end = time.monotonic() + seconds
+
+    def permit():
+        if time.monotonic() >= end:
+            raise GrantOver("The turn is over.")
+
+    return permit

@@ -40,6 +40,7 @@ class Senses:
         self._battery = load("irat")["battery"]
         self._changed = threading.Condition()
         self._picture: Picture | None = None
+        self._fed: Picture | None = None  # the newest picture that the brain got
         self._picture_at = self._awake_until = self._watch_every = 0.0
         self._watching = self._running = False
         self._thread: threading.Thread | None = None
@@ -98,7 +99,7 @@ class Senses:
     def _await_picture(self, seconds: float) -> None:
         """Wait for a picture that was not fed yet, at most so many seconds."""
         with self._changed:
-            self._changed.wait_for(lambda: self._picture_at > self._stepped_at, seconds)
+            self._changed.wait_for(lambda: self._picture is not self._fed, seconds)
 
     @property
     def _moving(self) -> bool:
@@ -128,10 +129,10 @@ class Senses:
         # messages may come late and together: the way is kept, at no more than the robot's greatest speed
         dt = min(max(dt, abs(distance) / FASTEST_M_S, abs(turn) / FASTEST_RAD_S), LONGEST_STEP_S)
         with self._changed:
-            picture = self._picture if self._picture_at > self._stepped_at else None
-        jpeg = picture.jpeg if picture is not None else None
+            picture = self._picture
+        jpeg = picture.jpeg if picture is not None and picture is not self._fed else None
         if self._brain.feed(Feed(now, distance / dt if dt else 0.0, turn / dt if dt else 0.0, dt, jpeg, self.find)):
-            self._here, self._stepped_at = here, now
+            self._here, self._stepped_at, self._fed = here, now, picture
             self.driven += abs(distance)
 
     @property

@@ -175,6 +175,6 @@ class BrainProcess:
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-        if process.stdout is not None and self._closed:
+        if process.stdout is not None:
             with contextlib.suppress(OSError, ValueError):
                 process.stdout.close()

@@ -71,6 +71,12 @@ class FaultBoard:
                     self._counts.pop(verb, None)
             return value
 
+    def once(self, verb: str) -> float:
+        """Return the fault's value, 0 if it is off, and switch it off."""
+        with self._lock:
+            self._counts.pop(verb, None)
+            return self._values.pop(verb, 0.0)
+
     def chance(self, verb: str) -> bool:
         """Return whether a fault, whose value is a probability, happens now."""
         share = self.value(verb)

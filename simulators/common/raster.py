@@ -17,6 +17,7 @@ from simulators.common.texture import Atlas
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 NEAR_M = 0.004
+SEAM_PX = 1e-4  # by which triangles overlap, so that no pixel between two is left out
 PLANES = 17  # per triangle: 1/z, u/z, v/z, light/z as x, y and constant parts; texture, its area in texels, tint
 NOISE_BANK = 1 << 20
 
@@ -200,10 +201,8 @@ def _fill(p, k, focal, plane, number, depth, owner):  # type: ignore[no-untyped-
                 left, right = min(left, x), max(right, x)
         if right < 0.0 or left > width:
             continue
-        begin, end = (
-            max(0, int(np.ceil(max(left, 0.0) - 0.5))),
-            min(width - 1, int(np.ceil(min(right, width) - 0.5)) - 1),
-        )
+        begin = max(0, int(np.ceil(max(left, 0.0) - 0.5 - SEAM_PX)))
+        end = min(width - 1, int(np.floor(min(right, width) - 0.5 + SEAM_PX)))
         w = plane[1] * y + plane[2] + plane[0] * (begin + 0.5)
         for column in range(begin, end + 1):
             if w > depth[row, column]:

@@ -25,7 +25,7 @@ class Atlas:
 
         """
         height, width = picture.shape[:2]
-        if height & (height - 1) or width & (width - 1):
+        if not height or not width or height & (height - 1) or width & (width - 1):
             raise ValueError(f"a texture's sides are powers of two, not {width} x {height}")
         levels = [picture]
         while levels[-1].shape[0] > 1 or levels[-1].shape[1] > 1:

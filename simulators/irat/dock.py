@@ -5,16 +5,16 @@ In the dock's frame: the origin on the floor below the markers, x out of the doc
 
 from math import cos, hypot, sin
 
-STOP_M, STOP_HIGH_M = 0.030, 0.022  # where the robot's nose rests
-GUIDE_HIGH_M = 0.05
+STOP_M, STOP_HIGH_M = 0.020, 0.020  # where the robot's nose rests
+GUIDE_HIGH_M = 0.020  # no higher than the lower edge of the outer marker, which they would hide from aside
 GUIDES = (
-    ((0.0, 0.058), (0.105, 0.062), (0.255, 0.135), (0.0, 0.135)),
-    ((0.0, -0.135), (0.255, -0.135), (0.105, -0.062), (0.0, -0.058)),
+    ((0.0, 0.055), (0.105, 0.059), (0.255, 0.135), (0.0, 0.135)),
+    ((0.0, -0.135), (0.255, -0.135), (0.105, -0.059), (0.0, -0.055)),
 )  # convex, anticlockwise: a throat, then a funnel
-SPRINGS = ((0.0726, 0.02), (0.0726, -0.02))  # under the discs of a robot that stands at the stop
+DOCKED_M = 0.105  # the robot's axle when its nose is at the stop
 DISCS = ((0.03, 0.02), (0.03, -0.02))  # on the robot's underside, in its frame
+SPRINGS = ((0.075, 0.02), (0.075, -0.02))  # under the discs of a robot that stands at the stop
 DISC_M = 0.009  # radius
-DOCKED_M = 0.1026  # the robot's axle when its nose is at the stop
 
 
 def touching(dock: tuple[float, float, float], robot: tuple[float, float, float]) -> tuple[bool, bool]:

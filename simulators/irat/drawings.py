@@ -43,10 +43,8 @@ def _cheese(d: Draw, n: int, ink: Ink) -> None:
 
 
 def _rings(d: Draw, n: int, ink: Ink) -> None:
-    for i, r in enumerate((0.44, 0.33, 0.22, 0.11)):
-        d.ellipse(
-            (n * (0.5 - r), n * (0.5 - r), n * (0.5 + r), n * (0.5 + r)), fill=ink if i % 2 == 0 else (245, 240, 230)
-        )
+    for r in (0.44, 0.28, 0.12):
+        d.ellipse((n * (0.5 - r), n * (0.5 - r), n * (0.5 + r), n * (0.5 + r)), outline=ink, width=n // 11)
 
 
 def _stripes(d: Draw, n: int, ink: Ink) -> None:
@@ -168,7 +166,6 @@ def dock_board(side: int = 512) -> Picture:
     image = Image.new("RGB", (side, side), (252, 252, 250))
     d = ImageDraw.Draw(image)
     d.arc((6, 4, side - 7, side * 1.6), 180, 360, fill=(150, 104, 62), width=14)
-    d.rectangle((0, side - 26, side, side), fill=(150, 104, 62))
     outer = marker(OUTER_IDS[1], round(CELL_M * scale)).resize((round(OUTER_M * scale),) * 2)
     image.paste(outer, (round((BOARD_M - OUTER_M) / 2 * scale), round((BOARD_M - OUTER_M) / 2 * scale)))
     small = marker(SMALL_ID, 8).resize((round(SMALL_M * scale),) * 2, Image.Resampling.BOX)

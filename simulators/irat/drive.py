@@ -30,6 +30,7 @@ class Drive:
         description = load("irat")
         self._motion, self._note = description["motion"], note
         self._half = description["body"]["track"] / 2
+        self._fastest = self._motion["speed"] + self._motion["turn"] * self._half
         self._wanted = (0.0, 0.0)  # rim speeds, left and right (m/s)
         self._said = 0.0
         self._slow_since: float | None = None
@@ -69,7 +70,9 @@ class Drive:
         return self.target
 
     def _watch(self, now: float, rims: tuple[float, float]) -> None:
-        """Find out whether a wheel that should turn does not."""
+        """Find out whether a wheel that should turn does not; write a rim beyond its limit, which there must not be."""
+        if not max(abs(to) for to in self.target) <= self._fastest + 1e-6:  # also if it is NaN
+            self._note("passed", target=list(self.target))
         slow = any(
             abs(to) > STALLED_RIM_M_S and abs(rim) < STALLED_SHARE * abs(to)
             for to, rim in zip(self.target, rims, strict=True)

@@ -29,7 +29,7 @@ def _arc(x: float, y: float, radius: float, begin_deg: float, end_deg: float) ->
 
 
 STROKES: tuple[Floats, ...] = (
-    np.concatenate([[(0.2, 1.74)], _arc(0.70, 0.70, 0.50, 180, 360), [(1.2, 1.68)]]),  # U
+    np.concatenate([[(0.2, 1.715)], _arc(0.70, 0.70, 0.50, 180, 360), [(1.2, 1.68)]]),  # U
     _arc(1.35, 1.12, 0.57, 0, 360),  # Q
     np.array([(1.2, 1.12), (1.90, 0.27)]),  # its tail
 )

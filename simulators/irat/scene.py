@@ -13,7 +13,7 @@ from simulators.irat.maze import COLUMN, DOCK, HEIGHT_M, WALL_HIGH_M, WALL_M, WI
 
 STEP_S = 0.004
 WHEELS = ("left", "right")
-HULL_Z = 0.055
+HULL_LOW_M, HULL_TOP_M = 0.008, 0.075
 GRIP, SMOOTH = [0.9, 0.002, 0.0001], [0.15, 0.001, 0.0001]  # wheels on melamine; the hull on foam
 STALL_NM = 0.03  # 1.5 N at the rim: a wheel against a wall stalls before it slips
 FLOOR = 2  # what touches the floor only: a wheel is a ball here, wider than it is
@@ -89,10 +89,16 @@ def _robot(made: Any) -> None:
     body = load("irat")["body"]
     hull = made.worldbody.add_body(name="hull", pos=[0, 0, 0])
     hull.add_freejoint(name="free")
-    radius = body["width"] / 2
+    radius, high = body["width"] / 2, (HULL_TOP_M - HULL_LOW_M) / 2
+    round_m = body["length"] / 2 - radius
+    for name, x in (("nose", round_m), ("back", -round_m)):
+        hull.add_geom(
+            name=name, type=Geom.mjGEOM_CYLINDER, size=[radius, high, 0], pos=[x, 0, HULL_LOW_M + high],
+            mass=(body["mass"] - 0.09) / 2, friction=SMOOTH, group=ROBOT,
+        )  # fmt: skip
     hull.add_geom(
-        name="hull", type=Geom.mjGEOM_CAPSULE, size=[radius, body["length"] / 2 - radius, 0], pos=[0, 0, HULL_Z],
-        quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0], mass=body["mass"] - 0.09, friction=SMOOTH, group=ROBOT, condim=3,
+        name="sides", type=Geom.mjGEOM_BOX, size=[round_m, radius, high], pos=[0, 0, HULL_LOW_M + high], mass=0.0,
+        friction=SMOOTH, group=ROBOT,
     )  # fmt: skip
     hull.add_geom(  # the battery, low between the wheels
         type=Geom.mjGEOM_BOX, size=[0.03, 0.02, 0.008], pos=[0, 0, 0.018], mass=0.05, contype=0, conaffinity=0,

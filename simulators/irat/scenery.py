@@ -98,7 +98,7 @@ def dock(picture: int) -> Mesh:
     low = 0.06 - drawings.BOARD_M / 2
     board = quad([(0, -half, low), (0, half, low), (0, half, high), (0, -half, high)], WHITE, picture, light=1.0)
     parts = [board, box((-0.02, -half, 0), (-0.001, half, high), (230, 228, 220))]
-    parts.append(box((0, -0.055, 0), (STOP_M, 0.055, STOP_HIGH_M), (70, 72, 78)))
+    parts.append(box((0, -0.055, 0), (STOP_M, 0.055, STOP_HIGH_M), (244, 244, 242)))
     for side in GUIDES:
         outline = np.array(side)
         parts.append(prism(outline, 0, GUIDE_HIGH_M, (226, 178, 60)))

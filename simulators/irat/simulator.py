@@ -164,7 +164,8 @@ class Simulator:
     # pictures
 
     def _film(self) -> None:
-        """Take pictures while somebody subscribes to them."""
+        """Take pictures while somebody subscribes to them; the first may have to compile the rasteriser."""
+        self._eye.take(self.world.plant.frame)
         due = time.monotonic()
         while self._running:
             if CAMERA not in self.network.watched:

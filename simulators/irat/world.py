@@ -78,12 +78,10 @@ class World:
             self.plant.grip(slip)
             self.plant.block(bool(stall))
             self.plant.dead = int(dead)
-        if faults.value("carried"):
-            self.carry(int(faults.take("carried")))
-            faults.set("carried", 0.0)
-        if faults.value("charge"):
-            self.battery.charge, self.battery.full = min(1.0, max(0.0, faults.take("charge"))), False
-            faults.set("charge", 0.0)
+        if place := faults.once("carried"):
+            self.carry(int(place))
+        if charge := faults.once("charge"):
+            self.battery.charge, self.battery.full = min(1.0, max(0.0, charge)), False
 
     def carry(self, number: int) -> None:
         """Set the robot down at one of many places in the corridors, in the dock if `number` is negative.

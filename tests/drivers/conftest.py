@@ -131,7 +131,7 @@ def irat(rat):
     rat.fault("power_cycle", count=1)
     wait_for(lambda: rat.status()["boot"] != boot, 5, "the power")
     rat.fault("carried", CORRIDOR)
-    wait_for(lambda: rat.status()["pose"][1] == pytest.approx(1.24, abs=0.02), 5, "the corridor")
+    wait_for(lambda: rat.status()["pose"][1] == pytest.approx(1.22, abs=0.03), 5, "the corridor")
     rat.forget()
     yield rat
     while Hand.OPEN:

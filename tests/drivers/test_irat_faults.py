@@ -89,12 +89,12 @@ def test_slipping_wheels_turn_without_the_robot(irat, hand):
 
 
 def test_a_dead_range_sensor_reads_nothing_near(irat, hand):
-    right, _ahead, left = hand.newest("/irat/ranges")["ranges"]
+    right, _, left = hand.newest("/irat/ranges")["ranges"]
     assert right < 0.35
     assert left < 0.35
     irat.fault("ir_dead", 0b100)
     time.sleep(0.2)
-    right, _ahead, left = hand.newest("/irat/ranges")["ranges"]
+    right, _, left = hand.newest("/irat/ranges")["ranges"]
     assert right == pytest.approx(0.40)
     assert left < 0.35
 

@@ -5,6 +5,9 @@ Pure: what it must remember goes in and comes out. Angles in rad, speeds in m/s 
 
 import math
 from dataclasses import dataclass, replace
+from statistics import median
+
+KEPT_ANGLES = 25
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class Docking:
     phase_s: float = 0.0
     unseen_s: float = 0.0
     side: float = 1.0  # where the marker was last: 1 right, -1 left
-    theta: float | None = None  # of the outer marker, smoothed: a far one of seven pixels tells it badly
+    thetas: tuple[float, ...] = ()  # the last angles at the outer marker
     tries: int = 0
 
 
@@ -97,13 +100,12 @@ def dock(
     if memory.phase in ("look", "gone", "charging"):
         return _look(seen, memory, kept)
     if outer is not None:
-        outer = replace(outer, theta=_smoothed(outer, memory, dt))
-        memory = replace(memory, theta=outer.theta)
-        return _approach(outer, _into("approach", memory), kept)
+        memory = replace(memory, thetas=(*memory.thetas, outer.theta)[-KEPT_ANGLES:])
+        return _approach(_steadied(outer, memory.thetas), _into("approach", memory), kept)
     if small is not None or memory.phase == "final":
         return _final(small, _into("final", memory), kept)
     if memory.unseen_s > kept.unseen_s:
-        return _look(None, _into("look", replace(memory, theta=None)), kept)
+        return _look(None, _into("look", replace(memory, thetas=())), kept)
     return REST, memory
 
 
@@ -124,14 +126,15 @@ def _towards(wanted: float, seen: Sighting, kept: DockLimits) -> float:
 
 
 def _again(memory: Docking) -> Docking:
-    return replace(memory, phase="reverse", phase_s=0.0, theta=None, tries=memory.tries + 1)
+    return replace(memory, phase="reverse", phase_s=0.0, thetas=(), tries=memory.tries + 1)
 
 
-def _smoothed(outer: Sighting, memory: Docking, dt: float) -> float:
-    """Return the angle at the marker over the last moments, longer ones the farther it is."""
-    if memory.theta is None:
-        return outer.theta
-    return memory.theta + min(1.0, dt / (0.1 + 1.5 * outer.z)) * (outer.theta - memory.theta)
+def _steadied(outer: Sighting, thetas: tuple[float, ...]) -> Sighting:
+    """Return the sighting with the median of the last angles, of more the farther it is.
+
+    A marker of a few pixels tells its angle badly, and now and then that of its mirror image.
+    """
+    return replace(outer, theta=median(thetas[-(1 + int(20 * outer.z)) :]))
 
 
 def _approach(outer: Sighting, memory: Docking, kept: DockLimits) -> tuple[Velocity, Docking]:

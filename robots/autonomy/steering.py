@@ -35,6 +35,8 @@ class Limits:
     half: tuple[float, float] = (0.085, 0.05)  # half the length and the width of the robot
     flank: float = 0.03  # room beside the body without which it does not turn to that side
     points: int = 60  # of the local map
+    # a sensor that has seen nothing for so many metres (the outer two, the one ahead) counts as dead
+    quiet: tuple[float, float] = (2.5, 8.0)
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ class Memory:
     wander: float = 0.0
     wander_s: float = 0.0
     troubled_s: float = 0.0
+    quiet: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m since the left, front, right sensor has seen anything
     points: tuple[tuple[float, float], ...] = ()  # the local map: where walls were, x ahead and y left of the axle (m)
 
 
@@ -100,6 +103,7 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     """
     kept = limits or Limits()
     _check(sensed, dt, dice)
+    sensed, memory = _alive(sensed, memory, dt, kept)
     memory = _wander(sensed, memory, dt, dice, kept)
     memory = _stalling(sensed, memory, dt, kept)
     memory = replace(memory, points=_mapped(sensed, memory, dt, kept))
@@ -113,7 +117,9 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     v = max(-kept.slow, min(chosen.v, most))
     w = max(-kept.turn, min(chosen.w, kept.turn))
     if chosen.state in ("corridor", "wall", "default"):
-        w = _past(w, memory.points, kept)
+        allowed = _past(w, memory.points, kept)
+        v = max(v, min(kept.slow, most)) if allowed != w else v  # past it first, else it would stand there for ever
+        w = allowed
     trouble = chosen.state in ("stall", "obstacle")
     troubled = memory.troubled_s + dt if trouble else max(0.0, memory.troubled_s - 2 * dt)
     return Steer(chosen.state, v, w), replace(memory, v=v, w=w, troubled_s=troubled)
@@ -130,6 +136,18 @@ def _check(sensed: Sensed, dt: float, dice: float) -> None:
 
 def _plausible(distance: float | None) -> bool:
     return distance is not None and bool(0.0 < distance < 100.0)
+
+
+def _alive(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[Sensed, Memory]:
+    """Take a sensor for dead that only says "far" over a long way: in corridors there is always something."""
+    ranges, gone = (sensed.left, sensed.front, sensed.right), abs(sensed.v) * dt
+    quiet = [
+        far + gone if found is not None and _plausible(found) and found >= 0.99 * kept.far else 0.0
+        for found, far in zip(ranges, memory.quiet, strict=True)
+    ]
+    most = kept.quiet[0], kept.quiet[1], kept.quiet[0]
+    left, front, right = (None if q > m else r for q, m, r in zip(quiet, most, ranges, strict=True))
+    return replace(sensed, left=left, front=front, right=right), replace(memory, quiet=(quiet[0], quiet[1], quiet[2]))
 
 
 def _wander(sensed: Sensed, memory: Memory, dt: float, dice: float, kept: Limits) -> Memory:

@@ -29,6 +29,7 @@ class World:
         self.begin = np.array([a for a, _ in ends], float)
         self.along = np.array([b for _, b in ends], float) - self.begin
         self.length = np.hypot(*self.along.T)
+        self.grain = self.dice.standard_normal((2 * HEIGHT, 2 * WIDTH), np.float32)
         # grey levels every 4 cm of a wall and 2 cm of its height
         self.paint = self.dice.uniform(30, 225, (len(ends), 64, 8))
 
@@ -54,7 +55,10 @@ class World:
         part = place - left
         seen = self.paint[wall[None], left[None], row] * (1 - part) + self.paint[wall[None], left[None] + 1, row] * part
         seen = np.where(up < 0, 20.0, np.where(up > WALL_M, 90.0, seen))
-        full = np.repeat(seen, WIDTH // COLUMNS, axis=1) + self.dice.normal(0, noise, (HEIGHT, WIDTH))
+        full = np.repeat(seen, WIDTH // COLUMNS, axis=1).astype(np.float32)
+        if noise:
+            top, left = self.dice.integers(0, HEIGHT), self.dice.integers(0, WIDTH)
+            full += noise * self.grain[top : top + HEIGHT, left : left + WIDTH]
         return np.clip(full, 0, 255).astype(np.uint8)
 
 

@@ -20,7 +20,7 @@ docking = st.builds(
     unseen_s=st.floats(0, 100),
     side=st.sampled_from([-1.0, 1.0]),
     tries=st.integers(0, 5),
-    theta=st.none() | st.floats(-1.5, 1.5),
+    thetas=st.lists(st.floats(-1.5, 1.5), max_size=25).map(tuple),
 )
 
 
@@ -99,7 +99,7 @@ def sight(x, y, heading, side, dice):
     z, theta = spots[1][1], math.atan2(-cy, cx)
     if abs(theta) > 1.1 or side / z < 0.045 or dice.random() < (0.3 if z > 1 else 0.05):
         return None
-    theta += dice.gauss(0, math.radians(2 + 8 * z))
+    theta = theta * (-1 if dice.random() < 0.2 * z else 1) + dice.gauss(0, math.radians(2 + 4 * z))
     return Sighting(spots[1][0] + dice.gauss(0, 0.01), z * (1 + dice.gauss(0, 0.03)), max(-1.5, min(theta, 1.5)))
 
 

@@ -114,7 +114,9 @@ def test_any_odometry_in_bounds_keeps_everything_finite(steps):
     assert np.isfinite(slam.map.poses).all() and np.isfinite(slam.map.measured).all()
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e308, -1e308, 10**400, "fast", None])
+@pytest.mark.parametrize(
+    "bad", [math.nan, math.inf, -math.inf, 1e308, -1e308, pytest.param(10**400, id="huge"), "fast", None]
+)
 @pytest.mark.parametrize("which", ["v", "w", "dt", "at_s"])
 def test_what_no_robot_sends_is_refused_with_a_sentence_and_changes_nothing(bad, which):
     slam = RatSlam()
@@ -182,7 +184,34 @@ def test_a_map_that_is_saved_again_replaces_the_old_one_at_once(tmp_path):
     slam.clear()
     save(slam, tmp_path / "map.npz")
     assert load(tmp_path / "map.npz").map_number == 2
-    assert [p.name for p in tmp_path.iterdir()] == ["map.npz"]
+    assert sorted(p.suffix for p in tmp_path.iterdir()) == [".npz", ".views"]
+
+
+def test_templates_are_appended_and_a_crash_before_the_map_s_file_is_replaced_changes_nothing(tmp_path):
+    """The templates' file is longer than the map says, then; the next save overwrites what is too much."""
+    world, slam, path = World(), RatSlam(), tmp_path / "map.npz"
+
+    def see(slam, x):
+        slam.step(x, world.picture(x, -0.775, 0.0, noise=0.0), 0.3, 0.0, 0.5)
+
+    see(slam, -0.6)
+    save(slam, path)
+    old = path.read_bytes()
+    see(slam, -0.3)
+    save(slam, path)
+    (views,) = tmp_path.glob("*.views")
+    assert views.stat().st_size == 2 * 1200
+    path.write_bytes(old)
+    again = load(path)
+    assert again.views.count == 1
+    for x in (0.0, 0.3):
+        see(again, x)
+    save(again, path)
+    assert views.stat().st_size == 3 * 1200
+    assert (load(path).views.templates[:3] == again.views.templates[:3]).all()
+    views.unlink()
+    save(again, path)  # somebody tidied up
+    assert load(path).views.count == 3
 
 
 def broken(path, how):
@@ -201,6 +230,12 @@ def broken(path, how):
         path.write_text("no map")
     elif how == "empty":
         path.write_bytes(b"")
+    elif how.endswith("templates"):
+        (views,) = path.parent.glob("*.views")
+        content = bytearray(views.read_bytes())
+        content[7] ^= how == "flipped templates"
+        views.write_bytes(content[:-1] if how == "cut templates" else content)
+        _ = views.unlink() if how == "no templates" else None
     else:
         with np.load(path) as file:
             arrays = {name: file[name] for name in file.files}
@@ -217,6 +252,12 @@ def broken(path, how):
             rest["current"] = 77
         elif how == "missing":
             del arrays["node_ids"]
+        elif how == "negative":
+            arrays["cells"][0, 0, 0] = -1.0
+        elif how == "ids":
+            rest["next_id"] = 1
+        elif how == "path":
+            rest["views"]["mark"] = "../../etc/passwd"
         elif how == "huge":
             rest["best"] = [1e400, 0, 0]
         arrays["rest"] = np.frombuffer(json.dumps(rest).encode(), np.uint8)
@@ -224,7 +265,7 @@ def broken(path, how):
             np.savez(out, **arrays)
 
 
-@pytest.mark.parametrize("how", ["cut", "flipped", "text", "empty", "link to nowhere", "not finite", "shape", "other settings", "no current", "missing", "huge"])  # fmt: skip
+@pytest.mark.parametrize("how", ["cut", "flipped", "text", "empty", "link to nowhere", "not finite", "shape", "other settings", "no current", "missing", "huge", "negative", "ids", "path", "cut templates", "flipped templates", "no templates"])  # fmt: skip
 def test_a_damaged_map_is_refused_with_a_sentence(tmp_path, how):
     path = tmp_path / "map.npz"
     broken(path, how)

@@ -124,6 +124,7 @@ def test_it_does_not_turn_into_a_wall_that_its_sensors_have_passed():
     memory = replace(MOVING, points=((0.03, 0.075), (0.0, 0.075)))
     assert first(replace(OPEN, bearing=1.0), memory).w == 0.0
     assert first(replace(OPEN, bearing=-1.0), memory).w < 0
+    assert first(replace(OPEN, bearing=1.6), memory).v == KEPT.slow  # on, although the goal is straight to the side
     behind = replace(MOVING, points=((-0.15, 0.075),))
     assert first(replace(OPEN, bearing=1.0), behind).w > 0
 

@@ -1,8 +1,15 @@
-"""Saves a map so that it goes on exactly where it was, and reads it again after a crash."""
+"""Saves a map so that it goes on exactly where it was, and reads it again after a crash.
+
+Templates are most of it and never change, so they are in a file of their own to which new ones are appended. The map's
+file names it and tells how many count; it is replaced at once, after the templates are on the disk. When they are
+numbered anew, by pruning or clearing, they begin another file.
+"""
 
 import io
 import json
+import os
 import zipfile
+import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,7 +23,7 @@ from robots.autonomy.ratslam.slam import RatSlam
 from robots.files import replaced
 
 FORMAT = 1
-VIEWS = ("templates", "rows", "totals", "decay", "places")
+VIEWS = ("decay", "places")
 TOLD = ("poses", "nodes_at", "links_at")
 
 
@@ -27,6 +34,7 @@ class BadMap(ValueError):
 def save(slam: RatSlam, path: Path) -> None:
     """Replace the file by the map, at once or not at all. Raises OSError."""
     held, views, told = slam.map, slam.views, slam.told
+    _append(slam, _beside(path, views.mark))
     arrays: dict[str, Any] = {"cells": slam.cells.cells}
     arrays |= {f"view_{name}": getattr(views, name)[: views.count] for name in VIEWS}
     arrays |= {f"node_{name}": getattr(held, name)[: held.count] for name, _, _ in NODES}
@@ -39,6 +47,7 @@ def save(slam: RatSlam, path: Path) -> None:
         "sequence": slam.sequence,
         "keep": sorted(slam.keep),
         "docks": {number: asdict(place) for number, place in slam.docks.places.items()},
+        "views": {"mark": views.mark, "sum": zlib.crc32(views.templates[: views.count].tobytes())},
         "view": slam.view,
         "last": slam.last.hex(),
         "pruned_at": slam.pruned_at,
@@ -49,6 +58,29 @@ def save(slam: RatSlam, path: Path) -> None:
     arrays["rest"] = np.frombuffer(json.dumps(rest).encode(), np.uint8)
     with replaced(path, sync=True) as out:
         np.savez(out, **arrays)
+    for other in path.parent.glob(f"{path.stem}-*.views"):
+        if other != _beside(path, views.mark):
+            other.unlink(missing_ok=True)
+
+
+def _beside(path: Path, mark: str) -> Path:
+    """Return the path of the templates' file."""
+    return path.with_name(f"{path.stem}-{mark}.views")
+
+
+def _append(slam: RatSlam, path: Path) -> None:
+    """Write the templates that the file does not have yet."""
+    views = slam.views
+    begin = views.stored if path.exists() else 0
+    if path.exists() and begin == views.count:
+        return
+    with path.open("r+b" if path.exists() else "wb") as out:
+        out.seek(begin * views.templates[0].size)
+        out.truncate()  # what a crash left behind the counted ones
+        out.write(views.templates[begin : views.count].tobytes())
+        out.flush()
+        os.fsync(out.fileno())
+    views.stored = views.count
 
 
 def load(path: Path, settings: Settings | None = None) -> RatSlam:
@@ -61,6 +93,7 @@ def load(path: Path, settings: Settings | None = None) -> RatSlam:
         slam = RatSlam(settings, int(rest["map_number"]))
         if rest["format"] != FORMAT or rest["settings"] != json.loads(json.dumps(asdict(slam.settings))):
             raise BadMap(f"{path.name} is a map of another version or with other settings; it cannot be used.")
+        _read_templates(slam, path, len(arrays["view_decay"]), rest["views"])
         _fill(slam, arrays, rest)
     except BadMap:
         raise
@@ -69,10 +102,21 @@ def load(path: Path, settings: Settings | None = None) -> RatSlam:
     return slam
 
 
+def _read_templates(slam: RatSlam, path: Path, count: int, named: dict[str, Any]) -> None:
+    """Take the templates from their own file."""
+    mark, shape = str(named["mark"]), slam.views.templates[0].shape
+    if not mark.isalnum():
+        raise ValueError("the name of its templates is none")
+    with _beside(path, mark).open("rb") as file:
+        content = file.read(count * slam.views.templates[0].size)
+    if zlib.crc32(content) != named["sum"]:
+        raise ValueError("its templates are not those it was saved with")
+    slam.views.restore(np.frombuffer(content, np.uint8).reshape(count, *shape), mark)
+
+
 def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     held, views, told = slam.map, slam.views, slam.told
-    views.count, held.count = len(arrays["view_templates"]), len(arrays["node_ids"])
-    held.linked = len(arrays["link_sources"])
+    held.count, held.linked = len(arrays["node_ids"]), len(arrays["link_sources"])
     for owner, prefix, names, count in (
         (views, "view", VIEWS, views.count),
         (held, "node", [name for name, _, _ in NODES], held.count),
@@ -93,8 +137,13 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     held.seconds, held.still = float(rest["seconds"]), float(rest["still"])
     ends = np.concatenate([held.sources[: held.linked], held.targets[: held.linked], [held.current]])
     seen = np.concatenate([held.views[: held.count], [slam.view]])
-    if not (_within(ends, held.count) and _within(seen, views.count) and (held.count == 0) == (held.current < 0)):
+    ids = np.concatenate([held.ids[: held.count], [held.next_id]])
+    fits = (np.diff(ids) > 0).all() and (held.count == 0) == (held.current < 0)
+    if not (fits and _within(ends, held.count) and _within(seen, views.count)):
         raise ValueError("its parts do not fit together")
+    cells = slam.cells.cells
+    if cells.min() < 0 or not 0.99 < cells.sum() < 2.0 or not np.isfinite([held.seconds, held.still]).all():
+        raise ValueError("its numbers are no map's")
     pairs = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)
     held.pairs = {(min(a, b), max(a, b)) for a, b in pairs}
 

@@ -1,5 +1,7 @@
 """View templates: what the robot has seen, small and grey."""
 
+from secrets import token_hex
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +27,12 @@ class Views:
     """All templates, each an 8-bit grey picture of the settings' size.
 
     `decay`, (n,): how tired each is of injecting. `places`, (n, 3): x, y, heading in cells where each was first seen.
+    `mark`: the name of this numbering; `stored`: how many are in the file of that name (see storage.py).
     """
 
     def __init__(self, settings: ViewSettings) -> None:
         self.settings, self.count = settings, 0
+        self.mark, self.stored = token_hex(8), 0
         self._room(64)
 
     def _room(self, many: int) -> None:
@@ -89,3 +93,11 @@ class Views:
         for held in (self.templates, self.rows, self.totals, self.decay, self.places):
             held[: len(numbers)] = held[numbers]
         self.count = len(numbers)
+        self.mark, self.stored = token_hex(8), 0
+
+    def restore(self, templates: Grey, mark: str) -> None:
+        """Hold these templates, which the file of that name has; decay and places are the caller's to fill."""
+        self.count, self.mark, self.stored = 0, mark, len(templates)
+        self._room(max(64, len(templates)))
+        for template in templates:
+            self.add(template, (0.0, 0.0, 0.0), 0.0)

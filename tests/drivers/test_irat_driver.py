@@ -34,6 +34,12 @@ def explored(driver, experiences=SMALL, on_stage=lambda _: None):
         driver.execute("explore", {}, permit, on_stage)
 
 
+def looked(driver):
+    """What the newest picture was worth; the camera is kept running."""
+    driver.senses.awake()
+    return driver.brain.newest.picture
+
+
 def here(driver, **more):
     """The place where the robot stands, as a goal."""
     seen = driver.brain.newest
@@ -154,10 +160,10 @@ def test_a_frozen_brain_rests_the_wheels(rat_driver, irat):
 
 def test_black_and_frozen_pictures_teach_nothing(rat_driver, irat):
     explored(rat_driver, SMALL)
-    for fault in ("cam_black", "cam_freeze"):
+    for fault, word in (("cam_black", "black"), ("cam_freeze", "frozen")):
+        wait_for(lambda: looked(rat_driver) == "seen", 10, "a good picture")
         irat.fault(fault)
-        rat_driver.senses.awake()
-        wait_for(lambda: rat_driver.senses.awake() or rat_driver.brain.newest.picture in ("black", "frozen"), 10, fault)
+        wait_for(lambda word=word: looked(rat_driver) == word, 10, fault)
         known = rat_driver.brain.newest.experiences
         with pytest.raises(GrantOver):
             rat_driver.execute("explore", {}, until(1.5), lambda _: None)

@@ -1,7 +1,6 @@
 """Exploring, going to a goal, and leaving the dock."""
 
 import time
-from math import hypot
 
 from robots.contract.session import JSON, OnStage, Permit, Progress
 from robots.contract.values import number
@@ -9,12 +8,13 @@ from robots.description import load
 from robots.drivers.errors import BadRequest, GaveUp, RobotError
 from robots.drivers.irat.brain.messages import NONE, Aim, Clear, Forget
 from robots.drivers.irat.protocol import Velocity
-from robots.drivers.irat.senses import Mode
+from robots.drivers.irat.senses import Mode, between
 from robots.drivers.irat.spec import SLICE_S
 from robots.drivers.irat.wheels import Wheels
 
 EARLY_S = 3.0  # a slice ends by itself so long before its grant
-BACK_M, BACK_M_S, BACK_S = 0.28, 0.08, 6.0  # out of the dock's funnel
+BACK_M, BACK_M_S, BACK_S = 0.42, 0.10, 8.0  # out of the dock's funnel
+ROUND_RAD, ROUND_RAD_S, ROUND_S = 2.6, 1.2, 5.0
 WAITS_S = 3 * 3600.0  # for so long a goal that was cut short keeps the map, as long as charging takes
 
 
@@ -57,20 +57,31 @@ class Roaming:
             self._brain.call(Clear)
 
     def leave_dock(self, permit: Permit, on_stage: OnStage) -> None:
-        """Reverse out of the dock, if the charger's contacts are closed. This sends the command's first velocity."""
+        """Reverse out of the dock and turn round, if the charger's contacts are closed."""
         permit()
         on_stage("sent")
         on_stage("acknowledged")
         if not self._senses.charging:
             return
-        wheels, here = self._wheels, self._wheels.line.odometry.value
-        until = time.monotonic() + BACK_S
-        while time.monotonic() < until and here is not None:
-            wheels.pause(permit)
-            now = wheels.line.odometry.value
-            if now is None or hypot(now.x - here.x, now.y - here.y) > BACK_M:
-                return
-            wheels.drive(Velocity(-BACK_M_S, 0.0), permit)
+        for velocity, most, seconds in (
+            (Velocity(-BACK_M_S, 0.0), BACK_M, BACK_S),
+            (Velocity(0.0, ROUND_RAD_S), ROUND_RAD, ROUND_S),
+        ):
+            self._until(velocity, most, seconds, permit)
+
+    def _until(self, velocity: Velocity, most: float, seconds: float, permit: Permit) -> None:
+        """Drive so until the odometry has gone, or turned, so far (m + rad), or the time is over."""
+        wheels, gone = self._wheels, 0.0
+        was, until = wheels.line.odometry.value, time.monotonic() + seconds
+        while gone < most and time.monotonic() < until:
+            seen = wheels.pause(permit)
+            here = wheels.line.odometry.value
+            if was is not None and here is not None:
+                distance, turn = between(was, here)
+                gone += abs(distance) if velocity.linear else abs(turn)
+            was = here
+            if seen is not None:
+                wheels.drive(velocity, permit)
 
     def goal(self, args: JSON, permit: Permit, on_stage: OnStage) -> JSON:
         """Go to a place of the map.

@@ -22,6 +22,7 @@ BRAIN_AWAY_S = 60.0  # it may start again meanwhile
 SILENT_S = 3.0  # of the robot
 BLIND_S = 20.0  # without a usable picture
 TROUBLED_S = 10.0  # of nothing but stalls and obstacles
+DOCK_SEEN_S, FUNNEL_M, NEAREST_M = 1.0, 0.33, 0.05
 CORNER_S = 3.0  # after an obstacle, in which the robot turns on the way it turned then
 STANDING_S, STANDING_M = 6.0, 0.05  # no farther in this time: it backs off, or goes ahead, in turn
 FLAT = "The battery is almost flat and the dock was not reached; staff have to put the robot into its dock."
@@ -45,6 +46,7 @@ class Wheels:
         self._corner, self._corner_at = 0, -1e9  # the side to which an obstacle was turned away from, and when
         self._stood: tuple[float, float, float] | None = None  # where it stands, and since when
         self._way_out = 1
+        self._dock, self._dock_at = 0.0, -1e9  # the distance of the dock's marker (m), and when it was seen
 
     def hold(self) -> None:
         """End the running command for good, and hold; return when the robot rests. Any thread.
@@ -94,6 +96,8 @@ class Wheels:
             self._line_at = now
         if seen is not None:
             self._brain_at = now
+            if seen.outer is not None:
+                self._dock, self._dock_at = seen.outer.z, seen.at
             if seen.picture == "seen" or seen.picture == "full":
                 self._seeing_at = now
             if now - self._seeing_at > BLIND_S:
@@ -116,13 +120,20 @@ class Wheels:
         speed = odometry.velocity
         v, w = max(-10.0, min(speed.linear, 10.0)), max(-100.0, min(speed.angular, 100.0))
         ahead = None if bearing is None else remainder(bearing, tau)
-        sensed = Sensed(ranges.left, ranges.ahead, ranges.right, v, w, ahead)
+        front = ranges.ahead if mode == Mode.DOCKING else min(ranges.ahead, self._before_dock)
+        sensed = Sensed(ranges.left, front, ranges.right, v, w, ahead)
         self._standing(odometry.x, odometry.y)
         chosen, memory = steer(sensed, self._memory, STEP_S, self._dice.random(), self._limits)
         chosen, self._memory = self._round_corner(chosen, memory)
         self.senses.mode = Mode.STUCK if self._memory.troubled_s > TROUBLED_S else mode
         self.drive(Velocity(chosen.v, chosen.w), permit)
         return chosen
+
+    @property
+    def _before_dock(self) -> float:
+        """Return the room (m) before the dock's funnel, whose low guides no range sensor sees; else far."""
+        near = time.monotonic() - self._dock_at < DOCK_SEEN_S
+        return max(self._dock - FUNNEL_M, NEAREST_M) if near else self._limits.far
 
     def _round_corner(self, chosen: Steer, memory: Memory) -> tuple[Steer, Memory]:
         """Turn to a goal behind the same way round as away from an obstacle, or the two would undo each other."""

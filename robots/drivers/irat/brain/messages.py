@@ -15,11 +15,7 @@ MOST_BYTES = 8 << 20
 NONE = -1  # no experience
 
 
-class _Message(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """Fields by their order, after the name of the class."""
-
-
-class Feed(_Message):
+class Feed(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """A step of odometry, perhaps with the picture at its end; `find`: look for the dock's markers in it."""
 
     at: float
@@ -30,7 +26,7 @@ class Feed(_Message):
     find: bool = False
 
 
-class Aim(_Message):
+class Aim(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Lead to a place of map `map_number`: to the experience, or to what is nearest to x, y if that is not given."""
 
     number: int
@@ -40,45 +36,45 @@ class Aim(_Message):
     experience: int = NONE
 
 
-class AimAtDock(_Message):
+class AimAtDock(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Lead to the most promising place from where the dock was seen and that was not tried yet."""
 
     number: int
     tried: tuple[int, ...] = ()
 
 
-class Forget(_Message):
+class Forget(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Lead nowhere any more; `missed`: a place from where the dock was not seen."""
 
     missed: int = NONE
 
 
-class Clear(_Message):
+class Clear(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Begin a new map."""
 
     number: int
 
 
-class Care(_Message):
+class Care(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Keep the map small by pruning, for days; else it is cleared now and then."""
 
     number: int
     pruning: bool
 
 
-class Save(_Message):
+class Save(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Write the map now."""
 
     number: int
 
 
-class Key(_Message):
+class Key(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Make the next packet of a stream one that holds everything."""
 
     stream: str
 
 
-class Guided(_Message):
+class Guided(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Where to steer on the way to `goal`: bearing and distance of the waypoint; whether it is reached."""
 
     goal: int
@@ -87,7 +83,7 @@ class Guided(_Message):
     distance: float
 
 
-class Seen(_Message):
+class Seen(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """The answer to a `Feed`, with its `at`.
 
     picture: what it was worth (see `robots.autonomy.ratslam.slam.Step`). outer, small: the dock's markers.
@@ -108,7 +104,7 @@ class Seen(_Message):
     small: Sighting | None = None
 
 
-class Answer(_Message):
+class Answer(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """The answer to a numbered message: why not, or an empty text; the goal, and how long it may take (s)."""
 
     number: int
@@ -118,7 +114,7 @@ class Answer(_Message):
     limit_s: float = 0.0
 
 
-class Packet(_Message):
+class Packet(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """The next packet of a byte stream."""
 
     stream: str

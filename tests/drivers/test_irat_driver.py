@@ -213,6 +213,23 @@ def test_a_cleared_map_is_a_new_one_and_its_goals_are_gone(rat_driver, irat):
         rat_driver.execute("goal", old, allow, lambda _: None)
 
 
+def test_a_map_that_staff_clear_on_the_way_ends_its_goal(rat_driver, irat):
+    explored(rat_driver)
+    goal = here(rat_driver)
+    explored(rat_driver, rat_driver.brain.newest.experiences + SMALL)
+
+    def clear():
+        wait_for(lambda: irat.status()["moving"], 10, "motion")
+        rat_driver.execute("clear_map", {}, allow, lambda _: None)
+
+    thread = threading.Thread(target=clear)
+    thread.start()
+    with pytest.raises(MapCleared, match="on the way"):
+        rat_driver.execute("goal", goal, allow, lambda _: None)
+    thread.join()
+    assert not rat_driver.state().moving
+
+
 def test_a_goal_that_takes_too_long_is_given_up(rat_driver, irat, monkeypatch):
     explored(rat_driver)
     goal = here(rat_driver)

@@ -66,8 +66,7 @@ def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house
     wait_for(lambda: told(robot) and running.exists(), 30, "the goal is on its way")
     board.fault("charge", 0.19)
     wait_for(lambda: told(robot) and Command.objects.filter(kind="charge").exists(), 30, "the need")
-    job.refresh_from_db()
-    assert job.state == "waiting", "it keeps its place"
+    wait_for(lambda: told(robot) and Job.objects.get(pk=job.pk).state == "waiting", 10, "it keeps its place")
     wait_for(lambda: told(robot).get("charging"), 400, "the dock")
     assert board.status()["charging"] is True
     board.fault("charge", 0.968)

@@ -9,7 +9,7 @@ from math import pi
 from robots.autonomy.docking import Docking, Sighting, dock
 from robots.contract.session import JSON, OnStage, Permit, Progress
 from robots.drivers.errors import GaveUp, HardwareFault
-from robots.drivers.irat.brain.messages import Aim, AimAtDock, Forget, Save, Seen
+from robots.drivers.irat.brain.messages import NONE, Aim, AimAtDock, Forget, Save, Seen
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.senses import Mode
 from robots.drivers.irat.spec import FULL
@@ -107,7 +107,9 @@ class Charging:
         self._tried.append(place)
         if self._sought(permit, place, min(answer.limit_s, PLACE_S)) or self._looked_round(permit):
             return True
-        self._brain.post(Forget(place))
+        now = self._brain.newest
+        arrived = now is not None and now.guided is not None and now.guided.reached
+        self._brain.post(Forget(place if arrived else NONE))
         return False
 
     def _sought(self, permit: Permit, place: int | None, seconds: float) -> bool:

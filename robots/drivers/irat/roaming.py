@@ -99,9 +99,9 @@ class Roaming:
         self._brain.keep_aim(lambda n: Aim(n, which, x, y, answer.experience))
         try:
             self._wheels.during(
-                permit, Mode.GOAL, lambda free: self._go(answer.experience, answer.limit_s, free, on_stage)
+                permit, Mode.GOAL, lambda free: self._go(which, answer.experience, answer.limit_s, free, on_stage)
             )
-        except GaveUp:
+        except (GaveUp, MapCleared):
             raise
         except RobotError:
             self._cut_short = (dict(args), time.monotonic())
@@ -112,7 +112,7 @@ class Roaming:
         self.clear_if_due()
         return {"experience": answer.experience, "map": which, "limit_s": round(answer.limit_s, 1)}
 
-    def _go(self, goal: int, limit_s: float, permit: Permit, on_stage: OnStage) -> None:
+    def _go(self, which: int, goal: int, limit_s: float, permit: Permit, on_stage: OnStage) -> None:
         began, told = time.monotonic(), 0.0
         self.leave_dock(permit, on_stage)
         while True:
@@ -120,6 +120,8 @@ class Roaming:
             if spent > limit_s:
                 raise GaveUp(f"The place was not reached within {limit_s:.0f} s, three times what the way takes.")
             seen = self._wheels.pause(permit)
+            if seen is not None and seen.map_number != which:
+                raise MapCleared("The map was cleared on the way, so this place is no longer known.")
             if seen is None or seen.guided is None or seen.guided.goal != goal:
                 continue
             if seen.guided.reached:

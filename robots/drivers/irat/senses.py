@@ -1,5 +1,6 @@
 """What the robot tells, put together: feeds the brain with odometry and pictures, and gives the robot's state."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
@@ -8,6 +9,7 @@ from math import cos, hypot, remainder, sin, tau
 
 from robots.contract.session import RobotState
 from robots.description import load
+from robots.drivers.errors import RobotError
 from robots.drivers.irat.brain.messages import Feed
 from robots.drivers.irat.brain.process import BrainProcess
 from robots.drivers.irat.line import IratLine
@@ -53,6 +55,7 @@ class Senses:
 
     def start(self) -> None:
         """Begin to feed the brain."""
+        self.close()
         self._running, self._here, self._watching = True, None, False
         self._thread = threading.Thread(target=self._loop, name="irat-senses", daemon=True)
         self._thread.start()
@@ -90,7 +93,8 @@ class Senses:
             self._await_picture(STEP_S + LATE_S if awake and self._watching else REST_S / 4)
             if not self._running or not self._line.bridge.is_open:
                 continue
-            self._watch(awake)
+            with contextlib.suppress(RobotError):  # the connection has just ended
+                self._watch(awake)
             self._keep(self.state())
             if awake or time.monotonic() - fed >= REST_S:
                 fed = time.monotonic()
@@ -110,11 +114,11 @@ class Senses:
         """Have pictures sent only while they are needed."""
         if awake == self._watching:
             return
-        self._watching = awake
         if awake:
             self._line.watch(self.take, STEP_S)
         else:
             self._line.unwatch()
+        self._watching = awake
 
     def _step(self, now: float) -> None:
         """Feed the brain with the way since the last step, and with the picture if there is a new one."""

@@ -119,7 +119,7 @@ class IratSimulator(Simulator):
             [PYTHON, "-m", "simulators.irat", "--dir", str(self.folder), "--seed", str(self.seed)], cwd=ROOT,
             stdout=subprocess.DEVNULL,
         )  # fmt: skip
-        wait_for((self.folder / "tty").exists, 60, "the iRat's simulator")
+        wait_for((self.folder / "tty").exists, 120, "the iRat's simulator, which compiles at its first start")
 
     @property
     def address(self) -> str:

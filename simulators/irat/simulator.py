@@ -44,6 +44,7 @@ class Simulator:
         self._keep()
         self._stage = Stage(not open_floor)
         self._eye = RobotCamera(self._stage, seed=seed)
+        self._eye.take(self.world.plant.frame)  # after an installation the first compiles the rasteriser: some seconds
         self._above: Overhead | None = None
         self._frozen: bytes | None = None
         self.pictures = 0
@@ -164,8 +165,7 @@ class Simulator:
     # pictures
 
     def _film(self) -> None:
-        """Take pictures while somebody subscribes to them; the first may have to compile the rasteriser."""
-        self._eye.take(self.world.plant.frame)
+        """Take pictures while somebody subscribes to them."""
         due = time.monotonic()
         while self._running:
             if CAMERA not in self.network.watched:

@@ -5,7 +5,6 @@ import time
 from itertools import pairwise
 from math import cos, dist, hypot, pi, sin
 
-import cv2
 import mujoco
 import numpy as np
 import pytest
@@ -13,47 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.description import load
-from robots.drivers.irat.markers import BITS, OUTER_IDS, SMALL_ID, turned
-from simulators.common.faults import FaultBoard
-from simulators.common.mesh import placed
 from simulators.irat import maze, scene, scenery
 from simulators.irat.battery import Battery
-from simulators.irat.cameras import RobotCamera, Stage
-from simulators.irat.dock import DOCKED_M
 from simulators.irat.drive import Drive, End
 from simulators.irat.maze import COLUMN, DOCK, HALF_M, STROKES, WALL_M, along_corridors, off_centre, walls
 from simulators.irat.plant import TICK_S, docked
 from simulators.irat.state import Kept, keep, restore
-from simulators.irat.world import World
+from tests.unit.irat_world import drive, rest, world
 
 MOTION = load("irat")["motion"]
 OPEN = (1.0, 0.8, 0.0)  # a place on the open floor
-
-
-def world(pose=None, seed=3, with_maze=True, faults=None):
-    noted = []
-    made = World(
-        lambda event, **more: noted.append({"event": event, **more}), faults or FaultBoard(), seed, pose, 1.0, with_maze
-    )
-    made.noted = noted
-    return made
-
-
-def drive(one, seconds, linear, angular=0.0):
-    for _ in range(round(seconds / TICK_S)):
-        one.drive.velocity(linear, angular, 1, one.now)
-        one.tick()
-
-
-def rest(one):
-    one.drive.hold()
-    for _ in range(100):
-        one.tick()
-
-
-@pytest.fixture(scope="module")
-def stage():
-    return Stage()
 
 
 # the maze
@@ -87,7 +55,7 @@ def test_the_letters_make_several_loops():
     assert nearest - half * 1.42 > load("irat")["body"]["width"] + 0.05, "the robot passes on all sides"
 
 
-def test_corridors_are_free_and_connected(stage):
+def test_corridors_are_free_and_connected():
     one = world()
     for x, y, heading in along_corridors(0.15):
         if dist((x, y), COLUMN[:2]) < 0.14:
@@ -125,95 +93,6 @@ def test_the_dock_is_seen_from_one_arm_of_the_u_only():
     assert len(seen) > 10
     assert max(p[0] for p in seen) < 0.4
     assert max(dist(p[:2], marker[:2]) for p in seen) > 1.2
-
-
-# the dock
-
-
-def test_a_robot_at_the_stop_charges_and_comes_out_backwards():
-    one = world()
-    rest(one)
-    assert one.charging
-    drive(one, 2.0, -0.1)
-    rest(one)
-    assert not one.charging
-    drive(one, 4.0, 0.1)
-    rest(one)
-    assert one.charging
-    assert [n["event"] for n in one.noted if "charging" in n["event"]] == ["charging", "not_charging", "charging"]
-
-
-@pytest.mark.parametrize(("aside", "ahead", "turn", "mates"), [
-    (0, 0, 0, True), (0.004, 0, 0, True), (0, 0.005, 0.05, True), (0.012, 0, 0, False), (0, 0, 0.35, False),
-    (0, 0.02, 0, False), (0, 0, pi, False),
-])  # fmt: skip
-def test_contacts_close_only_where_the_robot_is_square_enough(aside, ahead, turn, mates):
-    x, y, heading = docked()
-    one = world((x + aside, y - ahead, heading + turn))
-    assert all(one.plant.contacts) is mates
-
-
-@pytest.mark.parametrize(
-    ("aside", "turn", "docks"),
-    [(0, 0, True), (0.02, 0.05, True), (-0.02, -0.05, True), (0, 0.5, False), (0.06, -0.1, False)],
-)
-def test_the_funnel_leads_in_who_comes_nearly_straight(aside, turn, docks):
-    """Nobody steers here: at too acute an angle only one contact closes, as with some of the paper's."""
-    one = world((DOCK[0] + aside, 1.45, pi / 2 + turn))
-    drive(one, 6.0, 0.08)
-    assert one.charging is docks
-
-
-# the markers
-
-
-def distance(a, b):
-    return sum(p != q for x, y in zip(a, b, strict=True) for p, q in zip(x, y, strict=True))
-
-
-def turns(bits):
-    found = [bits]
-    for _ in range(3):
-        found.append(turned(found[-1]))
-    return found
-
-
-def test_codes_differ_from_each_other_and_from_themselves_turned():
-    for number, bits in enumerate(BITS):
-        assert min(distance(bits, other) for other in turns(bits)[1:]) >= 4
-        for other in range(number):
-            least = min(distance(bits, one) for one in turns(BITS[other]))
-            assert least == 1 if {number, other} == set(OUTER_IDS) else least >= 4
-
-
-def decoded(picture):
-    """Return the markers' numbers in a picture, enlarged three times, by OpenCV's own detector."""
-    codes = [cv2.aruco.Dictionary.getByteListFromBits(np.array(bits, np.uint8)) for bits in BITS]
-    detector = cv2.aruco.ArucoDetector(cv2.aruco.Dictionary(np.concatenate(codes), 3, 0))
-    large = cv2.resize(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY), None, fx=3, fy=3, interpolation=cv2.INTER_CUBIC)
-    numbers = detector.detectMarkers(large)[1]
-    return set() if numbers is None else {int(n) for n in numbers.ravel()}
-
-
-@pytest.mark.parametrize(
-    ("away", "wanted"),
-    [(1.4, "outer"), (1.0, "outer"), (0.6, "outer"), (0.25, "outer"), (0.1, "small"), (0.0, "small")],
-)
-def test_markers_can_be_read_in_the_robots_pictures(stage, away, wanted):
-    """From the pose in which it charges to 1.4 m before it, where the outer marker has 7.6 pixels."""
-    eye = RobotCamera(stage, seed=4)
-    found = [
-        decoded(eye.take(placed(DOCK[0] + 0.002 * (k % 5), DOCK[1] - DOCKED_M - away - 0.003 * k, 0, pi / 2)))
-        for k in range(10)
-    ]
-    ids = set(OUTER_IDS) if wanted == "outer" else {SMALL_ID}
-    assert sum(bool(f & ids) for f in found) >= 8
-
-
-def test_most_places_show_no_marker(stage):
-    eye = RobotCamera(stage)
-    false = sum(bool(decoded(eye.take(placed(x, y, 0, heading)))) for x, y, heading in along_corridors(0.3) if x > 0.5)
-    assert false <= 2
 
 
 # the battery
@@ -382,3 +261,13 @@ def test_a_state_is_kept(tmp_path):
 def test_the_scene_compiles_with_and_without_a_maze():
     assert scene.spec().compile().ngeom > 100 > scene.spec(with_maze=False).compile().ngeom
     assert maze.WIDTH_M > maze.HEIGHT_M
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), -0.21, 1e308])
+def test_the_motor_board_takes_no_velocity_outside_its_bounds(wrong):
+    board = Drive(lambda event, **more: None)
+    for linear, angular in ((wrong, 0.0), (0.0, wrong * 15)):
+        with pytest.raises(ValueError, match="no velocity"):
+            board.velocity(linear, angular, 1, 0.0)
+    assert board.step(0.02, 0.02, (0.0, 0.0), True) == (0.0, 0.0)
+    assert not board.moving

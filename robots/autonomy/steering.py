@@ -35,6 +35,7 @@ class Limits:
     half: tuple[float, float] = (0.085, 0.05)  # half the length and the width of the robot
     flank: float = 0.03  # room beside the body without which it does not turn to that side
     points: int = 60  # of the local map
+    bump_s: float = 25.0
     # a sensor that has seen nothing for so many metres (the outer two, the one ahead) counts as dead
     quiet: tuple[float, float] = (2.5, 8.0)
 
@@ -67,6 +68,8 @@ class Memory:
     wander: float = 0.0
     wander_s: float = 0.0
     troubled_s: float = 0.0
+    # where it stalled, in the same frame, and how many seconds more this is an obstacle: it may be too low to see
+    bumps: tuple[tuple[float, float, float], ...] = ()
     quiet: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m since the left, front, right sensor has seen anything
     points: tuple[tuple[float, float], ...] = ()  # the local map: where walls were, x ahead and y left of the axle (m)
 
@@ -105,7 +108,7 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     _check(sensed, dt, dice)
     sensed, memory = _alive(sensed, memory, dt, kept)
     memory = _wander(sensed, memory, dt, dice, kept)
-    memory = _stalling(sensed, memory, dt, kept)
+    memory = _stalling(sensed, replace(memory, bumps=_bumped(sensed, memory, dt)), dt, kept)
     memory = replace(memory, points=_mapped(sensed, memory, dt, kept))
     seen = _view(sensed, memory, kept)
     if not seen.alive:
@@ -170,7 +173,27 @@ def _stalling(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> Memory
     left = math.copysign(max(0.0, abs(memory.reversing_s) - dt), memory.reversing_s)
     if stalled < kept.stall_s:
         return replace(memory, stalled_s=stalled, reversing_s=left)
-    return replace(memory, stalled_s=0.0, reversing_s=-kept.reverse_s if left > 0.0 else kept.reverse_s, side=0)
+    bumps = memory.bumps
+    if memory.v > 0.0:
+        bumps += tuple((kept.half[0] + 0.01, y, kept.bump_s) for y in (-0.5 * kept.half[1], 0.5 * kept.half[1]))
+    reversing = -kept.reverse_s if left > 0.0 else kept.reverse_s
+    return replace(memory, stalled_s=0.0, reversing_s=reversing, side=0, bumps=bumps[-12:])
+
+
+def _bumped(sensed: Sensed, memory: Memory, dt: float) -> tuple[tuple[float, float, float], ...]:
+    """Return the places of stalls after a step."""
+    cos, sin, along = math.cos(sensed.w * dt), math.sin(sensed.w * dt), sensed.v * dt
+    return tuple(
+        (cos * (x - along) + sin * y, cos * y - sin * (x - along), left - dt)
+        for x, y, left in memory.bumps
+        if left > dt and max(abs(x), abs(y)) < 1.0
+    )
+
+
+def _blocked(memory: Memory, kept: Limits) -> bool:
+    """Tell whether a place where it stalled lies right ahead."""
+    long, wide = kept.half[0] + 0.06, kept.half[1] + 0.015
+    return any(0.0 < x < long and abs(y) < wide for x, y, _ in memory.bumps)
 
 
 def _mapped(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[tuple[float, float], ...]:
@@ -219,7 +242,9 @@ def _choose(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory]:
         return around
     behind = abs(seen.bearing) > (kept.ahead if memory.behind else kept.behind)
     if behind:
-        side = memory.side if memory.behind and memory.side else (1 if seen.bearing >= 0 else -1)
+        side = memory.side or (
+            1 if seen.bearing >= 0 else -1
+        )  # a turn that goes on keeps its side, else two would fight
         return Steer("behind", 0.0, side * kept.turn), replace(memory, behind=True, side=side)
     memory = replace(memory, behind=False, side=0)
     pace = kept.cruise * min(1.0, max(0.3, (seen.front - kept.front_near) / 0.15))
@@ -236,13 +261,15 @@ def _choose(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory]:
 def _obstacle(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory] | None:
     """Turn away from what is near, to one side until it is clear."""
     more = kept.clear if memory.side and not memory.behind else 0.0
-    ahead = seen.front < kept.front_near + more
+    if memory.behind:
+        more = -kept.clear  # it turns on the spot, which needs less room
+    ahead = seen.front < kept.front_near + more or _blocked(memory, kept)
     beside = min(seen.left, seen.right) < kept.side_near + more
     if not (ahead or beside):
         return None
-    side = memory.side if not memory.behind else 0
+    side = memory.side
     if not side:
         apart = seen.left - seen.right
         side = 1 if (apart > 0.0 if abs(apart) > 0.02 else seen.bearing >= 0.0) else -1
     v = -kept.slow if seen.front < kept.front_close else 0.0 if ahead else kept.slow
-    return Steer("obstacle", v, side * kept.turn), replace(memory, side=side, behind=False)
+    return Steer("obstacle", v, side * kept.turn), replace(memory, side=side)

@@ -141,7 +141,7 @@ def composed(a: Pose, b: Pose) -> Pose:
 def inverted(a: Pose) -> Pose:
     """Return the origin as seen from `a`."""
     cos, sin = math.cos(a[2]), math.sin(a[2])
-    return -cos * a[0] - sin * a[1], sin * a[0] - cos * a[1], -a[2]
+    return -cos * a[0] - sin * a[1], sin * a[0] - cos * a[1], wrapped(-a[2])
 
 
 def ring(apart: float, size: float) -> float:

@@ -20,7 +20,7 @@ from tests.conftest import wait_for
 from tests.drivers.irat_wire import journal, until
 from tests.drivers.pa10_wire import allow
 
-SMALL = 20  # experiences: a map of a few decimetres
+SMALL = 12  # experiences: a map of a few decimetres
 
 
 def explored(driver, experiences=SMALL, on_stage=lambda _: None):

@@ -6,6 +6,7 @@ import threading
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -45,6 +46,13 @@ def here(driver, **more):
     seen = driver.brain.newest
     x, y, _ = seen.pose
     return {"map": seen.map_number, "x": x, "y": y, "experience": seen.experience} | more
+
+
+def test_its_camera_is_seen_over_its_own_wire(rat_driver, irat):
+    picture = cv2.imdecode(np.frombuffer(rat_driver.picture("robot", 5), np.uint8), cv2.IMREAD_COLOR)
+    assert picture.shape == (240, 416, 3)
+    irat.fault("cam_gone")
+    assert rat_driver.picture("robot", 0.3) is None
 
 
 def test_its_state_is_what_the_robot_and_its_map_tell(rat_driver, irat):

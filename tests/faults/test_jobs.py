@@ -13,7 +13,7 @@ from queueing import services as queue
 from queueing.models import Account, Job, JobRun, QueueRobot
 from robots import bus
 from robots.clock import SYSTEM
-from robots.models import Command, Grant, Robot
+from robots.models import Command, Frame, Grant, Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
 from tests.packaged import SHUTTLE, installed_from
@@ -66,6 +66,7 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
             for child in children[::-1]:
                 child.kill()
         journal = [json.loads(line) for line in (robot.rig_dir / "journal.jsonl").read_text().splitlines()]
+    assert Frame.objects.filter(robot=robot, width=128, height=16).exists(), "its pictures come by its driver"
     refused, gave_up = (guest.job for guest in lost)
     assert (refused.state, refused.reason) == ("failed", "The rail ends before this place today.")
     assert (gave_up.state, gave_up.reason) == ("failed", "A leaf lies on the rail here.")

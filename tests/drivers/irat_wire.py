@@ -1,10 +1,13 @@
 """The iRat's wire as tests speak it by hand: rosbridge frames over one WebSocket."""
 
+import contextlib
 import itertools
 import json
+import threading
 import time
 from typing import ClassVar
 
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from robots.drivers.errors import GrantOver
@@ -66,6 +69,24 @@ class Hand:
         while time.monotonic() < until:
             self.drive(linear, angular)
             time.sleep(every_s)
+
+    @contextlib.contextmanager
+    def driving(self, **velocity):
+        """Drive in a thread meanwhile; whatever happens to the connection."""
+        over = threading.Event()
+
+        def work():
+            with contextlib.suppress(ConnectionClosed):
+                while not over.wait(0.05):
+                    self.drive(**velocity)
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
 
     def complaint(self, seconds=5.0):
         return self.hear(lambda frame: frame["op"] == "status", seconds)["msg"]

@@ -36,6 +36,7 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     kept = limits or Limits()
     _check(sensed, dt, dice)
     sensed, memory = _alive(sensed, memory, dt, kept)
+    sensed, memory = _freed(sensed, memory, dt, kept)
     memory = _wander(sensed, memory, dt, dice, kept)
     memory = _stalling(sensed, replace(memory, bumps=bumped(sensed, memory, dt)), dt, kept)
     memory = replace(memory, points=mapped(sensed, memory, dt, kept))
@@ -64,6 +65,17 @@ def _check(sensed: Sensed, dt: float, dice: float) -> None:
             raise ValueError(f"{name} must be a number of at most {most:g}, not {value!r:.30}.")
     if not (0.0 <= dt <= 1.0 and 0.0 <= dice < 1.0):
         raise ValueError(f"dt must lie in 0 to 1 s and dice in 0 to 1, not {dt!r:.30} and {dice!r:.30}.")
+
+
+def _freed(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[Sensed, Memory]:
+    """Explore for a while if the robot only turns to and fro, as at a waypoint that the map shows behind a wall."""
+    idle = memory.idle_s + dt if abs(sensed.v) < 0.03 else max(0.0, memory.idle_s - 2 * dt)
+    free = max(0.0, memory.free_s - dt)
+    if sensed.bearing is None:
+        return sensed, replace(memory, idle_s=0.0, free_s=0.0)
+    if idle > kept.idle_s:
+        idle, free = 0.0, kept.free_s
+    return (replace(sensed, bearing=None) if free else sensed), replace(memory, idle_s=idle, free_s=free)
 
 
 def _alive(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[Sensed, Memory]:

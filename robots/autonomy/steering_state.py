@@ -28,6 +28,8 @@ class Limits:
     stall_s: float = 0.5
     reverse_s: float = 1.2
     wander_s: float = 12.0
+    idle_s: float = 8.0  # so long without getting on: the goal's direction is given up
+    free_s: float = 6.0  # for so long
     sensors: tuple[float, float] = (0.035, math.radians(45))  # m ahead of the axle, and the angle of the outer two
     half: tuple[float, float] = (0.085, 0.05)  # half the length and the width of the robot
     flank: float = 0.03  # room beside the body without which it does not turn to that side
@@ -65,6 +67,8 @@ class Memory:
     wander: float = 0.0
     wander_s: float = 0.0
     troubled_s: float = 0.0
+    idle_s: float = 0.0
+    free_s: float = 0.0  # still to explore, because the way to the goal led nowhere
     # where it stalled, in the same frame, and how many seconds more this is an obstacle: it may be too low to see
     bumps: tuple[tuple[float, float, float], ...] = ()
     quiet: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m since the left, front, right sensor has seen anything

@@ -62,7 +62,7 @@ def test_sine_and_cosine_of_the_relaxation_are_the_library_s(angle):
     assert sine_cosine(angle) == pytest.approx((math.sin(angle), math.cos(angle)), abs=1e-15)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=35, deadline=None)
 @given(steps)
 def test_relaxing_keeps_every_pose_finite_and_every_two_linked_once(moves):
     held = driven(moves)
@@ -129,7 +129,7 @@ def test_a_long_rest_counts_as_ten_seconds():
     assert held.durations[0] == pytest.approx(12.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=35, deadline=None)
 @given(steps, st.frozensets(st.integers(0, 40), max_size=4), st.floats(0.05, 1.0))
 def test_pruning_leaves_one_a_place_connected_and_keeps_what_is_protected(moves, protected, square):
     held = driven(moves, MapSettings(square_m=square, headings=4))

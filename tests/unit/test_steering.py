@@ -202,6 +202,16 @@ class Plane:
         return metres, touches, (x, y)
 
 
+def test_a_goal_that_stays_behind_whatever_it_does_is_left_alone_for_a_while():
+    memory, metres, v = Memory(), 0.0, 0.0
+    for n in range(200):
+        chosen, memory = steer(replace(OPEN, v=v, w=memory.w, bearing=3.0), memory, DT, (n * 0.37) % 1)
+        v = chosen.v
+        metres += v * DT
+        assert metres == 0.0 or n * DT > KEPT.idle_s - 0.5
+    assert metres > 0.5
+
+
 def test_exploring_touches_no_wall():
     metres, touches, _ = Plane().drive(90)
     assert metres > 8 and touches == 0

@@ -13,7 +13,7 @@ SEEN_SD = 0.15  # rad: how well the pose cells tell the heading beside an experi
 DRIFT_SD = 0.002, 0.01  # how much the two numbers may change from one use to the next
 LEAST_M = 0.5  # a shorter way tells nothing, and a use so soon after another nothing new
 GATE = 3.0  # standard deviations
-SCALE_MOST, BEND_MOST = 0.1, 0.5  # no wheels of this kind are worse
+SCALE_MOST, BEND_MOST = 0.1, 1.0  # no wheels of this kind are worse
 PATIENCE = 5  # disagreements, less agreements, after which what was learnt is given up
 
 

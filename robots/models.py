@@ -100,7 +100,8 @@ class Robot(models.Model):
         """Return the settings handed to the driver of the owner with that epoch."""
         token = os.environ.get(f"FARHAND_TOKEN_{self.slug.upper().replace('-', '_')}")  # secrets are not stored in rows
         more = {"speed": self.speed, "boxes": self.boxes, "token": token}
-        return {"epoch": epoch} | {name: value for name, value in more.items() if value}
+        folder = str(Path(settings.VAR) / "robots" / self.slug)
+        return {"epoch": epoch, "folder": folder} | {name: value for name, value in more.items() if value}
 
     def camera_address(self, index: int) -> str:
         """Return the address of one of its cameras; empty for a simulated camera or one that it does not have."""

@@ -46,6 +46,10 @@ class OwnedRobot:
     def _frame(self, way: str, data: bytes, words: str) -> None:
         self._trace(way, data, words, getattr(self.driver, "line", None))
 
+    def picture(self, view: str, seconds: float) -> bytes | None:
+        """Return a picture that comes over the robot's own wire, None if there is none in so many seconds."""
+        return self.driver.picture(view, seconds)
+
     def refresh(self) -> bool:
         """Read the row again. Return True if the change needs a new driver."""
         old, self.robot = self.robot, Robot.objects.get(pk=self.robot.pk)

@@ -71,7 +71,7 @@ class Owner:
         self.owned = OwnedRobot(robot, self.lease, clock, trace.publish, self.streams)
         self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
         self.deadman = DeadManTimer(clock)
-        self.pictures = Pictures(robot, clock)
+        self.pictures = Pictures(robot, clock, self.owned.picture)
         self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
         self.threads = Threads(self.owned, self.watch.leave)
         recovery = Recovery(self.owned, self.lease, self.lane.gate, self.pictures)

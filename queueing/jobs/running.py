@@ -62,6 +62,8 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
         end(queue, job, JobState.CANCELLED, "Cancelled.", used, now)
     elif stopped:
         end(queue, job, JobState.CANCELLED, "The robot was stopped.", used, now)
+    elif command is not None and command.result.get("code"):  # the robot's own word: again would end alike
+        end(queue, job, JobState.FAILED, reason, used if state == CommandState.FAILED else 0.0, now)
     elif grant.end_code == GrantEnd.TIME_UP and state != CommandState.EXPIRED:
         end(queue, job, JobState.FAILED, "It took longer than a job is allowed to.", used, now)
     else:

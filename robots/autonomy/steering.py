@@ -6,78 +6,10 @@ Pure: what it must remember goes in and comes out. Angles in rad, left positive;
 import math
 from dataclasses import dataclass, replace
 
+from robots.autonomy.local_map import blocked, bumped, mapped, past
+from robots.autonomy.steering_state import Limits, Memory, Sensed, Steer, plausible
 
-@dataclass(frozen=True)
-class Limits:
-    """Speeds and distances of one robot. The defaults are the iRat's: ranges are measured from 5 cm behind its nose."""
-
-    cruise: float = 0.15
-    slow: float = 0.05
-    turn: float = 1.5
-    step: float = 1.5  # m/s by which the forward speed may grow in a second; it may always fall
-    front_near: float = 0.12  # an obstacle
-    front_close: float = 0.075  # no room to turn: back off
-    side_near: float = 0.09
-    clear: float = 0.03  # by which it must be farther again
-    wall: float = 0.29  # a wall is there
-    keep: float = 0.19  # the range to a followed wall, 45 degrees off: 0.13 m beside the robot
-    far: float = 0.40
-    centre_gain: float = 6.0
-    wall_gain: float = 7.0
-    heading_gain: float = 2.0
-    behind: float = math.radians(100)
-    ahead: float = math.radians(50)  # the goal is behind no more
-    stalled_below: float = 0.2  # share of the commanded speed
-    stall_s: float = 0.5
-    reverse_s: float = 1.2
-    wander_s: float = 12.0
-    sensors: tuple[float, float] = (0.035, math.radians(45))  # m ahead of the axle, and the angle of the outer two
-    half: tuple[float, float] = (0.085, 0.05)  # half the length and the width of the robot
-    flank: float = 0.03  # room beside the body without which it does not turn to that side
-    points: int = 60  # of the local map
-    # a sensor that has seen nothing for so many metres (the outer two, the one ahead) counts as dead
-    quiet: tuple[float, float] = (2.5, 8.0)
-
-
-@dataclass(frozen=True)
-class Sensed:
-    """Ranges (m), None or no plausible number from a dead sensor; measured speeds; the waypoint's bearing.
-
-    Without a bearing the robot explores.
-    """
-
-    left: float | None
-    front: float | None
-    right: float | None
-    v: float
-    w: float
-    bearing: float | None
-
-
-@dataclass(frozen=True)
-class Memory:
-    """What was decided before. `troubled_s`: how long nothing but stalls and obstacles."""
-
-    v: float = 0.0
-    w: float = 0.0
-    stalled_s: float = 0.0
-    reversing_s: float = 0.0  # still to reverse; below zero: to go ahead, because the tail was stuck
-    side: int = 0  # of a turn that goes on: 1 left, -1 right
-    behind: bool = False
-    wander: float = 0.0
-    wander_s: float = 0.0
-    troubled_s: float = 0.0
-    quiet: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m since the left, front, right sensor has seen anything
-    points: tuple[tuple[float, float], ...] = ()  # the local map: where walls were, x ahead and y left of the axle (m)
-
-
-@dataclass(frozen=True)
-class Steer:
-    """A velocity and the state it comes from: stall, obstacle, behind, corridor, wall, default, or blind."""
-
-    state: str
-    v: float
-    w: float
+__all__ = ["Limits", "Memory", "Sensed", "Steer", "steer"]
 
 
 @dataclass(frozen=True)
@@ -104,20 +36,21 @@ def steer(sensed: Sensed, memory: Memory, dt: float, dice: float, limits: Limits
     kept = limits or Limits()
     _check(sensed, dt, dice)
     sensed, memory = _alive(sensed, memory, dt, kept)
+    sensed, memory = _freed(sensed, memory, dt, kept)
     memory = _wander(sensed, memory, dt, dice, kept)
-    memory = _stalling(sensed, memory, dt, kept)
-    memory = replace(memory, points=_mapped(sensed, memory, dt, kept))
+    memory = _stalling(sensed, replace(memory, bumps=bumped(sensed, memory, dt)), dt, kept)
+    memory = replace(memory, points=mapped(sensed, memory, dt, kept))
     seen = _view(sensed, memory, kept)
     if not seen.alive:
         return Steer("blind", 0.0, 0.0), replace(memory, v=0.0, w=0.0, side=0)
     chosen, memory = _choose(seen, memory, kept)
     most = min(kept.cruise, max(0.0, memory.v) + kept.step * dt)
-    if sensed.front is None or not _plausible(sensed.front):
+    if sensed.front is None or not plausible(sensed.front):
         most = min(most, kept.slow)  # what is ahead is not known
     v = max(-kept.slow, min(chosen.v, most))
     w = max(-kept.turn, min(chosen.w, kept.turn))
     if chosen.state in ("corridor", "wall", "default"):
-        allowed = _past(w, memory.points, kept)
+        allowed = past(w, memory.points, kept)
         v = max(v, min(kept.slow, most)) if allowed != w else v  # past it first, else it would stand there for ever
         w = allowed
     trouble = chosen.state in ("stall", "obstacle")
@@ -134,15 +67,22 @@ def _check(sensed: Sensed, dt: float, dice: float) -> None:
         raise ValueError(f"dt must lie in 0 to 1 s and dice in 0 to 1, not {dt!r:.30} and {dice!r:.30}.")
 
 
-def _plausible(distance: float | None) -> bool:
-    return distance is not None and bool(0.0 < distance < 100.0)
+def _freed(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[Sensed, Memory]:
+    """Explore for a while if the robot only turns to and fro, as at a waypoint that the map shows behind a wall."""
+    idle = memory.idle_s + dt if abs(sensed.v) < 0.03 else max(0.0, memory.idle_s - 2 * dt)
+    free = max(0.0, memory.free_s - dt)
+    if sensed.bearing is None:
+        return sensed, replace(memory, idle_s=0.0, free_s=0.0)
+    if idle > kept.idle_s:
+        idle, free = 0.0, kept.free_s
+    return (replace(sensed, bearing=None) if free else sensed), replace(memory, idle_s=idle, free_s=free)
 
 
 def _alive(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[Sensed, Memory]:
     """Take a sensor for dead that only says "far" over a long way: in corridors there is always something."""
     ranges, gone = (sensed.left, sensed.front, sensed.right), abs(sensed.v) * dt
     quiet = [
-        far + gone if found is not None and _plausible(found) and found >= 0.99 * kept.far else 0.0
+        far + gone if found is not None and plausible(found) and found >= 0.99 * kept.far else 0.0
         for found, far in zip(ranges, memory.quiet, strict=True)
     ]
     most = kept.quiet[0], kept.quiet[1], kept.quiet[0]
@@ -170,38 +110,20 @@ def _stalling(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> Memory
     left = math.copysign(max(0.0, abs(memory.reversing_s) - dt), memory.reversing_s)
     if stalled < kept.stall_s:
         return replace(memory, stalled_s=stalled, reversing_s=left)
-    return replace(memory, stalled_s=0.0, reversing_s=-kept.reverse_s if left > 0.0 else kept.reverse_s, side=0)
-
-
-def _mapped(sensed: Sensed, memory: Memory, dt: float, kept: Limits) -> tuple[tuple[float, float], ...]:
-    """Return the local map after a step: old points moved back as the robot moved, and what is seen now."""
-    turned, along = sensed.w * dt, sensed.v * dt
-    cos, sin = math.cos(turned), math.sin(turned)
-    moved = ((cos * (x - along) + sin * y, cos * y - sin * (x - along)) for x, y in memory.points)
-    held = [(x, y) for x, y in moved if abs(x) < kept.far and abs(y) < kept.far]
-    for distance, side in ((sensed.left, 1), (sensed.front, 0), (sensed.right, -1)):
-        if distance is not None and _plausible(distance) and distance < 0.95 * kept.far:
-            angle = side * kept.sensors[1]
-            held.append((kept.sensors[0] + distance * math.cos(angle), distance * math.sin(angle)))
-    return tuple(held[-kept.points :])
-
-
-def _past(w: float, points: tuple[tuple[float, float], ...], kept: Limits) -> float:
-    """Return the turn without what would bring the flank against a wall that the sensors have passed already."""
-    long, wide = kept.half[0] + 0.02, kept.half[1]
-    beside = [y for x, y in points if -long < x < long]
-    left = min((y for y in beside if y > 0), default=1.0) - wide
-    right = min((-y for y in beside if y < 0), default=1.0) - wide
-    return min(w, 0.0) if w > 0 and left < kept.flank else max(w, 0.0) if w < 0 and right < kept.flank else w
+    bumps = memory.bumps
+    if memory.v > 0.0:
+        bumps += tuple((kept.half[0] + 0.01, y, kept.bump_s) for y in (-0.5 * kept.half[1], 0.5 * kept.half[1]))
+    reversing = -kept.reverse_s if left > 0.0 else kept.reverse_s
+    return replace(memory, stalled_s=0.0, reversing_s=reversing, side=0, bumps=bumps[-12:])
 
 
 def _view(sensed: Sensed, memory: Memory, kept: Limits) -> _View:
     ranges = [sensed.left, sensed.front, sensed.right]
-    known = [kept.far if r is None or not _plausible(r) else min(r, kept.far) for r in ranges]
+    known = [kept.far if r is None or not plausible(r) else min(r, kept.far) for r in ranges]
     bearing = memory.wander if sensed.bearing is None else math.remainder(sensed.bearing, 2 * math.pi)
-    dead = _plausible(sensed.left) - _plausible(sensed.right)
+    dead = plausible(sensed.left) - plausible(sensed.right)
     freer = dead or (1 if known[0] > known[2] else -1)
-    return _View(known[0], known[1], known[2], sum(map(_plausible, ranges)), bearing, freer)
+    return _View(known[0], known[1], known[2], sum(map(plausible, ranges)), bearing, freer)
 
 
 def _choose(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory]:
@@ -219,7 +141,9 @@ def _choose(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory]:
         return around
     behind = abs(seen.bearing) > (kept.ahead if memory.behind else kept.behind)
     if behind:
-        side = memory.side if memory.behind and memory.side else (1 if seen.bearing >= 0 else -1)
+        side = memory.side or (
+            1 if seen.bearing >= 0 else -1
+        )  # a turn that goes on keeps its side, else two would fight
         return Steer("behind", 0.0, side * kept.turn), replace(memory, behind=True, side=side)
     memory = replace(memory, behind=False, side=0)
     pace = kept.cruise * min(1.0, max(0.3, (seen.front - kept.front_near) / 0.15))
@@ -236,13 +160,15 @@ def _choose(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory]:
 def _obstacle(seen: _View, memory: Memory, kept: Limits) -> tuple[Steer, Memory] | None:
     """Turn away from what is near, to one side until it is clear."""
     more = kept.clear if memory.side and not memory.behind else 0.0
-    ahead = seen.front < kept.front_near + more
+    if memory.behind:
+        more = -kept.clear  # it turns on the spot, which needs less room
+    ahead = seen.front < kept.front_near + more or blocked(memory, kept)
     beside = min(seen.left, seen.right) < kept.side_near + more
     if not (ahead or beside):
         return None
-    side = memory.side if not memory.behind else 0
+    side = memory.side
     if not side:
         apart = seen.left - seen.right
         side = 1 if (apart > 0.0 if abs(apart) > 0.02 else seen.bearing >= 0.0) else -1
     v = -kept.slow if seen.front < kept.front_close else 0.0 if ahead else kept.slow
-    return Steer("obstacle", v, side * kept.turn), replace(memory, side=side, behind=False)
+    return Steer("obstacle", v, side * kept.turn), replace(memory, side=side)

@@ -56,8 +56,8 @@ class Session(ABC):
     """The base of every driver. The constructor opens nothing; six methods are a robot's own.
 
     `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a `speed`,
-    forbidden `boxes` and a secret `token`. `trace` is told of each message on the wire: direction,
-    bytes, words.
+    forbidden `boxes`, a secret `token`, and `folder`, where a driver may keep files between its runs. `trace`
+    is told of each message on the wire: direction, bytes, words.
     """
 
     _latest: RobotState | None = None
@@ -103,6 +103,13 @@ class Session(ABC):
         permit()
         self.close()
         return self.connect()
+
+    def picture(self, view: str, seconds: float) -> bytes | None:
+        """Return the first JPEG or PNG of a camera that was taken from now on, None if none is in so many seconds.
+
+        Only for cameras whose pictures come over the robot's own wire: `[camera] by_driver = true`. Any thread.
+        """
+        return None
 
     def latest(self) -> RobotState | None:
         """Return the newest state that was kept, without asking the hardware."""

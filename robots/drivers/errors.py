@@ -77,6 +77,12 @@ class Replaced(Held):
     code = "replaced"
 
 
+class GaveUp(RobotError):
+    """The robot is in order but did not manage what it was asked; it is not tried again by itself."""
+
+    code = "gave_up"
+
+
 class HardwareFault(RobotError):
     """The robot did not do what was asked, or does not answer."""
 

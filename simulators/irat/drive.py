@@ -39,7 +39,14 @@ class Drive:
         self.motion, self.end = 0, End.NONE
 
     def velocity(self, linear: float, angular: float, epoch: int, now: float) -> None:
-        """Drive with these (m/s, rad/s) until the next velocity, at most for 0.25 s; both are inside their bounds."""
+        """Drive with these (m/s, rad/s) until the next velocity, at most for 0.25 s.
+
+        Raises:
+            ValueError: outside their bounds, or no numbers.
+
+        """
+        if not (abs(linear) <= self._motion["speed"] and abs(angular) <= self._motion["turn"]):
+            raise ValueError(f"no velocity of this robot: {linear} m/s, {angular} rad/s")
         self._wanted, self._said = (linear - angular * self._half, linear + angular * self._half), now
         if not self.moving and self._wanted != (0.0, 0.0):
             self.moving, self.motion, self.end = True, self.motion + 1, End.NONE

@@ -19,6 +19,8 @@ HALF_M = 0.15  # of a corridor
 WALL_M, WALL_HIGH_M = 0.03, 0.15
 DOCK = (0.2, 1.80, -np.pi / 2)  # m, m, rad
 COLUMN = (1.38, 0.73, 0.04)  # of blocks, in the open place of the Q: x, y, half its side (m)
+BOARD = (-0.12, -0.12, WIDTH_M + 0.12, HEIGHT_M + 0.12)  # what the maze stands on: x, y, x, y
+OPEN_FLOOR = (DOCK[0] - 2.0, DOCK[1] - 2.6, DOCK[0] + 2.0, DOCK[1] + 0.4)  # the board without a maze
 GRAIN_M = 0.001  # of the plan from which the walls are traced
 ROUGH_M = 0.004  # how far a wall may be beside the plan
 

@@ -9,7 +9,7 @@ import numpy as np
 from robots.description import load
 from simulators.irat.dock import GUIDE_HIGH_M, GUIDES, STOP_HIGH_M, STOP_M
 from simulators.irat.drawings import BOARD_M
-from simulators.irat.maze import COLUMN, DOCK, HEIGHT_M, WALL_HIGH_M, WALL_M, WIDTH_M, Wall, walls
+from simulators.irat.maze import BOARD, COLUMN, DOCK, OPEN_FLOOR, WALL_HIGH_M, WALL_M, Wall, walls
 
 STEP_S = 0.004
 WHEELS = ("left", "right")
@@ -37,7 +37,7 @@ def spec(with_maze: bool = True) -> Any:
             _wall(made, wall)
         x, y, half = COLUMN
         _box(made, (x, y, 0.1), (half, half, 0.1), 0.0)
-    _edges(made)
+    _edges(made, BOARD if with_maze else OPEN_FLOOR)
     _robot(made)
     return made
 
@@ -56,13 +56,13 @@ def _wall(made: Any, wall: Wall) -> None:
     _box(made, middle, (length / 2, WALL_M / 2, WALL_HIGH_M / 2), heading)
 
 
-def _edges(made: Any) -> None:
+def _edges(made: Any, board: tuple[float, float, float, float]) -> None:
     """Stand a rim around the board, so that nothing can leave it."""
-    for x, y, a, b in (
-        (-0.14, HEIGHT_M / 2, 0.02, 1.2), (WIDTH_M + 0.14, HEIGHT_M / 2, 0.02, 1.2),
-        (WIDTH_M / 2, -0.14, 1.3, 0.02), (WIDTH_M / 2, HEIGHT_M + 0.14, 1.3, 0.02),
-    ):  # fmt: skip
-        _box(made, (x, y, 0.05), (a, b, 0.05), 0.0)
+    x, y, a, b = board
+    middle_x, middle_y, half_x, half_y = (x + a) / 2, (y + b) / 2, (a - x) / 2 + 0.04, (b - y) / 2 + 0.04
+    for side in (-1, 1):
+        _box(made, (middle_x + side * (half_x - 0.02), middle_y, 0.05), (0.02, half_y, 0.05), 0.0)
+        _box(made, (middle_x, middle_y + side * (half_y - 0.02), 0.05), (half_x, 0.02, 0.05), 0.0)
 
 
 def _dock(made: Any) -> None:

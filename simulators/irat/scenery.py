@@ -8,7 +8,7 @@ from simulators.common.mesh import WHITE, Colour, Mesh, box, joined, lid, placed
 from simulators.common.texture import Atlas
 from simulators.irat import drawings, hall
 from simulators.irat.dock import GUIDE_HIGH_M, GUIDES, SPRINGS, STOP_HIGH_M, STOP_M
-from simulators.irat.maze import COLUMN, DOCK, HEIGHT_M, WALL_HIGH_M, WIDTH_M, Wall, walls
+from simulators.irat.maze import BOARD, COLUMN, DOCK, HEIGHT_M, OPEN_FLOOR, WALL_HIGH_M, WIDTH_M, Wall, walls
 
 HALL_M, HIGH_M, TABLE_M = 6.4, 3.2, 0.75
 STICKER_M, LEAST_STICKER_M, STICKERS, EVERY_M = 0.10, 0.05, 40, 0.24
@@ -107,10 +107,10 @@ def dock(picture: int) -> Mesh:
     return joined(*parts)
 
 
-def surroundings(atlas: Atlas) -> Mesh:
-    """Return the board on its table, and the hall."""
+def surroundings(atlas: Atlas, board_m: tuple[float, float, float, float]) -> Mesh:
+    """Return the board (x, y, x, y; m) on its table, and the hall."""
     board, floor, roof = (atlas.add(p) for p in (drawings.melamine(), drawings.parquet(), drawings.ceiling()))
-    (x, y), (a, b) = (-0.12, -0.12), (WIDTH_M + 0.12, HEIGHT_M + 0.12)
+    x, y, a, b = board_m
     tiles = np.array([[0, 4], [4, 4], [4, 0], [0, 0]])
     parts = [quad([(x, y, 0), (a, y, 0), (a, b, 0), (x, b, 0)], WHITE, board, tiles, light=1.0)]
     parts.append(box((x, y, -0.06), (a, b, -0.0005), (96, 70, 48)))
@@ -154,7 +154,10 @@ def decoys(texture: int) -> tuple[Mesh, ...]:
 def everything(atlas: Atlas, with_maze: bool = True) -> tuple[Mesh, tuple[Mesh, ...]]:
     """Return all that does not move, and false markers; without a maze the dock stands alone on the board."""
     board = atlas.add(drawings.dock_board())
-    parts = [surroundings(atlas), dock(board).moved(placed(DOCK[0], DOCK[1], 0, DOCK[2]))]
+    parts = [
+        surroundings(atlas, BOARD if with_maze else OPEN_FLOOR),
+        dock(board).moved(placed(DOCK[0], DOCK[1], 0, DOCK[2])),
+    ]
     if not with_maze:
         return joined(*parts), ()
     return joined(*parts, maze(atlas), things()), decoys(board)

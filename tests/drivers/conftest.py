@@ -2,11 +2,12 @@ import time
 
 import pytest
 
+from robots.drivers.irat.driver import Driver as IratDriver
 from robots.drivers.mercury.driver import Driver
 from robots.drivers.pa10.driver import Driver as ArmDriver
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
-from tests.drivers.irat_wire import Hand
+from tests.drivers.irat_wire import EPOCHS, Hand
 from tests.drivers.pa10_wire import Terminal, allow, do
 from tests.faults.proof import Proof
 from tests.rig import ArmSimulator, IratSimulator, Simulator
@@ -141,3 +142,23 @@ def irat(rat):
 def hand(irat):
     """A stranger who speaks the iRat's wire by hand."""
     return Hand(irat)
+
+
+@pytest.fixture(scope="session")
+def rat_owner(tmp_path_factory, rat):
+    """One driver for all tests, because its brain is a process that takes long to start."""
+    made = IratDriver(str(rat.folder / "tty"), {"epoch": next(EPOCHS), "folder": str(tmp_path_factory.mktemp("irat"))})
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def rat_driver(irat, rat_owner):
+    """The iRat's driver, connected anew, with the map of the tests before."""
+    rat_owner.on_packet = None
+    rat_owner.senses.close()
+    rat_owner.line.close()
+    rat_owner.connect()
+    wait_for(lambda: rat_owner.state().ready and rat_owner.senses.seeing, 120, "the brain")
+    irat.forget()
+    return rat_owner

@@ -1,11 +1,16 @@
 """The iRat's wire as tests speak it by hand: rosbridge frames over one WebSocket."""
 
+import contextlib
 import itertools
 import json
+import threading
 import time
 from typing import ClassVar
 
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
+
+from robots.drivers.errors import GrantOver
 
 NUMBERS = itertools.count(1)
 EPOCHS = itertools.count(2**40 + time.monotonic_ns() // 1000)  # larger than what a fuzzer thinks of
@@ -65,6 +70,24 @@ class Hand:
             self.drive(linear, angular)
             time.sleep(every_s)
 
+    @contextlib.contextmanager
+    def driving(self, **velocity):
+        """Drive in a thread meanwhile; whatever happens to the connection."""
+        over = threading.Event()
+
+        def work():
+            with contextlib.suppress(ConnectionClosed):
+                while not over.wait(0.05):
+                    self.drive(**velocity)
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
+
     def complaint(self, seconds=5.0):
         return self.hear(lambda frame: frame["op"] == "status", seconds)["msg"]
 
@@ -81,3 +104,14 @@ class Hand:
 
 def journal(sim, event):
     return [record for record in sim.journal() if record["event"] == event]
+
+
+def until(seconds):
+    """A permit that ends after so many seconds."""
+    end = time.monotonic() + seconds
+
+    def permit():
+        if time.monotonic() >= end:
+            raise GrantOver("The turn is over.")
+
+    return permit

@@ -32,17 +32,17 @@ def test_a_stale_epoch_is_refused_after_the_newer_one_has_gone(irat, hand):
 
 def test_a_newer_epoch_replaces_the_commander_and_brakes_first(irat, hand):
     hand.claim()
-    hand.drive_for(0.4, linear=0.15)
-    newer = Hand(irat)
-    epoch = next(EPOCHS)
-    assert newer.claim(epoch)["success"]
-    wait_for(lambda: irat.count("rest"), 3, "rest")
+    newer, epoch = Hand(irat), next(EPOCHS)
+    with hand.driving(linear=0.15):
+        wait_for(lambda: irat.status()["moving"], 5, "the motion")
+        assert newer.claim(epoch)["success"]
+        wait_for(lambda: not irat.status()["moving"], 3, "rest")
     assert journal(irat, "rest")[-1]["end"] == "replaced"
-    hand.drive(linear=0.15)
+    begun = irat.count("motion")
     assert f"epoch {epoch} commands now" in hand.complaint()
     assert "claim the robot first" in hand.complaint()
     newer.drive(angular=0.5)
-    wait_for(lambda: irat.count("motion") == 2, 3, "the newer one's motion")
+    wait_for(lambda: irat.count("motion") == begun + 1, 3, "the newer one's motion")
     assert journal(irat, "motion")[-1]["epoch"] == epoch
 
 
@@ -57,10 +57,11 @@ def test_the_same_epoch_again_waits_until_the_first_is_silent(irat, hand):
 
 def test_a_loss_of_power_forgets_claims_and_ends_connections(irat, hand):
     hand.claim()
-    hand.drive_for(0.3, linear=0.1)
     before = irat.status()
-    irat.fault("power_cycle", count=1)
-    wait_for(lambda: irat.status()["boot"] == before["boot"] + 1, 3, "the power")
+    with hand.driving(linear=0.1):
+        wait_for(lambda: irat.status()["moving"], 5, "the motion")
+        irat.fault("power_cycle", count=1)
+        wait_for(lambda: irat.status()["boot"] == before["boot"] + 1, 3, "the power")
     assert irat.status()["epoch"] == 0
     assert journal(irat, "rest")[-1]["end"] == "lost"
     with pytest.raises(ConnectionClosed):

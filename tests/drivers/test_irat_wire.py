@@ -2,7 +2,6 @@
 
 import base64
 import io
-import threading
 import time
 from pathlib import Path
 
@@ -79,6 +78,7 @@ def test_velocities_drive_the_wheels_and_are_told(irat, hand):
     assert max(places) == pytest.approx(way, rel=0.15), "dead reckoning is near the truth after so short a way"
 
 
+@pytest.mark.alone  # judged by fractions of a second
 def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(irat, hand):
     hand.claim()
     hand.drive(linear=0.15)
@@ -92,7 +92,6 @@ def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(irat, hand):
 def test_zero_velocity_ends_a_motion(irat, hand):
     hand.claim()
     hand.drive(angular=1.0)
-    time.sleep(0.1)
     hand.drive()
     wait_for(lambda: irat.count("rest"), 5, "rest")
     assert journal(irat, "rest")[-1]["end"] == "done"
@@ -101,7 +100,8 @@ def test_zero_velocity_ends_a_motion(irat, hand):
 
 def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, hand):
     hand.claim()
-    hand.drive_for(0.6, linear=0.2)
+    with hand.driving(linear=0.2):
+        wait_for(lambda: abs(irat.status()["rims"][0]) > 0.1, 5, "a fast robot")
     hand.drive(linear=0.2)
     hand.say("call_service", id="hold", service="/irat/hold")
     hand.drive(linear=0.2)
@@ -113,8 +113,9 @@ def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, hand)
     assert held["t"] <= rest["t"] <= answered
     assert rest["end"] == "held"
     assert any("being held" in f.get("msg", "") for f in hand.heard if f["op"] == "status")
+    begun = irat.count("motion")
     time.sleep(0.4)
-    assert irat.count("motion") == 1, "what was said before the answer starts nothing later"
+    assert irat.count("motion") == begun, "what was said before the answer starts nothing later"
 
 
 def test_everybody_may_hold_and_nobody_else_drives(irat, hand):
@@ -123,12 +124,10 @@ def test_everybody_may_hold_and_nobody_else_drives(irat, hand):
     other.drive(linear=0.1)
     assert "claim the robot first" in other.complaint()
     assert irat.count("motion") == 0
-    driver = threading.Thread(target=hand.drive_for, args=(1.0, 0.1))
-    driver.start()
-    wait_for(lambda: irat.status()["moving"], 3, "the motion")
-    assert other.call("/irat/hold")["values"]["success"]
-    driver.join()
-    assert journal(irat, "rest")[0]["end"] == "held"
+    with hand.driving(linear=0.1):
+        wait_for(lambda: irat.status()["moving"], 5, "the motion")
+        assert other.call("/irat/hold")["values"]["success"]
+    assert any(record["end"] == "held" for record in journal(irat, "rest"))
 
 
 def test_a_hold_at_rest_is_answered_at_once(hand):

@@ -13,7 +13,7 @@ from queueing import services as queue
 from queueing.models import Account, Job, JobRun, QueueRobot
 from robots import bus
 from robots.clock import SYSTEM
-from robots.models import Command, Grant, Robot
+from robots.models import Command, Frame, Grant, Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
 from tests.packaged import SHUTTLE, installed_from
@@ -60,16 +60,25 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
                 return all(done)
 
             wait_for(served, 120, "both guests are served")
+            lost = [Guest("192.0.2.7", [1.75]), Guest("192.0.2.8", [1.25])]
+            wait_for(lambda: all([g.go_on() for g in lost]) or queue.tick(SYSTEM.now()), 30, "both are told why not")
             wait_for(lambda: queue.tick(SYSTEM.now()) or Grant.objects.filter(kind="idle").exists(), 20, "it roams")
         finally:
             for child in children[::-1]:
                 child.kill()
         journal = [json.loads(line) for line in (robot.rig_dir / "journal.jsonl").read_text().splitlines()]
-    assert {(j.state, j.reason) for j in Job.objects.exclude(state="done")} == set()
-    order = [j.account.network for j in Job.objects.order_by("ended_at")]
+    assert Frame.objects.filter(robot=robot, width=128, height=16).exists(), "its pictures come by its driver"
+    refused, gave_up = (guest.job for guest in lost)
+    assert (refused.state, refused.reason) == ("failed", "The rail ends before this place today.")
+    assert (gave_up.state, gave_up.reason) == ("failed", "A leaf lies on the rail here.")
+    assert (refused.charged, gave_up.charged) == (0.0, 1.0)
+    served = [j for j in Job.objects.order_by("ended_at") if j not in (refused, gave_up)]
+    assert [(j.state, j.reason) for j in served if j.state != "done"] == []
+    order = [j.account.network for j in served]
     first, second = order[:2]
     assert order == [first, second] * GOALS, "each in turn"
-    assert {a.finish_tag for a in Account.objects.filter(user=None)} == {float(GOALS)}
+    theirs = Account.objects.filter(network__in=(first, second))
+    assert {a.finish_tag for a in theirs} == {float(GOALS)}
     asked = [note["do"] for note in journal if note["do"] in ("go", "dock")]
     # on a busy machine a fault may cut a job short, which then goes on in another run
     assert 2 * GOALS <= asked.count("go") <= JobRun.objects.count(), "one motion a run"

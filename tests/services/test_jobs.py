@@ -23,10 +23,10 @@ def running():
     return Job.objects.filter(state="running").first()
 
 
-def settle(clock, state=CommandState.COMPLETED, reason="", seconds=5):
+def settle(clock, state=CommandState.COMPLETED, reason="", seconds=5, **result):
     """Let the owner end the command that runs, and the queue follow."""
     command = Command.objects.select_related("robot", "grant").filter(ended_at=None).get()
-    finish.finish(command, state, clock.go(seconds), reason)
+    finish.finish(command, state, clock.go(seconds), reason, result)
     queue.tick(clock.now())
     return command
 
@@ -132,6 +132,16 @@ def test_what_a_fault_cut_short_waits_again_with_its_tag_and_costs_nothing(shutt
     settle(clock)
     job.refresh_from_db()
     assert (job.state, job.charged) == ("done", 1.0)
+
+
+@pytest.mark.parametrize(("state", "code", "cost"), [("failed", "gave_up", 1.0), ("rejected", "bad_request", 0.0)])
+def test_what_the_robot_gives_up_or_refuses_is_not_asked_of_it_again(shuttle, people, clock, state, code, cost):
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    settle(clock, state, "A leaf lies on the rail.", code=code)
+    job.refresh_from_db()
+    assert (job.state, job.reason, job.charged) == ("failed", "A leaf lies on the rail.", cost)
+    assert job.runs.count() == 1
 
 
 def test_a_robot_that_fails_again_and_again_ends_the_job(shuttle, people, clock):

@@ -57,7 +57,7 @@ def test_a_socket_needs_no_driver(unloadable, robot):
 SPECS = """
 import sys
 from robots.contract.find import spec_of
-for name in ("mercury", "pa10", "so101"):
+for name in ("mercury", "pa10", "so101", "irat"):
     print(spec_of(name).name)
 heavy = [m for m in sys.modules if m.split(".")[0] in ("django", "serial", "lerobot", "cv2", "redis")]
 drivers = [m for m in sys.modules if m.endswith((".driver", ".line")) or m == "robots.drivers.lerobot"]
@@ -68,4 +68,4 @@ assert not heavy + drivers, heavy + drivers
 def test_a_spec_is_read_without_driver_wire_or_django():
     done = subprocess.run([PYTHON, "-c", SPECS], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.stderr == ""
-    assert done.stdout.splitlines() == ["Mercury", "Museum arm", "SO-101"]
+    assert done.stdout.splitlines() == ["Mercury", "Museum arm", "SO-101", "iRat"]

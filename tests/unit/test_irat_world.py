@@ -261,3 +261,13 @@ def test_a_state_is_kept(tmp_path):
 def test_the_scene_compiles_with_and_without_a_maze():
     assert scene.spec().compile().ngeom > 100 > scene.spec(with_maze=False).compile().ngeom
     assert maze.WIDTH_M > maze.HEIGHT_M
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), -0.21, 1e308])
+def test_the_motor_board_takes_no_velocity_outside_its_bounds(wrong):
+    board = Drive(lambda event, **more: None)
+    for linear, angular in ((wrong, 0.0), (0.0, wrong * 15)):
+        with pytest.raises(ValueError, match="no velocity"):
+            board.velocity(linear, angular, 1, 0.0)
+    assert board.step(0.02, 0.02, (0.0, 0.0), True) == (0.0, 0.0)
+    assert not board.moving

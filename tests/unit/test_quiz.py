@@ -13,7 +13,7 @@ from accounts import quiz
 from accounts.orientation import render
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = [ROOT / "robots" / "drivers" / name for name in ("mercury", "pa10", "so101")]
+FOLDERS = [ROOT / "robots" / "drivers" / name for name in ("mercury", "pa10", "so101", "irat")]
 FOLDERS.append(ROOT / "tests" / "packages" / "turntable" / "turntable_robot")
 DRAWN, CHOICES = 5, 4
 FIRST_S, MOST_S = 60, 86_400
@@ -57,7 +57,7 @@ def chance(bank, topics, tries, runs=2000):
 
 
 @pytest.mark.asvs("2.3.1", "2.4.1")
-@pytest.mark.parametrize("folder", FOLDERS[:3], ids=lambda f: f.name)
+@pytest.mark.parametrize("folder", FOLDERS[:4], ids=lambda f: f.name)
 def test_an_attacker_who_eliminates_answers_seldom_gets_through(folder):
     """Ten tries cost eight and a half hours of pauses, twenty more than a week; reading takes three minutes."""
     questions = bank_of(folder)

@@ -55,7 +55,7 @@ def test_three_lines_of_weights_are_the_published_cube():
     np.testing.assert_allclose(cells, expected / expected.sum(), atol=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=35, deadline=None)
 @given(st.integers(-40, 40), st.integers(-80, 80))
 def test_the_axes_wrap_around(cells, layers):
     """A peak on layer 0 moves along x by whole cells, and turns by whole layers."""
@@ -65,7 +65,7 @@ def test_the_axes_wrap_around(cells, layers):
     assert net[layers % 36, 4, (3 + cells) % 15] == pytest.approx(1)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=35, deadline=None)
 @given(st.floats(-3, 3), st.floats(-20, 20), st.integers(0, 2**32 - 1))
 def test_moving_loses_no_activity(forward, turn, seed):
     cells = np.random.default_rng(seed).random((36, 15, 15))

@@ -36,7 +36,7 @@ def ring(count=40, side=0.1):
     return held
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 30), st.floats(0, 9)), min_size=1, max_size=60), st.integers(0, 40))
 def test_a_route_is_the_one_of_networkx(moves, goal):
     held = ExperienceMap(MapSettings())

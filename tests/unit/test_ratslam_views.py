@@ -28,7 +28,7 @@ def plainly(view, templates, kept):
     return int(np.argmin(found)), min(found) / full
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=70, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     count=st.integers(0, 40),

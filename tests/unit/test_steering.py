@@ -28,6 +28,7 @@ memories = st.builds(
     behind=st.booleans(),
     wander=st.floats(-3, 3),
     wander_s=st.floats(0, 12),
+    bumps=st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0, 25)), max_size=12).map(tuple),
     points=st.lists(st.tuples(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4)), max_size=60).map(tuple),
 )
 
@@ -82,6 +83,22 @@ def test_a_stall_comes_before_all_others():
     assert 4 <= len(states) <= 6
     chosen, _ = steer(Sensed(0.2, 0.1, 0.2, -0.05, 0.0, 3.0), memory, DT, 0.5)
     assert chosen.state == "stall" and -KEPT.slow <= chosen.v < 0
+
+
+def test_a_wall_too_low_to_see_is_met_and_then_turned_from():
+    """A kerb at x = 0.3 m, which no sensor sees: the robot does not spend its time on driving at it again and again."""
+    x, y, heading, v, w, memory, stalls, metres, last = 0.0, 0.0, 0.2, 0.0, 0.0, Memory(), 0, 0.0, ""
+    for n in range(250):
+        chosen, memory = steer(Sensed(0.4, 0.4, 0.4, v, w, None), memory, DT, (0.5 + 0.01 * n) % 1)
+        stalls += chosen.state == "stall" != last
+        last, v, w = chosen.state, chosen.v, chosen.w
+        if x + 0.085 * abs(math.cos(heading)) > 0.3 and v * math.cos(heading) > 0:
+            v = 0.0
+        heading += w * DT
+        x, y = x + v * DT * math.cos(heading), y + v * DT * math.sin(heading)
+        metres += abs(v) * DT
+    assert 1 <= stalls <= 4
+    assert metres > 1.5
 
 
 def test_a_robot_that_stalls_in_reverse_goes_ahead():
@@ -183,6 +200,16 @@ class Plane:
             else:
                 touches, v, w = touches + 1, 0.0, 0.0
         return metres, touches, (x, y)
+
+
+def test_a_goal_that_stays_behind_whatever_it_does_is_left_alone_for_a_while():
+    memory, metres, v = Memory(), 0.0, 0.0
+    for n in range(200):
+        chosen, memory = steer(replace(OPEN, v=v, w=memory.w, bearing=3.0), memory, DT, (n * 0.37) % 1)
+        v = chosen.v
+        metres += v * DT
+        assert metres == 0.0 or n * DT > KEPT.idle_s - 0.5
+    assert metres > 0.5
 
 
 def test_exploring_touches_no_wall():

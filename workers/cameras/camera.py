@@ -5,15 +5,15 @@ import threading
 
 from robots.drivers.errors import CameraFault
 from robots.models import Robot
-from workers.cameras.source import Picture, Source, fitted, open_camera
+from workers.cameras.source import DriverCamera, OfDriver, Picture, Source, fitted, open_camera
 
 
 class Camera:
     """Takes pictures in the size that the robot's description names."""
 
-    def __init__(self, robot: Robot, index: int, name: str) -> None:
+    def __init__(self, robot: Robot, index: int, name: str, of_driver: OfDriver) -> None:
         self._description = robot.description()["camera"]
-        self.index, self.name = index, name
+        self.index, self.name, self._of_driver = index, name, of_driver
         self.lock = threading.RLock()
         self._address, self._rig = robot.camera_address(index), robot.rig_dir
         self._source: Source | None = None
@@ -30,14 +30,19 @@ class Camera:
         with self.lock:
             try:
                 if self._source is None:
-                    colour = bool(self._description.get("colour"))
-                    self._source = open_camera(self._address, self._rig, self.name, colour)
+                    self._source = self._open()
                 described = int(self._description["width"]), int(self._description["height"])
                 picture = fitted(self._source.grab(exposure_s), *described)
             except CameraFault:
                 self._drop()
                 raise
             return picture
+
+    def _open(self) -> Source:
+        colour = bool(self._description.get("colour"))
+        if self._description.get("by_driver"):
+            return DriverCamera(self._of_driver, self.name, colour)
+        return open_camera(self._address, self._rig, self.name, colour)
 
     def next(self) -> int:
         """Return the number of the next picture, counted when it is taken, so that a late picture can be recognised."""

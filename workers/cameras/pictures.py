@@ -23,6 +23,7 @@ from robots.messages import Changed, picture_packet
 from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
+from workers.cameras.source import OfDriver
 
 log = logging.getLogger(__name__)
 EXPOSURE_S = 1 / 150  # if the robot names none
@@ -41,10 +42,10 @@ def grey(picture: Picture) -> Picture:
 class Pictures:
     """The cameras of one robot. Stills are taken with the first camera."""
 
-    def __init__(self, robot: Robot, clock: Clock) -> None:
+    def __init__(self, robot: Robot, clock: Clock, of_driver: OfDriver) -> None:
         self._robot, self._clock = robot, clock
         self._description = robot.description().get("camera", {})
-        self.cameras = [Camera(robot, i, name) for i, name in enumerate(views(robot.description()))]
+        self.cameras = [Camera(robot, i, name, of_driver) for i, name in enumerate(views(robot.description()))]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
         self._stills = robot.spec().capability(Stills)

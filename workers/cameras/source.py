@@ -5,6 +5,7 @@ import http.client
 import json
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 from urllib.parse import urlsplit
@@ -18,6 +19,7 @@ from robots.drivers.errors import CameraFault
 from workers.cameras.response import answer_within
 
 Picture = NDArray[np.uint8]
+OfDriver = Callable[[str, float], bytes | None]
 TIMEOUT_S = 2.0
 LARGEST = 4_000_000
 ANSWER = answer_within(2 * TIMEOUT_S, TIMEOUT_S)
@@ -111,6 +113,23 @@ def fitted(picture: Picture, width: int, height: int) -> Picture:
     cut = picture[top : top + h, left : left + w]
     how = cv2.INTER_AREA if scale > 1 else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(cut, (width, height), interpolation=how), np.uint8)
+
+
+class DriverCamera:
+    """A camera whose pictures come over the robot's own wire; `of_driver(view, seconds)` returns the next one."""
+
+    def __init__(self, of_driver: OfDriver, view: str, colour: bool = False) -> None:
+        self._of_driver, self._view, self._colour = of_driver, view, colour
+
+    def grab(self, exposure_s: float) -> Picture:
+        """Return the first picture that the driver hears from now on. Raises CameraFault."""
+        data = self._of_driver(self._view, TIMEOUT_S)
+        if data is None:
+            raise CameraFault("The camera does not answer.")
+        return decode(data, self._colour)
+
+    def close(self) -> None:
+        """Release nothing; the driver has the wire."""
 
 
 class StreamCamera:

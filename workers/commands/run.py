@@ -13,6 +13,7 @@ from robots.contract.spec import CommandKind
 from robots.drivers.errors import (
     BadRequest,
     CameraFault,
+    GaveUp,
     HardwareFault,
     Held,
     NotCalibrated,
@@ -79,8 +80,10 @@ class Runner:
     def _run(self, command: Command) -> None:
         try:
             result = self._in_time(command)
-        except (BadRequest, OutOfWorkspace) as error:
-            self._end(command, CommandState.REJECTED, str(error))
+        except (BadRequest, OutOfWorkspace, GaveUp) as error:
+            refused = not isinstance(error, GaveUp)
+            state = CommandState.REJECTED if refused else CommandState.FAILED
+            self._end(command, state, str(error), {"code": error.code})
         except TooLate as error:
             self._end(command, CommandState.EXPIRED, str(error))
         except NotPermitted as error:

@@ -21,9 +21,10 @@ from robots.drivers.errors import CameraFault, RobotError
 from robots.installed import simulator_module
 from robots.models import Lease, Robot, frame_name
 from workers.cameras.pictures import jpeg
-from workers.cameras.source import open_camera
+from workers.cameras.source import DriverCamera, open_camera
 
 log = logging.getLogger(__name__)
+FIRST_S = 5.0  # until a camera behind a driver shows its first picture
 _slot = threading.Lock()
 
 
@@ -62,7 +63,9 @@ def _start_simulator(robot: Robot) -> "subprocess.Popen[bytes] | None":
     kind, _, name = robot.address.partition(":")
     if kind != "sim" or robot.enabled:
         return None
-    signs = [robot.rig_dir / sign for sign in ("tty", "camera")[: 1 + bool(views(robot.description()))]]
+    described = robot.description()
+    apart = bool(views(described)) and not described["camera"].get("by_driver")
+    signs = [robot.rig_dir / sign for sign in ("tty", "camera")[: 1 + apart]]
     for sign in signs:
         sign.unlink(missing_ok=True)
     module = simulator_module(name)
@@ -78,22 +81,25 @@ def probe(robot: Robot) -> dict[str, Any]:
     found: dict[str, Any] = {"connection": "", "picture": ""}
     lease = Lease.objects.filter(robot=robot).first()
     driver = open_session(robot.driver, robot.wire_address, robot.driver_settings(lease.epoch if lease else 0))
+    described, taken = robot.description(), None
+    by_driver = bool(views(described)) and bool(described["camera"].get("by_driver"))
     try:
         addresses.check_robot_now(robot.address)
         state = driver.connect()
         found["connection"] = "ok"
         values = {name: round(value, 4) for name, value in finite(state.values).items()}
         found["state"] = {"pose": [round(v, 4) for v in whole(state.pose)], "values": values, "ready": state.ready}
+        taken = driver.picture(views(described)[0], FIRST_S) if by_driver else None
     except (RobotError, addresses.AddressError) as error:
         found["connection"] = str(error)
     finally:
         driver.close()
-    described = robot.description()
     if not views(described):
         return found | {"picture": "It has no camera."}
     try:
         view, colour = views(described)[0], bool(described["camera"].get("colour"))
-        with closing(open_camera(robot.camera_address(0), robot.rig_dir, view, colour)) as camera:
+        source = DriverCamera(lambda _view, _seconds: taken, view, colour) if by_driver else None
+        with closing(source or open_camera(robot.camera_address(0), robot.rig_dir, view, colour)) as camera:
             picture = camera.grab(1 / 150)
         name = f"frames/{robot.slug}/probe-{frame_name()}.jpg"
         path = Path(settings.MEDIA_ROOT) / name

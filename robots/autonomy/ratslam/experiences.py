@@ -19,6 +19,7 @@ NODES: Columns = (
     ("views", (), np.int64),
     ("places", (3,), np.float64),
     ("visited", (), np.int64),
+    ("odometer", (3,), np.float64),
 )
 LINKS: Columns = (
     ("sources", (), np.int64),
@@ -32,7 +33,8 @@ class ExperienceMap:
     """Experiences (index 0 to count - 1) and links (0 to linked - 1), in arrays that grow.
 
     ids: numbers that stay when the map is pruned. poses: x, y (m), facing (rad). views: number of the template.
-    places: x, y, heading in pose cells. visited: which of all arrivals was the last one here. sources, targets:
+    places: x, y, heading in pose cells. visited: which of all arrivals was the last one here. odometer:
+    what was counted then, rad and m, and how the robot was turned against the experience (rad). sources, targets:
     indices of experiences. measured: distance (m), direction and facing (rad) of the target as seen from the source.
     durations: s.
     """
@@ -42,6 +44,7 @@ class ExperienceMap:
     views: NDArray[np.int64]
     places: NDArray[np.float64]
     visited: NDArray[np.int64]
+    odometer: NDArray[np.float64]
     sources: NDArray[np.int64]
     targets: NDArray[np.int64]
     measured: NDArray[np.float64]
@@ -98,14 +101,18 @@ class ExperienceMap:
         return index
 
     def meet(self, index: int, offset: Pose) -> bool:
-        """Come back to an experience; the robot stands at `offset` from it. Tell whether this made a new link."""
+        """Come back to an experience; the robot stands at `offset` from it. Tell whether this made a new link.
+
+        None is made that disagrees with the map by more than `carried_m`: the robot was carried, or its wheels slipped.
+        """
         before = self.linked
-        self._arrive(index, offset)
+        there = composed(self.pose_of(index), offset)
+        self._arrive(index, offset, math.dist(self.pose()[:2], there[:2]) <= self.settings.carried_m)
         return self.linked > before
 
-    def _arrive(self, index: int, offset: Pose) -> None:
+    def _arrive(self, index: int, offset: Pose, link: bool = True) -> None:
         pair = (min(self.current, index), max(self.current, index))
-        if self.current >= 0 and pair not in self.pairs:
+        if self.current >= 0 and link and pair not in self.pairs:
             x, y, facing = composed(self.since, inverted(offset))
             self.pairs.add(pair)
             if self.linked == len(self.sources):
@@ -134,7 +141,7 @@ def composed(a: Pose, b: Pose) -> Pose:
 def inverted(a: Pose) -> Pose:
     """Return the origin as seen from `a`."""
     cos, sin = math.cos(a[2]), math.sin(a[2])
-    return -cos * a[0] - sin * a[1], sin * a[0] - cos * a[1], -a[2]
+    return -cos * a[0] - sin * a[1], sin * a[0] - cos * a[1], wrapped(-a[2])
 
 
 def ring(apart: float, size: float) -> float:

@@ -1,79 +1,86 @@
 """Keeps a map small enough for days: of the experiences that stand and face alike, one stays.
 
 Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the
-density of experiences bounded and hand the links of one that goes to its neighbour. Which one stays is ours: the one
-last visited, because it looks as the place looks now.
+density of experiences bounded. Which one stays is ours: the one last visited, because it looks as the place looks now.
+One that goes hands its links to the nearest experience that it is linked with, never to one that only lies beside it on
+the map: where the map is not right yet, that may be another place.
 """
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.autonomy.ratslam.experiences import LINKS, NODES, ExperienceMap, composed, inverted
+from robots.autonomy.ratslam.experiences import LINKS, NODES, ExperienceMap, Pose, composed, inverted
 
 Numbers = NDArray[np.int64]
+Ways = list[dict[int, tuple[Pose, float]]]  # for each experience, those it is linked with: seen where, and how long (s)
 
 
-def survivors(held: ExperienceMap, protected: frozenset[int]) -> Numbers:
-    """Return for each experience the index of the one that stands for it afterwards: itself if it stays."""
+def staying(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]:
+    """Tell for each experience whether it stays: the last visited of each square and heading, and what is protected."""
     kept, n = held.settings, held.count
     poses = held.poses[:n]
     squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
     headings = np.floor(poses[:, 2] / (2 * np.pi) * kept.headings).astype(np.int64) % kept.headings
     _, group = np.unique(np.column_stack([squares, headings]), axis=0, return_inverse=True)
     group = group.reshape(-1)
-    needed = np.isin(held.ids[:n], np.array(sorted(protected), np.int64))
+    needed: NDArray[np.bool_] = np.isin(held.ids[:n], np.array(sorted(protected), np.int64))
     if held.current >= 0:
         needed[held.current] = True
-    stands = np.arange(n)
     order = np.lexsort((held.visited[:n], needed))  # the most wanted last
     best = np.zeros(group.max(initial=-1) + 1, np.int64)
     best[group[order]] = order
-    return np.where(needed, stands, best[group])
+    stays: NDArray[np.bool_] = needed | (best[group] == np.arange(n))
+    return stays
 
 
-def contract(held: ExperienceMap, stands: Numbers) -> Numbers:
-    """Remove what does not stand for itself, hand its links on, and return the old indices of what is left."""
-    left = np.flatnonzero(stands == np.arange(held.count))
-    renumbered = np.cumsum(stands == np.arange(held.count)) - 1
-    seen: set[tuple[int, int]] = set()
-    kept: list[int] = []
-    for link in range(held.linked):
-        a, b = int(held.sources[link]), int(held.targets[link])
-        on, to = int(stands[a]), int(stands[b])
-        pair = (min(on, to), max(on, to))
-        if on == to or pair in seen:
-            continue
-        seen.add(pair)
-        kept.append(link)
-        if (on, to) != (a, b):
-            _measure_anew(held, link, on, to)
-    for name, _, _ in LINKS:
-        array = getattr(held, name)
-        array[: len(kept)] = array[kept]
-    held.linked = len(kept)
-    for name in ("sources", "targets"):
-        array = getattr(held, name)
-        array[: held.linked] = renumbered[array[: held.linked]]
+def _ways(held: ExperienceMap) -> Ways:
+    found: Ways = [{} for _ in range(held.count)]
+    for n in range(held.linked):
+        a, b = int(held.sources[n]), int(held.targets[n])
+        distance, direction, facing = held.measured[n].tolist()
+        seen = (distance * math.cos(direction), distance * math.sin(direction), facing)
+        found[a][b] = (seen, float(held.durations[n]))
+        found[b][a] = (inverted(seen), float(held.durations[n]))
+    return found
+
+
+def _merge(ways: Ways, gone: int) -> None:
+    """Hand the links of an experience to the nearest one that it is linked with; what they measured is added up."""
+    links = ways[gone]
+    heir = min(links, key=lambda other: (math.hypot(*links[other][0][:2]), other))
+    onto, seconds = links.pop(heir)
+    del ways[heir][gone]
+    for other, (seen, long) in links.items():
+        del ways[other][gone]
+        through = composed(inverted(seen), onto), long + seconds  # the heir as seen from the other one
+        if heir not in ways[other] or ways[other][heir][1] > through[1]:
+            ways[other][heir] = through
+            ways[heir][other] = inverted(through[0]), through[1]
+    ways[gone] = {}
+
+
+def contract(held: ExperienceMap, stays: NDArray[np.bool_]) -> None:
+    """Remove what does not stay; all that is left is linked as before, if more loosely."""
+    ways = _ways(held)
+    for index in np.flatnonzero(~stays).tolist():
+        _merge(ways, index)
+    left = np.flatnonzero(stays)
+    renumbered = (np.cumsum(stays) - 1).tolist()
     for name, _, _ in NODES:
         array = getattr(held, name)
         array[: len(left)] = array[left]
-    held.count, held.current = len(left), int(renumbered[held.current]) if held.current >= 0 else -1
-    ends = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)
-    held.pairs = {(min(a, b), max(a, b)) for a, b in ends}
-    return left
-
-
-def _measure_anew(held: ExperienceMap, link: int, on: int, to: int) -> None:
-    """Let a link lead from `on` to `to`, which stand for its ends, by their poses on the map."""
-    distance, direction, facing = (float(value) for value in held.measured[link])
-    measured = (distance * np.cos(direction), distance * np.sin(direction), facing)
-    before = composed(inverted(held.pose_of(on)), held.pose_of(int(held.sources[link])))
-    after = composed(inverted(held.pose_of(int(held.targets[link]))), held.pose_of(to))
-    x, y, facing = composed(composed(before, measured), after)
-    held.sources[link], held.targets[link] = on, to
-    held.measured[link] = np.hypot(x, y), np.arctan2(y, x), facing
+    pairs = [(a, b, *ways[a][b]) for a in left.tolist() for b in sorted(ways[a]) if a < b]
+    for name, shape, kind in LINKS:
+        setattr(held, name, np.zeros((max(64, len(pairs)), *shape), kind))
+    for n, (a, b, seen, seconds) in enumerate(pairs):
+        held.sources[n], held.targets[n], held.durations[n] = renumbered[a], renumbered[b], seconds
+        held.measured[n] = math.hypot(seen[0], seen[1]), math.atan2(seen[1], seen[0]), seen[2]
+    held.count, held.linked = len(left), len(pairs)
+    held.current = renumbered[held.current] if held.current >= 0 else -1
+    held.pairs = {(renumbered[a], renumbered[b]) for a, b, _, _ in pairs}
 
 
 def pruned(
@@ -84,7 +91,7 @@ def pruned(
     Return how many experiences went, and the new number of each template that is left.
     """
     before = held.count
-    contract(held, survivors(held, protected))
+    contract(held, staying(held, protected))
     used = np.unique(held.views[: held.count])
     keep_views(used)
     held.views[: held.count] = np.searchsorted(used, held.views[: held.count])

@@ -43,6 +43,7 @@ class MapSettings:
     loops: int = 20  # of relaxation, after each change of the experience
     correction: float = 0.5
     still_s: float = 10.0  # a link counts at most so long a rest
+    carried_m: float = 0.8  # a link that disagrees with the map by more is not made
     most: int = 10_000  # experiences, and templates
     square_m: float = 0.05  # pruning keeps one experience a square of this side
     headings: int = 12  # and of each of so many headings
@@ -51,9 +52,14 @@ class MapSettings:
 
 @dataclass(frozen=True)
 class Settings:
-    """All of it. `pruning`: keep the map small for days; without, the caller clears it now and then."""
+    """All of it.
+
+    `pruning`: keep the map small for days; without, the caller clears it now and then. `calibrate`: learn how the
+    odometry turns wrongly.
+    """
 
     views: ViewSettings = field(default_factory=ViewSettings)
     cells: CellSettings = field(default_factory=CellSettings)
     map: MapSettings = field(default_factory=MapSettings)
     pruning: bool = False
+    calibrate: bool = True

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.autonomy.ratslam import checks
+from robots.autonomy.ratslam.calibration import Calibration
 from robots.autonomy.ratslam.cells import PoseCells
 from robots.autonomy.ratslam.docks import DockPlaces
 from robots.autonomy.ratslam.experiences import ExperienceMap, Pose, ring
@@ -47,6 +48,7 @@ class RatSlam:
         self.settings = settings or Settings()
         self.map_number, self.sequence = map_number, 0
         self.keep: frozenset[int] = frozenset()
+        self.odometry = Calibration()  # outlives the maps
         self._begin()
 
     def _begin(self) -> None:
@@ -71,8 +73,9 @@ class RatSlam:
         v, w, dt = checks.odometry(v, w, dt)
         verdict, seen = self._look(picture)
         new = self._recognise(seen) if seen is not None else False
-        self.cells.step(v * dt, w * dt)
-        self.map.move(v * dt, w * dt, dt)
+        turn = self.odometry.correct(v * dt, w * dt)
+        self.cells.step(v * dt, turn)
+        self.map.move(v * dt, turn, dt)
         made = met = False
         if seen is not None and new and self.views.count >= self.settings.map.most:
             verdict, self.view = "full", -1
@@ -128,14 +131,25 @@ class RatSlam:
             apart = self.cells.distances(held.places[others])
             nearest = int(np.argmin(apart))
             if apart[nearest] < beyond:
-                met = held.meet(int(others[nearest]), self._offset(held.places[others[nearest]]))
+                index = int(others[nearest])
+                offset = self._offset(held.places[index])
+                met = held.meet(index, offset)
+                if self.settings.calibrate:
+                    turned, gone, facing = held.odometer[index].tolist()
+                    self.odometry.visited(turned, gone, offset[2] - facing)
+                self._counted(offset[2])
                 self._changed()
                 return False, met, verdict
         if held.count >= self.settings.map.most:
             return False, False, "full"
         held.create(self.view, self.cells.best)
+        self._counted(0.0)
         self._changed()
         return True, False, verdict
+
+    def _counted(self, facing: float) -> None:
+        """Note at the current experience what the odometry has counted, for the next visit."""
+        self.map.odometer[self.map.current] = self.odometry.turned, self.odometry.gone, facing
 
     def _offset(self, place: NDArray[np.float64]) -> Pose:
         """Return where the pose cells say that the robot is, as seen from an experience at that place."""

@@ -10,12 +10,13 @@ import json
 import os
 import zipfile
 import zlib
-from dataclasses import asdict
+from dataclasses import asdict, astuple
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robots.autonomy.ratslam.calibration import Calibration
 from robots.autonomy.ratslam.docks import DockPlace
 from robots.autonomy.ratslam.experiences import LINKS, NODES
 from robots.autonomy.ratslam.settings import Settings
@@ -48,6 +49,7 @@ def save(slam: RatSlam, path: Path) -> None:
         "keep": sorted(slam.keep),
         "docks": {number: asdict(place) for number, place in slam.docks.places.items()},
         "views": {"mark": views.mark, "sum": zlib.crc32(views.templates[: views.count].tobytes())},
+        "odometry": asdict(slam.odometry),
         "view": slam.view,
         "last": slam.last.hex(),
         "pruned_at": slam.pruned_at,
@@ -130,6 +132,9 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     told.whole_since = int(rest["whole_since"])
     slam.sequence, slam.view, slam.pruned_at = int(rest["sequence"]), int(rest["view"]), int(rest["pruned_at"])
     slam.keep, slam.last = frozenset(map(int, rest["keep"])), bytes.fromhex(rest["last"])
+    slam.odometry = Calibration(
+        **{name: type(now)(rest["odometry"][name]) for name, now in asdict(Calibration()).items()}
+    )
     for number, place in rest["docks"].items():
         slam.docks.places[int(number)] = DockPlace(int(place["times"]), float(place["z"]), float(place["theta"]))
     slam.cells.best, held.since = _three(rest["best"]), _three(rest["since"])
@@ -142,7 +147,11 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     if not (fits and _within(ends, held.count) and _within(seen, views.count)):
         raise ValueError("its parts do not fit together")
     cells = slam.cells.cells
-    if cells.min() < 0 or not 0.99 < cells.sum() < 2.0 or not np.isfinite([held.seconds, held.still]).all():
+    if (
+        cells.min() < 0
+        or not 0.99 < cells.sum() < 2.0
+        or not np.isfinite([held.seconds, held.still, *astuple(slam.odometry)]).all()
+    ):
         raise ValueError("its numbers are no map's")
     pairs = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)
     held.pairs = {(min(a, b), max(a, b)) for a, b in pairs}

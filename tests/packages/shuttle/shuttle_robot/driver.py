@@ -5,9 +5,14 @@ import socket
 import time
 from pathlib import Path
 
+import cv2
+import numpy as np
+
 from robots.contract.find import check
 from robots.contract.session import Outcome, RobotState, Session
-from robots.drivers.errors import Held, LineGone
+from robots.drivers.errors import BadRequest, GaveUp, Held, LineGone
+
+BROKEN_RAIL, LEAF = 1.75, 1.25  # m: places that it cannot serve
 
 
 class Driver(Session):
@@ -32,6 +37,8 @@ class Driver(Session):
 
     def execute(self, kind, args, permit, on_stage):
         check("shuttle", kind, args, self.settings)
+        if args.get("x") == BROKEN_RAIL:
+            raise BadRequest("The rail ends before this place today.")
         permit()
         self._ask(do=kind, **args)
         on_stage("sent")
@@ -40,7 +47,15 @@ class Driver(Session):
             time.sleep(0.02)
         if self._ask(do="state")["held"]:
             raise Held("The shuttle was stopped on its way.")
+        if args.get("x") == LEAF:
+            raise GaveUp("A leaf lies on the rail here.")
         return Outcome(args, self.latest())
+
+    def picture(self, view, seconds):
+        """Draw what a camera above the rail would see."""
+        rail = np.full((16, 128), 60, np.uint8)
+        rail[4:12, int(60 * self.state().joints[0]) :][:, :8] = 220
+        return cv2.imencode(".png", rail)[1].tobytes()
 
     def hold(self):
         self._ask(do="hold")

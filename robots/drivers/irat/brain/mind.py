@@ -1,0 +1,192 @@
+"""The brain: RatSLAM with its goal, the dock's markers, and a folder in which it keeps the map."""
+
+import copy
+import logging
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from robots.autonomy.docking import Sighting
+from robots.autonomy.ratslam.routes import Guide, index_of, nearest, plan
+from robots.autonomy.ratslam.settings import Settings
+from robots.autonomy.ratslam.slam import RatSlam
+from robots.autonomy.ratslam.storage import BadMap, load, save
+from robots.autonomy.ratslam.views import Grey, decoded
+from robots.description import load as described
+from robots.drivers.irat import markers as dock
+from robots.drivers.irat.brain import messages
+from robots.drivers.irat.brain.messages import Answer, FromBrain, Guided, Packet, Seen, ToBrain
+from robots.drivers.irat.brain.streams import CellStream, MapStream
+from robots.files import replaced
+from robots.vision.markers import Markers
+
+log = logging.getLogger(__name__)
+SAVE_S = 10.0
+FIND_EACH = 4  # pictures, of which one is searched for the dock while nobody looks for it
+CLEARED = "The map was cleared, so this place is no longer known."
+NO_PLACE = "No place on the map is within 0.1 m of this click."
+NO_WAY = "No way to this place is known."
+
+
+class Mind:
+    """Not for several threads. `folder` keeps `map.npz`, and `kept` with the map's number, its age and its care."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder, self._saving = folder, threading.Lock()
+        self._number, self._age, self._pruning = self._kept()
+        self.slam = self._restored()
+        self._guide: Guide | None = None
+        self._map_stream, self._cell_stream = MapStream(), CellStream()
+        self._markers = dock_markers()
+        self._pictures, self._saved = 0, time.monotonic()
+
+    def _kept(self) -> tuple[int, float, bool]:
+        try:
+            number, age, pruning = (self._folder / "kept").read_text().split()
+            return int(number), float(age), pruning == "pruning"
+        except (OSError, ValueError):
+            return 0, 0.0, False
+
+    def _restored(self) -> RatSlam:
+        path = self._folder / "map.npz"
+        for pruning in (self._pruning, not self._pruning):
+            try:
+                slam = load(path, Settings(pruning=pruning))
+            except FileNotFoundError:
+                break
+            except BadMap as error:
+                log.warning("%s", error)
+                continue
+            slam.settings = Settings(pruning=self._pruning)
+            if slam.map_number == self._number:
+                return slam
+        self._number, self._age = self._number + 1, 0.0
+        self._keep()
+        return RatSlam(Settings(pruning=self._pruning), self._number)
+
+    def _keep(self) -> None:
+        with replaced(self._folder / "kept") as out:
+            out.write(f"{self._number} {self._age:.1f} {'pruning' if self._pruning else 'clearing'}\n".encode())
+
+    def take(self, message: ToBrain) -> Iterator[FromBrain]:
+        """Yield the answers to a message."""
+        match message:
+            case messages.Feed():
+                yield from self._fed(message)
+            case messages.Aim():
+                yield self._aimed(message)
+            case messages.AimAtDock(number, tried):
+                found = self.slam.docks.best(tried)
+                yield Answer(number, NO_PLACE) if found is None else self._to(number, found)
+            case messages.Forget(missed):
+                self._guide, self.slam.keep = None, frozenset()
+                self.slam.docks.missed(missed)
+            case messages.Clear(number):
+                self._guide, self._age = None, 0.0
+                self._number = self.slam.clear()
+                self._keep()
+                yield Answer(number)
+            case messages.Care(number, pruning):
+                self._pruning, self.slam.settings = pruning, replace(self.slam.settings, pruning=pruning)
+                self._keep()
+                yield Answer(number)
+            case messages.Save(number):
+                self.save()
+                yield Answer(number)
+            case messages.Key(stream):
+                (self._map_stream if stream == "map" else self._cell_stream).key = True
+
+    def _aimed(self, wanted: messages.Aim) -> Answer:
+        held = self.slam.map
+        if wanted.map_number != self.slam.map_number:
+            return Answer(wanted.number, CLEARED, cleared=True)
+        known = index_of(held, wanted.experience) >= 0
+        goal = wanted.experience if known else nearest(held, wanted.x, wanted.y)
+        return Answer(wanted.number, NO_PLACE) if goal is None else self._to(wanted.number, goal)
+
+    def _to(self, number: int, goal: int) -> Answer:
+        route = plan(self.slam.map, goal)
+        if route is None:
+            return Answer(number, NO_WAY, experience=goal)
+        self._guide, self.slam.keep = Guide(goal), frozenset({goal})
+        return Answer(number, experience=goal, limit_s=route.limit_s)
+
+    def _fed(self, feed: messages.Feed) -> Iterator[FromBrain]:
+        picture = None
+        if feed.jpeg is not None:
+            try:
+                picture = decoded(feed.jpeg)
+            except ValueError as error:
+                log.warning("a picture was not used: %s", error)
+        slam = self.slam
+        try:
+            step = slam.step(feed.at, picture, feed.v, feed.w, feed.dt)
+        except ValueError as error:
+            log.warning("a step was not used: %s", error)
+            step = slam.step(0.0, None, 0.0, 0.0, 0.0)
+        self._age += min(max(feed.dt, 0.0), 1.0)
+        outer, small = self._dock(picture, feed.find)
+        if outer is not None:
+            slam.docks.saw(step.experience, outer.z, outer.theta)
+        guided, route = self._guided()
+        yield Seen(
+            feed.at, step.map_number, step.pose, step.experience, slam.map.count, len(slam.docks.places),
+            step.picture, self._pruning, self._age, guided, outer, small,
+        )  # fmt: skip
+        yield from self._packets(route)
+        if time.monotonic() - self._saved > SAVE_S:
+            self._save_beside()
+
+    def _dock(self, picture: Grey | None, find: bool) -> tuple[Sighting | None, Sighting | None]:
+        """Return the outer and the small marker, where they are looked for and seen."""
+        if picture is None:
+            return None, None
+        self._pictures += 1
+        if not find and self._pictures % FIND_EACH:
+            return None, None
+        seen = self._markers.find(picture)
+        outer = next((m.seen for m in seen if m.number in dock.OUTER_IDS), None)
+        return outer, next((m.seen for m in seen if m.number == dock.SMALL_ID), None)
+
+    def _guided(self) -> tuple[Guided | None, tuple[int, ...]]:
+        look = self._guide.look(self.slam.map) if self._guide and self.slam.map.count else None
+        if look is None or self._guide is None:
+            return None, ()
+        return Guided(self._guide.goal, look.reached, look.bearing, look.distance), look.route.ids
+
+    def _packets(self, route: tuple[int, ...]) -> Iterator[Packet]:
+        for name, packet in (
+            ("map", self._map_stream.next(self.slam, route)),
+            ("cells", self._cell_stream.next(self.slam.cells.cells)),
+        ):
+            if packet is not None:
+                yield Packet(name, *packet)
+
+    def _save_beside(self) -> None:
+        """Write a copy of the map in another thread, because a slow disk must not stop the robot."""
+        self._saved = time.monotonic()
+        self._keep()
+        if not self._saving.locked():
+            threading.Thread(target=self._write, args=(copy.deepcopy(self.slam),), daemon=True).start()
+
+    def save(self) -> None:
+        """Write the map now."""
+        self._keep()
+        self._write(self.slam)
+
+    def _write(self, slam: RatSlam) -> None:
+        with self._saving:
+            try:
+                save(slam, self._folder / "map.npz")
+            except OSError as error:
+                log.error("the map could not be saved: %s", error)
+
+
+def dock_markers() -> Markers:
+    """Return the detector of the dock's markers."""
+    sides = {**dict.fromkeys(dock.OUTER_IDS, dock.OUTER_M), dock.SMALL_ID: dock.SMALL_M}
+    field = float(described("irat")["camera"]["field"])
+    return Markers(dict(enumerate(dock.BITS)), sides, field, frozenset({dock.SMALL_ID}))

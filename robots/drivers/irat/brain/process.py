@@ -1,0 +1,180 @@
+"""The owner's end of the brain: starts its process, feeds it, keeps its newest answer, and starts it again.
+
+The brain never tells a velocity. Whoever drives asks `fresh`, which is empty once it has been silent.
+"""
+
+import contextlib
+import itertools
+import logging
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from msgspec import MsgspecError
+
+from robots.drivers.errors import HardwareFault
+from robots.drivers.irat.brain.messages import Answer, Feed, FromBrain, Packet, Seen, ToBrain, frame, from_brain, read
+
+log = logging.getLogger(__name__)
+SILENT_S = 0.5  # after which nobody drives by its answers
+STUCK_S = 60.0  # without an answer to a feed: it is killed and started again
+AGAIN_S = 0.5
+ANSWER_S = 5.0
+SAVED_S = 3.0  # within which it writes its map and ends
+SILENT = "The robot's map does not answer."
+
+
+class BrainProcess:
+    """Thread safe. `packet` gets the byte streams' packets."""
+
+    def __init__(self, folder: Path, packet: Callable[[Packet], None]) -> None:
+        self._folder, self._packet = folder, packet
+        self._aim: Callable[[int], ToBrain] | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._reader: threading.Thread | None = None
+        self._writing, self._changed = threading.Lock(), threading.Condition()
+        self._calls: dict[int, Answer | None] = {}
+        self._numbers = itertools.count(1)
+        self._closed = False
+        self._fed_at: float | None = None  # when the feed was sent that is not answered yet
+        self.newest: Seen | None = None
+        self.heard_at = -1e9  # monotonic (s), of the newest answer to a feed
+        self.starts = 0
+
+    @property
+    def pid(self) -> int:
+        """Return the process's number."""
+        return self._process.pid if self._process else 0
+
+    def start(self) -> None:
+        """Start the process, unless it runs."""
+        if self._reader is not None and self._reader.is_alive():
+            return
+        self._closed = False
+        self._launch()
+        self._reader = threading.Thread(target=self._keep_running, name="brain", daemon=True)
+        self._reader.start()
+
+    def _launch(self) -> None:
+        path = os.pathsep.join(p for p in sys.path if p)
+        env = os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+        with self._writing:
+            self._process = subprocess.Popen(  # noqa: S603 - our own program
+                [sys.executable, "-m", "robots.drivers.irat.brain", str(self._folder)],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
+            )  # fmt: skip
+            self._fed_at = None
+        self.starts += 1
+
+    def _keep_running(self) -> None:
+        """Read what it says; start it again when it ends."""
+        while True:
+            self._read()
+            if self._closed:
+                return
+            log.warning("the brain of the robot ended; it is started again")
+            self._end()
+            time.sleep(AGAIN_S)
+            if self._closed:
+                return
+            self._launch()
+            self._aim_again()
+
+    def keep_aim(self, aim: Callable[[int], ToBrain] | None) -> None:
+        """Say this again whenever the process was started again; None: nothing."""
+        self._aim = aim
+
+    def _aim_again(self) -> None:
+        if self._aim is not None:
+            self.post(self._aim(next(self._numbers)))
+
+    def _read(self) -> None:
+        assert self._process is not None and self._process.stdout is not None
+        with contextlib.suppress(OSError, ValueError, MsgspecError):
+            while (data := read(self._process.stdout)) is not None:
+                self._take(from_brain.decode(data))
+
+    def _take(self, said: FromBrain) -> None:
+        if isinstance(said, Packet):
+            self._packet(said)
+            return
+        with self._changed:
+            if isinstance(said, Seen):
+                self.newest, self.heard_at, self._fed_at = said, time.monotonic(), None
+            elif said.number in self._calls:
+                self._calls[said.number] = said
+            self._changed.notify_all()
+
+    def post(self, message: ToBrain) -> None:
+        """Send a message that has no answer. What cannot be sent is lost."""
+        with self._writing, contextlib.suppress(OSError, ValueError):
+            self._write(message)
+
+    def _write(self, message: ToBrain) -> None:
+        if self._process is not None and self._process.stdin is not None:
+            self._process.stdin.write(frame(message))
+            self._process.stdin.flush()
+
+    def feed(self, feed: Feed) -> bool:
+        """Send a step, unless the one before is not answered yet; tell whether it was sent."""
+        now = time.monotonic()
+        if self._fed_at is not None:
+            if now - self._fed_at > STUCK_S and self._process is not None:
+                self._process.kill()
+            return False
+        with self._writing, contextlib.suppress(OSError, ValueError):
+            self._fed_at = now
+            self._write(feed)
+        return True
+
+    def call(self, make: Callable[[int], ToBrain], seconds: float = ANSWER_S) -> Answer:
+        """Send a numbered message, and return its answer. Raises HardwareFault if there is none."""
+        number = next(self._numbers)
+        with self._changed:
+            self._calls[number] = None
+        self.post(make(number))
+        with self._changed:
+            self._changed.wait_for(lambda: self._calls[number] is not None, seconds)
+            answer = self._calls.pop(number)
+        if answer is None:
+            raise HardwareFault(SILENT)
+        return answer
+
+    def fresh(self, seconds: float = SILENT_S) -> Seen | None:
+        """Return its newest answer, None if it has been silent for so long."""
+        with self._changed:
+            return self.newest if time.monotonic() - self.heard_at <= seconds else None
+
+    def wait(self, after: float, seconds: float) -> Seen | None:
+        """Return an answer that came after a time (monotonic, s); None if there is none in so many seconds."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.heard_at > after, seconds)
+            return self.newest if self.heard_at > after else None
+
+    def close(self) -> None:
+        """End the process. Never raises."""
+        self._closed = True
+        self._end()
+        if self._reader is not None and self._reader is not threading.current_thread():
+            self._reader.join(2.0)
+        self._reader = None
+
+    def _end(self) -> None:
+        process, self.heard_at = self._process, -1e9
+        if process is None:
+            return
+        with contextlib.suppress(OSError, ValueError):
+            if process.stdin is not None:
+                process.stdin.close()
+        try:
+            process.wait(SAVED_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        if process.stdout is not None:
+            with contextlib.suppress(OSError, ValueError):
+                process.stdout.close()

@@ -1,0 +1,125 @@
+"""The iRat's driver: everybody's goals, exploring and charging, by the map of a brain in a process of its own."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from robots.contract.find import check
+from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session, Trace
+from robots.contract.values import number
+from robots.description import load
+from robots.drivers.errors import HardwareFault
+from robots.drivers.irat.brain.messages import Care, Clear, Key, Packet
+from robots.drivers.irat.brain.process import SILENT, BrainProcess
+from robots.drivers.irat.charging import Charging
+from robots.drivers.irat.line import IratLine
+from robots.drivers.irat.protocol import Velocity
+from robots.drivers.irat.roaming import Roaming
+from robots.drivers.irat.senses import Mode, Senses
+from robots.drivers.irat.wheels import FLAT, STEP_S, Wheels
+
+HEARD_S = 3.0  # within which the robot's topics arrive
+BRAIN_S = 25.0  # within which the brain's process answers; its loops may have to be compiled
+
+
+class Driver(Session):
+    """A `robots.contract.session.Session`. `settings` may hold `epoch`, and `folder`, where the map is kept."""
+
+    def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
+        super().__init__(address, settings, trace)
+        folder = settings.get("folder") or Path(address).parent
+        self._hand = load("irat")["hand"]
+        self.line = IratLine(address.removeprefix("socket://"), int(settings.get("epoch") or 1))
+        self.brain = BrainProcess(Path(folder) / "brain", self._told)
+        self.senses = Senses(self.line, self.brain, self.keep)
+        self.wheels = Wheels(self.line, self.brain, self.senses)
+        self._roaming, self._charging = Roaming(self.wheels), Charging(self.wheels)
+
+    def _told(self, packet: Packet) -> None:
+        """Hand on a packet of the brain's streams."""
+        if self.stream(packet.stream, packet.data, packet.key) and self.on_packet is not None:
+            self.brain.post(Key(packet.stream))
+
+    def connect(self) -> RobotState:
+        """Open the line, listen, and start the brain; the robot is ready once that has answered.
+
+        Raises HardwareFault; also where the battery is almost flat.
+        """
+        self.line.open()
+        for newest in (self.line.status, self.line.odometry, self.line.battery, self.line.charger, self.line.ranges):
+            newest.wait(HEARD_S)
+        if self.senses.critical:
+            raise HardwareFault(FLAT)
+        self.brain.start()
+        self.senses.start()
+        self.brain.wait(time.monotonic() - BRAIN_S, BRAIN_S)
+        return self.state()
+
+    def state(self) -> RobotState:
+        """Ask the robot."""
+        self.line.status.take(self.line.ask().encode())
+        return self.keep(self.senses.state())
+
+    def execute(self, kind: str, args: JSON, permit: Permit, on_stage: OnStage) -> Outcome:
+        """Run one command to its end."""
+        check("irat", kind, args, self.settings)
+        motions: dict[str, Callable[[], JSON]] = {
+            "goal": lambda: self._roaming.goal(args, permit, on_stage),
+            "explore": lambda: self._roaming.explore(permit, on_stage),
+            "charge": lambda: self._charging.charge(permit, on_stage),
+            "drive": lambda: self._drive(args, permit, on_stage),
+        }
+        if kind in motions:
+            sent = motions[kind]()
+            return Outcome(sent, self.state())
+        permit()
+        on_stage("sent")
+        pruning = kind == "pruning" and number(args, "on") >= 0.5
+        self.brain.call((lambda n: Care(n, pruning)) if kind == "pruning" else Clear)
+        on_stage("acknowledged")
+        return Outcome(dict(args), self.latest())
+
+    def _drive(self, args: JSON, permit: Permit, on_stage: OnStage) -> JSON:
+        """Drive by hand while `permit` allows it."""
+        wanted = Velocity(
+            number(args, "forward") * float(self._hand["speed"]), number(args, "turn") * float(self._hand["turn"])
+        )
+
+        def act(free: Permit) -> None:
+            said = False
+            while True:
+                self.senses.awake()
+                self.wheels.drive(wanted, free)
+                if not said:
+                    said = True
+                    on_stage("sent")
+                    on_stage("acknowledged")
+                time.sleep(STEP_S)
+
+        self.wheels.during(permit, Mode.HAND, act)
+        return dict(args)
+
+    def picture(self, view: str, seconds: float) -> bytes | None:
+        """Return the first picture of the robot's camera that arrives from now on."""
+        return self.senses.picture(seconds)
+
+    def hold(self) -> RobotState:
+        """Hold at once; return when the robot says that it rests."""
+        self.wheels.hold()
+        return self.state()
+
+    def recover(self, permit: Permit) -> RobotState:
+        """Connect again after a fault; a brain that runs goes on."""
+        permit()
+        self.senses.close()
+        self.line.close()
+        state = self.connect()
+        if not state.ready:
+            raise HardwareFault(SILENT)
+        return state
+
+    def close(self) -> None:
+        """End the brain and the connection; the robot holds."""
+        self.senses.close()
+        self.brain.close()
+        self.line.close()

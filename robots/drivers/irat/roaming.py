@@ -1,0 +1,132 @@
+"""Exploring, going to a goal, and leaving the dock."""
+
+import time
+
+from robots.contract.session import JSON, OnStage, Permit, Progress
+from robots.contract.values import number
+from robots.description import load
+from robots.drivers.errors import BadRequest, GaveUp, RobotError
+from robots.drivers.irat.brain.messages import NONE, Aim, Clear, Forget
+from robots.drivers.irat.protocol import Velocity
+from robots.drivers.irat.senses import Mode, between
+from robots.drivers.irat.spec import SLICE_S
+from robots.drivers.irat.wheels import Wheels
+
+EARLY_S = 3.0  # a slice ends by itself so long before its grant
+BACK_M, BACK_M_S, BACK_S = 0.42, 0.10, 8.0  # out of the dock's funnel
+ROUND_RAD, ROUND_RAD_S, ROUND_S = 2.6, 1.2, 5.0
+WAITS_S = 3 * 3600.0  # for so long a goal that was cut short keeps the map, as long as charging takes
+
+
+class MapCleared(BadRequest):
+    """The goal's map is gone."""
+
+    code = "map_cleared"
+
+
+class Roaming:
+    """The motions of everybody's goals and of idle hours."""
+
+    def __init__(self, wheels: Wheels) -> None:
+        self._wheels, self._brain, self._senses = wheels, wheels.brain, wheels.senses
+        self._clear_s = float(load("irat")["map"]["clear_s"])
+        self._cut_short: tuple[JSON, float] | None = None  # a goal that may come again, and since when
+
+    def explore(self, permit: Permit, on_stage: OnStage) -> JSON:
+        """Roam for a slice; nobody's goal waits, so it is the time to clear a map."""
+        until = time.monotonic() + SLICE_S - EARLY_S
+        self._cut_short = None
+        self.clear_if_due()
+        began = self._senses.driven
+
+        def act(free: Permit) -> None:
+            self.leave_dock(free, on_stage)
+            while time.monotonic() < until:
+                if self._wheels.pause(free) is not None:
+                    self._wheels.steer(None, free, Mode.EXPLORING)
+
+        self._wheels.during(permit, Mode.EXPLORING, act)
+        return {"driven": round(self._senses.driven - began, 3)}
+
+    def clear_if_due(self) -> None:
+        """Clear a map that is not pruned and old enough, unless a goal that was cut short needs it."""
+        seen = self._brain.fresh()
+        if seen is None or seen.pruning or seen.age < self._clear_s:
+            return
+        if self._cut_short is None or time.monotonic() - self._cut_short[1] > WAITS_S:
+            self._brain.call(Clear)
+
+    def leave_dock(self, permit: Permit, on_stage: OnStage) -> None:
+        """Reverse out of the dock and turn round, if the charger's contacts are closed."""
+        permit()
+        on_stage("sent")
+        on_stage("acknowledged")
+        if not self._senses.charging:
+            return
+        for velocity, most, seconds in (
+            (Velocity(-BACK_M_S, 0.0), BACK_M, BACK_S),
+            (Velocity(0.0, ROUND_RAD_S), ROUND_RAD, ROUND_S),
+        ):
+            self._until(velocity, most, seconds, permit)
+
+    def _until(self, velocity: Velocity, most: float, seconds: float, permit: Permit) -> None:
+        """Drive so until the odometry has gone, or turned, so far (m + rad), or the time is over."""
+        wheels, gone = self._wheels, 0.0
+        was, until = wheels.line.odometry.value, time.monotonic() + seconds
+        while gone < most and time.monotonic() < until:
+            seen = wheels.pause(permit)
+            here = wheels.line.odometry.value
+            if was is not None and here is not None:
+                distance, turn = between(was, here)
+                gone += abs(distance) if velocity.linear else abs(turn)
+            was = here
+            if seen is not None:
+                wheels.drive(velocity, permit)
+
+    def goal(self, args: JSON, permit: Permit, on_stage: OnStage) -> JSON:
+        """Go to a place of the map.
+
+        Raises MapCleared, BadRequest for a place that is not on the map, GaveUp when the time for it is over.
+        """
+        permit()
+        x, y, which = number(args, "x"), number(args, "y"), int(number(args, "map"))
+        wanted = int(number(args, "experience")) if "experience" in args else NONE
+        answer = self._brain.call(lambda n: Aim(n, which, x, y, wanted))
+        if answer.refusal:
+            raise (MapCleared if answer.cleared else BadRequest)(answer.refusal)
+        if self._cut_short is not None and self._cut_short[0] == args:
+            self._cut_short = None
+        self._brain.keep_aim(lambda n: Aim(n, which, x, y, answer.experience))
+        try:
+            self._wheels.during(
+                permit, Mode.GOAL, lambda free: self._go(which, answer.experience, answer.limit_s, free, on_stage)
+            )
+        except (GaveUp, MapCleared):
+            raise
+        except RobotError:
+            self._cut_short = (dict(args), time.monotonic())
+            raise
+        finally:
+            self._brain.keep_aim(None)
+            self._brain.post(Forget())
+        self.clear_if_due()
+        return {"experience": answer.experience, "map": which, "limit_s": round(answer.limit_s, 1)}
+
+    def _go(self, which: int, goal: int, limit_s: float, permit: Permit, on_stage: OnStage) -> None:
+        began, told = time.monotonic(), 0.0
+        self.leave_dock(permit, on_stage)
+        while True:
+            spent = time.monotonic() - began
+            if spent > limit_s:
+                raise GaveUp(f"The place was not reached within {limit_s:.0f} s, three times what the way takes.")
+            seen = self._wheels.pause(permit)
+            if seen is not None and seen.map_number != which:
+                raise MapCleared("The map was cleared on the way, so this place is no longer known.")
+            if seen is None or seen.guided is None or seen.guided.goal != goal:
+                continue
+            if seen.guided.reached:
+                return
+            self._wheels.steer(seen.guided.bearing, permit, Mode.GOAL)
+            if spent - told >= 1.0:
+                told = spent
+                on_stage(Progress(f"{spent:.0f} s of at most {limit_s:.0f} s", spent / limit_s))

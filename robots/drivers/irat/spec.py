@@ -1,0 +1,62 @@
+"""The spec of the iRat; readable without its driver."""
+
+from robots.contract.capabilities import Idle, Need
+from robots.contract.channels import IN_PLANE, Scalar
+from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
+from robots.contract.streams import Stream
+from robots.description import load
+
+BY_STAFF, BY_ANYONE = frozenset({STAFF}), frozenset({ANYONE})
+HAND_LONGEST_S = 60.0
+SLICE_S = 60.0
+CHARGE_S = 4 * 3600.0
+FULL = 97.0  # percent; the last few take as long as all others
+MOST = 16_777_216  # whole numbers that a channel's four bytes hold
+
+
+def spec() -> Spec:
+    """Return the spec, from the description."""
+    description = load("irat")
+    battery = description["battery"]
+    place = (
+        Argument("map", "", 1, MOST),
+        Argument("x", "m", -100.0, 100.0),
+        Argument("y", "m", -100.0, 100.0),
+        Argument("experience", "", 0, MOST, required=False),
+    )
+    share = Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)
+    return Spec(
+        name=description["name"],
+        rest_s=description["line"]["rest_s"],
+        pose=IN_PLANE,
+        channels=(
+            Scalar("battery", "V", battery["empty"], battery["full"]),
+            Scalar("charge", "%", 0.0, 100.0),
+            Scalar("charging", "", 0.0, 1.0),
+            Scalar("map", "", 1.0, MOST),
+            Scalar("experiences", "", 0.0, 10_000.0),
+            Scalar("docks", "", 0.0, 10_000.0),
+            Scalar("driven", "m", 0.0, 1e6),
+        ),
+        streams=(Stream("map", "application/x-irat-map"), Stream("cells", "application/x-irat-cells")),
+        capabilities=(Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL)),
+        commands=(
+            CommandKind(
+                "goal", "Go to a place of the map", place, limit_s=float(description["map"]["goal_s"]),
+                asked_by=BY_ANYONE, still_after=False, progress=True,
+            ),
+            CommandKind("explore", "Explore", limit_s=SLICE_S, asked_by=BY_STAFF, still_after=False),
+            CommandKind("charge", "Charge", limit_s=CHARGE_S, asked_by=BY_STAFF, still_after=False, progress=True),
+            CommandKind(
+                "drive", "Drive by hand", share, limit_s=HAND_LONGEST_S, asked_by=BY_STAFF, still_after=False,
+                held=True,
+            ),
+            CommandKind(
+                "clear_map", "Clear the map", asked_by=BY_STAFF, lane="config", moves=False, still_after=False,
+            ),
+            CommandKind(
+                "pruning", "Prune the map (1) or clear it now and then (0)", (Argument("on", "", 0.0, 1.0),),
+                asked_by=BY_STAFF, lane="config", moves=False, still_after=False,
+            ),
+        ),
+    )  # fmt: skip

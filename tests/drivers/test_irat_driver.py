@@ -1,0 +1,271 @@
+"""The iRat's driver against its simulator over the real WebSocket, with its brain as a real process."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from robots.autonomy.ratslam.routes import index_of
+from robots.autonomy.ratslam.storage import load
+from robots.contract.session import Progress
+from robots.drivers.errors import BadRequest, GaveUp, GrantOver, Held, LineGone
+from robots.drivers.irat.brain.messages import Save
+from robots.drivers.irat.roaming import MapCleared
+from tests.conftest import wait_for
+from tests.drivers.irat_wire import journal, until
+from tests.drivers.pa10_wire import allow
+
+SMALL = 12  # experiences: a map of a few decimetres
+
+
+def explored(driver, experiences=SMALL, on_stage=lambda _: None):
+    """Explore until the map has so many experiences."""
+
+    def permit():
+        if driver.brain.newest.experiences >= experiences:
+            raise GrantOver("enough")
+
+    with pytest.raises(GrantOver):
+        driver.execute("explore", {}, permit, on_stage)
+
+
+def looked(driver):
+    """What the newest picture was worth; the camera is kept running."""
+    driver.senses.awake()
+    return driver.brain.newest.picture
+
+
+def here(driver, **more):
+    """The place where the robot stands, as a goal."""
+    seen = driver.brain.newest
+    x, y, _ = seen.pose
+    return {"map": seen.map_number, "x": x, "y": y, "experience": seen.experience} | more
+
+
+def test_its_camera_is_seen_over_its_own_wire(rat_driver, irat):
+    picture = cv2.imdecode(np.frombuffer(rat_driver.picture("robot", 5), np.uint8), cv2.IMREAD_COLOR)
+    assert picture.shape == (240, 416, 3)
+    irat.fault("cam_gone")
+    assert rat_driver.picture("robot", 0.3) is None
+
+
+def test_its_state_is_what_the_robot_and_its_map_tell(rat_driver, irat):
+    state = rat_driver.state()
+    assert (state.moving, state.ready, state.fault, state.mode) == (False, True, "", "resting")
+    assert len(state.pose) == 3
+    assert state.values["charge"] == pytest.approx(100 * irat.status()["charge"], abs=1)
+    assert 6.4 < state.values["battery"] < 8.5
+    assert state.values["charging"] == 0.0
+    assert irat.count("motion") == 0, "nothing moves by itself"
+    at = rat_driver.state().at
+    assert time.monotonic() - at < 1.0
+
+
+def test_it_explores_and_its_map_grows_and_is_streamed(rat_driver, irat):
+    packets = []
+    rat_driver.on_packet = lambda name, data, key: packets.append((name, key)) or False
+    before, told = rat_driver.state().values, []
+    explored(rat_driver, before["experiences"] + SMALL, told.append)
+    state = rat_driver.state()
+    assert told == ["sent", "acknowledged"]
+    assert (
+        state.values["driven"] - before["driven"] == pytest.approx(irat.status()["driven"], rel=0.2)
+        or irat.status()["driven"] > 0.2
+    )
+    assert not state.moving and not irat.status()["moving"], "the end of the permit holds it"
+    assert {"map", "cells"} <= {name for name, _ in packets}
+
+
+def test_nothing_moves_without_a_permit(rat_driver, irat):
+    explored(rat_driver)
+    irat.forget()
+
+    def refused():
+        raise GrantOver("The turn is over.")
+
+    for kind, args in (
+        ("explore", {}),
+        ("charge", {}),
+        ("drive", {"forward": 1, "turn": 0}),
+        ("goal", here(rat_driver)),
+    ):
+        with pytest.raises(GrantOver):
+            rat_driver.execute(kind, args, refused, lambda _: None)
+    time.sleep(0.3)
+    assert irat.count("motion") == 0
+
+
+def test_a_hold_from_another_thread_ends_it_for_good_and_is_answered_at_rest(rat_driver, irat):
+    held = []
+
+    def hold():
+        wait_for(lambda: irat.status()["moving"], 10, "motion")
+        time.sleep(0.5)
+        held.append(rat_driver.hold())
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    with pytest.raises(Held, match="stopped on its way"):
+        rat_driver.execute("explore", {}, allow, lambda _: None)
+    thread.join()
+    assert held[0].moving is False
+    motions = irat.count("motion")
+    time.sleep(0.6)
+    assert irat.count("motion") == motions, "nothing starts it again"
+    assert irat.status()["moving"] is False
+    assert journal(irat, "rest")[-1]["end"] == "held"
+
+
+def test_a_brain_that_dies_rests_the_wheels_and_comes_back_with_its_map(rat_driver, irat):
+    explored(rat_driver)
+    rat_driver.brain.call(Save)
+    known, number = rat_driver.brain.newest.experiences, rat_driver.brain.newest.map_number
+    permit, starts = until(70), rat_driver.brain.starts
+
+    def roam():
+        with pytest.raises(Held):
+            rat_driver.execute("explore", {}, permit, lambda _: None)
+
+    thread = threading.Thread(target=roam)
+    thread.start()
+    wait_for(lambda: irat.status()["moving"] and abs(irat.status()["rims"][0]) > 0.02, 10, "motion")
+    os.kill(rat_driver.brain.pid, signal.SIGKILL)
+    time.sleep(1.0)  # 0.5 s of silence, and the braking
+    if rat_driver.brain.fresh() is None:
+        assert max(map(abs, irat.status()["reference"])) == 0.0, "no velocity without the brain"
+    wait_for(lambda: rat_driver.brain.fresh() is not None, 60, "the brain is back")
+    assert rat_driver.brain.starts == starts + 1
+    assert rat_driver.brain.newest.map_number == number
+    assert rat_driver.brain.newest.experiences >= known
+    wait_for(lambda: irat.status()["moving"], 10, "it goes on")
+    rat_driver.hold()
+    thread.join(30)
+
+
+def test_a_frozen_brain_rests_the_wheels(rat_driver, irat):
+    def roam():
+        with pytest.raises(Held):
+            rat_driver.execute("explore", {}, allow, lambda _: None)
+
+    thread = threading.Thread(target=roam)
+    thread.start()
+    wait_for(lambda: abs(irat.status()["rims"][0]) > 0.02, 10, "motion")
+    os.kill(rat_driver.brain.pid, signal.SIGSTOP)
+    time.sleep(1.1)
+    assert max(map(abs, irat.status()["reference"])) == 0.0
+    assert irat.status()["moving"] is False
+    os.kill(rat_driver.brain.pid, signal.SIGCONT)
+    wait_for(lambda: irat.status()["moving"], 10, "it goes on")
+    rat_driver.hold()
+    thread.join(10)
+
+
+def test_black_and_frozen_pictures_teach_nothing(rat_driver, irat):
+    explored(rat_driver, SMALL)
+    for fault, word in (("cam_black", "black"), ("cam_freeze", "frozen")):
+        wait_for(lambda: looked(rat_driver) == "seen", 10, "a good picture")
+        irat.fault(fault)
+        wait_for(lambda word=word: looked(rat_driver) == word, 10, fault)
+        known = rat_driver.brain.newest.experiences
+        with pytest.raises(GrantOver):
+            rat_driver.execute("explore", {}, until(1.5), lambda _: None)
+        assert rat_driver.brain.newest.experiences == known, fault
+        irat.clear()
+
+
+def test_a_goal_is_reached_when_the_map_says_so(rat_driver, irat):
+    explored(rat_driver)
+    goal, folder = here(rat_driver), Path(rat_driver.settings["folder"]) / "brain"
+    explored(rat_driver, rat_driver.brain.newest.experiences + SMALL)
+    told = []
+    outcome = rat_driver.execute("goal", goal, allow, told.append)
+    assert outcome.sent["experience"] == goal["experience"]
+    assert outcome.sent["limit_s"] >= 30.0
+    rat_driver.brain.call(Save)
+    held = load(folder / "map.npz").map
+    reached, current = index_of(held, goal["experience"]), held.poses[held.current, :2]
+    assert np.hypot(*(held.poses[reached, :2] - current)) < 0.15, "by its own map, once it rests"
+    assert not outcome.state.moving
+    assert told[:2] == ["sent", "acknowledged"]
+    assert all(isinstance(t, Progress) for t in told[2:])
+
+
+def test_a_goal_that_is_not_on_the_map_is_refused_with_a_sentence(rat_driver, irat):
+    explored(rat_driver)
+    for wrong, error, words in (
+        (here(rat_driver, map=rat_driver.brain.newest.map_number + 1), MapCleared, "cleared"),
+        ({"map": rat_driver.brain.newest.map_number, "x": 50.0, "y": 50.0}, BadRequest, "No place on the map"),
+        (here(rat_driver, x=float("nan")), BadRequest, "finite"),
+        (here(rat_driver, x=1e308), BadRequest, "between"),
+        (here(rat_driver) | {"x": "1"}, BadRequest, "number"),
+    ):
+        irat.forget()
+        with pytest.raises(error, match=words):
+            rat_driver.execute("goal", wrong, allow, lambda _: None)
+        assert irat.count("motion") == 0
+
+
+def test_a_cleared_map_is_a_new_one_and_its_goals_are_gone(rat_driver, irat):
+    explored(rat_driver)
+    old = here(rat_driver)
+    rat_driver.execute("clear_map", {}, allow, lambda _: None)
+    rat_driver.senses.awake()
+    wait_for(lambda: rat_driver.brain.newest.map_number == old["map"] + 1, 5, "the new map")
+    with pytest.raises(MapCleared):
+        rat_driver.execute("goal", old, allow, lambda _: None)
+
+
+def test_a_map_that_staff_clear_on_the_way_ends_its_goal(rat_driver, irat):
+    explored(rat_driver)
+    goal = here(rat_driver)
+    explored(rat_driver, rat_driver.brain.newest.experiences + SMALL)
+
+    def clear():
+        wait_for(lambda: irat.status()["moving"], 10, "motion")
+        rat_driver.execute("clear_map", {}, allow, lambda _: None)
+
+    thread = threading.Thread(target=clear)
+    thread.start()
+    with pytest.raises(MapCleared, match="on the way"):
+        rat_driver.execute("goal", goal, allow, lambda _: None)
+    thread.join()
+    assert not rat_driver.state().moving
+
+
+def test_a_goal_that_takes_too_long_is_given_up(rat_driver, irat, monkeypatch):
+    explored(rat_driver)
+    goal = here(rat_driver)
+    explored(rat_driver, rat_driver.brain.newest.experiences + SMALL)
+    answer = rat_driver.brain.call
+
+    def soon(make, *more):
+        return replace(answer(make, *more), limit_s=1.0)
+
+    monkeypatch.setattr(rat_driver.brain, "call", soon)
+    with pytest.raises(GaveUp, match="not reached within 1 s"):
+        rat_driver.execute("goal", goal, allow, lambda _: None)
+    assert not rat_driver.state().moving
+
+
+def test_staff_drive_by_hand_while_they_hold_the_controls(rat_driver, irat):
+    with pytest.raises(GrantOver):
+        rat_driver.execute("drive", {"forward": -1.0, "turn": 0.0}, until(1.0), lambda _: None)
+    assert irat.status()["driven"] > 0
+    assert irat.status()["moving"] is False
+    assert irat.count("motion") == 1
+
+
+def test_a_lost_robot_ends_the_motion(rat_driver, irat):
+    timer = threading.Timer(1.5, irat.fault, ("power_cycle",), {"count": 1})
+    timer.start()
+    with pytest.raises(LineGone):
+        rat_driver.execute("explore", {}, allow, lambda _: None)
+    wait_for(lambda: irat.status()["power"], 5, "the power")
+    assert rat_driver.recover(allow).ready
+    assert rat_driver.state().moving is False

@@ -1,0 +1,83 @@
+"""The iRat in the whole house: it explores, takes a guest's goal, charges in the middle of it, and finishes it."""
+
+import shutil
+
+import pytest
+from django.conf import settings
+
+from portal.processes import robot_processes
+from portal.seeding import add_robot
+from queueing import services as queue
+from queueing.jobs.asking import Asker, ask
+from queueing.models import Job, QueueRobot
+from robots import bus
+from robots.clock import SYSTEM
+from robots.models import Command, Lease, Robot
+from robots.states import Cycle, GrantEnd
+from tests.conftest import wait_for
+from tests.rig import Child, IratSimulator
+
+pytestmark = pytest.mark.length
+EXPERIENCES = 150  # a map that has left the first corridor
+
+
+class Board(IratSimulator):
+    """The faults of a simulator that the supervisor's command has started."""
+
+    def start(self):
+        self._counted = {}
+
+
+@pytest.fixture
+def rat_house(transactional_db, redis_server):
+    bus.connection().flushall()
+    shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+    robot = add_robot("irat")
+    queue.queue_of(robot)
+    QueueRobot.objects.filter(robot=robot).update(
+        offers_turns=False, guests_ask=True, charged_in="jobs", rest_after_min=None
+    )
+    for folder in (robot.rig_dir, settings.VAR / "robots" / robot.slug):
+        shutil.rmtree(folder, ignore_errors=True)
+    children = [Child(spec.name.replace(" ", "-"), list(spec.argv), **spec.env) for spec in robot_processes(robot)]
+    yield robot
+    for child in children[::-1]:
+        child.stop()
+
+
+def told(robot):
+    """The values that the robot told last; the queue goes on meanwhile."""
+    queue.tick(SYSTEM.now())
+    return (Lease.objects.get(robot=robot).state or {}).get("values", {})
+
+
+def goal(robot, guest, **args):
+    return ask(Robot.objects.get(pk=robot.pk), Asker(guest=guest * 64, network="192.0.2.1"), "goal", args, SYSTEM.now())
+
+
+def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house):
+    robot = rat_house
+    wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 150, "the robot is in order")
+    wait_for(lambda: told(robot).get("experiences", 0) > EXPERIENCES, 200, "a map")
+    board, number = Board(robot.rig_dir), told(robot)["map"]
+    job = goal(robot, "a", map=number, x=0.0, y=-0.5, experience=50)
+    refused = goal(robot, "b", map=number + 7, x=0.0, y=0.0)
+    running = Command.objects.filter(kind="goal", state="acknowledged")
+    wait_for(lambda: told(robot) and running.exists(), 30, "the goal is on its way")
+    board.fault("charge", 0.19)
+    wait_for(lambda: told(robot) and Command.objects.filter(kind="charge").exists(), 30, "the need")
+    wait_for(lambda: told(robot) and Job.objects.get(pk=job.pk).state == "waiting", 10, "it keeps its place")
+    wait_for(lambda: told(robot).get("charging"), 400, "the dock")
+    assert board.status()["charging"] is True
+    board.fault("charge", 0.968)
+    wait_for(
+        lambda: told(robot) and not Job.objects.filter(state__in=("waiting", "running")).exists(), 400, "the goals"
+    )
+    job.refresh_from_db()
+    refused.refresh_from_db()
+    assert (job.state, job.reason, job.charged, job.runs.count()) == ("done", "", 1.0, 2)
+    assert job.runs.first().grant.end_code == GrantEnd.PREEMPTED
+    assert (refused.state, refused.charged) == ("failed", 0.0)
+    assert "cleared" in refused.reason
+    charge = Command.objects.filter(kind="charge").order_by("id").last()
+    assert charge.state == "completed"

@@ -21,6 +21,8 @@ from tests.conftest import wait_for
 from tests.drivers.irat_wire import journal, until
 from tests.drivers.pa10_wire import allow
 
+# a map that answers half a second late holds the robot, so nothing else runs beside it
+pytestmark = [pytest.mark.alone, pytest.mark.length]
 SMALL = 12  # experiences: a map of a few decimetres
 
 

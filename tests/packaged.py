@@ -25,7 +25,7 @@ def installed_from(folder, monkeypatch):
     yield
     for cache in caches:
         cache.cache_clear()
-    for name in [n for n, module in sys.modules.items() if str(folder) in str(getattr(module, "__file__", ""))]:
+    for name in [n for n, module in list(sys.modules.items()) if str(folder) in str(getattr(module, "__file__", ""))]:
         del sys.modules[name]  # another test's package of that name is another one
 
 

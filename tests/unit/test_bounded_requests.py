@@ -1,5 +1,6 @@
 """Whatever is asked of a robot's check, preview or program checker: little work, and an answer in words."""
 
+import contextlib
 import math
 import time
 import tracemalloc
@@ -45,6 +46,20 @@ lines = st.tuples(st.sampled_from("jkKlgdREpsuhJC#x"), st.lists(numerals, max_si
     lambda pair: " ".join([pair[0], *pair[1]])
 )
 texts = st.lists(lines, max_size=60).map("\n".join)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def loaded():
+    """Libraries are loaded once a process, at their first use; that is not what is measured."""
+    args = {**SIX, "x": 0.5, "z": 0.3}
+    for kind in ("line", "pose"):
+        with contextlib.suppress(RobotError):
+            check("pa10", kind, args)
+        with contextlib.suppress(RobotError):
+            preview(kind, args, READY)
+    for name in DRIVERS:
+        with contextlib.suppress(RobotError):
+            check(name, "move", {"x": 0.0, "y": 0.4})
 
 
 def nested(depth):

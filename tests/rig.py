@@ -59,6 +59,12 @@ class Simulator:
     def clear(self) -> None:
         self.ask(verb="clear")
 
+    def power_cycle(self) -> None:
+        """Switch it off and on again; return when it has begun anew."""
+        boot = self.status()["boot"]
+        self.fault("power_cycle", count=1)
+        wait_for(lambda: self.status()["boot"] != boot, 5, "the power")
+
     def forget(self) -> None:
         """Count anew, and read the journal from here on."""
         self._counted = self.ask(verb="status")["counts"]

@@ -209,11 +209,11 @@ def find_chromium(node: Path) -> None:
     """Write down which Chromium the browser tests use."""
     note = ROOT / "var" / "browser.env"
     note.parent.mkdir(exist_ok=True)
-    found = shutil.which(SHELL)
-    if found is None and apt(SHELL):
-        found = shutil.which(SHELL)
-    if found is None:
-        found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if shutil.which(SHELL) is None and not note.exists():  # asked for once: a machine without a network waits for apt
+        apt(SHELL)
+    found = next(filter(None, map(shutil.which, (SHELL, "chromium", "chromium-browser", "google-chrome"))), None)
+    if found is None and apt("chromium"):
+        found = shutil.which("chromium")
     lines = [f"PLAYWRIGHT_NODEJS_PATH={node / 'node'}"]
     if found is None:
         lines += sparticuz(node)

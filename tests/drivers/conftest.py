@@ -39,9 +39,7 @@ def sim(mercury, request):
         (mercury.folder / "state.json").unlink()
         mercury.start()
     mercury.clear()
-    boot = mercury.status()["boot"]
-    mercury.fault("power_cycle", count=1)
-    wait_for(lambda: mercury.status()["boot"] != boot, 5, "the power")
+    mercury.power_cycle()
     time.sleep(RESET_S)
     mercury.forget()
     return mercury
@@ -127,9 +125,7 @@ def irat(rat):
     rat.clear()
     rat.fault("charge", 0.9)
     wait_for(lambda: rat.status()["power"] and rat.status()["charge"] == pytest.approx(0.9, abs=0.01), 5, "the battery")
-    boot = rat.status()["boot"]
-    rat.fault("power_cycle", count=1)
-    wait_for(lambda: rat.status()["boot"] != boot, 5, "the power")
+    rat.power_cycle()
     rat.fault("carried", CORRIDOR)
     wait_for(lambda: rat.status()["pose"][1] == pytest.approx(1.22, abs=0.03), 5, "the corridor")
     rat.forget()

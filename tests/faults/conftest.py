@@ -1,3 +1,4 @@
+import json
 import shutil
 import signal
 import time
@@ -18,7 +19,7 @@ from tests.faults.here import WebHere
 from tests.faults.proof import Proof
 from tests.faults.proxy import Proxy
 from tests.faults.witness import Witness
-from tests.rig import worker
+from tests.rig import free_port, worker
 
 
 class Rig:
@@ -77,6 +78,23 @@ class Rig:
         proxy = Proxy(str(folder / ".s.PGSQL.5432"), f"{db['HOST']}/.s.PGSQL.{db['PORT'] or 5432}")
         self.proxies.append(proxy)
         return proxy, {"DATABASE_URL": f"postgres://{db['USER']}:@{str(folder).replace('/', '%2F')}/{db['NAME']}"}
+
+    def arm_proxy(self):
+        """Return a proxy on the museum arm's TCP line once its owner speaks through it.
+
+        The owner reaches arm and cameras by address, as a real one's would; one that ran before connects anew.
+        """
+        host, _, port = (self.sim.folder / "tty").read_text().strip().partition(":")
+        proxy = Proxy(("127.0.0.1", free_port()), (host, int(port)))
+        self.proxies.append(proxy)
+        seen = json.loads((self.sim.folder / "cameras.json").read_text()).values()
+        Robot.objects.update(
+            address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in seen)
+        )
+        self.owner()
+        wait_for(lambda: proxy.carries, 60, "an owner that speaks through the proxy")
+        self.wait_ready()
+        return proxy
 
     def owner(self, **env):
         """Have a worker that owns the robot, and wait until it has put it in order."""

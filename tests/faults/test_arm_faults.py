@@ -1,6 +1,5 @@
 """What can go wrong with the museum arm in a turn: the line, the controller, the gripper, a push. Through the real worker."""
 
-import json
 import socket
 import time
 
@@ -9,24 +8,13 @@ import pytest
 from robots.models import Command, Incident, Robot
 from robots.states import GrantEnd
 from tests.conftest import at_length, wait_for
-from tests.faults.proxy import Proxy
-from tests.rig import free_port
 
 pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
 
 
 @pytest.fixture
 def line(rig):
-    """A proxy on the arm's TCP line; the worker reaches arm and cameras by address, as a real one's would."""
-    host, _, port = (rig.sim.folder / "tty").read_text().strip().partition(":")
-    proxy = Proxy(("127.0.0.1", free_port()), (host, int(port)))
-    rig.proxies.append(proxy)
-    cameras = json.loads((rig.sim.folder / "cameras.json").read_text()).values()
-    Robot.objects.update(address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in cameras))
-    rig.owner()
-    wait_for(lambda: proxy.carries, 60, "an owner that ran before is connected through the proxy too")
-    rig.wait_ready()
-    return proxy
+    return rig.arm_proxy()
 
 
 def well(rig):

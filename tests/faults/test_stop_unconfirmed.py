@@ -1,6 +1,5 @@
 """The connection is lost in motion and Stop is pressed: no page says that the robot rests before the robot does."""
 
-import json
 import time
 
 import pytest
@@ -11,8 +10,6 @@ from robots import services
 from robots.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
-from tests.faults.proxy import Proxy
-from tests.rig import free_port
 
 
 def stop_shown(rig):
@@ -43,14 +40,7 @@ def test_an_arm_that_holds_and_cannot_say_so(rig):
 
 @pytest.mark.parametrize("which", [at_length("pa10")], indirect=True)
 def test_an_arm_that_hears_nothing_rests_by_the_time_that_is_shown(rig):
-    host, _, port = (rig.sim.folder / "tty").read_text().strip().partition(":")
-    proxy = Proxy(("127.0.0.1", free_port()), (host, int(port)))
-    rig.proxies.append(proxy)
-    cameras = json.loads((rig.sim.folder / "cameras.json").read_text()).values()
-    Robot.objects.update(address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in cameras))
-    rig.owner()
-    wait_for(lambda: proxy.carries, 60, "an owner that ran before is connected through the proxy too")
-    rig.wait_ready()
+    proxy = rig.arm_proxy()
     rig.grant(seconds=600)
     rig.share = 0.05
     rig.issue("move", x=0.2, y=0.4)

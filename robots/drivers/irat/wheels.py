@@ -23,7 +23,6 @@ SILENT_S = 3.0  # of the robot
 BLIND_S = 20.0  # without a usable picture
 TROUBLED_S = 10.0  # of nothing but stalls and obstacles
 DOCK_SEEN_S, FUNNEL_M, NEAREST_M = 1.0, 0.33, 0.05
-CORNER_S = 3.0  # after an obstacle, in which the robot turns on the way it turned then
 STANDING_S, STANDING_M = 6.0, 0.05  # no farther in this time: it backs off, or goes ahead, in turn
 FLAT = "The battery is almost flat and the dock was not reached; staff have to put the robot into its dock."
 REST = Velocity(0.0, 0.0)
@@ -43,7 +42,6 @@ class Wheels:
         self._memory, self._limits = Memory(), Limits()
         self._stepped_at, self._seeing_at = 0.0, time.monotonic()
         self._brain_at = self._line_at = time.monotonic()
-        self._corner, self._corner_at = 0, -1e9  # the side to which an obstacle was turned away from, and when
         self._stood: tuple[float, float, float] | None = None  # where it stands, and since when
         self._way_out = 1
         self._dock, self._dock_at = 0.0, -1e9  # the distance of the dock's marker (m), and when it was seen
@@ -123,8 +121,7 @@ class Wheels:
         front = ranges.ahead if mode == Mode.DOCKING else min(ranges.ahead, self._before_dock)
         sensed = Sensed(ranges.left, front, ranges.right, v, w, ahead)
         self._standing(odometry.x, odometry.y)
-        chosen, memory = steer(sensed, self._memory, STEP_S, self._dice.random(), self._limits)
-        chosen, self._memory = self._round_corner(chosen, memory)
+        chosen, self._memory = steer(sensed, self._memory, STEP_S, self._dice.random(), self._limits)
         self.senses.mode = Mode.STUCK if self._memory.troubled_s > TROUBLED_S else mode
         self.drive(Velocity(chosen.v, chosen.w), permit)
         return chosen
@@ -134,20 +131,6 @@ class Wheels:
         """Return the room (m) before the dock's funnel, whose low guides no range sensor sees; else far."""
         near = time.monotonic() - self._dock_at < DOCK_SEEN_S
         return max(self._dock - FUNNEL_M, NEAREST_M) if near else self._limits.far
-
-    def _round_corner(self, chosen: Steer, memory: Memory) -> tuple[Steer, Memory]:
-        """Turn to a goal behind the same way round as away from an obstacle, or the two would undo each other."""
-        now = time.monotonic()
-        if chosen.state == "obstacle":
-            self._corner, self._corner_at = memory.side, now
-        elif chosen.state == "behind":
-            if self._corner and now - self._corner_at < CORNER_S:
-                turn = self._corner * abs(chosen.w)
-                self._corner_at = now
-                return replace(chosen, w=turn), replace(memory, w=turn, side=self._corner)
-        else:
-            self._corner = 0
-        return chosen, memory
 
     def _standing(self, x: float, y: float) -> None:
         """Let a robot that has not come from the spot for long back off or go ahead, in turn."""

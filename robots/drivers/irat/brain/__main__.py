@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cv2
 
+from robots.autonomy.ratslam.ready import compile_loops
 from robots.drivers.irat.brain.messages import frame, read, to_brain
 from robots.drivers.irat.brain.mind import Mind
 
@@ -18,6 +19,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever a library prints is no answer
+    compile_loops()  # before the first answer, without which the robot is not ready
     mind = Mind(Path(sys.argv[1]))
     with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):
         while (data := read(sys.stdin.buffer)) is not None:

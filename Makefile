@@ -4,9 +4,10 @@ PORT ?= 8000
 PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
 # Most of a fault test is waiting, so several files run side by side, each in one process, which keeps its robot running
-# from test to test; what judges by fractions of a second runs alone. What only waited too long beside the others is
-# tried once more, and named at the end; a wrong answer is not.
-BESIDE = -n 4 --dist loadfile --no-loadscope-reorder --reruns 1 --only-rerun "not within" --only-rerun "(?i)timeout" -m
+# from test to test; what judges by fractions of a second runs alone. What only waited too long is tried once more, and
+# named at the end; a wrong answer is not, nor a safety limit that was passed.
+PATIENT = --reruns 1 --only-rerun "not within" --only-rerun "(?i)timeout" -m
+BESIDE = -n 4 --dist loadfile --no-loadscope-reorder $(PATIENT)
 
 .PHONY: wheel run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
@@ -27,15 +28,15 @@ lerobot:
 test: setup-test
 	$(PY) tools/run_node_tests.py
 	FARHAND_TEST_DB=sqlite $(TEST) tests $(BESIDE) "not alone and not length"
-	FARHAND_TEST_DB=sqlite $(TEST) tests -m "alone and not length"
+	FARHAND_TEST_DB=sqlite $(TEST) tests $(PATIENT) "alone and not length"
 	FARHAND_TEST_DB=postgres $(TEST) tests $(BESIDE) "(service or tenth) and not alone and not length"
-	FARHAND_TEST_DB=postgres $(TEST) tests -m "tenth and alone and not length"
+	FARHAND_TEST_DB=postgres $(TEST) tests $(PATIENT) "tenth and alone and not length"
 
 # Everything on both.
 test-all: setup-test
 	$(PY) tools/run_node_tests.py
 	for db in sqlite postgres; do \
-	  FARHAND_TEST_DB=$$db $(TEST) tests $(BESIDE) "not alone" && FARHAND_TEST_DB=$$db $(TEST) tests -m alone || exit 1; \
+	  FARHAND_TEST_DB=$$db $(TEST) tests $(BESIDE) "not alone" && FARHAND_TEST_DB=$$db $(TEST) tests $(PATIENT) alone || exit 1; \
 	done
 
 # LeRobot's own classes against simulated servos; skipped elsewhere where the extra is not installed.

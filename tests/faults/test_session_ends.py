@@ -101,7 +101,7 @@ def test_promise_34_the_session_ends_and_with_it_sockets_and_turn(
             with soon() as took:
                 act(browser, people["ada"])
                 assert closed(one)[0] == code
-                wait_for(lambda: turn_ended(driving), LIMIT_S, "the end of the turn")
+                wait_for(lambda: turn_ended(driving), 15, "the end of the turn")
         finally:
             if not with_redis:
                 redis_server.start()
@@ -140,7 +140,7 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
             with soon():
                 phone.sign_out()
                 assert closed(other)[0] == 4401
-                wait_for(lambda: turn_ended(driving), LIMIT_S, "the end of the turn")
+                wait_for(lambda: turn_ended(driving), 15, "the end of the turn")
         second_process.nothing_left()
     finally:
         second_process.stop()
@@ -177,7 +177,7 @@ def test_who_reads_nothing_keeps_nothing(web, people, driving):
         time.sleep(0.01)
     with soon():
         browser.sign_out()
-        wait_for(lambda: turn_ended(driving), LIMIT_S, "the end of the turn")
+        wait_for(lambda: turn_ended(driving), 15, "the end of the turn")
     wait_for(lambda: not web.left()["viewers"] and not web.left()["sockets"], 5, "the end of the socket")
     raw.close()
     web.nothing_left()

@@ -24,7 +24,6 @@ class Watching:
             return
 
     def rate(self, seconds):
-        """Return how many pictures a second came, measured over the next `seconds`."""
-        since, until = time.monotonic(), time.monotonic() + seconds
-        time.sleep(seconds)
-        return sum(since <= at < until for at in self.pictures) / (seconds or 1)
+        """Return how many pictures a second came during the last `seconds`."""
+        since = time.monotonic() - seconds
+        return sum(at >= since for at in self.pictures) / seconds

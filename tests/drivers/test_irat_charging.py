@@ -51,6 +51,16 @@ def test_at_critical_charge_it_rests_and_calls_staff(rat_driver, irat):
     assert "battery" in rat_driver.state().mode
 
 
+def test_a_battery_that_was_charged_in_the_meantime_counts(rat_driver, irat):
+    irat.fault("charge", 0.05)
+    wait_for(lambda: rat_driver.senses.critical, 5, "the battery")
+    rat_driver.senses.close()
+    rat_driver.line.close()
+    irat.fault("charge", 0.9)
+    wait_for(lambda: irat.status()["charge"] > 0.8, 5, "a charged battery")
+    assert rat_driver.connect().values["charge"] > 80
+
+
 def test_it_finds_its_dock_and_charges(rat_driver, irat):
     irat.fault("carried", -1)
     wait_for(lambda: rat_driver.state().values["charging"], 5, "current")

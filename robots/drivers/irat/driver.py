@@ -45,9 +45,10 @@ class Driver(Session):
 
         Raises HardwareFault; also where the battery is almost flat.
         """
+        since = time.monotonic()  # what was heard over the connection before counts no more
         self.line.open()
         for newest in (self.line.status, self.line.odometry, self.line.battery, self.line.charger, self.line.ranges):
-            newest.wait(HEARD_S)
+            newest.wait(HEARD_S, since)
         if self.senses.critical:
             raise HardwareFault(FLAT)
         self.brain.start()

@@ -6,6 +6,7 @@ suspended, so that closing a laptop cannot extend a lease.
 
 import time
 from datetime import UTC, datetime
+from functools import partial
 from typing import Protocol
 
 
@@ -28,15 +29,8 @@ _BOOTTIME = getattr(time, "CLOCK_BOOTTIME", None)
 class SystemClock:
     """The clock of the machine."""
 
-    def now(self) -> datetime:
-        """Return the wall-clock time, UTC."""
-        return datetime.now(UTC)
-
-    def monotonic(self) -> float:
-        """Return seconds since boot, with suspended time if the system counts it."""
-        if _BOOTTIME is not None:
-            return time.clock_gettime(_BOOTTIME)
-        return time.monotonic()
+    now = partial(datetime.now, UTC)
+    monotonic = time.monotonic if _BOOTTIME is None else partial(time.clock_gettime, _BOOTTIME)
 
     def sleep(self, seconds: float) -> None:
         """Sleep for `seconds` (s)."""

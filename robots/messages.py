@@ -63,7 +63,7 @@ class StandingChanged(_Message, frozen=True, tag="standing"):
 
 
 Event = CommandStage | Changed | Trace | Notice
-_ENCODER = msgspec.json.Encoder()
+encode = msgspec.json.Encoder().encode
 _DECODER: msgspec.json.Decoder[Event] = msgspec.json.Decoder(Event)
 _PEOPLE = msgspec.json.Decoder(StandingChanged)
 
@@ -71,11 +71,6 @@ _PEOPLE = msgspec.json.Decoder(StandingChanged)
 def decode_standing(data: bytes) -> StandingChanged:
     """Return the decoded message. Raises msgspec.ValidationError for anything else."""
     return _PEOPLE.decode(data)
-
-
-def encode(event: Event | StandingChanged) -> bytes:
-    """Return the event as JSON."""
-    return _ENCODER.encode(event)
 
 
 def decode(data: bytes) -> Event:

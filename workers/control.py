@@ -6,7 +6,7 @@ from robots.drivers.errors import RobotError
 from robots.states import Cycle
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures
-from workers.commands.loop import Commands
+from workers.commands.claim import Commands
 from workers.connection import Connection
 from workers.handover import Handover
 from workers.owned import OwnedRobot

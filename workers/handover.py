@@ -11,7 +11,7 @@ from robots.services import restore
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.pictures import Pictures
-from workers.commands.loop import Commands
+from workers.commands.claim import Commands
 from workers.connection import Connection
 from workers.incidents import incident
 from workers.owned import OwnedRobot

@@ -10,8 +10,8 @@ from robots.drivers.errors import HardwareFault
 from robots.messages import state_packet
 from workers.connection import Connection
 from workers.owned import OwnedRobot
+from workers.safety.lane import Pace
 from workers.safety.latch import StopLatch
-from workers.safety.pace import Pace
 from workers.streams import Streams
 from workers.trace import WireTrace
 

@@ -22,8 +22,7 @@ from robots.messages import Notice
 from robots.models import Robot
 from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures
-from workers.commands import claim
-from workers.commands.loop import Commands
+from workers.commands.claim import Commands, abandon
 from workers.commands.run import Runner
 from workers.connection import Connection
 from workers.control import Control
@@ -35,12 +34,11 @@ from workers.safety.deadman import DeadManTimer
 from workers.safety.follow import Follower
 from workers.safety.gate import Gate
 from workers.safety.grants import KnownGrants
-from workers.safety.lane import CONFIG, MOTION, Lane
+from workers.safety.lane import CONFIG, MOTION, Lane, Pace
 from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
 from workers.safety.link import Link
 from workers.safety.listen import Listener
-from workers.safety.pace import Pace
 from workers.safety.stop import Stop
 from workers.safety.watch import Watch
 from workers.states import States
@@ -95,8 +93,8 @@ class Owner:
         owned, lease, pictures, connection = self.owned, self.lease, self.pictures, self.connection
         self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, connection.faulted)
         runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted)
-        self.motion = Commands(owned, lease, self.lane, self.runner)
-        self.config = Commands(owned, lease, self.beside, runner_beside)
+        self.motion = Commands(owned, lease, self.lane, self.runner.run)
+        self.config = Commands(owned, lease, self.beside, runner_beside.run)
         handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, self.config)
         self.control = Control(owned, lease, self.motion, self.config, connection, self.regain, handover, pictures)
 
@@ -119,7 +117,7 @@ class Owner:
         self.link.seen()
         self.grants.know_newest(newest_grant(robot))
         begin("renew", self._renew)  # a line that opens slowly must not cost the lease
-        interrupted = claim.abandon(robot, owned.now())
+        interrupted = abandon(robot, owned.now())
         self.connection.connect()
         if interrupted:
             bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
@@ -129,7 +127,7 @@ class Owner:
         begin("follow", self.follower.rows)
         begin("control", self.control.loop)
         if self.beside in self.lanes:
-            begin("config", partial(self.config.loop_config, self.connection))
+            begin("config", partial(self.config.loop_config, lambda: self.connection.connected))
         begin("state", self.states.loop)
         for camera in self.pictures.cameras:
             begin(f"camera {camera.name}", partial(send_live, owned, self.pictures, self._brownout, camera.index))
@@ -153,6 +151,7 @@ class Owner:
         for name in ("control", "config"):
             self.threads.join(name, 8.0)
         self.listener.close()
+        self.pictures.close()
         owned.driver.close()
         self.lease.give_back()
 

@@ -9,7 +9,6 @@ import asyncio
 import contextlib
 import json
 import time
-from collections.abc import Callable
 from typing import Any
 
 from django.db import Error
@@ -20,7 +19,6 @@ from portal.live.people import current_user
 from portal.live.sessions import sign_in_of
 from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
-from portal.live.threads import ANYBODY, KNOWN
 from portal.stores import down_text
 from queueing.places import standings
 from queueing.presence import present
@@ -42,19 +40,19 @@ class PersonConsumer(Line):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._subscriber: Subscriber | None = None
-        self._me, self._stands, self._waits, self._seen = 0, False, False, 0.0
+        self._waits, self._seen = False, 0.0
 
     async def opened(self) -> None:
         """Find out who it is; the socket closes if nobody is signed in."""
         try:
-            user = await ANYBODY.orm(current_user)(self.scope)
+            user = await self.orm(current_user, self.scope)
         except Error:
             await self.close(1013)  # try again later
             return
         if not user.is_authenticated:
             await self.close(SIGNED_OUT)
             return
-        self._me = user.pk
+        self.me = user.pk
         self.sign(sign_in_of(self.scope, user))
         self._subscriber = Subscriber(user.pk)
         subscriptions().attach(self._subscriber)
@@ -64,9 +62,6 @@ class PersonConsumer(Line):
         """Remove the subscription."""
         if self._subscriber is not None:
             subscriptions().detach(self._subscriber)
-
-    async def _orm(self, function: Callable[..., Any], *args: Any) -> Any:
-        return await (KNOWN if self._stands else ANYBODY).orm(function, self._me)(*args)
 
     async def take(self, message: PersonMessage) -> None:
         """Note the presence, send the places again, or carry out a request."""
@@ -78,12 +73,12 @@ class PersonConsumer(Line):
                 if self._waits and time.monotonic() - self._seen > SEEN_S:
                     self._seen = time.monotonic()
                     with contextlib.suppress(Error):  # it is told again with the next answer
-                        await self._orm(self._present)
+                        await self.orm(self._present)
             case Look():
                 subscriber.changed.set()
             case Do():
                 try:
-                    wrong = await self._orm(self._act, message)
+                    wrong = await self.orm(self._act, message)
                 except Error as error:
                     wrong = down_text(error)
                 await self._answer(message.what, message.robot, wrong)
@@ -118,7 +113,7 @@ class PersonConsumer(Line):
         while True:
             subscriber.changed.clear()
             try:
-                seen = await self._orm(self._look)
+                seen = await self.orm(self._look)
             except Error:
                 await asyncio.sleep(UNLINKED_S)
                 continue
@@ -127,7 +122,7 @@ class PersonConsumer(Line):
                 return
             shown, subscriber.queues = seen
             states = {one["state"] for one in shown["places"]}
-            self._stands = bool(states - {"missed"})
+            self.known = bool(states - {"missed"})
             self._waits = bool(states & {"waiting", "offered"})
             await self.send(json.dumps(shown))
             await asyncio.sleep(LEAST_S)
@@ -138,13 +133,13 @@ class PersonConsumer(Line):
         while True:
             seconds = next_look_s(shown, SYSTEM.now().timestamp() * 1000)
             if not subscriptions().link:
-                seconds = min(seconds, UNLINKED_S if self._stands else PULSE_S)
+                seconds = min(seconds, UNLINKED_S if self.known else PULSE_S)
             try:
                 async with asyncio.timeout(seconds):
                     await subscriber.changed.wait()
                 return
             except TimeoutError:
-                if self._stands or not subscriptions().link:
+                if self.known or not subscriptions().link:
                     return
             await self.send(json.dumps({"t": "pulse", "now_ms": int(SYSTEM.now().timestamp() * 1000)}))
 

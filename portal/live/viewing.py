@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import json
-from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -15,7 +14,7 @@ from portal.live.line import Line
 from portal.live.people import current_user
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
 from portal.live.snapshot import snapshot
-from portal.live.threads import ANYBODY, KNOWN, URGENT
+from portal.live.threads import URGENT
 from portal.stores import down_text
 from queueing.sessions import Place, disconnect, session_over
 from robots import bus
@@ -36,9 +35,8 @@ class Viewing(Line):
         super().__init__(*args, **kwargs)
         self.slug = ""
         self.viewer: Viewer | None = None
-        self.me = 0
         self.grant = 0  # the grant of this person in the last snapshot; staff need none
-        self.known, self.placed, self.operating, self.may_stop = False, False, False, False
+        self.placed, self.operating, self.may_stop = False, False, False
         self._stale = asyncio.Event()
         self._looking = False
 
@@ -50,10 +48,6 @@ class Viewing(Line):
         self.begin(self._forward(viewer))
         self.begin(self._resync())
         return viewer
-
-    async def orm(self, function: Callable[..., Any], *args: Any) -> Any:
-        """Query the database in the threads for this kind of person."""
-        return await (KNOWN if self.known else ANYBODY).orm(function, self.me)(*args)
 
     def judge(self, user: Any) -> Ending | None:
         """Return whether a clearance or permission that the socket needs was withdrawn; runs in a thread."""

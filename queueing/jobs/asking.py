@@ -12,7 +12,7 @@ from queueing.jobs.kinds import job_kinds, link_of, may_ask
 from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
-from robots.contract.find import check
+from robots.contract.values import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
 

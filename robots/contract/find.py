@@ -8,10 +8,8 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-from robots.contract.capabilities import Check
-from robots.contract.session import JSON, RobotState, Session, Trace
+from robots.contract.session import JSON, Session, Trace
 from robots.contract.spec import Spec
-from robots.contract.values import known, within
 from robots.installed import driver_path, package
 
 
@@ -37,22 +35,6 @@ def function(path: str) -> Callable[..., Any]:
     module, _, name = path.partition(":")
     found: Callable[..., Any] = getattr(import_module(module), name)
     return found
-
-
-def check(name: str, kind: str, args: JSON, settings: JSON, state: RobotState | None = None) -> None:
-    """Refuse what can be known to be wrong with a command at `state` (None: wherever the robot is).
-
-    Raises:
-        BadRequest: no such command, or values that it does not take.
-        OutOfWorkspace: it would lead where the robot may not go.
-
-    """
-    spec = spec_of(name)
-    own = spec.capability(Check)
-    if own is None:
-        within(known(spec, kind, args), args)
-    else:
-        function(own.function)(kind, args, settings, state)
 
 
 def open_session(name: str, address: str, settings: JSON, trace: Trace | None = None) -> Session:

@@ -3,10 +3,29 @@
 from math import isfinite
 from typing import Any
 
+from robots.contract.capabilities import Check
+from robots.contract.find import function, spec_of
+from robots.contract.session import JSON, RobotState
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.drivers.errors import BadRequest
 
 SHOWN = 40  # characters of what somebody sent that an answer says again
+
+
+def check(name: str, kind: str, args: JSON, settings: JSON, state: RobotState | None = None) -> None:
+    """Refuse what can be known to be wrong with a command at `state` (None: wherever the robot is).
+
+    Raises:
+        BadRequest: no such command, or values that it does not take.
+        OutOfWorkspace: it would lead where the robot may not go.
+
+    """
+    spec = spec_of(name)
+    own = spec.capability(Check)
+    if own is None:
+        within(known(spec, kind, args), args)
+    else:
+        function(own.function)(kind, args, settings, state)
 
 
 def number(args: dict[str, Any], name: str) -> float:

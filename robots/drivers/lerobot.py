@@ -16,9 +16,8 @@ from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
-from robots.contract.find import check
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
-from robots.contract.values import number
+from robots.contract.values import check, number
 from robots.description import load
 from robots.drivers.errors import HardwareFault, Held, LineGone, LineSilent
 from robots.drivers.lerobot_spec import REST_S, features

@@ -10,9 +10,10 @@ from django.db.models import Max, Q
 
 from robots import bus
 from robots.clock import SYSTEM
-from robots.contract import find
+from robots.contract.find import spec_of
 from robots.contract.procedures import procedure
 from robots.contract.spec import TURN
+from robots.contract.values import check
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
 from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Lease, Robot
@@ -79,7 +80,7 @@ def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client
         raise NotPermitted("Too many commands are waiting; let the robot catch up.")
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
-    spec = find.spec_of(robot.driver)
+    spec = spec_of(robot.driver)
     found = spec.command(kind)
     by_staff = procedure(spec, kind) if found is None else None
     wanted = found or by_staff
@@ -87,7 +88,7 @@ def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client
     if by_staff is None:
         if found is None or args.keys() & REFERENCES:
             kind, args = resolve(robot, user, kind, args)
-        find.check(robot.driver, kind, args, robot.driver_settings())
+        check(robot.driver, kind, args, robot.driver_settings())
         wanted = spec.command(kind)
     limit_s = wanted.limit_s if wanted else LIMIT_S
     lane = wanted.lane if wanted else Lane.MOTION

@@ -10,7 +10,7 @@ from PIL import Image
 from playwright.sync_api import expect
 
 from robots.clock import SYSTEM
-from robots.contract.find import check
+from robots.contract.values import check
 from robots.description import programs_of
 from robots.drivers.errors import OutOfWorkspace
 from robots.models import Command, Program, Robot

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from robots.contract.find import check
 from robots.contract.session import RobotState
+from robots.contract.values import check
 from robots.description import load
 from robots.drivers.errors import RobotError
 from robots.drivers.mercury.scara import scara

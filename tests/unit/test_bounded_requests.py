@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robots.contract import find
+from robots.contract import find, values
 from robots.contract.capabilities import Preview
 from robots.description import load
 from robots.drivers.errors import BadRequest, OutOfWorkspace, RobotError
@@ -70,7 +70,7 @@ def nested(depth):
 
 
 def check(name, kind, args):
-    find.check(name, kind, args, {})
+    values.check(name, kind, args, {})
 
 
 def preview(kind, args, joints, name="pa10"):

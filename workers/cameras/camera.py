@@ -22,7 +22,7 @@ class Camera:
     def configure(self, robot: Robot) -> None:
         """Use the address in `robot`, if it changed."""
         if robot.camera_address(self.index) != self._address:
-            self._drop()
+            self.close()
             self._address = robot.camera_address(self.index)
 
     def grab(self, exposure_s: float) -> Picture:
@@ -34,7 +34,7 @@ class Camera:
                 described = int(self._description["width"]), int(self._description["height"])
                 picture = fitted(self._source.grab(exposure_s), *described)
             except CameraFault:
-                self._drop()
+                self.close()
                 raise
             return picture
 
@@ -49,7 +49,8 @@ class Camera:
         self._number += 1
         return self._number
 
-    def _drop(self) -> None:
+    def close(self) -> None:
+        """Release the camera; the next picture opens it again."""
         with self.lock, contextlib.suppress(Exception):
             if self._source is not None:
                 self._source.close()

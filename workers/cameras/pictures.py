@@ -53,6 +53,11 @@ class Pictures:
         self._brightness: Any = function(corrector)() if corrector else None
         self.still_id = 0  # the still that shows the robot as it rests; 0 while it moves
 
+    def close(self) -> None:
+        """Release all cameras."""
+        for camera in self.cameras:
+            camera.close()
+
     def configure(self, robot: Robot) -> None:
         """Use changed settings of the robot."""
         for camera in self.cameras:

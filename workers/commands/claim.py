@@ -1,5 +1,6 @@
-"""Which command rows wait for this owner, how one is claimed, and how others are ended."""
+"""Claims and runs the commands of one lane, one after another, and ends those that cannot run any more."""
 
+from collections.abc import Callable
 from datetime import datetime
 
 from django.db.models import QuerySet
@@ -9,8 +10,12 @@ from robots.grants import stage_event
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState
 from workers.commands.finish import finish
+from workers.owned import OwnedRobot
 from workers.safety.gate import TOO_LATE
+from workers.safety.lane import Lane
+from workers.safety.lease import OwnerLease
 
+SWEEP_S = 1.0  # between two looks at the rows; a wake-up is answered at once
 INTERRUPTED = (
     "The robot's worker was interrupted; whether this command was carried out is not known. "
     "Look at the new picture before you go on."
@@ -66,3 +71,40 @@ def abandon(robot: Robot, now: datetime) -> list[Command]:
             INTERRUPTED,
         )
     return left
+
+
+class Commands:
+    """Claims and runs commands, one at a time, whichever thread asks."""
+
+    def __init__(self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, run: Callable[[Command], None]) -> None:
+        self._owned, self._lease, self.lane, self._run = owned, lease, lane, run
+
+    def run_due(self) -> None:
+        """Run every command that waits."""
+        waiting = due(self._owned.robot, self._lease.epoch, self.lane.name)
+        for command in waiting.select_related("grant"):
+            if not self._owned.running:
+                return
+            self.run_one(command)
+
+    def run_one(self, command: Command) -> None:
+        """Claim a command and run it, unless another has claimed it or it is too late."""
+        command.robot = self._owned.robot
+        with self.lane.turn:
+            if not claim(command, self._lease.epoch, self._owned.now()):
+                return
+            with self.lane.taking(command.limit_s + 10.0):
+                self._run(command)
+
+    def tidy(self) -> None:
+        """End commands that can no longer start or finish."""
+        with self.lane.turn:
+            tidy(self._owned.robot, self._lease.epoch, self._owned.now(), self.lane.name)
+
+    def loop_config(self, connected: Callable[[], bool]) -> None:
+        """Run the commands of the lane `config` until the owner ends; the other lane connects and hands over."""
+        while self._owned.running:
+            self.lane.sleep(SWEEP_S)
+            if self.lane.pace.lively and self._lease.valid and connected():
+                self.tidy()
+                self.run_due()

@@ -12,9 +12,8 @@ from robots.brownout import Brownout
 from robots.drivers.errors import RobotError
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
-from workers.safety.lane import MOTION, Lane
+from workers.safety.lane import MOTION, Lane, Pace
 from workers.safety.lease import OwnerLease
-from workers.safety.pace import Pace
 
 log = logging.getLogger(__name__)
 WATCH_S, IDLE_WATCH_S = 0.05, 0.25

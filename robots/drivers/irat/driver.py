@@ -4,9 +4,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from robots.contract.find import check
 from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session, Trace
-from robots.contract.values import number
+from robots.contract.values import check, number
 from robots.description import load
 from robots.drivers.errors import HardwareFault
 from robots.drivers.irat.brain.messages import Care, Clear, Key, Packet

@@ -7,8 +7,8 @@ import time
 from itertools import cycle
 from pathlib import Path
 
-from robots.contract.find import check
 from robots.contract.session import Outcome, Progress, RobotState, Session
+from robots.contract.values import check
 from robots.drivers.errors import Held, LineGone
 
 

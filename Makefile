@@ -3,9 +3,8 @@ PYTHON ?= python3
 PORT ?= 8000
 PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
-# Most of a fault test is waiting, so several files run side by side, each in one process, which keeps its robot running
-# from test to test; what judges by fractions of a second runs alone. What only waited too long is tried once more, and
-# named at the end; a wrong answer is not, nor a safety limit that was passed.
+# What only waited too long is tried once more, and named at the end; a wrong answer is not, nor a measured time over its
+# limit.
 PATIENT = --reruns 1 --only-rerun "not within" --only-rerun "(?i)timeout" -m
 BESIDE = -n 4 --dist loadfile --no-loadscope-reorder $(PATIENT)
 
@@ -27,10 +26,7 @@ lerobot:
 # Everything but what is marked as lengthy on SQLite, then services and a marked tenth of the rest on PostgreSQL.
 test: setup-test
 	$(PY) tools/run_node_tests.py
-	FARHAND_TEST_DB=sqlite $(TEST) tests $(BESIDE) "not alone and not length"
-	FARHAND_TEST_DB=sqlite $(TEST) tests $(PATIENT) "alone and not length"
-	FARHAND_TEST_DB=postgres $(TEST) tests $(BESIDE) "(service or tenth) and not alone and not length"
-	FARHAND_TEST_DB=postgres $(TEST) tests $(PATIENT) "tenth and alone and not length"
+	$(PY) tools/run_tests.py
 
 # Everything on both.
 test-all: setup-test

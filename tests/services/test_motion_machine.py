@@ -251,8 +251,8 @@ class MotionMachine(RuleBasedStateMachine):
             if dies == "after_claim":
                 raise Killed
             if dies == "before_finish":
-                commands._runner._end = lambda *a: (_ for _ in ()).throw(Killed())
-            commands._runner.run(command)
+                commands._run.__self__._end = lambda *a: (_ for _ in ()).throw(Killed())
+            commands._run(command)
 
     @rule()
     def configure(self):
@@ -275,7 +275,7 @@ class MotionMachine(RuleBasedStateMachine):
         command = Command.objects.select_related("grant").get(pk=self.told[which % len(self.told)])
         command.robot = owner.owned.robot
         if claim.claim(command, owner.lease.epoch, owner.owned.now()):
-            (owner.config if command.lane == "config" else owner.motion)._runner.run(command)
+            (owner.config if command.lane == "config" else owner.motion)._run(command)
 
     @precondition(lambda self: self.owners)
     @rule(index=st.integers(0, 3))

@@ -1,0 +1,88 @@
+"""Runs the tests of `make test` in two steps that keep the machine busy; goes on after a failure and names each.
+
+First what judges by fractions of a second, one test after another, and beside it, at the lowest priority, what only
+computes. Then everything else, several files side by side, on both databases at once. A test that only waited too long
+is tried once more and named; a wrong answer is not, nor a measured time over its limit.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)timeout")
+BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
+COMPUTING = ("tests/unit", "tests/services", "tests/security")
+WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
+SHORT = "not alone and not length"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One run of pytest: `marks` chooses tests, `workers` run that many files side by side (0: one after another)."""
+
+    database: str
+    rooms: tuple[str, ...]
+    marks: str
+    workers: int = 0
+    aside: bool = False  # runs only while nothing else wants the processor
+
+    @property
+    def name(self) -> str:
+        """Return what it runs."""
+        return f"{self.database}: {' '.join(self.rooms)}: {self.marks}"
+
+    def argv(self) -> list[str]:
+        """Return the command line."""
+        beside = ["-n", str(self.workers), *BESIDE] if self.workers else []
+        chrt = shutil.which("chrt")
+        aside = [chrt, "--idle", "0"] if self.aside and chrt else []
+        return [*aside, sys.executable, "-m", "pytest", *self.rooms, *beside, *PATIENT, "-m", self.marks]
+
+
+Lane = tuple[Part, ...]  # one after another
+STEPS: tuple[tuple[Lane, ...], ...] = (
+    (
+        (
+            Part("sqlite", ("tests",), "alone and not length"),
+            Part("postgres", ("tests",), "tenth and alone and not length"),
+        ),
+        (Part("sqlite", COMPUTING, SHORT, workers=2, aside=True),),
+    ),
+    (
+        (Part("sqlite", WAITING, SHORT, workers=4),),
+        (Part("postgres", ("tests",), f"(service or tenth) and {SHORT}", workers=2),),
+    ),
+)
+
+
+def run(lane: Lane) -> list[str]:
+    """Run the parts of a lane; return the names of those that failed."""
+    failed = []
+    for part in lane:
+        since = time.monotonic()
+        env = {**os.environ, "FARHAND_TEST_DB": part.database, "PYTHONPATH": "."}
+        done = subprocess.run(part.argv(), env=env, capture_output=True, text=True, errors="replace", check=False)
+        sys.stdout.write(f"=== {part.name}: {time.monotonic() - since:.0f} s\n{done.stdout}{done.stderr}\n")
+        sys.stdout.flush()
+        if done.returncode:
+            failed.append(part.name)
+    return failed
+
+
+def main() -> int:
+    """Run all steps; return the exit status."""
+    failed = []
+    for lanes in STEPS:
+        with ThreadPoolExecutor(len(lanes)) as side_by_side:
+            failed += [name for names in side_by_side.map(run, lanes) for name in names]
+    for name in failed:
+        sys.stdout.write(f"FAILED: {name}\n")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

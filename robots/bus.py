@@ -1,7 +1,7 @@
 """All names of Redis keys, channels and Celery queues, and all messages sent over them.
 
-The database is the truth; a message only makes a reader look sooner, so nothing is lost when one fails.
-Failures are counted and answered with False; they are not raised.
+The database is the truth; a message only makes a reader look sooner. Failures are counted and answered with False; they
+are not raised. Where an event was lost, the next message of that robot tells pages to read again.
 """
 
 import logging
@@ -14,10 +14,11 @@ from celery import current_app
 from django.conf import settings
 from django.db import transaction
 
-from robots.messages import Event, StandingChanged, encode
+from robots.messages import Changed, Event, StandingChanged, encode
 
 log = logging.getLogger(__name__)
 failures: Counter[str] = Counter()
+_lost: set[str] = set()  # robots of which this process could not send an event
 WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
@@ -131,7 +132,19 @@ def _publish(channel: str, data: bytes) -> bool:
 
 def publish(slug: str, event: Event) -> bool:
     """Send an event to everybody who watches the robot. Return False if Redis did not answer."""
-    return _publish(events_channel(slug), encode(event))
+    sent = _publish(events_channel(slug), encode(event))
+    if sent:
+        _make_up(slug)
+    else:
+        _lost.add(slug)
+    return sent
+
+
+def _make_up(slug: str) -> None:
+    """Have pages read again what a lost event would have told them; Redis answers again."""
+    if slug in _lost:
+        _lost.discard(slug)
+        publish(slug, Changed("robot"))
 
 
 def publish_on_commit(slug: str, event: Event) -> None:
@@ -146,7 +159,10 @@ def tell_people_on_commit(event: StandingChanged) -> None:
 
 def publish_state(slug: str, packet: bytes) -> bool:
     """Send a state packet. Return whether somebody listens."""
-    return _send(state_channel(slug), packet) > 0
+    listeners = _send(state_channel(slug), packet)
+    if listeners >= 0:
+        _make_up(slug)
+    return listeners > 0
 
 
 def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool) -> bool:

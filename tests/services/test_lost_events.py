@@ -1,0 +1,52 @@
+"""An event that Redis did not take: pages are told to read again as soon as it answers."""
+
+import pytest
+
+from robots import bus
+from robots.messages import Changed, Notice, decode
+
+pytestmark = [pytest.mark.service, pytest.mark.usefixtures("redis_server")]
+EVENT = Notice("The robot rests.", "info")
+
+
+@pytest.fixture
+def lost(redis_server):
+    """An event of one robot that was lost."""
+    redis_server.stop()
+    try:
+        assert not bus.publish("mercury", EVENT)
+    finally:
+        redis_server.start()
+
+
+def heard(slug, act):
+    """Return the events that a page of the robot hears of what `act` does."""
+    with bus.listener() as connections, connections.pubsub(ignore_subscribe_messages=True) as listener:
+        listener.subscribe(bus.events_channel(slug))
+        listener.get_message(timeout=1)
+        act()
+        events = []
+        while (message := listener.get_message(timeout=0.3)) is not None:
+            events.append(decode(message["data"]))
+        return events
+
+
+@pytest.mark.parametrize(
+    "act", [lambda: bus.publish_state("mercury", b"packet"), lambda: bus.publish("mercury", EVENT)]
+)
+def test_the_next_message_of_that_robot_tells_pages_to_read_again_once(lost, act):
+    assert heard("mercury", act).count(Changed("robot")) == 1
+    assert Changed("robot") not in heard("mercury", act)
+
+
+def test_other_robots_hear_nothing_of_it(lost):
+    assert heard("pa10", lambda: bus.publish_state("pa10", b"packet")) == []
+
+
+def test_it_is_tried_again_while_redis_is_away(lost, redis_server):
+    redis_server.stop()
+    try:
+        bus.publish_state("mercury", b"packet")
+    finally:
+        redis_server.start()
+    assert Changed("robot") in heard("mercury", lambda: bus.publish_state("mercury", b"packet"))

@@ -54,19 +54,20 @@ STEPS: tuple[tuple[Lane, ...], ...] = (
     ),
     (
         (Part("sqlite", WAITING, SHORT, workers=4),),
-        (Part("postgres", ("tests",), f"(service or tenth) and {SHORT}", workers=2),),
+        (Part("postgres", ("tests",), f"(service or tenth) and {SHORT}", workers=1),),
     ),
 )
 
 
-def run(lane: Lane) -> list[str]:
-    """Run the parts of a lane; return the names of those that failed."""
+def run(lane: Lane, shown: bool) -> list[str]:
+    """Run the parts of a lane; return the names of those that failed. `shown`: print what they say as they go."""
     failed = []
     for part in lane:
         since = time.monotonic()
         env = {**os.environ, "FARHAND_TEST_DB": part.database, "PYTHONPATH": "."}
-        done = subprocess.run(part.argv(), env=env, capture_output=True, text=True, errors="replace", check=False)
-        sys.stdout.write(f"=== {part.name}: {time.monotonic() - since:.0f} s\n{done.stdout}{done.stderr}\n")
+        to = {} if shown else {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+        done = subprocess.run(part.argv(), env=env, text=True, errors="replace", check=False, **to)
+        sys.stdout.write(f"{done.stdout or ''}=== {part.name}: {time.monotonic() - since:.0f} s\n\n")
         sys.stdout.flush()
         if done.returncode:
             failed.append(part.name)
@@ -78,7 +79,8 @@ def main() -> int:
     failed = []
     for lanes in STEPS:
         with ThreadPoolExecutor(len(lanes)) as side_by_side:
-            failed += [name for names in side_by_side.map(run, lanes) for name in names]
+            ended = [side_by_side.submit(run, lane, shown=lane is lanes[0]) for lane in lanes]
+        failed += [name for lane in ended for name in lane.result()]
     for name in failed:
         sys.stdout.write(f"FAILED: {name}\n")
     return 1 if failed else 0

@@ -13,6 +13,7 @@ from portal.classic import pictures
 from portal.classic import views as classic
 from portal.pages import health, jobs, programs, views
 from portal.pages.places import my_places
+from portal.statistics import views as statistics
 
 admin.site.site_header = "Farhand"
 admin.site.site_title = "Farhand"
@@ -31,6 +32,8 @@ urlpatterns = [
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
     path("robots/<slug:slug>/jobs/", jobs.jobs_of, name="jobs"),
+    path("robots/<slug:slug>/statistics/", statistics.statistics, name="statistics"),
+    path("robots/<slug:slug>/statistics.json", statistics.statistics_json, name="statistics-json"),
     path("jobs/<str:key>/", jobs.job_page, name="job"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),

@@ -46,6 +46,8 @@ GET = {
     "robots/<slug:slug>/orientation/": ("/robots/mercury/orientation/", everybody(OK)),
     "robots/<slug:slug>/clearance/": ("/robots/mercury/clearance/", everybody(MOVED)),
     "robots/<slug:slug>/jobs/": ("/robots/mercury/jobs/", everybody(OK)),
+    "robots/<slug:slug>/statistics/": ("/robots/mercury/statistics/", everybody(ABSENT)),
+    "robots/<slug:slug>/statistics.json": ("/robots/mercury/statistics.json", everybody(ABSENT)),
     "jobs/<str:key>/": ("/jobs/none/", everybody(ABSENT)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),

@@ -11,6 +11,7 @@ from operatorlog import results
 from operatorlog import views as log
 from portal.classic import pictures
 from portal.classic import views as classic
+from portal.composites.views import composite
 from portal.pages import health, jobs, programs, views
 from portal.pages.places import my_places
 from portal.statistics import views as statistics
@@ -34,6 +35,7 @@ urlpatterns = [
     path("robots/<slug:slug>/jobs/", jobs.jobs_of, name="jobs"),
     path("robots/<slug:slug>/statistics/", statistics.statistics, name="statistics"),
     path("robots/<slug:slug>/statistics.json", statistics.statistics_json, name="statistics-json"),
+    path("robots/<slug:slug>/live/<slug:name>.mjpg", composite, name="composite"),
     path("jobs/<str:key>/", jobs.job_page, name="job"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),

@@ -137,6 +137,20 @@ class Need:
 
 
 @dataclass(frozen=True)
+class Composite:
+    """One drawn picture of all that the robot shows, as motion JPEG for programs and browsers without scripts.
+
+    `name` is part of its address, `width` and `height` are in px. `scene` names a class of `Scene`s
+    (`robots.contract.composites`), which is called with `width` and `height`.
+    """
+
+    name: str
+    width: int
+    height: int
+    scene: str
+
+
+@dataclass(frozen=True)
 class Total:
     """A row of the statistics: by how much the counter `channel` has grown (m, kWh, ... by the channel's unit).
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal, TypeVar
 
-from robots.contract.capabilities import Idle, Need, Programs, Statistics
+from robots.contract.capabilities import Composite, Idle, Need, Programs, Statistics
 from robots.contract.channels import MOST, Pose, Scalar
 from robots.contract.policies import HOLD, Policies
 from robots.contract.session import RobotState
@@ -128,6 +128,7 @@ def _contradictions(spec: Spec) -> Iterator[str]:
         ("command", [c.kind for c in spec.commands]),
         ("joint, coordinate or channel", spec.names()),
         ("stream", [s.name for s in spec.streams]),
+        ("composite", [c.name for c in spec.all_of(Composite)]),
     ):
         yield from (f"names the {what} {name!r} twice" for name in _twice(names))
     told = set(spec.names())

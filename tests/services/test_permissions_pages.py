@@ -48,6 +48,7 @@ GET = {
     "robots/<slug:slug>/jobs/": ("/robots/mercury/jobs/", everybody(OK)),
     "robots/<slug:slug>/statistics/": ("/robots/mercury/statistics/", everybody(ABSENT)),
     "robots/<slug:slug>/statistics.json": ("/robots/mercury/statistics.json", everybody(ABSENT)),
+    "robots/<slug:slug>/live/<slug:name>.mjpg": ("/robots/mercury/live/desktop.mjpg", everybody(ABSENT)),
     "jobs/<str:key>/": ("/jobs/none/", everybody(ABSENT)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),

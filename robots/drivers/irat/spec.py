@@ -1,6 +1,6 @@
 """The spec of the iRat; readable without its driver."""
 
-from robots.contract.capabilities import Idle, Need, Share, Statistics, Times, Total
+from robots.contract.capabilities import Composite, Idle, Need, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
@@ -25,6 +25,8 @@ STATISTICS = Statistics(  # the rows of the paper's Table 1, its figures 8 and 9
     job="goal",
     done="reached",
 )
+SCENE = "robots.drivers.irat.composites.scene:Scene"
+COMPOSITES = (Composite("desktop", 780, 460, SCENE), Composite("phone", 320, 480, SCENE))  # the paper's sizes
 MOST = 16_777_216  # whole numbers that a channel's four bytes hold
 
 
@@ -53,7 +55,9 @@ def spec() -> Spec:
             Scalar("driven", "m", 0.0, 1e6),
         ),
         streams=(Stream("map", "application/x-irat-map"), Stream("cells", "application/x-irat-cells")),
-        capabilities=(Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), STATISTICS),
+        capabilities=(
+            Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), STATISTICS, *COMPOSITES,
+        ),
         commands=(
             CommandKind(
                 "goal", "Go to a place of the map", place, limit_s=float(description["map"]["goal_s"]),

@@ -1,6 +1,7 @@
 """What the page and the JSON tell of 24 hours: rows, goals an hour, success, the course of a channel."""
 
 from dataclasses import asdict, dataclass, field
+from datetime import datetime
 from typing import Any
 
 from portal.statistics.counting import (
@@ -57,7 +58,7 @@ class Told:
     def as_json(self, span: Span) -> dict[str, Any]:
         """Return it for programs; times in UTC."""
         return {
-            "from": span.start.isoformat(), "to": span.end.isoformat(), "until": span.until.isoformat(),
+            "from": _stamp(span.start), "to": _stamp(span.end), "until": _stamp(span.until),
             "complete": not self.cut,
             "rows": [{"label": r.label, "value": r.value, "unit": r.unit} for r in self.rows],
             "hours": [{"hour": n, "asked": asked, "done": done} for n, (asked, done) in enumerate(self.hours)],
@@ -67,6 +68,11 @@ class Told:
                 "points": [{"hour": round(h, 3), "value": round(v, 4)} for h, v in self.course],
             },
         }  # fmt: skip
+
+
+def _stamp(at: datetime) -> str:
+    """Return a time as it may stand in an address, too."""
+    return at.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def tell(found: Happened, spec: Spec, declared: Statistics, span: Span) -> Told:

@@ -74,6 +74,8 @@ def test_a_day_has_its_own_rows_and_two_days_add_up(shuttle, people, clock, clie
     before, after = rows(client, **{"from": first.isoformat()}), rows(client)
     assert (before["Trips asked for"], after["Trips asked for"]) == (1, 1)
     assert (before["Driven"], after["Driven"]) == (2.0, 1.0), "what was driven between two motions is in the next day"
+    again = client.get(DATA, {"from": client.get(DATA, {"from": first.isoformat()}).json()["from"]}).json()
+    assert again["rows"][0]["value"] == 1, "what it tells as its beginning can be asked for"
     nothing = rows(client, **{"from": (first - timedelta(days=3)).isoformat()})
     assert (nothing["Trips asked for"], nothing["Driven"], nothing["Arrived, of those attempted"]) == (0, None, None)
 

@@ -126,6 +126,7 @@ def test_the_course_of_a_channel_is_one_mean_in_five_minutes():
         ("", NOW - timedelta(hours=24)),
         ("2026-03-30", datetime(2026, 3, 30, tzinfo=UTC)),
         ("2026-03-30T18:30", datetime(2026, 3, 30, 18, 30, tzinfo=UTC)),
+        ("2026-03-30T18:30:00Z", datetime(2026, 3, 30, 18, 30, tzinfo=UTC)),
         ("2026-03-30T18:30:00+02:00", datetime(2026, 3, 30, 16, 30, tzinfo=UTC)),
     ],
 )

@@ -80,10 +80,10 @@ class EntryAdmin(Guarded):
 
 @admin.register(SurveyQuestion)
 class SurveyQuestionAdmin(NamedRowsAdmin):
-    """The questions after a turn."""
+    """The questions after a turn or a job."""
 
-    list_display = ("prompt", "kind", "position", "active")
-    list_editable = ("position", "active")
+    list_display = ("prompt", "kind", "after", "position", "active")
+    list_editable = ("after", "position", "active")
 
 
 class AnswerInline(NamedInline):
@@ -99,6 +99,6 @@ class AnswerInline(NamedInline):
 class SurveyResponseAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     """People's answers; plots and CSV are at /survey/results/."""
 
-    list_display = ("turn", "at")
+    list_display = ("__str__", "at")
     inlines = (AnswerInline,)
-    readonly_fields = ("turn", "at")
+    readonly_fields = ("turn", "robot", "at")

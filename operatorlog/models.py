@@ -2,6 +2,7 @@
 
 from django.conf import settings
 from django.db import models
+from django.db.models import Q
 
 from queueing.models import Turn
 
@@ -40,7 +41,14 @@ class Entry(models.Model):
 
 
 class SurveyQuestion(models.Model):
-    """One question of the survey after a turn."""
+    """One question of the survey after a turn, after a job, or after both."""
+
+    class After(models.TextChoices):
+        """After what it is asked."""
+
+        TURN = "turn", "A turn"
+        JOB = "job", "A job"
+        BOTH = "both", "A turn and a job"
 
     class Kind(models.TextChoices):
         """The kind of answer."""
@@ -56,6 +64,7 @@ class SurveyQuestion(models.Model):
     high_label = models.CharField(max_length=40, blank=True)
     position = models.PositiveSmallIntegerField(default=0)
     active = models.BooleanField(default=True)
+    after = models.CharField(max_length=4, choices=After, default=After.BOTH)
 
     class Meta:
         ordering = ("position", "id")
@@ -71,13 +80,25 @@ class SurveyQuestion(models.Model):
 
 
 class SurveyResponse(models.Model):
-    """One person's answers after one turn."""
+    """One person's answers: after a turn, with which they are stored, or after a job, without a name.
 
-    turn = models.OneToOneField(Turn, models.CASCADE, related_name="survey")
+    After a job only the robot and the day are stored, so that nobody can tell whose answers they are.
+    """
+
+    turn = models.OneToOneField(Turn, models.CASCADE, null=True, blank=True, related_name="survey")
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, null=True, blank=True, related_name="surveys")
     at = models.DateTimeField()
 
+    class Meta:
+        constraints = [
+            models.CheckConstraint(
+                condition=Q(turn__isnull=False, robot=None) | Q(turn=None, robot__isnull=False),
+                name="after_a_turn_or_a_job",
+            )
+        ]
+
     def __str__(self) -> str:
-        return f"survey of turn {self.turn_id}"
+        return f"survey of turn {self.turn_id}" if self.turn_id else f"survey of a job on {self.robot_id}"
 
 
 class SurveyAnswer(models.Model):

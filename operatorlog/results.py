@@ -76,10 +76,11 @@ def results_csv(request: HttpRequest) -> HttpResponse:
     writer = csv.writer(response)
     questions = list(SurveyQuestion.objects.all())
     writer.writerow(["turn", "robot", "at", *(cell(q.prompt) for q in questions)])
-    for one in SurveyResponse.objects.select_related("turn__robot").prefetch_related("answers"):
+    for one in SurveyResponse.objects.select_related("turn__robot", "robot").prefetch_related("answers"):
         given = {a.question_id: a.value for a in one.answers.all()}
+        robot = one.robot or (one.turn.robot if one.turn else None)
         writer.writerow(
-            [cell(str(v)) for v in (one.turn_id, one.turn.robot.slug, one.at.isoformat())]
+            [cell(str(v)) for v in (one.turn_id or "", robot.slug if robot else "", one.at.isoformat())]
             + [cell(given.get(q.pk, "")) for q in questions]
         )
     return response

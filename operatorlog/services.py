@@ -5,9 +5,12 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
+from django.db.models import QuerySet
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
-from queueing.models import Turn
+from queueing.jobs.asking import Asker
+from queueing.jobs.telling import note_answered
+from queueing.models import Job, Turn
 from robots import bus
 from robots.messages import Changed
 from robots.models import Frame
@@ -156,7 +159,38 @@ def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime)
         LogError: another person's turn, answered before, an unknown value.
     """
     _own(turn, user)
-    questions = {q.pk: q for q in SurveyQuestion.objects.filter(active=True)}
+    good = _checked(answers, SurveyQuestion.After.TURN)
+    try:
+        with transaction.atomic():
+            return _stored(SurveyResponse(turn=turn, at=now), good)
+    except IntegrityError:
+        raise LogError("You have answered the survey of this turn already. Thank you!") from None
+
+
+def answer_survey_of_job(job: Job, asker: Asker, answers: dict[int, str], now: datetime) -> SurveyResponse:
+    """Store the answers of who asked for an ended job, once a job; neither the person nor the job is stored with them.
+
+    Raises:
+        LogError: another person's job, not ended, answered before, no answer at all, an unknown value.
+    """
+    good = _checked(answers, SurveyQuestion.After.JOB)
+    if not good:
+        raise LogError("Answer a question first; one is enough.")
+    with transaction.atomic():
+        if not note_answered(job, asker):
+            raise LogError("The survey is for who asked for this job, once, after its end.")
+        day = now.replace(hour=0, minute=0, second=0, microsecond=0)  # the minute would tell whose answers they are
+        return _stored(SurveyResponse(robot=job.robot, at=day), good)
+
+
+def questions_after(what: SurveyQuestion.After) -> QuerySet[SurveyQuestion]:
+    """Return the questions that are asked after a turn, or after a job."""
+    return SurveyQuestion.objects.filter(active=True, after__in=(what, SurveyQuestion.After.BOTH))
+
+
+def _checked(answers: dict[int, str], after: SurveyQuestion.After) -> dict[SurveyQuestion, str]:
+    """Return the answers to questions that are asked. Raises LogError for a value that is no choice."""
+    questions = {q.pk: q for q in questions_after(after)}
     good = {}
     for pk, value in answers.items():
         question, value = questions.get(pk), value.strip()
@@ -165,12 +199,10 @@ def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime)
         if question.kind != question.Kind.TEXT and value not in question.choices():
             raise LogError(f"Choose one of the answers to “{question.prompt}”.")
         good[question] = value[:LONGEST_ANSWER]
-    try:
-        with transaction.atomic():
-            response = SurveyResponse.objects.create(turn=turn, at=now)
-            SurveyAnswer.objects.bulk_create(
-                SurveyAnswer(response=response, question=q, value=v) for q, v in good.items()
-            )
-    except IntegrityError:
-        raise LogError("You have answered the survey of this turn already. Thank you!") from None
+    return good
+
+
+def _stored(response: SurveyResponse, answers: dict[SurveyQuestion, str]) -> SurveyResponse:
+    response.save()
+    SurveyAnswer.objects.bulk_create(SurveyAnswer(response=response, question=q, value=v) for q, v in answers.items())
     return response

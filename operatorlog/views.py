@@ -45,7 +45,7 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     text = request.POST.get("text")
     try:
         written, answered = services.hand_in(
-            turn, request.user, text, whole(request.POST.get("frame", "")), _answers(request), SYSTEM.now()
+            turn, request.user, text, whole(request.POST.get("frame", "")), survey_answers(request), SYSTEM.now()
         )
     except services.LogError as error:
         return _show(request, turn, str(error), status=403 if turn.user_id != request.user.pk else 422)
@@ -56,7 +56,8 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
     return redirect(turn)
 
 
-def _answers(request: HttpRequest) -> dict[int, str]:
+def survey_answers(request: HttpRequest) -> dict[int, str]:
+    """Return what a form with the survey answered, by question."""
     named = ((whole(name[1:]), str(value)) for name, value in request.POST.items() if name[:1] == "s")
     return {number: value for number, value in named if number is not None}
 
@@ -87,5 +88,10 @@ def _survey(request: HttpRequest, turn: Turn) -> list[dict[str, Any]]:
     """Return the questions, each with what was just answered; none where they were answered before."""
     if SurveyResponse.objects.filter(turn=turn).exists():
         return []
-    given = _answers(request)
-    return [{"q": q, "given": given.get(q.pk, "")} for q in SurveyQuestion.objects.filter(active=True)]
+    return survey_form(request, SurveyQuestion.After.TURN)
+
+
+def survey_form(request: HttpRequest, after: SurveyQuestion.After) -> list[dict[str, Any]]:
+    """Return the questions after a turn or a job, each with what was just answered."""
+    given = survey_answers(request)
+    return [{"q": q, "given": given.get(q.pk, "")} for q in services.questions_after(after)]

@@ -20,6 +20,14 @@ SURVEY = (
     ("Do you believe that the robot is real?", "choice", "Yes\nNo\nNot sure", "", ""),
     ("What would you use a robot on the web for?", "text", "", "", ""),
 )
+LAYOUT = "Pleasing and easy to use\nEasy to use, not pleasing\nHard to use"
+WATCHED = "About a minute\nUp to 20 minutes\nUp to two hours\nLonger"
+JOB_SURVEY = (  # as in the paper of the iRat
+    ("What do you think of the layout of the page?", "choice", LAYOUT, "", ""),
+    ("How did the video look?", "choice", "Smooth\nChoppy\nThere was none", "", ""),
+    ("How long did you watch the robot?", "choice", WATCHED, "", ""),
+    ("What should the robot do better?", "text", "", "", ""),
+)
 SHIPPED = ("mercury", "pa10")
 MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
@@ -64,9 +72,11 @@ def seed() -> str | None:
         for name in SHIPPED:
             add_robot(name)
     if not SurveyQuestion.objects.exists():
-        for position, (prompt, kind, options, low, high) in enumerate(SURVEY):
+        after = SurveyQuestion.After
+        told = [(after.TURN, one) for one in SURVEY] + [(after.JOB, one) for one in JOB_SURVEY]
+        for position, (what, (prompt, kind, options, low, high)) in enumerate(told):
             SurveyQuestion.objects.create(
-                prompt=prompt, kind=kind, options=options, low_label=low, high_label=high, position=position
+                prompt=prompt, kind=kind, options=options, low_label=low, high_label=high, position=position, after=what
             )
     group, made = Group.objects.get_or_create(name="Moderators")
     if made:

@@ -209,6 +209,7 @@ ACCOUNT_RATE_LIMITS = {
     "manage_email": "10/m/user",
     "reauthenticate": "10/m/user",
 }
+RATE_LIMITS = {"survey": "30/m/ip,300/h/ip"}  # of what guests may send
 ACCOUNT_DEFAULT_HTTP_PROTOCOL = "https" if PUBLIC else "http"
 # uvicorn puts the address and scheme from a trusted proxy into the request, so that REMOTE_ADDR is right
 # everywhere; nothing else reads X-Forwarded-For or X-Forwarded-Proto
@@ -319,6 +320,8 @@ LIMITS: dict[str, Any] = {
     "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),
     "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
     "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),
+    "COMPOSITES": env.int("FARHAND_COMPOSITES_PER_ADDRESS", 6),
+    "COMPOSITE_VIEWERS": env.int("FARHAND_COMPOSITE_VIEWERS", 60),  # of a robot in a web process, as in the paper
     "HEAD_S": env.float("FARHAND_HEAD_S", 10.0),
     "BODY_S": env.float("FARHAND_BODY_S", 20.0),
     "READ_S": env.float("FARHAND_READ_S", 60.0),

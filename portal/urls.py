@@ -11,8 +11,10 @@ from operatorlog import results
 from operatorlog import views as log
 from portal.classic import pictures
 from portal.classic import views as classic
+from portal.composites.views import composite
 from portal.pages import health, jobs, programs, views
 from portal.pages.places import my_places
+from portal.statistics import views as statistics
 
 admin.site.site_header = "Farhand"
 admin.site.site_title = "Farhand"
@@ -31,6 +33,9 @@ urlpatterns = [
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),
     path("robots/<slug:slug>/jobs/", jobs.jobs_of, name="jobs"),
+    path("robots/<slug:slug>/statistics/", statistics.statistics, name="statistics"),
+    path("robots/<slug:slug>/statistics.json", statistics.statistics_json, name="statistics-json"),
+    path("robots/<slug:slug>/live/<slug:name>.mjpg", composite, name="composite"),
     path("jobs/<str:key>/", jobs.job_page, name="job"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),

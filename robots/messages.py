@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any
 
 import msgspec
@@ -110,3 +111,32 @@ def picture_packet(
     """Return type 2, camera, number, ms taken, id of the still of this pose (0: none), joints, JPEG."""
     head = PICTURE_HEAD.pack(2, camera, number & 0xFFFFFFFF, at_ms, still, len(joints))
     return head + _floats(joints) + jpeg
+
+
+def read_state(data: bytes, channels: tuple[Scalar, ...]) -> RobotState:
+    """Return the state of a packet whose spec declares these channels; values that are not known are left out.
+
+    Its `at` is the packet's stamp (s since 1970), its `ready` is not told. Raises ValueError for anything else.
+    """
+    try:
+        kind, flags, _, at_ms, count, rows = STATE_HEAD.unpack_from(data)
+        told = struct.unpack_from(f"<{count * rows}f", data, STATE_HEAD.size)
+        at = STATE_HEAD.size + 4 * len(told)
+        values: tuple[float, ...] = ()
+        if flags & 4:
+            values = struct.unpack_from(f"<{data[at]}f", data, at + 1)
+            at += 1 + 4 * len(values)
+        word = data[at:].decode()
+    except (struct.error, IndexError, UnicodeDecodeError) as error:
+        raise ValueError("not a packet of a state") from error
+    if kind != 1:
+        raise ValueError("not a packet of a state")
+    named = {channel.name: value for channel, value in zip(channels, values, strict=False) if isfinite(value)}
+    return RobotState(at_ms / 1000, told[:count], (), bool(flags & 1), True, mode=word, values=named)
+
+
+def read_picture(data: bytes) -> bytes:
+    """Return the JPEG of a picture's packet. Raises ValueError."""
+    if len(data) < PICTURE_HEAD.size or data[0] != 2:
+        raise ValueError("not a packet of a picture")
+    return data[PICTURE_HEAD.size + 4 * data[PICTURE_HEAD.size - 1] :]

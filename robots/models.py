@@ -191,6 +191,7 @@ class Command(models.Model):
                 fields=["robot", "id"], condition=~Q(state__in=sorted(COMMAND_FINAL)), name="unfinished_commands"
             ),
             models.Index(fields=["robot", "kind", "id"], condition=Q(lane="config"), name="config_commands"),
+            models.Index(fields=["robot", "ended_at"], name="commands_by_end"),  # statistics of a day
         ]
 
     def __str__(self) -> str:

@@ -4,12 +4,17 @@ import hashlib
 import secrets
 from typing import Any
 
+from allauth.core.internal.ratelimit import consume
+from django.conf import settings
 from django.contrib import messages
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_http_methods
 
+from operatorlog.models import SurveyQuestion
+from operatorlog.services import LogError, answer_survey_of_job
+from operatorlog.views import survey_answers, survey_form
 from portal.limits.addresses import network_of
 from queueing.errors import QueueError
 from queueing.estimates import jobs_ahead
@@ -17,7 +22,7 @@ from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.kinds import job_kinds, kinds_for, link_of
 from queueing.jobs.suspending import resume, suspended
-from queueing.jobs.telling import mark_seen
+from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job
 from robots.clock import SYSTEM
 from robots.contract.spec import CommandKind
@@ -109,9 +114,11 @@ def _number(text: str) -> float | str:
 @never_cache
 @require_http_methods(["GET", "HEAD", "POST"])
 def job_page(request: HttpRequest, key: str) -> HttpResponse:
-    """Show one job to everybody who has its address; its asker and staff may cancel it."""
+    """Show one job to everybody who has its address; its asker and staff may cancel it, its asker answers a survey."""
     job = get_object_or_404(Job.objects.select_related("robot", "user", "queue"), key=key)
     asker, now = asker_of(request), SYSTEM.now()
+    if request.method == "POST" and request.POST.get("do") == "survey":
+        return _survey(request, job, asker)
     if request.method == "POST":
         try:
             cancel(job, asker, now)
@@ -120,13 +127,30 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
             messages.warning(request, str(error))
         return redirect(job)
     mark_seen(job, asker, now)
+    return _show(request, job, asker)
+
+
+def _survey(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
+    if not consume(request, app="farhand", action="survey", config=settings.RATE_LIMITS):
+        return _show(request, job, asker, "Too many answers come from your network; send yours in a minute.", 429)
+    try:
+        answer_survey_of_job(job, asker, survey_answers(request), SYSTEM.now())
+    except LogError as error:
+        return _show(request, job, asker, str(error), 422 if may_answer(job, asker) else 403)
+    messages.success(request, "Thank you for your answers!")
+    return redirect(job)
+
+
+def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", status: int = 200) -> HttpResponse:
     grants = job.runs.values("grant")
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": jobs_ahead(job), "may_cancel": may_cancel(job, asker),
         "commands": Command.objects.filter(grant__in=grants).order_by("id"),
         "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
+        "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],
+        "problem": problem,
     }  # fmt: skip
-    answer = render(request, "pages/job.html", context)
+    answer = render(request, "pages/job.html", context, status=status)
     if job.user is None:
         answer["X-Robots-Tag"] = "noindex, nofollow"
     return answer

@@ -23,6 +23,7 @@ from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM
+from robots.contract.capabilities import Composite
 from robots.contract.spec import TURN, CommandKind
 from robots.models import Robot
 from robots.services import newest_still
@@ -74,6 +75,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "views": description.views(described),
         "classic": drawn(robot),
         "takes_jobs": bool(job_kinds(robot)),
+        "composites": robot.spec().all_of(Composite),
     }
     return render(request, "pages/robot.html", context)
 

@@ -52,6 +52,7 @@ class Job(models.Model):
     told_at = models.DateTimeField(null=True, blank=True, help_text="Its asker has seen how it ended.")
     faults = models.PositiveSmallIntegerField(default=0, help_text="How often the robot failed during it.")
     charged = models.FloatField(null=True, blank=True)
+    surveyed = models.BooleanField(default=False, help_text="Its asker has answered the survey.")
 
     class Meta:
         ordering = ("-id",)
@@ -64,7 +65,10 @@ class Job(models.Model):
                 fields=["queue", "guest"], condition=Q(state__in=OPEN_JOB) & ~Q(guest=""), name="one_open_job_a_guest"
             ),
         ]  # fmt: skip
-        indexes = [models.Index(fields=["robot", "state", "start_tag", "id"], name="jobs_in_tag_order")]
+        indexes = [
+            models.Index(fields=["robot", "state", "start_tag", "id"], name="jobs_in_tag_order"),
+            models.Index(fields=["robot", "asked_at"], name="jobs_by_time"),  # statistics of a day
+        ]
 
     def __str__(self) -> str:
         return f"job {self.pk}: {self.kind} ({self.get_state_display()})"

@@ -24,3 +24,17 @@ def mark_seen(job: Job, asker: Asker, now: datetime) -> None:
     """Note that the asker has seen the end of the job."""
     if job.state not in OPEN_JOB:
         _mine(asker).filter(pk=job.pk, told_at=None).update(told_at=now)
+
+
+def may_answer(job: Job, asker: Asker) -> bool:
+    """Return whether the survey is open to this asker: the job is theirs, has ended, and was not answered for."""
+    return _unanswered(job, asker).exists()
+
+
+def note_answered(job: Job, asker: Asker) -> bool:
+    """Note that the asker of an ended job has answered the survey. Return False if they may not, or did before."""
+    return bool(_unanswered(job, asker).update(surveyed=True))
+
+
+def _unanswered(job: Job, asker: Asker) -> QuerySet[Job]:
+    return _mine(asker).filter(pk=job.pk, surveyed=False).exclude(state__in=OPEN_JOB)

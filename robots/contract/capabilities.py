@@ -134,3 +134,76 @@ class Need:
     channel: str
     below: float
     until: float
+
+
+@dataclass(frozen=True)
+class Composite:
+    """One drawn picture of all that the robot shows, as motion JPEG for programs and browsers without scripts.
+
+    `name` is part of its address, `width` and `height` are in px. `scene` names a class of `Scene`s
+    (`robots.contract.composites`), which is called with `width` and `height`.
+    """
+
+    name: str
+    width: int
+    height: int
+    scene: str
+
+
+@dataclass(frozen=True)
+class Total:
+    """A row of the statistics: by how much the counter `channel` has grown (m, kWh, ... by the channel's unit).
+
+    A counter that fell has begun anew, so what it shows then counts in full.
+    """
+
+    label: str
+    channel: str
+
+
+@dataclass(frozen=True)
+class Times:
+    """A row of the statistics: how many commands of that kind were completed, or, with `failed`, failed."""
+
+    label: str
+    kind: str
+    failed: bool = False
+
+
+@dataclass(frozen=True)
+class Share:
+    """A row of the statistics: the share of the time during which commands of these kinds ran."""
+
+    label: str
+    kinds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What the page of a robot's statistics tells beside its jobs, which every robot that takes jobs has there.
+
+    The owner stores the values of the named channels with each motion, at its beginning and at its end. `ends`: codes
+    of the errors with which the driver refuses a job for a reason of its own, and the label of the row in which such
+    jobs are counted; they were never attempted. `against`: the channel against whose value at the beginning of a job
+    the success of jobs is drawn. `over_time`: the channel that is drawn over the hours. `job`, `done`: what the robot
+    calls a job, and one that is done.
+    """
+
+    rows: tuple[Total | Times | Share, ...] = ()
+    ends: tuple[tuple[str, str], ...] = ()
+    against: str = ""
+    over_time: str = ""
+    job: str = "job"
+    done: str = "done"
+
+    def channels(self) -> tuple[str, ...]:
+        """Return the channels whose values are stored with each motion."""
+        counters = (row.channel for row in self.rows if isinstance(row, Total))
+        return tuple(dict.fromkeys(name for name in (*counters, self.against, self.over_time) if name))
+
+    def kinds(self) -> tuple[str, ...]:
+        """Return the kinds of commands that its rows name."""
+        named = (
+            row.kinds if isinstance(row, Share) else (row.kind,) for row in self.rows if not isinstance(row, Total)
+        )
+        return tuple(dict.fromkeys(kind for kinds in named for kind in kinds))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Literal, TypeVar
 
-from robots.contract.capabilities import Idle, Need, Programs
+from robots.contract.capabilities import Composite, Idle, Need, Programs, Statistics
 from robots.contract.channels import MOST, Pose, Scalar
 from robots.contract.policies import HOLD, Policies
 from robots.contract.session import RobotState
@@ -128,6 +128,7 @@ def _contradictions(spec: Spec) -> Iterator[str]:
         ("command", [c.kind for c in spec.commands]),
         ("joint, coordinate or channel", spec.names()),
         ("stream", [s.name for s in spec.streams]),
+        ("composite", [c.name for c in spec.all_of(Composite)]),
     ):
         yield from (f"names the {what} {name!r} twice" for name in _twice(names))
     told = set(spec.names())
@@ -156,12 +157,26 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
             yield f"has no command {capability.kind!r}, which its {name} names"
         elif found.lane != "motion":
             yield f"names {capability.kind!r} of the lane {found.lane!r} in its {name}; only motions belong there"
+    if isinstance(capability, Statistics):
+        yield from _wrong_with_statistics(capability, spec)
     if not isinstance(capability, Need):
         return
     if capability.channel not in [c.name for c in spec.channels]:
         yield f"has no channel {capability.channel!r}, which its Need names"
     if not capability.below <= capability.until:
         yield f"has a Need that begins below {capability.below:g} and ends at {capability.until:g}, which is less"
+
+
+def _wrong_with_statistics(statistics: Statistics, spec: Spec) -> Iterator[str]:
+    told = [channel.name for channel in spec.channels]
+    for name in statistics.channels():
+        if name not in told:
+            yield f"has no channel {name!r}, which its Statistics names"
+    for kind in statistics.kinds():
+        if spec.command(kind) is None:
+            yield f"has no command {kind!r}, which its Statistics names"
+    for code in _twice([code for code, _ in statistics.ends]):
+        yield f"names the end {code!r} twice in its Statistics"
 
 
 def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:

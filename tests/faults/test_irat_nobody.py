@@ -4,6 +4,7 @@ import shutil
 
 import pytest
 from django.conf import settings
+from django.test import Client
 
 from portal.processes import robot_processes
 from portal.seeding import add_robot
@@ -81,3 +82,7 @@ def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house
     assert "cleared" in refused.reason
     charge = Command.objects.filter(kind="charge").order_by("id").last()
     assert charge.state == "completed"
+    rows = {row["label"]: row["value"] for row in Client().get("/robots/irat/statistics.json").json()["rows"]}
+    ends = [rows[name] for name in ("Goals reached", "Dropped, because the map was cleared", "Recharges")]
+    assert ends == [1, 1, 1]
+    assert rows["Driven, by odometry"] > 1.0

@@ -67,6 +67,13 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
             for child in children[::-1]:
                 child.kill()
         journal = [json.loads(line) for line in (robot.rig_dir / "journal.jsonl").read_text().splitlines()]
+        told = Client().get("/robots/shuttle/statistics.json").json()
+    rows = {row["label"]: row["value"] for row in told["rows"]}
+    ends = [rows[name] for name in ("Trips arrived", "Given up by the robot", "Refused by the robot")]
+    assert ends == [2 * GOALS, 1, 1]
+    assert rows["Recharges"] == Command.objects.filter(kind="dock", state="completed").count() >= 1
+    assert sum(one["attempted"] for one in told["success"]["bins"]) == 2 * GOALS + 1, "its battery was read at each"
+    assert rows["Driven"] is None, "it tells no such value, so none is invented"
     assert Frame.objects.filter(robot=robot, width=128, height=16).exists(), "its pictures come by its driver"
     refused, gave_up = (guest.job for guest in lost)
     assert (refused.state, refused.reason) == ("failed", "The rail ends before this place today.")

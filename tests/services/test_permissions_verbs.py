@@ -17,11 +17,11 @@ from django.db import transaction
 from accounts import services as accounts
 from accounts.models import Choice, Clearance, Question
 from operatorlog import services as log
-from operatorlog.models import Entry, Visibility
+from operatorlog.models import Entry, SurveyQuestion, Visibility
 from queueing import services as queue
 from queueing.errors import QueueError
 from queueing.jobs.asking import Asker, ask
-from queueing.models import Turn
+from queueing.models import Job, Turn
 from robots import bus, services, verbs
 from robots.clock import SYSTEM
 from robots.contract.spec import ANYONE, CommandKind
@@ -86,8 +86,15 @@ def asker(w):
     return Asker(user=w.user if w.user.is_authenticated else None)
 
 
-def job(w):
-    return ask(w.robot, Asker(user=w.cast["operator"]), "down", {}, SYSTEM.now())
+def job(w, state="waiting"):
+    one = ask(w.robot, Asker(user=w.cast["operator"]), "down", {}, SYSTEM.now())
+    Job.objects.filter(pk=one.pk).update(state=state)
+    one.refresh_from_db()
+    return one
+
+
+def one_question():
+    return SurveyQuestion.objects.create(prompt="Q").pk
 
 
 def refused():
@@ -165,13 +172,17 @@ ROWS = {
     "operatorlog.moderate": (
         MODERATORS, lambda do, w: do(entry(w), w.user, Visibility.FEATURED, "", SYSTEM.now()),
     ),
+    "operatorlog.answer_survey_of_job": (
+        OPERATOR, lambda do, w: do(job(w, "done"), asker(w), {one_question(): "4"}, SYSTEM.now()),
+    ),
     "operatorlog.answer_survey": (OPERATOR, lambda do, w: do(over(w), w.user, {}, SYSTEM.now())),
 }  # fmt: skip
 # what is asked about the very person of a request and touches nobody else's rows, and the checks themselves
 OWN = {
     "portal.fresh_token", "portal.spend_token", "portal.name_of", "queueing.account_of", "queueing.may_ask",
     "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.disconnected", "queueing.dismiss", "queueing.present",
-    "queueing.standings", "queueing.mark_seen", "queueing.unseen_jobs", "robots.put", "robots.held", "robots.issue_under",
+    "queueing.standings", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
+    "queueing.note_answered", "robots.put", "robots.held", "robots.issue_under",
     "robots.need_staff", "robots.send_keep_alive",
 }  # fmt: skip
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.capabilities import Idle, Need, Programs
+from robots.contract.capabilities import Idle, Need, Programs, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
 from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
@@ -42,6 +42,11 @@ def alone(seconds, name="wheel"):
         ({"capabilities": (Idle("roam"),)}, "no command 'roam', which its Idle names"),
         ({"capabilities": (Idle("pace"),)}, "names 'pace' of the lane 'config' in its Idle"),
         ({"capabilities": (Programs("run", "text"),)}, "no command 'run', which its Programs names"),
+        ({"capabilities": (Statistics(over_time="fuel"),)}, "no channel 'fuel', which its Statistics names"),
+        ({"capabilities": (Statistics(rows=(Total("Driven", "way"),)),)}, "no channel 'way', which its Statistics names"),
+        ({"capabilities": (Statistics(rows=(Times("Docked", "dock"),)),)}, "no command 'dock', which its Statistics names"),
+        ({"capabilities": (Statistics(rows=(Share("Busy", ("go", "x")),)),)}, "no command 'x', which its Statistics names"),
+        ({"capabilities": (Statistics(ends=(("a", "A"), ("a", "B"))),)}, "names the end 'a' twice in its Statistics"),
         ({"capabilities": (Need("dock", "charge", 20.0, 90.0),)}, "no command 'dock', which its Need names"),
         ({"capabilities": (Need("go", "battery", 20.0, 90.0),)}, "no channel 'battery', which its Need names"),
         ({"capabilities": (Need("go", "charge", 90.0, 20.0),)}, "begins below 90 and ends at 20"),

@@ -31,6 +31,7 @@ from workers.cameras.pictures import Pictures
 from workers.commands import finish
 from workers.commands.motion import held_motion, replaceable
 from workers.commands.progress import ProgressReporter
+from workers.commands.readings import Readings
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
 from workers.safety.lane import MOTION, Lane
@@ -60,6 +61,7 @@ class Runner:
         self._deadman, self._pictures, self._on_fault = deadman, pictures, on_fault
         self._permit: Permit = lane.gate.check  # of the command that runs
         self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
+        self._readings = Readings(owned)
         self._said = 0  # the last command that was sent to the robot, whatever the database says
 
     def run(self, command: Command) -> None:
@@ -70,6 +72,7 @@ class Runner:
         self._permit = gate.bound(command.epoch)
         if command.grant.ended_at is not None:
             gate.grants.revoke(command.grant_id)
+        self._readings.begin()
         self._lane.current = command  # not earlier: the watch must not judge it by the grant before
         try:
             self._run(command)
@@ -120,6 +123,8 @@ class Runner:
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Store the end of a command; while the database is away, try again for as long as the robot is ours."""
         at = self._owned.now()
+        if self._moves:
+            result = {**(result or {}), **self._readings.end()}
         if self._said == command.pk and self._stale(command):
             state, reason, result = CommandState.UNKNOWN, LEASE_LOST, None
         while True:

@@ -1,6 +1,6 @@
 """The spec of the iRat; readable without its driver."""
 
-from robots.contract.capabilities import Idle, Need
+from robots.contract.capabilities import Composite, Idle, Need, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
@@ -11,6 +11,22 @@ HAND_LONGEST_S = 60.0
 SLICE_S = 60.0
 CHARGE_S = 4 * 3600.0
 FULL = 97.0  # percent; the last few take as long as all others
+STATISTICS = Statistics(  # the rows of the paper's Table 1, its figures 8 and 9
+    rows=(
+        Total("Driven, by odometry", "driven"),
+        Times("Recharges", "charge"),
+        Times("Recharges that failed", "charge", failed=True),
+        Share("Time roaming", ("goal", "explore")),
+        Total("Maps cleared", "map"),
+    ),
+    ends=(("map_cleared", "Dropped, because the map was cleared"),),
+    against="experiences",
+    over_time="battery",
+    job="goal",
+    done="reached",
+)
+SCENE = "robots.drivers.irat.composites.scene:Scene"
+COMPOSITES = (Composite("desktop", 780, 460, SCENE), Composite("phone", 320, 480, SCENE))  # the paper's sizes
 MOST = 16_777_216  # whole numbers that a channel's four bytes hold
 
 
@@ -39,7 +55,9 @@ def spec() -> Spec:
             Scalar("driven", "m", 0.0, 1e6),
         ),
         streams=(Stream("map", "application/x-irat-map"), Stream("cells", "application/x-irat-cells")),
-        capabilities=(Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL)),
+        capabilities=(
+            Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), STATISTICS, *COMPOSITES,
+        ),
         commands=(
             CommandKind(
                 "goal", "Go to a place of the map", place, limit_s=float(description["map"]["goal_s"]),

@@ -10,12 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.autonomy.ratslam.slam import RatSlam
+from robots.drivers.irat.brain.packets import DOCKS, HEAD, LEVELS, ROUTE, UNIT_M, VERSION
 
-VERSION = 1
-HEAD = struct.Struct("<BBIII")
-ROUTE, DOCKS = 1, 2
-UNIT_M = 0.005  # of a position on the map
-LEVELS = 7  # of a cell's activity
 Grid = NDArray[np.int16]
 
 

@@ -1,6 +1,6 @@
 """A cart on a rail that takes goals from everybody, drives about by itself, and needs its dock."""
 
-from robots.contract.capabilities import Idle, Need
+from robots.contract.capabilities import Idle, Need, Share, Statistics, Times, Total
 from robots.contract.channels import Pose, Scalar
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 
@@ -10,11 +10,27 @@ def spec():
         name="Shuttle",
         joints=("cart",),
         pose=Pose(("x",)),
-        channels=(Scalar("battery", "", 0.0, 1.0),),
+        channels=(Scalar("battery", "", 0.0, 1.0), Scalar("driven", "m", 0.0, 1e6)),
         commands=(
             CommandKind("go", "Drive to", (Argument("x", "m", 0.0, 2.0),), asked_by=frozenset({ANYONE}), limit_s=20.0),
             CommandKind("roam", "Roam", asked_by=frozenset({STAFF})),
             CommandKind("dock", "Dock", asked_by=frozenset({STAFF}), limit_s=30.0),
         ),
-        capabilities=(Idle("roam", 60.0), Need("dock", "battery", 0.3, 0.9)),
+        capabilities=(
+            Idle("roam", 60.0),
+            Need("dock", "battery", 0.3, 0.9),
+            Statistics(
+                rows=(
+                    Total("Driven", "driven"),
+                    Times("Recharges", "dock"),
+                    Times("Recharges that failed", "dock", failed=True),
+                    Share("Time on the rail", ("go", "roam")),
+                ),
+                ends=(("rail", "Dropped, because the rail was taken away"),),
+                against="battery",
+                over_time="battery",
+                job="trip",
+                done="arrived",
+            ),
+        ),
     )

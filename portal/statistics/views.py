@@ -1,0 +1,79 @@
+"""`/robots/<slug>/statistics/` and `statistics.json`: what happened to the jobs of a robot in any 24 hours."""
+
+from datetime import datetime, timedelta
+
+from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
+from django.shortcuts import get_object_or_404, render
+from django.views.decorators.cache import cache_control, never_cache
+from django.views.decorators.http import require_safe
+
+from portal.pages.errors import software_missing
+from portal.statistics import plots
+from portal.statistics.day import DAY, BadDate, Span, span_of
+from portal.statistics.reading import MOST_JOBS, MOST_MOTIONS, happened
+from portal.statistics.telling import Told, tell
+from queueing.jobs.kinds import job_kinds
+from robots.clock import SYSTEM
+from robots.contract.capabilities import Statistics
+from robots.models import Robot
+
+LATEST = timedelta(minutes=1)  # less than this before now is now
+
+
+def _robot(slug: str) -> Robot:
+    robot = get_object_or_404(Robot, slug=slug)
+    if not job_kinds(robot):
+        raise Http404("This robot takes no jobs, so it has no statistics of jobs.")
+    return robot
+
+
+def _told(robot: Robot, span: Span, now: datetime) -> Told:
+    spec = robot.spec()
+    declared = spec.capability(Statistics) or Statistics()
+    return tell(happened(robot, declared, span, now), spec, declared, span)
+
+
+@never_cache
+@require_safe
+def statistics(request: HttpRequest, slug: str) -> HttpResponse:
+    """Show the statistics of 24 hours: a table, plots, and each plot as a table."""
+    robot, now, wrong = get_object_or_404(Robot, slug=slug), SYSTEM.now(), ""
+    try:
+        spec = robot.spec()
+    except LookupError:
+        return software_missing(request, robot.name)
+    _robot(slug)
+    asked = request.GET.get("from", "")
+    try:
+        span = span_of(asked, now)
+    except BadDate as error:
+        return render(
+            request, "pages/statistics.html", {"robot": robot, "wrong": str(error), "asked": asked[:40]}, status=400
+        )
+    told = _told(robot, span, now)
+    declared, start = told.declared, span.start
+    shown = next((c for c in spec.channels if c.name == declared.over_time), None)
+    context = {
+        "robot": robot, "span": span, "told": told, "declared": declared, "wrong": wrong,
+        "asked": span.start.strftime("%Y-%m-%dT%H:%M"),
+        "earlier": (span.start - DAY).strftime("%Y-%m-%dT%H:%M"),
+        "later": span.end.strftime("%Y-%m-%dT%H:%M") if span.end + LATEST <= now else "",
+        "hours": plots.hours(told.hours, start, declared.job, declared.done),
+        "hour_rows": [(plots.clock_of(start, n), asked, done) for n, (asked, done) in enumerate(told.hours)],
+        "success": plots.success(told.success, declared.done),
+        "channel": shown, "line": plots.line(told.course, shown.low, shown.high, start) if shown else None,
+        "most_jobs": MOST_JOBS, "most_motions": MOST_MOTIONS,
+    }  # fmt: skip
+    return render(request, "pages/statistics.html", context)
+
+
+@cache_control(public=True, max_age=60)
+@require_safe
+def statistics_json(request: HttpRequest, slug: str) -> JsonResponse:
+    """Return the same for programs."""
+    robot, now = _robot(slug), SYSTEM.now()
+    try:
+        span = span_of(request.GET.get("from", ""), now)
+    except BadDate as error:
+        return JsonResponse({"error": str(error)}, status=400)
+    return JsonResponse({"robot": robot.slug, "name": robot.name, **_told(robot, span, now).as_json(span)})

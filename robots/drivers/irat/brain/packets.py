@@ -1,0 +1,9 @@
+"""The figures of the byte streams' format, for who writes them and who reads them."""
+
+import struct
+
+VERSION = 1
+HEAD = struct.Struct("<BBIII")
+ROUTE, DOCKS = 1, 2
+UNIT_M = 0.005  # of a position on the map
+LEVELS = 7  # of a cell's activity

@@ -1,0 +1,210 @@
+"""Motion JPEG at the real web process: drawn while watched, once for all, within limits, and ended with the owner."""
+
+import asyncio
+import http.client
+import re
+import threading
+import time
+from datetime import timedelta
+
+import cv2
+import numpy as np
+import pytest
+
+from portal.composites.drawn import drawn, watchers
+from portal.seeding import add_robot
+from robots import bus
+from robots.clock import SYSTEM
+from robots.contract.capabilities import Composite
+from robots.contract.find import spec_of
+from robots.contract.session import RobotState
+from robots.contract.streams import StreamPacket, pack
+from robots.messages import picture_packet, state_packet
+from robots.models import Lease
+from tests.conftest import wait_for
+from tests.rig import Web
+from tests.unit.test_irat_composites import RING
+
+DESKTOP, PHONE = "/robots/irat/live/desktop.mjpg", "/robots/irat/live/phone.mjpg"
+SPEC = spec_of("irat")
+
+
+class Teller:
+    """What an owner publishes: ten states a second, each another one, a picture, the map."""
+
+    def __init__(self):
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._tell, daemon=True)
+        self.number = 0
+        bus.publish_stream("irat", 0, [pack(StreamPacket(0, 1, 1, True, RING))], from_key=True)
+        self._thread.start()
+
+    def _tell(self):
+        view = cv2.imencode(".jpg", np.full((240, 416, 3), 90, np.uint8))[1].tobytes()
+        while not self._over.wait(0.1):
+            self.number += 1
+            now = int(time.time() * 1000)
+            told = RobotState(0.0, (), (0.2, 0.1, self.number / 10), True, True, mode=f"step {self.number}")
+            bus.publish_state("irat", state_packet(self.number, now, told, False, SPEC.packed(), SPEC.named(told)))
+            bus.publish_picture("irat", picture_packet(self.number, now, 0, (), view))
+
+    def stop(self):
+        self._over.set()
+        self._thread.join()
+
+
+@pytest.fixture
+def served(transactional_db, redis_server):
+    bus.connection().flushall()
+    robot = add_robot("irat")
+    Lease.objects.create(robot=robot, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
+    web = Web(FARHAND_COMPOSITES_PER_ADDRESS="3", FARHAND_COMPOSITE_VIEWERS="5")
+    teller, opened = Teller(), []
+
+    def watch(path=DESKTOP, source="127.0.0.1"):
+        line = http.client.HTTPConnection("127.0.0.1", web.port, timeout=15, source_address=(source, 0))
+        line.request("GET", path, headers={"Host": "localhost"})
+        opened.append(line)
+        answer = line.getresponse()
+        answer.line = line
+        return answer
+
+    yield watch, teller
+    teller.stop()
+    for line in opened:
+        line.close()
+    assert web.alive(), web.said()
+    assert "Traceback" not in web.said()
+    web.kill()
+
+
+def leave(*answers):
+    for answer in answers:
+        answer.close()
+        answer.line.close()
+
+
+def part(answer):
+    """Read one part; None at the closing boundary."""
+    boundary = answer.readline().strip()
+    if boundary in (b"--farhand--", b""):
+        return None
+    assert boundary == b"--farhand"
+    head = b""
+    while not head.endswith(b"\r\n\r\n"):
+        head += answer.readline()
+    jpeg = answer.read(int(re.search(rb"Content-Length: (\d+)", head)[1]))
+    assert answer.read(2) == b"\r\n"
+    return jpeg
+
+
+@pytest.mark.asvs("15.2.2")
+def test_it_is_drawn_while_watched_and_once_for_all(served):
+    watch, _ = served
+    assert not bus.watched("irat", "frames")
+    one, other = watch(), watch()
+    assert one.status == 200
+    assert one.headers["Content-Type"] == "multipart/x-mixed-replace; boundary=farhand"
+    seen = [part(one) for _ in range(12)], [part(other) for _ in range(12)]
+    shapes = {cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).shape for jpeg in seen[0]}
+    assert shapes == {(460, 780, 3)}
+    assert len(set(seen[0])) > 8, "the picture moves"
+    assert len(set(seen[0]) & set(seen[1])) > 8, "both get the same bytes"
+    assert bus.watched("irat", "frames")
+    phone = watch(PHONE)
+    small = cv2.imdecode(np.frombuffer([part(phone) for _ in range(4)][-1], np.uint8), cv2.IMREAD_COLOR)
+    assert small.shape == (480, 320, 3)
+    assert (np.abs(small.astype(int) - (60, 60, 235)).max(axis=2) < 60).any(), "the route of the stream is drawn"
+    leave(one, other, phone)
+    wait_for(lambda: not bus.watched("irat", "frames"), 15, "nobody watches any more")
+
+
+def test_all_watchers_are_given_the_same_drawing(served):
+    watch, _ = served
+    del watch
+    composite = SPEC.all_of(Composite)[0]
+
+    async def looked():
+        one, other = drawn("irat", SPEC, composite), drawn("irat", SPEC, composite)
+        assert one is other
+        same = 0
+        with one.watched(), other.watched():
+            assert watchers("irat") == 2
+            mine, theirs = one.parts(), other.parts()
+            for _ in range(15):
+                told = await asyncio.gather(anext(mine), anext(theirs))
+                same += told[0] is told[1]
+            assert one.frames <= 17, "one drawing for both"
+        assert one.over
+        assert watchers("irat") == 0
+        with drawn("irat", SPEC, composite).watched():
+            assert watchers("irat") == 1, "who comes later has it drawn again"
+        return same
+
+    assert asyncio.run(looked()) >= 13
+
+
+@pytest.mark.asvs("2.4.1", "15.2.2")
+def test_viewers_are_limited_by_address_and_by_robot_and_leave_their_place(served):
+    watch, _ = served
+    mine = [watch() for _ in range(3)]
+    assert [part(answer) is not None for answer in mine] == [True] * 3
+    refused = watch()
+    assert refused.status == 429
+    assert refused.read().decode().startswith("Your network address watches")
+    others = [watch(source=f"127.0.0.{n}") for n in (2, 3)]
+    assert [part(answer) is not None for answer in others] == [True] * 2
+    full = watch(source="127.0.0.4")
+    assert (full.status, full.headers["Retry-After"]) == (503, "30")
+    leave(*mine, *others)
+
+    def free():
+        again = watch()
+        found = again.status == 200 and part(again) is not None
+        leave(again)
+        return found
+
+    wait_for(free, 15, "the places are free again")
+
+
+def test_who_does_not_read_delays_nobody(served):
+    watch, _ = served
+    slow, quick = watch(), watch()
+    assert part(slow) is not None
+    time.sleep(0.5)
+    first = time.monotonic()
+    read = [part(quick) for _ in range(30)]
+    assert None not in read
+    assert time.monotonic() - first < 30 * 0.1 * 4
+    assert part(slow) is not None
+
+
+def test_the_stream_ends_cleanly_when_the_owner_is_gone(served):
+    watch, teller = served
+    answer = watch()
+    assert part(answer) is not None
+    teller.stop()
+    while (left := part(answer)) is not None:
+        assert left
+    assert answer.read() == b"", "the answer is complete"
+    Lease.objects.update(expires_at=SYSTEM.now() - timedelta(seconds=1))
+    offline = watch()
+    assert (offline.status, offline.read()) == (503, b"This robot is offline now; try again later.\n")
+
+
+def test_what_cannot_be_read_is_left_out_until_the_next_key_packet(served):
+    watch, _ = served
+    answer = watch()
+    assert part(answer) is not None
+    for number, key, data in ((2, False, b"garbage"), (3, False, RING[:30]), (4, True, RING)):
+        bus.publish_stream("irat", 0, [pack(StreamPacket(0, number, number, key, data))], from_key=key)
+    bus.connection().publish(bus.state_channel("irat"), b"\x01")
+    bus.connection().publish(bus.frames_channel("irat"), b"\x02")
+    seen = [part(answer) for _ in range(10)]
+    assert None not in seen
+
+
+def test_other_names_and_methods_are_answered_in_words(served):
+    watch, _ = served
+    for path in ("/robots/irat/live/huge.mjpg", "/robots/none/live/desktop.mjpg"):
+        assert watch(path).status == 404

@@ -20,7 +20,7 @@ SURVEY = (
     ("Do you believe that the robot is real?", "choice", "Yes\nNo\nNot sure", "", ""),
     ("What would you use a robot on the web for?", "text", "", "", ""),
 )
-SHIPPED = ("mercury", "pa10")
+SHIPPED = ("mercury", "pa10", "irat")
 MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
 

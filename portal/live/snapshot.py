@@ -5,6 +5,7 @@ from typing import Any
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
+from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.estimates import place, wait_range, waiting
 from queueing.jobs.kinds import kinds_for, link_of
@@ -107,6 +108,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "stop": _stop(stop_shown(robot, now)),
         "operator": turn.user.username if turn else ("staff" if _by_staff(grant) else None),
         "queue": waiting(robot),
+        "jobs": jobs_shown(robot, now),
         "turn": _turn(turn, grant, mine),
         "me": {**_me(robot, user, now, mine), "grant": grant.pk if grant is not None and mine else 0},
         "still": still_info(frame),

@@ -8,7 +8,7 @@ from operatorlog.models import Entry, Visibility
 from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.estimates import place, wait_range, waiting
-from queueing.jobs.kinds import kinds_for, link_of
+from queueing.jobs.kinds import kinds_for, offers_turns
 from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn
 from robots.grants import open_grant, owner_alive
@@ -102,7 +102,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "state": state,
             "label": label,
             "why": why,
-            "turns": _offers_turns(robot),
+            "turns": offers_turns(robot),
         },
         "stopped": robot.stop_latched,
         "stop": _stop(stop_shown(robot, now)),
@@ -134,11 +134,6 @@ def _stop(shown: StopShown | None) -> dict[str, Any] | None:
 
 def _by_staff(grant: Grant | None) -> bool:
     return grant is not None and grant.kind in BY_STAFF and grant.holder_id is not None
-
-
-def _offers_turns(robot: Robot) -> bool:
-    link = link_of(robot)
-    return link is None or link.offers_turns
 
 
 def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:

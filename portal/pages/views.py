@@ -18,7 +18,7 @@ from portal.consoles.console import console_of
 from portal.live.snapshot import status_of
 from portal.pages.errors import software_missing
 from queueing.estimates import waiting
-from queueing.jobs.kinds import job_kinds
+from queueing.jobs.kinds import job_kinds, offers_turns
 from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
@@ -75,6 +75,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "views": description.views(described),
         "classic": drawn(robot),
         "takes_jobs": bool(job_kinds(robot)),
+        "turns": offers_turns(robot),
     }
     return render(request, "pages/robot.html", context)
 

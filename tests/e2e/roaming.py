@@ -16,6 +16,7 @@ from tests.unit.test_irat_vectors import cell_packets, map_packets
 from workers.streams import Streams
 
 PLACES, RADIUS_M, MAP = 60, 0.8, 4
+MODE = "going to somebody's goal"  # the longest: it has to fit on a phone
 RING = [[RADIUS_M * math.cos(i * math.tau / PLACES), RADIUS_M * math.sin(i * math.tau / PLACES)] for i in range(PLACES)]
 TOLD = {
     "map": MAP, "sequence": 1, "whole": True, "ids": list(range(PLACES)), "poses": RING,
@@ -48,7 +49,7 @@ class RoamingPortal:
             number += 1
             streams.publish()
             pose = (0.0, 0.0, math.pi / 2)
-            state = RobotState(time.monotonic(), (), pose, False, True, "", (), (), "resting", VALUES)
+            state = RobotState(time.monotonic(), (), pose, False, True, "", (), (), MODE, VALUES)
             packet = state_packet(number, int(time.time() * 1000), state, False, spec.packed(), spec.named(state))
             bus.publish_state(self.robot.slug, packet)
 

@@ -8,7 +8,7 @@ from django.http import HttpRequest, JsonResponse
 
 from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs
 from queueing.jobs.asking import Asker
-from queueing.jobs.telling import mine
+from queueing.jobs.telling import own_jobs
 from queueing.models import OPEN_JOB, Job
 from robots.models import Robot
 
@@ -31,9 +31,9 @@ def told(job: Job) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def own_jobs(robot: Robot, asker: Asker, now: datetime) -> JsonResponse:
+def own_listed(robot: Robot, asker: Asker, now: datetime) -> JsonResponse:
     """List the asker's jobs on the robot: the open ones and those that ended within the last hour, newest first."""
-    found = mine(asker).filter(Q(ended_at=None) | Q(ended_at__gt=now - RECENT), robot=robot)
+    found = own_jobs(asker).filter(Q(ended_at=None) | Q(ended_at__gt=now - RECENT), robot=robot)
     return JsonResponse({"jobs": [told(job) for job in found.order_by("-id")[:LISTED]]})
 
 

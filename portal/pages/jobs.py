@@ -12,7 +12,7 @@ from django.views.decorators.http import require_http_methods
 from django.views.decorators.vary import vary_on_headers
 
 from portal.limits.addresses import network_of
-from portal.pages.job_answers import own_jobs, refused, told, wants_json
+from portal.pages.job_answers import own_listed, refused, told, wants_json
 from queueing.errors import QueueError
 from queueing.estimates import jobs_ahead
 from queueing.jobs.asking import Asker, ask
@@ -50,7 +50,7 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
     if request.method == "POST":
         return _act(request, robot)
     if wants_json(request):
-        return own_jobs(robot, asker_of(request), SYSTEM.now())
+        return own_listed(robot, asker_of(request), SYSTEM.now())
     link = link_of(robot)
     waiting = Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("user")
     context = {

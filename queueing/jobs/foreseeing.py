@@ -8,6 +8,7 @@ from django.conf import settings
 from django.db.models import QuerySet
 
 from queueing.jobs.kinds import link_of
+from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket
 from robots.contract.find import spec_of
 from robots.grants import open_grant
@@ -39,7 +40,7 @@ def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
     tags = _tags(jobs, _cost(link, each))
     jobs.sort(key=lambda job: (job.state != JobState.RUNNING, tags[job.pk], job.pk))
     turns = _turns(jobs[0].queue_id)
-    known = _known(robot, jobs)
+    known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     found: list[Foreseen] = []
     for number, job in enumerate(jobs):
@@ -97,9 +98,9 @@ def _turn(robot: Robot) -> Range:
     return turn_s / 4 + HANDOVER_S, turn_s + ANSWER_S + HANDOVER_S
 
 
-def _known(robot: Robot, jobs: Sequence[Job]) -> bool:
+def _known(robot: Robot, link: QueueRobot | None, jobs: Sequence[Job]) -> bool:
     """Return whether the wait can be judged: the robot is in order, and does not look after itself first."""
-    if robot.cycle in OUT or robot.stop_latched or jobs[0].queue.paused:
+    if robot.cycle in OUT or jobs[0].queue.paused or suspended(robot, link):
         return False
     grant = open_grant(robot)
     return grant is None or grant.kind != GrantKind.UPKEEP

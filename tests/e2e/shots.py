@@ -88,12 +88,15 @@ def _take_irat(folder: Path) -> None:
         wait_for(lambda: places() > DRAWN, 600, "a map")
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=CHROMIUM)
-            for name, options in zip(("irat", "irat-dark", "irat-phone"), _options(1180), strict=True):
+            far = (("irat", 0), ("irat-dark", 9), ("irat-phone", 0))  # places far from each other: the path is long
+            for (name, place), options in zip(far, _options(1180), strict=True):
                 page = browser.new_context(base_url=portal.url, locale="en-US", **options).new_page()
                 page.goto(robot.get_absolute_url())
                 page.locator("#spots button[aria-disabled=false]").first.wait_for()
-                page.locator("#spots button").nth(len(name) % 5).press("Enter")
-                page.wait_for_timeout(9000)  # until what is told on top of the page is gone
+                page.locator("#spots button").nth(place).press("Enter")
+                page.locator("#notice").wait_for(state="visible")
+                page.locator("#notice").wait_for(state="hidden")
+                page.evaluate("document.activeElement.blur(); scrollTo(0, 0)")
                 page.screenshot(path=folder / f"{name}.png")
                 page.context.close()
             browser.close()

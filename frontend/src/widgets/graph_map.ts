@@ -14,6 +14,7 @@ export interface Mark extends Spot { text: string; own: boolean; now: boolean }
 export interface Pose extends Spot { heading: number }
 
 const PAUSE_MS = 80; // between two drawings
+const CALM_MS = 1000; // the same where the person prefers reduced motion
 const TOUCH_PX = 24;
 const NEAR_M = 0.1;
 const CROWD = 600; // places that stand so close that each dot is small
@@ -31,6 +32,7 @@ export class GraphMap {
   private asked = false;
   private drawn = 0;
   private colours: Colours | null = null;
+  private calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   /** `onPick` gets the place that was clicked on; null for a click where no place is near. */
   constructor(private canvas: HTMLCanvasElement, onPick: (place: number | null) => void) {
@@ -79,7 +81,8 @@ export class GraphMap {
   private ask(): void {
     if (this.asked) return;
     this.asked = true;
-    setTimeout(() => requestAnimationFrame(() => this.draw()), Math.max(0, PAUSE_MS - (performance.now() - this.drawn)));
+    const pause = this.calm.matches ? CALM_MS : PAUSE_MS;
+    setTimeout(() => requestAnimationFrame(() => this.draw()), Math.max(0, pause - (performance.now() - this.drawn)));
   }
 
   private draw(): void {

@@ -98,7 +98,7 @@ export class JobPanel {
     if (!told) return `Your ${noun} was taken.${stopped}`;
     if (told.state === "running") return `The robot is on its way to your ${noun}.`;
     const before = told.ahead === 0 ? "It is next" : told.ahead === 1 ? "One is before it" : `${told.ahead} are before it`;
-    return `Your ${noun} waits. ${before}; ${waitWords(told.wait_s)}.${job.reason ? ` ${job.reason}` : ""}${stopped}`;
+    return `Your ${noun} waits. ${before}; ${waitWords(told.wait_s)}.${[job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean).map((why) => ` ${why}`).join("")}${stopped}`;
   }
 
   private actions(job: OwnJob | undefined): Part[] {

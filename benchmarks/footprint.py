@@ -155,14 +155,23 @@ def _running(argv: list[str | Path], env: dict[str, str], log: Path) -> Iterator
 
 @contextlib.contextmanager
 def _portal(var: Path) -> Iterator[int]:
-    """Run the portal as `make run` does; yields the supervisor once both robots are ready."""
+    """Run the portal as `make run` does, without the robot that roams; yields the supervisor once both are ready."""
     port, var_log = _free_port(), var.with_suffix(".log")
     plain = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND_", "DATABASE_URL", "REDIS_URL"))}
     argv: list[str | Path] = [sys.executable, "manage.py", "demo", "--port", str(port)]
     with _running(argv, {**plain, "FARHAND_VAR": str(var), "PYTHONPATH": str(ROOT)}, var_log) as pid:
         _wait(lambda: _answers(f"http://127.0.0.1:{port}/livez"), "the portal")
+        _switch_off(var, "irat")
         _wait(lambda: _ready(var), "both robots")
         yield pid
+
+
+def _switch_off(var: Path, slug: str) -> None:
+    """Switch a robot off, as staff would; the supervisor ends its processes."""
+    import sqlite3
+
+    with contextlib.closing(sqlite3.connect(var / "farhand.sqlite3", timeout=20)) as store, store:
+        store.execute("UPDATE robots_robot SET enabled = 0 WHERE slug = ?", (slug,))
 
 
 def _ready(var: Path) -> bool:

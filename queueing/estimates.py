@@ -5,7 +5,7 @@ from datetime import datetime
 from django.conf import settings
 
 from queueing import fairshare
-from queueing.models import NOT_YET, OPEN_JOB, Job, Ticket, Turn
+from queueing.models import NOT_YET, OPEN_JOB, Job, JobState, Ticket, Turn
 from robots.models import Robot
 from robots.states import Cycle
 
@@ -13,8 +13,9 @@ RULES = settings.FARHAND
 
 
 def waiting(robot: Robot) -> int:
-    """Return how many people wait for the robot."""
-    return Ticket.objects.filter(queue__robot_links__robot=robot, state__in=NOT_YET).count()
+    """Return how many people wait for the robot, or for a job on it."""
+    people = Ticket.objects.filter(queue__robot_links__robot=robot, state__in=NOT_YET).count()
+    return people + Job.objects.filter(robot=robot, state=JobState.WAITING).count()
 
 
 def place(ticket: Ticket) -> int:

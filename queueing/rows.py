@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from django.core.exceptions import ValidationError
 from django.db import transaction
 
 from queueing.models import Queue, QueueRobot
@@ -9,15 +10,41 @@ from robots import bus
 from robots.messages import Changed, StandingChanged
 from robots.models import Robot
 
+SETTINGS = frozenset({"offers_turns", "guests_ask", "charged_in", "rest_after_min"})
+
+
+class BadSettings(ValueError):
+    """`[queue]` of a robot's robot.toml is wrong."""
+
 
 def queue_of(robot: Robot) -> Queue:
-    """Return the queue of the robot; a new robot gets one of its own."""
+    """Return the queue of the robot; a new robot gets one of its own, with the settings of its robot.toml.
+
+    Raises BadSettings.
+    """
     link = QueueRobot.objects.select_related("queue").filter(robot=robot).first()
     if link is not None:
         return link.queue
     with transaction.atomic():
         queue = Queue.objects.create(name=f"Queue of {robot.name}")
-        return QueueRobot.objects.create(robot=robot, queue=queue).queue
+        link = QueueRobot(robot=robot, queue=queue, **_first_settings(robot))
+        try:
+            link.full_clean()
+        except ValidationError as error:
+            raise BadSettings(f"robot.toml of {robot.driver}, [queue]: {'; '.join(error.messages)}") from error
+        link.save()
+        return queue
+
+
+def _first_settings(robot: Robot) -> dict[str, Any]:
+    """Return the table `[queue]` of the robot's robot.toml; nothing if its package is not installed."""
+    try:
+        told: dict[str, Any] = dict(robot.description().get("queue", {}))
+    except (ImportError, LookupError, OSError):
+        return {}
+    if unknown := sorted(told.keys() - SETTINGS):
+        raise BadSettings(f"robot.toml of {robot.driver}, [queue]: there is no setting {unknown[0]!r}")
+    return told
 
 
 def locked(queue: Queue) -> Queue:

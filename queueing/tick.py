@@ -1,5 +1,6 @@
 """Advances the queues in time: ends what is over, and offers robots to the next people."""
 
+import logging
 from datetime import datetime, timedelta
 
 from django.db import transaction
@@ -8,7 +9,7 @@ from django.db.models import Exists, OuterRef, Q, QuerySet
 from queueing.jobs.running import settle as settle_jobs
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, Ticket, TicketState, Turn
 from queueing.offers import recall_offers
-from queueing.rows import locked, robots_of
+from queueing.rows import BadSettings, locked, queue_of, robots_of
 from queueing.serving import serve_next
 from queueing.tickets import dismiss_unfit, withdraw
 from queueing.turns import tick_turn
@@ -16,6 +17,7 @@ from robots.grants import end_overdue_single
 from robots.models import Grant, Robot
 from robots.states import Cycle
 
+log = logging.getLogger(__name__)
 ABSENT_S = 900  # a waiting person who is away this long loses the place
 QUIET_S = 5  # between two looks at a queue in which nobody waits
 RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
@@ -24,12 +26,25 @@ NO_ANSWER = "did not answer the offer"
 
 def tick(now: datetime) -> None:
     """Advance every queue: end, expire, extend, offer. Safe to run twice at once."""
+    _give_queues()
     _tick_all(Queue.objects.all(), now)
 
 
 def tick_seldom(now: datetime) -> None:
     """As `tick`, but queues without anything open only every fifth second, so that an idle portal costs little."""
-    _tick_all(Queue.objects.all() if now.second % QUIET_S == 0 else busy_queues(), now)
+    if now.second % QUIET_S == 0:
+        tick(now)
+    else:
+        _tick_all(busy_queues(), now)
+
+
+def _give_queues() -> None:
+    """Give a queue to each robot that was switched on and has none, so that it also works before anybody asks."""
+    for robot in Robot.objects.filter(enabled=True, queue_link=None):
+        try:
+            queue_of(robot)
+        except BadSettings as error:
+            log.error("%s has no queue: %s", robot, error)
 
 
 def busy_queues() -> QuerySet[Queue]:

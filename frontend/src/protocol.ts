@@ -15,10 +15,14 @@ export interface CommandInfo {
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
 export interface StopShown { confirmed: boolean; since_ms: number | null; rests_by_ms: number | null }
+/** An open job of the robot, as everybody sees it: `ahead` requests before it, the least and greatest wait (s). */
+export interface JobInfo { id: number; kind: string; state: string; args: Record<string, number>; ahead: number; wait_s: [number, number] | null }
 export interface Snapshot {
   t: "snapshot"; now_ms: number; link: boolean; store: string;
   robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean };
   stopped: boolean; operator: string | null; queue: number;
+  /** In the order in which they will be served. */
+  jobs: JobInfo[];
   /** The latched stop: whether the robot confirmed that it rests, and if not, the latest time by which it rests. */
   stop: StopShown | null;
   turn: null | { id: number | null; grant: number; mine: boolean; until_ms: number | null; next_seq: number; extra: boolean; staff: boolean };

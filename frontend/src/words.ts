@@ -18,6 +18,19 @@ export function ago(ms: number): string {
   return `${Math.round(s / 3600)} h`;
 }
 
+/** The expected wait in words; null where nobody knows. */
+export function waitWords(wait: readonly [number, number] | null): string {
+  if (wait === null) return "the wait is not known now";
+  const [low, high] = wait;
+  if (high < 10) return "any moment now";
+  const far = rounded(high);
+  return low < 10 ? `at most ${far}` : rounded(low) === far ? `about ${far}` : `about ${rounded(low)} to ${far}`;
+}
+
+function rounded(seconds: number): string {
+  return seconds < 90 ? `${Math.max(10, Math.ceil(seconds / 10) * 10)} s` : `${Math.ceil(seconds / 60)} min`;
+}
+
 export const STAGES: Record<string, string> = {
   sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the robot", acknowledged: "Moving",
   completed: "Settled", rejected: "Refused", failed: "Failed", expired: "Too late", cancelled: "Stopped", unknown: "Unknown",

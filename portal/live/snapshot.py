@@ -5,9 +5,10 @@ from typing import Any
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
+from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.estimates import place, wait_range, waiting
-from queueing.jobs.kinds import kinds_for, link_of
+from queueing.jobs.kinds import kinds_for, offers_turns
 from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn
 from robots.grants import open_grant, owner_alive
@@ -101,12 +102,13 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "state": state,
             "label": label,
             "why": why,
-            "turns": _offers_turns(robot),
+            "turns": offers_turns(robot),
         },
         "stopped": robot.stop_latched,
         "stop": _stop(stop_shown(robot, now)),
         "operator": turn.user.username if turn else ("staff" if _by_staff(grant) else None),
         "queue": waiting(robot),
+        "jobs": jobs_shown(robot, now),
         "turn": _turn(turn, grant, mine),
         "me": {**_me(robot, user, now, mine), "grant": grant.pk if grant is not None and mine else 0},
         "still": still_info(frame),
@@ -132,11 +134,6 @@ def _stop(shown: StopShown | None) -> dict[str, Any] | None:
 
 def _by_staff(grant: Grant | None) -> bool:
     return grant is not None and grant.kind in BY_STAFF and grant.holder_id is not None
-
-
-def _offers_turns(robot: Robot) -> bool:
-    link = link_of(robot)
-    return link is None or link.offers_turns
 
 
 def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:

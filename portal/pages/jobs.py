@@ -7,15 +7,17 @@ from typing import Any
 from allauth.core.internal.ratelimit import consume
 from django.conf import settings
 from django.contrib import messages
-from django.http import HttpRequest, HttpResponse
+from django.http import HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, redirect, render
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_http_methods
+from django.views.decorators.vary import vary_on_headers
 
 from operatorlog.models import SurveyQuestion
 from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.limits.addresses import network_of
+from portal.pages.job_answers import own_listed, refused, told, wants_json
 from queueing.errors import QueueError
 from queueing.estimates import jobs_ahead
 from queueing.jobs.asking import Asker, ask
@@ -45,12 +47,15 @@ def asker_of(request: HttpRequest, fresh: str = "") -> Asker:
 
 
 @never_cache
+@vary_on_headers("Accept")
 @require_http_methods(["GET", "HEAD", "POST"])
 def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the kinds of jobs that the robot takes and its open jobs; take a new job."""
     robot = get_object_or_404(Robot, slug=slug)
     if request.method == "POST":
         return _act(request, robot)
+    if wants_json(request):
+        return own_listed(robot, asker_of(request), SYSTEM.now())
     link = link_of(robot)
     waiting = Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("user")
     context = {
@@ -69,6 +74,8 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
             return redirect("jobs", slug=robot.slug)
         return _ask(request, robot)
     except (QueueError, RobotError) as error:
+        if wants_json(request):
+            return refused(error)
         messages.warning(request, str(error))
         return redirect("jobs", slug=robot.slug)
 
@@ -85,7 +92,7 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
         robot, asker_of(request, fresh), kind, args, SYSTEM.now(),
         name=name if storable(name) else "", mail=request.POST.get("mail") == "yes",
     )  # fmt: skip
-    answer = redirect(job)
+    answer: HttpResponse = JsonResponse(told(job), status=201) if wants_json(request) else redirect(job)
     if fresh:
         answer.set_signed_cookie(
             GUEST, fresh, max_age=A_YEAR_S, httponly=True, samesite="Lax", secure=request.is_secure()
@@ -111,7 +118,23 @@ def _number(text: str) -> float | str:
         return text
 
 
+def _cancel(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
+    try:
+        cancel(job, asker, SYSTEM.now())
+    except QueueError as error:
+        if wants_json(request):
+            return refused(error)
+        messages.warning(request, str(error))
+        return redirect(job)
+    if wants_json(request):
+        job.refresh_from_db()
+        return JsonResponse(told(job))
+    messages.success(request, "The job is cancelled; the robot holds.")
+    return redirect(job)
+
+
 @never_cache
+@vary_on_headers("Accept")
 @require_http_methods(["GET", "HEAD", "POST"])
 def job_page(request: HttpRequest, key: str) -> HttpResponse:
     """Show one job to everybody who has its address; its asker and staff may cancel it, its asker answers a survey."""
@@ -120,12 +143,7 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     if request.method == "POST" and request.POST.get("do") == "survey":
         return _survey(request, job, asker)
     if request.method == "POST":
-        try:
-            cancel(job, asker, now)
-            messages.success(request, "The job is cancelled; the robot holds.")
-        except QueueError as error:
-            messages.warning(request, str(error))
-        return redirect(job)
+        return _cancel(request, job, asker)
     mark_seen(job, asker, now)
     return _show(request, job, asker)
 

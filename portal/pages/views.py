@@ -18,13 +18,13 @@ from portal.consoles.console import console_of
 from portal.live.snapshot import status_of
 from portal.pages.errors import software_missing
 from queueing.estimates import waiting
-from queueing.jobs.kinds import job_kinds
+from queueing.jobs.kinds import job_kinds, offers_turns
 from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
-from robots.contract.spec import TURN, CommandKind
+from robots.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.services import newest_still
 
@@ -62,7 +62,8 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     robot = get_object_or_404(Robot, slug=slug)
     turn = open_turn(robot)
     try:
-        described, facts, console = robot.description(), console_facts(robot), console_of(robot.driver)
+        described, console = robot.description(), console_of(robot.driver)
+        facts = console_facts(robot, request.user.has_perm("robots.change_robot"))
     except (LookupError, ImportError, OSError):
         return software_missing(request, robot.name)
     context = {
@@ -76,6 +77,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "classic": drawn(robot),
         "takes_jobs": bool(job_kinds(robot)),
         "composites": robot.spec().all_of(Composite),
+        "turns": offers_turns(robot),
     }
     return render(request, "pages/robot.html", context)
 
@@ -87,8 +89,8 @@ def _command(kind: CommandKind) -> dict[str, Any]:
     return told | {"asked_by": sorted(kind.asked_by)}
 
 
-def console_facts(robot: Robot) -> dict[str, Any]:
-    """Return what the robot's console in the browser needs to know."""
+def console_facts(robot: Robot, staff: bool) -> dict[str, Any]:
+    """Return what the robot's console in the browser needs to know; to staff, also the commands of staff."""
     described = robot.description()
     spec = robot.spec()
     facts: dict[str, Any] = {name: described[name] for name in described.get("console", {}).get("tables", ())}
@@ -99,7 +101,7 @@ def console_facts(robot: Robot) -> dict[str, Any]:
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "labels": {c.kind: c.label for c in spec.commands},
-        "commands": [_command(c) for c in spec.commands if c.open_to(TURN)],
+        "commands": [_command(c) for c in spec.commands if c.open_to(TURN) or (staff and c.open_to(STAFF))],
     }
     if "limb" in described:
         from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs

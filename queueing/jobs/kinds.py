@@ -14,6 +14,12 @@ def link_of(robot: Robot) -> QueueRobot | None:
     return QueueRobot.objects.select_related("queue").filter(robot=robot).first()
 
 
+def offers_turns(robot: Robot) -> bool:
+    """Return whether people may drive the robot."""
+    link = link_of(robot)
+    return link is None or link.offers_turns
+
+
 def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
     """Return the command kinds that may be requested as jobs; none if the robot's package is not installed."""
     try:

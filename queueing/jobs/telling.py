@@ -8,7 +8,8 @@ from queueing.jobs.asking import Asker
 from queueing.models import OPEN_JOB, Job
 
 
-def _mine(asker: Asker) -> QuerySet[Job]:
+def own_jobs(asker: Asker) -> QuerySet[Job]:
+    """Return the jobs of a person, or of a guest; none of somebody without a cookie."""
     if asker.user is not None:
         return Job.objects.filter(user=asker.user)
     return Job.objects.filter(guest=asker.guest) if asker.guest else Job.objects.none()
@@ -16,14 +17,14 @@ def _mine(asker: Asker) -> QuerySet[Job]:
 
 def unseen_jobs(asker: Asker) -> list[Job]:
     """Return the asker's ended jobs that they have not looked at."""
-    found = _mine(asker).exclude(state__in=OPEN_JOB).filter(told_at=None)
+    found = own_jobs(asker).exclude(state__in=OPEN_JOB).filter(told_at=None)
     return list(found.select_related("robot").order_by("-id")[:3])
 
 
 def mark_seen(job: Job, asker: Asker, now: datetime) -> None:
     """Note that the asker has seen the end of the job."""
     if job.state not in OPEN_JOB:
-        _mine(asker).filter(pk=job.pk, told_at=None).update(told_at=now)
+        own_jobs(asker).filter(pk=job.pk, told_at=None).update(told_at=now)
 
 
 def may_answer(job: Job, asker: Asker) -> bool:
@@ -37,4 +38,4 @@ def note_answered(job: Job, asker: Asker) -> bool:
 
 
 def _unanswered(job: Job, asker: Asker) -> QuerySet[Job]:
-    return _mine(asker).filter(pk=job.pk, surveyed=False).exclude(state__in=OPEN_JOB)
+    return own_jobs(asker).filter(pk=job.pk, surveyed=False).exclude(state__in=OPEN_JOB)

@@ -11,6 +11,7 @@ from benchmarks.command_round_trip import cookie
 from benchmarks.stage import cast, database, set_up
 
 CHROMIUM = ["--no-sandbox", "--disable-gpu-compositing", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+DRAWN = 700  # places of a map that shows the maze
 PHONE = {"width": 390, "height": 844}
 
 
@@ -22,6 +23,8 @@ def main() -> None:
         _take_mercury(folder)
     with database():
         _take_arm(folder)
+    with database():
+        _take_irat(folder)
 
 
 def _take_mercury(folder: Path) -> None:
@@ -64,18 +67,60 @@ def _take_arm(folder: Path) -> None:
         page.screenshot(path=folder / f"{name}.png")
 
 
+def _take_irat(folder: Path) -> None:
+    """The iRat's console: a map that it has drawn, two strangers' goals."""
+    from playwright.sync_api import sync_playwright
+
+    from portal.seeding import add_robot
+    from robots.models import Lease
+    from tests.conftest import RedisServer, wait_for
+    from tests.e2e.small import SmallPortal
+
+    redis = RedisServer()
+    redis.start()
+    robot = add_robot("irat")
+    portal = SmallPortal(robot, 150)
+
+    def places() -> float:
+        return (Lease.objects.get(robot=robot).state or {}).get("values", {}).get("experiences", 0)
+
+    try:
+        wait_for(lambda: places() > DRAWN, 600, "a map")
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=CHROMIUM)
+            far = (("irat", 0), ("irat-dark", 9), ("irat-phone", 0))  # places far from each other: the path is long
+            for (name, place), options in zip(far, _options(1180), strict=True):
+                page = browser.new_context(base_url=portal.url, locale="en-US", **options).new_page()
+                page.goto(robot.get_absolute_url())
+                page.locator("#spots button[aria-disabled=false]").first.wait_for()
+                page.locator("#spots button").nth(place).press("Enter")
+                page.locator("#notice").wait_for(state="visible")
+                page.locator("#notice").wait_for(state="hidden")
+                page.evaluate("document.activeElement.blur(); scrollTo(0, 0)")
+                page.screenshot(path=folder / f"{name}.png")
+                page.context.close()
+            browser.close()
+    finally:
+        portal.stop()
+        redis.stop()
+
+
+def _options(height: int) -> tuple[dict[str, object], ...]:
+    """A large page in the light, one in the dark, and a phone's."""
+    large = {"width": 1440, "height": height}
+    return {"viewport": large}, {"viewport": large, "color_scheme": "dark"}, {"viewport": PHONE}
+
+
 def _looks(robot, person, height: int, names: tuple[str, str, str]) -> Iterator[tuple[str, object]]:
     """Give the operator's page in the light, in the dark and on a phone."""
     from playwright.sync_api import sync_playwright
 
-    large = {"width": 1440, "height": height}
-    looks = ({"viewport": large}, {"viewport": large, "color_scheme": "dark"}, {"viewport": PHONE})
     with _turn(robot, person) as web:
         key, _, value = cookie(person).partition("=")  # inside a browser's loop Django opens another connection
         session = {"name": key, "value": value, "url": web.url}
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=CHROMIUM)
-            for name, options in zip(names, looks, strict=True):
+            for name, options in zip(names, _options(height), strict=True):
                 context = browser.new_context(base_url=web.url, locale="en-US", **options)
                 context.add_cookies([session])
                 page = context.new_page()

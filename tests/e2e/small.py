@@ -14,7 +14,7 @@ from tests.rig import Child, Web, housekeeping
 class SmallPortal:
     """Web process, housekeeping and the robot with its owner."""
 
-    def __init__(self, robot):
+    def __init__(self, robot, ready_s=60):
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         self.robot = robot
         specs = robot_processes(robot)
@@ -23,7 +23,7 @@ class SmallPortal:
         self._children += [housekeeping(), self.web]
         self.url = self.web.url
         try:
-            wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
+            wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, ready_s, "the robot is in order")
         except AssertionError:
             self.stop()
             raise

@@ -105,6 +105,7 @@ POST = [
     ("/robots/mercury/orientation/", {}, {**everybody(MOVED), "anonymous": OK}),
     ("/robots/mercury/clearance/", {"attempt": "1"}, everybody(MOVED)),
     ("/classic/mercury/x/", {"do": "stop"}, everybody(MOVED)),
+    ("/robots/mercury/jobs/", {"kind": "go", "arg-x": "0"}, everybody(MOVED)),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),
     ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
     ("/admin/robots/robot/{robot}/do/lock_out/", {"note": "x"}, only("robot_staff", "superuser", status=MOVED, else_=MOVED)),

@@ -7,25 +7,25 @@ import pytest
 
 from portal.consoles.console import PLAIN, console_of
 from robots.contract.find import spec_of
-from robots.contract.spec import TURN
+from robots.contract.spec import STAFF, TURN
 
 ROOT = Path(__file__).resolve().parents[2]
 DRAWN = sorted(p.parent.parent.name for p in (ROOT / "robots" / "drivers").glob("*/console/console.ts"))
 
 
 def test_robots_with_a_console_are_found():
-    assert {"mercury", "pa10"} <= set(DRAWN)
+    assert {"mercury", "pa10", "irat"} <= set(DRAWN)
     assert console_of("so101") == PLAIN
 
 
 @pytest.mark.parametrize("driver", DRAWN)
-def test_every_button_of_a_command_names_one_that_an_operator_may_give(driver):
+def test_every_button_of_a_command_names_one_that_an_operator_or_staff_may_give(driver):
     console = console_of(driver)
     assert (ROOT / "frontend" / console.built).resolve().is_file()
     page = (ROOT / "robots/drivers" / driver / "console" / "console.html").read_text()
     named = set(re.findall(r'data-kind="([^"]+)"', page))
     assert named, "a button without the name of its command would be offered whatever the robot can do"
-    assert named <= {c.kind for c in spec_of(driver).commands if c.open_to(TURN)}
+    assert named <= {c.kind for c in spec_of(driver).commands if c.open_to(TURN) or c.open_to(STAFF)}
 
 
 @pytest.mark.parametrize("driver", DRAWN)

@@ -60,7 +60,7 @@ def spec() -> Spec:
         ),
         commands=(
             CommandKind(
-                "goal", "Go to a place of the map", place, limit_s=float(description["map"]["goal_s"]),
+                "goal", "Go to a place", place, limit_s=float(description["map"]["goal_s"]),
                 asked_by=BY_ANYONE, still_after=False, progress=True,
             ),
             CommandKind("explore", "Explore", limit_s=SLICE_S, asked_by=BY_STAFF, still_after=False),

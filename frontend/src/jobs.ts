@@ -1,0 +1,79 @@
+/** Jobs on a robot: ask for one, as a guest or signed in, follow one's own, cancel one. */
+import type { JobInfo } from "./protocol.ts";
+
+/** A job of the person at this browser. */
+export interface OwnJob {
+  id: number; kind: string; args: Record<string, number | string>; state: string; label: string; reason: string;
+  open: boolean; url: string; asked_ms: number;
+}
+
+const LONGEST_MS = 10_000;
+const NOT_ARRIVED = "The request did not arrive. Check your connection and try again.";
+
+export class Jobs {
+  /** The newest first; open ones, and those that ended within the hour. */
+  own: OwnJob[] = [];
+  private busy = false;
+  private again = false;
+
+  /** `token`: the form's token against forged requests; `changed` is called when `own` is new. */
+  constructor(private slug: string, private token: string, private changed: () => void) {}
+
+  get address(): string {
+    return `/robots/${this.slug}/jobs/`;
+  }
+
+  mine(id: number): OwnJob | undefined {
+    return this.own.find((job) => job.id === id);
+  }
+
+  /** Read one's own jobs again; one request at a time. */
+  async refresh(): Promise<void> {
+    this.again = this.busy;
+    if (this.busy) return;
+    this.busy = true;
+    try {
+      const answer = await this.fetch(this.address);
+      if (answer.ok) this.own = ((await answer.json()) as { jobs: OwnJob[] }).jobs;
+      this.changed();
+    } catch {
+      // the next snapshot asks again
+    }
+    this.busy = false;
+    if (this.again) void this.refresh();
+  }
+
+  /** The robot's open jobs are these now: an own one that is not among them, or began, is read again. */
+  heard(open: readonly JobInfo[]): void {
+    const states = new Map(open.map(({ id, state }) => [id, state]));
+    if (this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
+  }
+
+  /** Ask for a job. Returns a sentence that says why not; empty if it waits now. */
+  ask(kind: string, values: Record<string, number | string>): Promise<string> {
+    const named = Object.entries(values).map(([name, value]) => [`arg-${name}`, String(value)]);
+    return this.post(this.address, new URLSearchParams([["kind", kind], ...named]));
+  }
+
+  /** Cancel an own job. Returns a sentence that says why not; empty if it is cancelled. */
+  cancel(job: OwnJob): Promise<string> {
+    return this.post(job.url, new URLSearchParams());
+  }
+
+  private fetch(address: string, more: RequestInit = {}): Promise<Response> {
+    return fetch(address, { headers: { Accept: "application/json", "X-CSRFToken": this.token }, signal: AbortSignal.timeout(LONGEST_MS), ...more });
+  }
+
+  private async post(address: string, body: URLSearchParams): Promise<string> {
+    try {
+      const answer = await this.fetch(address, { method: "POST", body });
+      const told = (await answer.json().catch(() => ({}))) as OwnJob & { error?: string };
+      if (!answer.ok) return told.error ?? (answer.status === 403 ? "Reload the page, then try again." : "That did not work now; try again in a moment.");
+      this.own = [told, ...this.own.filter(({ id }) => id !== told.id)];
+      this.changed();
+      return "";
+    } catch {
+      return NOT_ARRIVED;
+    }
+  }
+}

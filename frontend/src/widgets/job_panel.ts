@@ -1,0 +1,134 @@
+/** Everybody's jobs of one kind: ask for one, one's own place and wait, how it ended, and the list of those that wait. */
+import { Jobs, type OwnJob } from "../jobs.ts";
+import type { RobotPage } from "../page.ts";
+import { arrange, type Part, say, show } from "../parts.ts";
+import type { JobInfo } from "../protocol.ts";
+import { byId } from "../svg.ts";
+import { waitWords } from "../words.ts";
+
+/** What a job of this robot is called, where its values say that it leads, and how people ask for one. */
+export interface Words { kind: string; noun: string; how: string; where(values: Record<string, number | string>): string }
+
+export class JobPanel {
+  /** The open jobs in the order in which they will be served, and whether they are the viewer's. */
+  open: { job: JobInfo; own: boolean }[] = [];
+  private jobs: Jobs;
+  private asking = false;
+  private heard: readonly JobInfo[] | null = null;
+  /** Own jobs that were open when last looked at; with a new one its place has still to be told. */
+  private followed = new Set<number>();
+  private fresh = 0;
+  private rows = new Map<number, HTMLElement>();
+
+  constructor(private page: RobotPage, token: string, private words: Words, private changed: () => void) {
+    this.jobs = new Jobs(page.slug, token, () => this.follow());
+    byId("asked-do").addEventListener("click", (event) => {
+      if ((event.target as HTMLElement).closest("[data-do=cancel]")) void this.cancel();
+    });
+    void this.jobs.refresh();
+  }
+
+  /** Why nobody here can ask now; empty if they can. */
+  whyNot(): string {
+    const s = this.page.snapshot;
+    if (!s || this.page.live.lost) return "The connection is lost; the page tries to connect again.";
+    if (!s.me.can.ask) return s.me.signed_in ? "Pass the clearance test of this robot first." : `Sign in to ask for a ${this.words.noun}.`;
+    return this.asking ? `Your ${this.words.noun} is on its way to the portal.` : "";
+  }
+
+  /** Ask for a job, and tell at once what became of it. */
+  async ask(values: Record<string, number>): Promise<void> {
+    const why = this.whyNot();
+    if (why) return this.page.notice(why, "warning");
+    this.asking = true;
+    this.page.draw();
+    const refused = await this.jobs.ask(this.words.kind, values);
+    this.asking = false;
+    if (refused) this.page.notice(refused, "warning");
+    else this.fresh = this.jobs.own[0]?.id ?? 0;
+    this.page.draw();
+  }
+
+  private async cancel(): Promise<void> {
+    const job = this.current();
+    const refused = job ? await this.jobs.cancel(job) : "";
+    if (refused) this.page.notice(refused, "warning");
+  }
+
+  /** One's own jobs were read: say how those ended that were open. */
+  private follow(): void {
+    for (const job of this.jobs.own) if (!job.open && this.followed.has(job.id)) this.page.notice(ended(job, this.words.noun), "info");
+    this.followed = new Set(this.jobs.own.filter(({ open }) => open).map(({ id }) => id));
+    this.draw();
+  }
+
+  /** The own job that matters now: the open one that is served first, otherwise the newest. */
+  private current(): OwnJob | undefined {
+    const open = this.open.find(({ own }) => own);
+    return (open && this.jobs.mine(open.job.id)) ?? this.jobs.own.find((job) => job.open) ?? this.jobs.own[0];
+  }
+
+  draw(): void {
+    const s = this.page.snapshot;
+    if (!s) return;
+    if (s.jobs !== this.heard) {
+      this.heard = s.jobs;
+      this.jobs.heard(s.jobs);
+    }
+    this.open = s.jobs.filter(({ kind }) => kind === this.words.kind).map((job) => ({ job, own: this.jobs.mine(job.id) !== undefined }));
+    const job = this.current();
+    const about = this.about(job);
+    say(byId("asked"), about);
+    show(byId("asked-do"), this.actions(job));
+    if (this.fresh && this.open.some(({ job: { id } }) => id === this.fresh)) {
+      this.fresh = 0;
+      this.page.notice(about, "info");
+    }
+    this.list();
+    this.changed();
+  }
+
+  private about(job: OwnJob | undefined): string {
+    const { noun, how } = this.words;
+    const s = this.page.snapshot!;
+    if (!job) return s.me.can.ask ? `${how} You need not wait here: the ${noun}'s own page tells how it ended.` : this.whyNot();
+    if (!job.open) return `${ended(job, noun)} You can ask for another.`;
+    const told = this.open.find(({ job: { id } }) => id === job.id)?.job;
+    const stopped = s.stopped ? " The robot was stopped; your place is kept." : "";
+    if (!told) return `Your ${noun} was taken.${stopped}`;
+    if (told.state === "running") return `The robot is on its way to your ${noun}.`;
+    const before = told.ahead === 0 ? "It is next" : told.ahead === 1 ? "One is before it" : `${told.ahead} are before it`;
+    return `Your ${noun} waits. ${before}; ${waitWords(told.wait_s)}.${[job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean).map((why) => ` ${why}`).join("")}${stopped}`;
+  }
+
+  private actions(job: OwnJob | undefined): Part[] {
+    if (!job) return [];
+    const page: Part = { tag: "a", href: job.url, text: `Page of your ${this.words.noun}` };
+    return job.open ? [{ tag: "button", do: "cancel", text: `Cancel my ${this.words.noun}` }, page] : [page];
+  }
+
+  private list(): void {
+    const shown = this.open.map(({ job, own }) => {
+      const row = this.rows.get(job.id) ?? document.createElement("li");
+      this.rows.set(job.id, row);
+      row.className = own ? "own" : "";
+      const state = job.state === "running" ? "on its way" : waitWords(job.wait_s);
+      const parts: Part[] = [
+        { tag: "b", text: String(job.ahead) }, { tag: "span", text: `${this.words.where(job.args)}: ${state}${own ? " (yours)" : ""}` },
+      ];
+      show(row, parts);
+      return row;
+    });
+    for (const id of [...this.rows.keys()]) if (!this.open.some(({ job }) => job.id === id)) this.rows.delete(id);
+    arrange(byId("goals"), shown);
+  }
+}
+
+function ended(job: OwnJob, noun: string): string {
+  const words: Record<string, string> = {
+    done: `Your ${noun} was reached.`, cancelled: `Your ${noun} was cancelled.`, failed: `Your ${noun} was not reached.`,
+    unknown: `Nobody knows whether your ${noun} was reached.`,
+  };
+  const why = job.reason && job.reason !== "Cancelled." ? ` ${job.reason}` : "";
+  return `${words[job.state] ?? job.label}${why}`;
+}

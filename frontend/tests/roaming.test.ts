@@ -1,0 +1,61 @@
+/** Places on a plane, their letters, the frame of a map, and waits in words. */
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { fitted, landmarks, nearest, Scale, whereabouts } from "../src/widgets/plane.ts";
+import { waitWords } from "../src/words.ts";
+
+const row = (count: number, step = 0.05): Map<number, { x: number; y: number }> => new Map(Array.from({ length: count }, (_, i) => [i, { x: i * step, y: 0 }]));
+
+test("what is drawn somewhere is found there again", () => {
+  const scale = new Scale(fitted(null, [{ x: -1, y: 2 }, { x: 1, y: 0.5 }]), 320, 290);
+  for (const [x, y] of [[-1, 2], [0.3, 0.7], [1, 0.5]] as const) {
+    const [u, v] = scale.toScreen(x, y);
+    assert.ok(u > 0 && u < 320 && v > 0 && v < 290, `${u}, ${v}`);
+    const [back, up] = scale.toPlane(u, v);
+    assert.ok(Math.hypot(back - x, up - y) < 1e-9);
+  }
+});
+
+test("the frame stays while the map fills it, grows with it, and follows a map that pulls together", () => {
+  const frame = fitted(null, [{ x: 0, y: 0 }, { x: 2, y: 2 }])!;
+  assert.equal(fitted(frame, [{ x: 0.1, y: 0 }, { x: 1.9, y: 2 }]), frame);
+  assert.ok(fitted(frame, [{ x: 0, y: 0 }, { x: 3, y: 2 }])!.right > 3);
+  assert.ok(fitted(frame, [{ x: 0, y: 0 }, { x: 1, y: 1 }])!.right < 1.2);
+  assert.equal(fitted(null, []), null);
+  assert.ok(Number.isFinite(new Scale(null, 1, 1).pixels), "a canvas without a size");
+});
+
+test("the nearest place, and none far away", () => {
+  assert.equal(nearest(row(10), 0.11, 0.02, 0.1), 2);
+  assert.equal(nearest(row(10), 0.11, 0.5, 0.1), null);
+  assert.equal(nearest(new Map(), 0, 0, 1), null);
+  assert.equal(nearest(row(10), NaN, 0, 1), null);
+});
+
+test("letters stand apart, stay with their places, and are free again when a place is gone", () => {
+  const first = landmarks(new Map(), row(20));
+  assert.deepEqual([...first.keys()], ["A", "B", "C"]);
+  const grown = landmarks(first, row(40));
+  for (const [letter, id] of first) assert.equal(grown.get(letter), id);
+  const fewer = row(40);
+  fewer.delete(grown.get("A")!);
+  const next = landmarks(grown, fewer);
+  assert.equal(next.get("B"), grown.get("B"));
+  assert.notEqual(next.get("A"), grown.get("A"));
+  assert.equal(landmarks(new Map(), row(5000)).size, 26, "not more than the alphabet has");
+});
+
+test("where a place is", () => {
+  const square = new Map([[0, { x: 0, y: 0 }], [1, { x: 2, y: 2 }]]);
+  assert.equal(whereabouts({ x: 0, y: 2 }, square), "top left");
+  assert.equal(whereabouts({ x: 1, y: 1 }, square), "centre");
+  assert.equal(whereabouts({ x: 1, y: 0 }, square), "bottom");
+});
+
+test("waits in words", () => {
+  assert.equal(waitWords(null), "the wait is not known now");
+  assert.equal(waitWords([0, 5]), "any moment now");
+  assert.equal(waitWords([0, 600]), "at most 10 min");
+  assert.equal(waitWords([21, 38]), "about 30 s to 40 s");
+  assert.equal(waitWords([31, 38]), "about 40 s");
+});

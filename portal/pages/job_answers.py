@@ -1,0 +1,43 @@
+"""Jobs as JSON, for a robot's console: ask for one, list one's own, cancel one."""
+
+from datetime import datetime, timedelta
+from typing import Any
+
+from django.db.models import Q
+from django.http import HttpRequest, JsonResponse
+
+from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs
+from queueing.jobs.asking import Asker
+from queueing.jobs.telling import own_jobs
+from queueing.models import OPEN_JOB, Job
+from robots.models import Robot
+
+LISTED = 10
+RECENT = timedelta(hours=1)  # for so long one's own ended jobs are listed
+STATUS: dict[type[Exception], int] = {NotCleared: 403, NotYourJob: 403, TooManyJobs: 429}
+
+
+def wants_json(request: HttpRequest) -> bool:
+    """Return whether a script asks, and not a person who goes to the page."""
+    return request.get_preferred_type(["text/html", "application/json"]) == "application/json"
+
+
+def told(job: Job) -> dict[str, Any]:
+    """Return the fields of a job for its asker."""
+    return {
+        "id": job.pk, "kind": job.kind, "args": job.args, "state": job.state, "label": job.get_state_display(),
+        "reason": job.reason, "open": job.state in OPEN_JOB, "url": job.get_absolute_url(),
+        "asked_ms": int(job.asked_at.timestamp() * 1000),
+    }  # fmt: skip
+
+
+def own_listed(robot: Robot, asker: Asker, now: datetime) -> JsonResponse:
+    """List the asker's jobs on the robot: the open ones and those that ended within the last hour, newest first."""
+    found = own_jobs(asker).filter(Q(ended_at=None) | Q(ended_at__gt=now - RECENT), robot=robot)
+    return JsonResponse({"jobs": [told(job) for job in found.order_by("-id")[:LISTED]]})
+
+
+def refused(error: Exception) -> JsonResponse:
+    """Answer with the one sentence that says why not."""
+    status = STATUS.get(type(error), 409 if isinstance(error, QueueError) else 400)
+    return JsonResponse({"error": str(error)}, status=status)

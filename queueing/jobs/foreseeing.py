@@ -1,0 +1,115 @@
+"""The order in which open jobs will probably be served, and how long each may wait. Reads only."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+from django.conf import settings
+from django.db.models import QuerySet
+
+from queueing.jobs.kinds import link_of
+from queueing.jobs.suspending import suspended
+from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket
+from robots.contract.find import spec_of
+from robots.grants import open_grant
+from robots.models import Robot
+from robots.states import Cycle, GrantKind
+
+LATEST = 20  # ended jobs from which the time of one is judged
+OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
+HANDOVER_S, ANSWER_S = 12.0, 30.0
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Foreseen:
+    """A job, the number of requests before it, and its least and greatest wait in s; None where nobody knows."""
+
+    job: Job
+    ahead: int
+    wait_s: tuple[int, int] | None
+
+
+def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
+    """Return the robot's open jobs, first the one that runs, then in the order in which they will be served."""
+    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue"))
+    if not jobs:
+        return []
+    link = link_of(robot)
+    each = durations(robot, jobs[0].kind)
+    tags = _tags(jobs, _cost(link, each))
+    jobs.sort(key=lambda job: (job.state != JobState.RUNNING, tags[job.pk], job.pk))
+    turns = _turns(jobs[0].queue_id)
+    known = _known(robot, link, jobs)
+    low, high = _left(jobs[0], each, now)
+    found: list[Foreseen] = []
+    for number, job in enumerate(jobs):
+        running = job.state == JobState.RUNNING
+        before = 0 if running else sum(tag <= tags[job.pk] for tag in turns)
+        turn = _turn(robot)
+        wait = (round(low + before * turn[0]), round(high + before * turn[1]))
+        found.append(Foreseen(job, number + before, (0, 0) if running else wait if known else None))
+        if not running:
+            low, high = low + each[0], high + each[1]
+    return found
+
+
+def durations(robot: Robot, kind: str) -> Range:
+    """Return from when to when most of the robot's jobs end (s); from 0 to the kind's limit if none has ended."""
+    runs = JobRun.objects.filter(
+        job__robot=robot, job__state__in=(JobState.DONE, JobState.FAILED), grant__ended_at__isnull=False
+    )
+    times = [(r.grant.ended_at, r.grant.opened_at) for r in runs.select_related("grant").order_by("-id")[:LATEST]]
+    took = sorted((end - begin).total_seconds() for end, begin in times if end is not None)
+    if not took:
+        told = spec_of(robot.driver).command(kind)
+        return 0.0, told.limit_s if told else 60.0
+    return took[len(took) // 4], took[(9 * len(took)) // 10]
+
+
+def _cost(link: QueueRobot | None, each: Range) -> float:
+    charged_in_jobs = link is not None and link.charged_in == Charge.JOBS and not link.offers_turns
+    return 1.0 if charged_in_jobs else sum(each) / 2
+
+
+def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:
+    """Return the start tag of each job; of one that has none yet the tag that it will probably get."""
+    newest: dict[int, float] = {
+        j.account_id: j.start_tag + cost / j.account.weight for j in jobs if j.start_tag is not None
+    }
+    tags: dict[int, float] = {}
+    for job in sorted(jobs, key=lambda j: j.pk):
+        if job.start_tag is not None:
+            tags[job.pk] = job.start_tag
+            continue
+        first = max(job.queue.virtual_time, job.account.finish_tag)
+        tags[job.pk] = newest.get(job.account_id, first)
+        newest[job.account_id] = tags[job.pk] + cost / job.account.weight
+    return tags
+
+
+def _turns(queue: int) -> list[float]:
+    waiting: QuerySet[Ticket] = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
+    return list(waiting.values_list("start_tag", flat=True))
+
+
+def _turn(robot: Robot) -> Range:
+    turn_s = float(robot.turn_s or settings.FARHAND["TURN_S"])
+    return turn_s / 4 + HANDOVER_S, turn_s + ANSWER_S + HANDOVER_S
+
+
+def _known(robot: Robot, link: QueueRobot | None, jobs: Sequence[Job]) -> bool:
+    """Return whether the wait can be judged: the robot is in order, and does not look after itself first."""
+    if robot.cycle in OUT or jobs[0].queue.paused or suspended(robot, link):
+        return False
+    grant = open_grant(robot)
+    return grant is None or grant.kind != GrantKind.UPKEEP
+
+
+def _left(first: Job, each: Range, now: datetime) -> Range:
+    """Return how long the job that runs may still take; (0, 0) if none runs."""
+    if first.state != JobState.RUNNING:
+        return 0.0, 0.0
+    run = first.runs.select_related("grant").order_by("-id").first()
+    spent = (now - run.grant.opened_at).total_seconds() if run is not None else 0.0
+    return max(0.0, each[0] - spent), max(5.0, each[1] - spent)

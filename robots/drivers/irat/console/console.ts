@@ -1,0 +1,179 @@
+/** The iRat's console: camera, map, pose cells; everybody's goals by a click or from a list of places. */
+import "../../../../frontend/src/widgets/roaming.css";
+import type { Facts } from "../../../../frontend/src/controls.ts";
+import { stick } from "../../../../frontend/src/gamepad.ts";
+import { Jog } from "../../../../frontend/src/jog.ts";
+import { RobotPage, text } from "../../../../frontend/src/page.ts";
+import { allow, fill } from "../../../../frontend/src/parts.ts";
+import type { StatePacket, StreamPacket } from "../../../../frontend/src/protocol.ts";
+import { byId } from "../../../../frontend/src/svg.ts";
+import { Basics } from "../../../../frontend/src/widgets/basics.ts";
+import type { CellGrid } from "../../../../frontend/src/widgets/cell_grid.ts";
+import { GraphMap, type Mark } from "../../../../frontend/src/widgets/graph_map.ts";
+import { JobPanel } from "../../../../frontend/src/widgets/job_panel.ts";
+import { landmarks, whereabouts } from "../../../../frontend/src/widgets/plane.ts";
+import { SpotList } from "../../../../frontend/src/widgets/spot_list.ts";
+import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
+import { ExperienceMap } from "./map_packets.ts";
+
+const GOAL = "goal";
+const LETTERS_MS = 1000; // between two choices of lettered places
+const NO_PLACE = "The robot knows no place there. Click on one of the dots, or use the list of places.";
+const HOW = "Click on a dot of the map, or choose a place here; you need no account.";
+const OWN_BUTTONS = ["explore", "charge", "clear_map"];
+type Values = Record<string, number | string>;
+const page = new RobotPage();
+
+class RoamingConsole extends Basics {
+  private known = new ExperienceMap();
+  private whole = { map: false, cells: false };
+  private cells = new PoseCells();
+  private grid: CellGrid | null = null;
+  private letters = new Map<string, number>();
+  private letteredAt = 0;
+  private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) => this.picked(place));
+  private goals: JobPanel;
+  private list: SpotList;
+  private wide = matchMedia("(min-width: 600px)");
+
+  constructor() {
+    super(page);
+    const token = byId<HTMLInputElement>("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
+    const words = { kind: GOAL, noun: "goal", how: HOW, where: (args: Values) => this.where(args) };
+    this.goals = new JobPanel(page, token, words, () => this.marks());
+    this.list = new SpotList(byId("spots"), (place) => this.picked(place));
+    for (const name of OWN_BUTTONS) page.on(name, () => page.command(name));
+    new Jog<Record<string, number>>(byId("drive"), {
+      read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
+      arrows: { ArrowUp: direction(1, 0), ArrowDown: direction(-1, 0), ArrowLeft: direction(0, 1), ArrowRight: direction(0, -1) },
+      stick: (pad) => {
+        const pushed = stick(pad);
+        return pushed && direction(pushed[1], -pushed[0]);
+      },
+      whyNot: () => page.whyNot("drive"),
+      begin: (wanted) => page.issue("drive", wanted),
+      ...page.keepAlive,
+    });
+    this.wide.addEventListener("change", () => void this.openCells());
+    void this.openCells();
+  }
+
+  /** A phone neither loads nor draws the pose cells. */
+  private async openCells(): Promise<void> {
+    byId("cells-view").hidden = !this.wide.matches;
+    if (!this.wide.matches || this.grid) return;
+    try {
+      const { CellGrid } = await import("../../../../frontend/src/widgets/cell_grid.ts");
+      this.grid ??= new CellGrid(byId("cells"), [ACROSS, ACROSS, HEADINGS], LEVELS);
+      this.grid.show(this.cells.levels);
+    } catch (error) {
+      byId("cells-view").hidden = true;
+      console.warn(error);
+    }
+  }
+
+  override state(packet: StatePacket): void {
+    super.state(packet);
+    const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
+    this.map.place(x === undefined || y === undefined || heading === undefined ? null : { x, y, heading });
+    readings();
+  }
+
+  stream(name: string, { data, key }: StreamPacket): void {
+    if (name === "cells") {
+      this.whole.cells = (key || this.whole.cells) && this.cells.take(data, key);
+      this.grid?.show(this.cells.levels);
+    } else if (name === "map") {
+      const before = this.known.number;
+      this.whole.map = (key || this.whole.map) && this.known.take(data, key);
+      this.map.show(this.known, this.known.number !== before);
+      this.marks();
+    }
+  }
+
+  /** Letters for well-spread places, and the marks of goals: both move with the map. */
+  private marks(): void {
+    const { spots } = this.known;
+    if (performance.now() - this.letteredAt > LETTERS_MS) {
+      this.letteredAt = performance.now();
+      this.letters = landmarks(this.letters, spots);
+      this.list.show([...this.letters].map(([letter, id]) => ({ letter, id, words: this.inWords(id) })));
+    }
+    const marks = this.goals.open.flatMap(({ job, own }): Mark[] => {
+      const at = this.placeOf(job.args);
+      return at ? [{ ...at, text: String(job.ahead), own, now: job.state === "running" }] : [];
+    });
+    this.map.mark(marks, new Map([...this.letters].flatMap(([letter, id]) => {
+      const at = spots.get(id);
+      return at ? [[letter, at] as const] : [];
+    })));
+    text("map-said", spots.size ? "" : "The robot begins a new map.");
+  }
+
+  private inWords(id: number): string {
+    const at = this.known.spots.get(id)!;
+    return whereabouts(at, this.known.spots);
+  }
+
+  /** Where a goal lies on this map; undefined if it belongs to another map. */
+  private placeOf(args: Values): { x: number; y: number } | undefined {
+    if (Number(args["map"]) !== this.known.number) return undefined;
+    return this.known.spots.get(Number(args["experience"])) ?? { x: Number(args["x"]), y: Number(args["y"]) };
+  }
+
+  private where(args: Values): string {
+    const at = this.placeOf(args);
+    if (!at) return "on a map that was cleared";
+    const letter = [...this.letters].find(([, id]) => id === Number(args["experience"]))?.[0];
+    return `${letter ? `${letter}, ` : ""}${whereabouts(at, this.known.spots)}`;
+  }
+
+  private picked(place: number | null): void {
+    const at = place === null ? undefined : this.known.spots.get(place);
+    if (!at || place === null) return page.notice(NO_PLACE, "warning");
+    void this.goals.ask({ map: this.known.number, x: round(at.x), y: round(at.y), experience: place });
+  }
+
+  override draw(f: Facts): void {
+    this.goals.draw();
+    this.list.enable(this.goals.whyNot());
+    const driving = page.operating;
+    byId("drive").hidden = !driving;
+    for (const name of OWN_BUTTONS) {
+      const button = document.querySelector<HTMLElement>(`[data-command="${name}"]`)!;
+      button.hidden = !driving;
+      allow(button, this.whyNot(name, f));
+    }
+    for (const button of byId("drive").querySelectorAll<HTMLElement>("[data-jog]"))
+      allow(button, byId("drive").classList.contains("held") ? "" : this.whyNot("drive", f));
+  }
+}
+
+function direction(forward: number, turn: number): Record<string, number> {
+  return { forward, turn };
+}
+
+function round(metres: number): number {
+  return Math.round(metres * 1000) / 1000;
+}
+
+/** The values that the robot tells, for people. */
+function readings(): void {
+  const told = (name: string, words: (value: number) => string): string => {
+    const value = page.value(name);
+    return value === undefined ? "not known" : words(value);
+  };
+  const charge = page.value("charge");
+  byId<HTMLMeterElement>("charge").value = charge ?? 0;
+  text("charge-said", `Battery ${told("charge", (v) => `${v.toFixed(0)} %`)}, ${told("battery", (v) => `${v.toFixed(1)} V`)}`);
+  fill(byId("readings").querySelector("tbody")!, [
+    ["Now", page.state?.mode || "not known"],
+    ["Charging", told("charging", (v) => (v > 0 ? "yes, current flows" : "no"))],
+    ["Remembered places", told("experiences", (v) => v.toFixed(0))],
+    ["Map", told("map", (v) => `number ${v.toFixed(0)}`)],
+    ["Dock seen from", told("docks", (v) => `${v.toFixed(0)} places`)],
+    ["Driven", told("driven", (v) => `${v.toFixed(1)} m`)],
+  ]);
+}
+
+page.begin(new RoamingConsole());

@@ -1,0 +1,155 @@
+"""The iRat's console: strangers without accounts give goals by a click and from the list; staff drive by hand."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from queueing.models import Job
+from robots import bus, services
+from robots.models import Command, Robot
+from tests.conftest import wait_for
+from tests.e2e.conftest import session
+from tests.e2e.roaming import MAP, RoamingPortal, place_on
+from tests.e2e.small import SmallPortal
+
+PHONE = {"viewport": {"width": 320, "height": 480}, "has_touch": True, "is_mobile": True}
+WIDTH = "document.documentElement.scrollWidth"
+EXPERIENCES = 60
+
+
+@pytest.fixture
+def portal(transactional_db, redis_server, house):
+    bus.connection().flushall()
+    made = RoamingPortal(house.web_process())
+    yield made
+    made.stop()
+
+
+def opened(visitor, **options):
+    """A stranger on the robot's page, with the map on the screen."""
+    one = visitor(**options)
+    one.asked_for = []
+    one.page.on("request", lambda r: one.asked_for.append(r.url))
+    one.page.goto("/robots/irat/")
+    expect(one.page.locator("#spots button").first).to_have_attribute("aria-disabled", "false", timeout=30_000)
+    return one
+
+
+def test_two_strangers_one_on_a_phone_give_goals_by_click_and_from_the_list(portal, visitor):
+    first, phone = opened(visitor), opened(visitor, **PHONE)
+    a, b = first.page, phone.page
+    first.allowed = ("429",)  # one guest has one open goal: a browser reports each refusal
+    a.locator("#map").click(position=place_on(a, 15))
+    expect(a.locator("#asked")).to_have_text(re.compile("Your goal waits. It is next; "))
+    expect(a.locator("#notice")).to_have_text(re.compile("Your goal waits. It is next; "))
+    asked = Job.objects.get()
+    assert (asked.kind, asked.user, asked.state) == ("goal", None, "waiting")
+    assert (asked.args["map"], asked.args["experience"]) == (MAP, 15)
+    assert (asked.args["x"], asked.args["y"]) == pytest.approx((0.0, 0.8), abs=0.003)
+    b.locator("#spots button").first.focus()
+    b.keyboard.press("Enter")
+    expect(b.locator("#asked")).to_have_text(re.compile("Your goal waits. One is before it; "))
+    assert Job.objects.count() == 2
+    expect(a.locator("#goals li")).to_have_count(2)
+    expect(a.locator("#goals .own")).to_contain_text("(yours)")
+    expect(b.locator("#goals .own b")).to_have_text("1")
+    a.locator("#map").click(position=place_on(a, 45))
+    expect(a.locator("#notice")).to_have_text(
+        "You have an open job on this robot; wait until it has ended, or cancel it."
+    )
+    a.locator("#map").click(position={"x": 3, "y": 3})
+    expect(a.locator("#notice")).to_contain_text("knows no place there")
+    assert Job.objects.count() == 2
+    for one in (first, phone):
+        one.axe("with a goal that waits")
+    for width in (320, 390):
+        b.set_viewport_size({"width": width, "height": 480})
+        b.wait_for_timeout(150)
+        assert b.evaluate(WIDTH) <= width
+    assert a.evaluate(WIDTH) <= 1280
+    assert a.locator("#cells canvas").count() == 1
+    assert not [url for url in phone.asked_for if "cell_grid" in url], "a phone does not load what it does not show"
+    for page in (a, b):
+        expect(page.locator("[data-command=stop]")).to_be_hidden()
+    a.reload()
+    expect(a.locator("#asked")).to_have_text(re.compile("Your goal waits. It is next; "), timeout=20_000)
+    a.locator("[data-do=cancel]").click()
+    expect(a.locator("#asked")).to_contain_text("Your goal was cancelled.")
+    expect(b.locator("#asked")).to_contain_text("It is next")
+    b.locator("#asked-do a").click()
+    expect(b.locator("h1")).to_have_text("Goal on iRat")
+
+
+@pytest.mark.length
+def test_staff_drive_by_hand_under_lock_out_and_strangers_see_no_pad(portal, visitor, people):
+    stranger = opened(visitor)
+    expect(stranger.page.locator("#drive")).to_be_hidden()
+    kim = visitor(color_scheme="dark")
+    session(kim, people["kim"])
+    services.lock_out(portal.robot, people["kim"], "driven by hand")
+    robot = Robot.objects.get(pk=portal.robot.pk)
+    services.release_stop(robot, people["kim"], True)
+    services.start_maintenance(robot, people["kim"])
+    kim.page.goto("/robots/irat/")
+    expect(kim.page.locator("#drive")).to_be_visible(timeout=20_000)
+    expect(kim.page.locator("[data-command=stop]")).to_be_visible()
+    forward = kim.page.locator("#drive [data-jog='1,0']")
+    expect(forward).to_have_attribute("aria-disabled", "false", timeout=20_000)
+    forward.scroll_into_view_if_needed()
+    box = forward.bounding_box()
+    kim.page.mouse.move(box["x"] + 5, box["y"] + 5)
+    kim.page.mouse.down()
+    command = wait_for(lambda: Command.objects.filter(kind="drive").first(), 10, "the motion")
+    kim.page.mouse.up()
+    assert command.args == {"forward": 1, "turn": 0}
+    kim.axe("staff drive")
+
+
+@pytest.fixture
+def alive(transactional_db, redis_server):
+    """The robot with its simulator, its owner and its brain, which explores."""
+    from portal.seeding import add_robot
+
+    bus.connection().flushall()
+    made = SmallPortal(add_robot("irat"), 150)
+    yield made
+    made.stop()
+
+
+@pytest.mark.alone
+@pytest.mark.length
+class TestTheRobotItself:
+    """With everything that runs in a museum: it draws its map and drives to the goals of strangers."""
+
+    @pytest.fixture
+    def portal(self, alive):
+        return alive
+
+    def test_strangers_are_served_while_a_third_clicks_as_fast_as_he_can(self, portal, visitor):
+        greedy = opened(visitor)
+        greedy.allowed = ("429",)
+        wait_for(lambda: greedy.page.wait_for_timeout(500) or known(greedy) > EXPERIENCES, 240, "a map")
+        first, phone = opened(visitor), opened(visitor, **PHONE)
+        for one, number in ((first, 0), (phone, 1)):
+            one.page.locator("#spots button").nth(number).press("Enter")
+            expect(one.page.locator("#asked")).to_have_text(re.compile("Your goal waits|on its way to your goal"))
+        strangers = list(Job.objects.values_list("pk", flat=True))
+
+        def served():
+            greedy.page.locator("#spots button").first.press("Enter")
+            greedy.page.wait_for_timeout(300)
+            return not Job.objects.filter(pk__in=strangers, state__in=("waiting", "running")).exists()
+
+        wait_for(served, 400, "both strangers are served")
+        assert Job.objects.exclude(pk__in=strangers).exists(), "the third asked, too"
+        states = set(Job.objects.filter(pk__in=strangers).values_list("state", flat=True))
+        assert states <= {"done", "failed"}
+        assert "done" in states
+        for one in (first, phone):
+            expect(one.page.locator("#asked")).to_have_text(re.compile(r"Your goal was (not )?reached\."))
+
+
+def known(visitor):
+    said = visitor.page.locator("#readings tr", has_text="Remembered places").locator("td").inner_text()
+    return int(said) if said.isdigit() else 0

@@ -14,7 +14,7 @@ from queueing.jobs.foreseeing import foreseen
 from queueing.models import Job, QueueRobot
 from queueing.rows import BadSettings, queue_of
 from robots import description
-from robots.models import Robot
+from robots.models import Command, Robot
 from tests.services.test_jobs import settle
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -96,6 +96,15 @@ def test_the_wait_is_judged_by_the_jobs_before_and_unknown_while_nobody_knows(sh
     Robot.objects.update(cycle="fault")
     shuttle.refresh_from_db()
     assert foreseen(shuttle, clock.now())[1].wait_s is None
+
+
+@pytest.mark.parametrize(("share", "high"), [(0.5, 8), (0.999, 5), (None, 12), (-1, 12), (0, 12)])
+def test_a_robot_that_tells_its_progress_is_believed(shuttle, clock, share, high):
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    Command.objects.update(progress={"text": "", "share": share})
+    assert foreseen(shuttle, clock.go(8))[1].wait_s == (0, high)
 
 
 def test_a_robot_that_takes_no_jobs_shows_none(robot, clock):

@@ -134,3 +134,14 @@ def test_wrong_settings_are_named_and_keep_no_other_robot_from_its_queue(shuttle
         queue_of(added)
     queue.tick(clock.now())
     assert not QueueRobot.objects.filter(robot=added).exists()
+
+
+def test_the_page_of_a_robot_that_nobody_drives_offers_no_turn_and_names_staffs_commands_to_staff_alone(
+    shuttle, people
+):
+    stranger, kim = Client(), Client()
+    kim.force_login(people["kim"])
+    page, theirs = (one.get("/robots/mercury/").content.decode() for one in (stranger, kim))
+    assert "It works by itself" in page
+    assert "Drive it yourself" not in page
+    assert ('"kind": "roam"' in page, '"kind": "roam"' in theirs) == (False, True)

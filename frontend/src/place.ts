@@ -115,9 +115,12 @@ export class Place {
 
 /** A robot that nobody drives. */
 function jobsOnly({ me, robot }: Snapshot): Part[] {
+  const jobs = `/robots/${robot.slug}/jobs/`;
+  const here = me.can.ask && document.getElementById("asking") !== null; // its console has a part for this
   return [
     { tag: "h2", text: "It works by itself" },
     { tag: "p", text: me.can.ask ? "Nobody drives this robot. Ask it for something, and watch." : "Nobody drives this robot. It takes jobs from people with clearance." },
-    { tag: "a", href: `/robots/${robot.slug}/jobs/`, text: me.can.ask ? "Ask for a job" : "See its jobs", class: "button primary" },
+    { tag: "a", href: here ? "#asking" : jobs, text: me.can.ask ? "Ask for a job" : "See its jobs", class: "button primary" },
+    ...(here ? [{ tag: "a", href: jobs, text: "All jobs" } as Part] : []),
   ];
 }

@@ -17,7 +17,7 @@ from robots.states import Cycle, GrantKind
 
 LATEST = 20  # ended jobs from which the time of one is judged
 OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
-HANDOVER_S, ANSWER_S = 12.0, 30.0
+HANDOVER_S, ANSWER_S, LEAST_LEFT_S = 12.0, 30.0, 5.0
 Range = tuple[float, float]
 
 
@@ -111,5 +111,11 @@ def _left(first: Job, each: Range, now: datetime) -> Range:
     if first.state != JobState.RUNNING:
         return 0.0, 0.0
     run = first.runs.select_related("grant").order_by("-id").first()
-    spent = (now - run.grant.opened_at).total_seconds() if run is not None else 0.0
-    return max(0.0, each[0] - spent), max(5.0, each[1] - spent)
+    if run is None:
+        return each
+    spent = (now - run.grant.opened_at).total_seconds()
+    low, high = max(0.0, each[0] - spent), max(LEAST_LEFT_S, each[1] - spent)
+    share = (run.grant.commands.values_list("progress", flat=True).first() or {}).get("share")
+    if isinstance(share, int | float) and 0 < share <= 1:  # the robot's own word
+        high = max(LEAST_LEFT_S, min(high, spent / share - spent))
+    return min(low, high), high

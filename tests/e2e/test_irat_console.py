@@ -13,7 +13,7 @@ from tests.e2e.conftest import session
 from tests.e2e.roaming import MAP, RoamingPortal, place_on
 from tests.e2e.small import SmallPortal
 
-PHONE = {"viewport": {"width": 320, "height": 480}, "has_touch": True, "is_mobile": True}
+PHONE = {"viewport": {"width": 320, "height": 480}, "has_touch": True, "is_mobile": True, "color_scheme": "dark"}
 WIDTH = "document.documentElement.scrollWidth"
 EXPERIENCES = 60
 

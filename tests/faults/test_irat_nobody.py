@@ -34,10 +34,7 @@ def rat_house(transactional_db, redis_server):
     bus.connection().flushall()
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)
     robot = add_robot("irat")
-    queue.queue_of(robot)
-    QueueRobot.objects.filter(robot=robot).update(
-        offers_turns=False, guests_ask=True, charged_in="jobs", rest_after_min=None
-    )
+    QueueRobot.objects.filter(robot=robot).update(rest_after_min=None)
     for folder in (robot.rig_dir, settings.VAR / "robots" / robot.slug):
         shutil.rmtree(folder, ignore_errors=True)
     children = [Child(spec.name.replace(" ", "-"), list(spec.argv), **spec.env) for spec in robot_processes(robot)]

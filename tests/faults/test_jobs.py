@@ -10,7 +10,7 @@ from django.test import Client
 from portal.processes import robot_processes
 from portal.seeding import add_robot
 from queueing import services as queue
-from queueing.models import Account, Job, JobRun, QueueRobot
+from queueing.models import Account, Job, JobRun
 from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Frame, Grant, Robot
@@ -44,8 +44,6 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)
     with installed_from(SHUTTLE, monkeypatch):
         robot = add_robot("shuttle")
-        queue.queue_of(robot)
-        QueueRobot.objects.filter(robot=robot).update(offers_turns=False, guests_ask=True, charged_in="jobs")
         shutil.rmtree(robot.rig_dir, ignore_errors=True)
         children = []
         try:

@@ -14,7 +14,7 @@ from queueing.jobs.foreseeing import foreseen
 from queueing.models import Job, QueueRobot
 from queueing.rows import BadSettings, queue_of
 from robots import description
-from robots.models import Robot
+from robots.models import Command, Robot
 from tests.services.test_jobs import settle
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -98,6 +98,15 @@ def test_the_wait_is_judged_by_the_jobs_before_and_unknown_while_nobody_knows(sh
     assert foreseen(shuttle, clock.now())[1].wait_s is None
 
 
+@pytest.mark.parametrize(("share", "high"), [(0.5, 8), (0.999, 5), (None, 12), (-1, 12), (0, 12)])
+def test_a_robot_that_tells_its_progress_is_believed(shuttle, clock, share, high):
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    Command.objects.update(progress={"text": "", "share": share})
+    assert foreseen(shuttle, clock.go(8))[1].wait_s == (0, high)
+
+
 def test_a_robot_that_takes_no_jobs_shows_none(robot, clock):
     assert snapshot("mercury", AnonymousUser(), clock.now(), True)["jobs"] == []
 
@@ -125,3 +134,14 @@ def test_wrong_settings_are_named_and_keep_no_other_robot_from_its_queue(shuttle
         queue_of(added)
     queue.tick(clock.now())
     assert not QueueRobot.objects.filter(robot=added).exists()
+
+
+def test_the_page_of_a_robot_that_nobody_drives_offers_no_turn_and_names_staffs_commands_to_staff_alone(
+    shuttle, people
+):
+    stranger, kim = Client(), Client()
+    kim.force_login(people["kim"])
+    page, theirs = (one.get("/robots/mercury/").content.decode() for one in (stranger, kim))
+    assert "It works by itself" in page
+    assert "Drive it yourself" not in page
+    assert ('"kind": "roam"' in page, '"kind": "roam"' in theirs) == (False, True)

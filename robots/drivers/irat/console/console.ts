@@ -107,7 +107,7 @@ class RoamingConsole extends Basics {
       const at = spots.get(id);
       return at ? [[letter, at] as const] : [];
     })));
-    text("map-said", spots.size ? "" : "The robot begins a new map.");
+    text("map-said", spots.size ? "" : "No map yet.");
   }
 
   private inWords(id: number): string {

@@ -209,7 +209,7 @@ ACCOUNT_RATE_LIMITS = {
     "manage_email": "10/m/user",
     "reauthenticate": "10/m/user",
 }
-RATE_LIMITS = {"survey": "30/m/ip,300/h/ip"}  # of what guests may send
+RATE_LIMITS = {"survey": "30/m/ip,300/h/ip", "statistics": "120/m/ip"}  # of what guests may send and ask
 ACCOUNT_DEFAULT_HTTP_PROTOCOL = "https" if PUBLIC else "http"
 # uvicorn puts the address and scheme from a trusted proxy into the request, so that REMOTE_ADDR is right
 # everywhere; nothing else reads X-Forwarded-For or X-Forwarded-Proto

@@ -2,6 +2,8 @@
 
 from datetime import datetime, timedelta
 
+from allauth.core.internal.ratelimit import consume
+from django.conf import settings
 from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, render
 from django.views.decorators.cache import cache_control, never_cache
@@ -33,6 +35,22 @@ def _told(robot: Robot, span: Span, now: datetime) -> Told:
     return tell(happened(robot, declared, span, now), spec, declared, span)
 
 
+class _Refused(Exception):
+    def __init__(self, text: str, status: int) -> None:
+        super().__init__(text)
+        self.status = status
+
+
+def _span(request: HttpRequest, now: datetime) -> Span:
+    """Return the 24 hours that are asked for. Raises _Refused."""
+    if not consume(request, app="farhand", action="statistics", config=settings.RATE_LIMITS, limit_get=True):
+        raise _Refused("Your network asks for statistics too often; ask again in a minute.", 429)
+    try:
+        return span_of(request.GET.get("from", ""), now)
+    except BadDate as error:
+        raise _Refused(str(error), 400) from error
+
+
 @never_cache
 @require_safe
 def statistics(request: HttpRequest, slug: str) -> HttpResponse:
@@ -45,11 +63,10 @@ def statistics(request: HttpRequest, slug: str) -> HttpResponse:
     _robot(slug)
     asked = request.GET.get("from", "")
     try:
-        span = span_of(asked, now)
-    except BadDate as error:
-        return render(
-            request, "pages/statistics.html", {"robot": robot, "wrong": str(error), "asked": asked[:40]}, status=400
-        )
+        span = _span(request, now)
+    except _Refused as error:
+        told_why = {"robot": robot, "wrong": str(error), "asked": asked[:40]}
+        return render(request, "pages/statistics.html", told_why, status=error.status)
     told = _told(robot, span, now)
     declared, start = told.declared, span.start
     shown = next((c for c in spec.channels if c.name == declared.over_time), None)
@@ -73,7 +90,7 @@ def statistics_json(request: HttpRequest, slug: str) -> JsonResponse:
     """Return the same for programs."""
     robot, now = _robot(slug), SYSTEM.now()
     try:
-        span = span_of(request.GET.get("from", ""), now)
-    except BadDate as error:
-        return JsonResponse({"error": str(error)}, status=400)
+        span = _span(request, now)
+    except _Refused as error:
+        return JsonResponse({"error": str(error)}, status=error.status)
     return JsonResponse({"robot": robot.slug, "name": robot.name, **_told(robot, span, now).as_json(span)})

@@ -148,8 +148,12 @@ def test_a_composite_has_the_papers_size_whatever_is_known(size):
 
 
 def test_only_goals_of_this_map_are_shown_with_their_turn():
-    jobs = [{"map": 2, "x": 0, "y": 0}, {"map": 3, "x": 1, "y": 2}, {"map": 3, "x": nan, "y": 2}, {"map": 3}, {}]
-    assert list(goals_of(jobs, 3)) == [(1, 1.0, 2.0)]
+    here = {"map": 3, "x": 1, "y": 2}
+    jobs = [{**here, "map": 2}, here, {**here, "x": nan}, {"map": 3}, {}, {**here, "experience": 2.0}]
+    jobs += [{**here, "experience": odd} for odd in (77, nan, 1e308, "2")]
+    shown = with_map(MapShown(), RING, True)
+    at_its_place = (5, 0.5, 0.0)  # of experience 2, wherever it was asked for
+    assert list(goals_of(jobs, shown)) == [(1, 1.0, 2.0), at_its_place, *((n, 1.0, 2.0) for n in range(6, 10))]
 
 
 def test_the_spec_names_scenes_that_exist():

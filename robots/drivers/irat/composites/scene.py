@@ -35,7 +35,7 @@ class Scene:
         whole: Pixels = np.full((self._height, self._width, 3), GROUND, np.uint8)
         status(whole, state)
         pose = pose_of(state)
-        goals = list(goals_of(jobs, self._map.number))
+        goals = list(goals_of(jobs, self._map))
         if self._width < NARROW:
             camera_h = (self._width - 2 * GAP) * 240 // 416
             _put(whole, draw_camera(picture, self._width - 2 * GAP, camera_h), GAP, BAR)
@@ -78,15 +78,17 @@ def pose_of(state: RobotState | None) -> tuple[float, float, float] | None:
     return state.values["x"], state.values["y"], state.values["heading"]
 
 
-def goals_of(jobs: Sequence[Mapping[str, Any]], number: int) -> Iterator[tuple[int, float, float]]:
-    """Yield number and place of the goals of this map, in the order of their turns."""
+def goals_of(jobs: Sequence[Mapping[str, Any]], shown: MapShown) -> Iterator[tuple[int, float, float]]:
+    """Yield number and place of the goals of this map, in the order of their turns.
+
+    A goal is where its experience is by now, because the map is pulled straight; else where it was asked for.
+    """
     for turn, args in enumerate(jobs[:MOST_GOALS]):
-        x, y, which = (args.get(name) for name in ("x", "y", "map"))
-        if (
-            isinstance(x, int | float)
-            and isinstance(y, int | float)
-            and which == number
-            and isfinite(x)
-            and isfinite(y)
-        ):
+        x, y, which, experience = (args.get(name) for name in ("x", "y", "map", "experience"))
+        if which != shown.number:
+            continue
+        if isinstance(experience, int | float) and 0 <= experience < 2**32:
+            now = shown.where(np.array([int(experience)], np.int64))
+            x, y = (float(now[0, 0]), float(now[0, 1])) if len(now) else (x, y)
+        if isinstance(x, int | float) and isinstance(y, int | float) and isfinite(x) and isfinite(y):
             yield turn, float(x), float(y)

@@ -1,0 +1,38 @@
+"""The motion JPEG of a robot in a browser without scripts, as wide as a phone of the paper's time."""
+
+from datetime import timedelta
+
+import pytest
+
+from portal.seeding import add_robot
+from robots.clock import SYSTEM
+from robots.models import Lease
+from tests.faults.test_composites import PHONE, Teller
+
+
+@pytest.fixture
+def told(bare):
+    """An iRat in the database whose states, pictures and map are told."""
+    robot = add_robot("irat")
+    Lease.objects.create(robot=robot, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
+    teller = Teller()
+    yield bare
+    teller.stop()
+
+
+def test_the_robots_page_leads_to_it_and_it_moves_without_scripts(told, chromium):
+    context = chromium.new_context(base_url=told.url, java_script_enabled=False, viewport={"width": 320, "height": 480})
+    try:
+        page = context.new_page()
+        page.goto("/robots/irat/")
+        assert page.get_by_role("link", name="320 x 480").get_attribute("href") == PHONE
+        page.goto(PHONE, wait_until="commit")
+        page.wait_for_selector("img")
+        assert page.locator("img").bounding_box()["width"] == 320
+        seen = set()
+        for _ in range(3):
+            page.wait_for_timeout(700)
+            seen.add(page.screenshot())
+        assert len(seen) == 3, "the picture moves"
+    finally:
+        context.close()

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)timeout")
 BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
-COMPUTING = ("tests/unit", "tests/services", "tests/security")
+COMPUTING = ("tests/unit",)  # what asks no clock may be kept waiting for as long as it takes
 WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
 SHORT = "not alone and not length"
 

@@ -20,3 +20,9 @@ def replaced(path: Path, sync: bool = False) -> Iterator[BinaryIO]:
             out.flush()
             os.fsync(out.fileno())
     part.replace(path)
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Write a short text so that readers see the old or the new one. Raises OSError; the old file stays then."""
+    with replaced(path) as out:
+        out.write(text.encode())

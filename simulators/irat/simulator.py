@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state, velocities
 from robots.drivers.irat.protocol import BATTERY, CAMERA, CHARGER, ODOMETRY, RANGES, STATE, VELOCITIES, Status, Velocity
+from robots.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
@@ -55,8 +56,8 @@ class Simulator:
         serve(folder / "faults", self.faults, self.status)
         threading.Thread(target=self._film, name="camera", daemon=True).start()
         self.journal.note("power_on", boot=self.boot)
-        (folder / "overhead").write_text(f"http://127.0.0.1:{self.overhead.port}\n")
-        (folder / "tty").write_text(f"ws://127.0.0.1:{self.network.port}\n")
+        replace_text(folder / "overhead", f"http://127.0.0.1:{self.overhead.port}\n")
+        replace_text(folder / "tty", f"ws://127.0.0.1:{self.network.port}\n")
 
     # what stands behind the network
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from robots.description import load
 from robots.drivers.mercury import protocol as wire
+from robots.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
@@ -64,7 +65,7 @@ class Simulator:
         low, high = description["camera"]["exposure_range_s"]
         self.camera = CameraServer(self._take, self.faults, (low, high))
         serve(folder / "faults", self.faults, self.status)
-        (folder / "camera").write_text(f"http://127.0.0.1:{self.camera.port}\n")
+        replace_text(folder / "camera", f"http://127.0.0.1:{self.camera.port}\n")
         self._running = True
 
     def _keep(self, boot: int) -> None:

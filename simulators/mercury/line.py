@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from robots.drivers.mercury.protocol import BITS_A_BYTE, Frame
+from robots.files import replace_text
 from simulators.common.faults import FaultBoard
 
 TICK_S = 0.003
@@ -144,7 +145,7 @@ class TcpLine(Line):
 
     def _open(self, link: Path) -> None:
         link.unlink(missing_ok=True)
-        link.write_text(f"127.0.0.1:{self.port}")
+        replace_text(link, f"127.0.0.1:{self.port}")
 
     def _listened(self) -> list[int]:
         return [s.fileno() for s in (self._server, self._client) if s is not None]

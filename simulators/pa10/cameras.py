@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.description import load, views
+from robots.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.pa10 import scene
@@ -73,8 +74,8 @@ class Cameras:
             server = CameraServer(lambda _, name=name: self._take(name), faults, RANGE)  # type: ignore[misc]
             self._servers.append(server)
             self.addresses[name] = f"http://127.0.0.1:{server.port}"
-        (folder / "cameras.json").write_text(json.dumps(self.addresses))
-        (folder / "camera").write_text(next(iter(self.addresses.values())) + "\n")
+        replace_text(folder / "cameras.json", json.dumps(self.addresses))
+        replace_text(folder / "camera", next(iter(self.addresses.values())) + "\n")
 
     def _take(self, name: str) -> NDArray[np.uint8]:
         with self._one_at_a_time:

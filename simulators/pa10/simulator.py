@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from robots.drivers.pa10.protocol import ArmState, Request
+from robots.files import replace_text
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import fork
 from simulators.common.journal import Journal
@@ -67,7 +68,7 @@ class Simulator:
         self.network = Network(port, self, self.faults, self.journal.note, token)
         self._running = True
         serve(folder / "faults", self.faults, self.status)
-        (folder / "tty").write_text(f"127.0.0.1:{self.network.port}\n")
+        replace_text(folder / "tty", f"127.0.0.1:{self.network.port}\n")
         watch(self.network, *watchdog, self.begin_again)
 
     def _kept(self) -> Any:

@@ -16,6 +16,7 @@ import tty
 from pathlib import Path
 from typing import Any
 
+from robots.files import replace_text
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.process import arguments, stop_when_told
@@ -104,7 +105,7 @@ class Simulator:
             name: {"id": n, "drive_mode": 0, "homing_offset": 0, "range_min": LOW, "range_max": HIGH}
             for n, name in enumerate(NAMES, 1)
         }
-        (self._folder / "calibration" / "farhand.json").write_text(json.dumps(kept))
+        replace_text(self._folder / "calibration" / "farhand.json", json.dumps(kept))
 
     def status(self) -> dict[str, Any]:
         """Return positions (ticks), goals and counters, for tests."""
@@ -125,7 +126,7 @@ class Simulator:
                     self._take(os.read(self._master, 4096))
                 except OSError:
                     time.sleep(0.05)
-        (self._folder / "places.json").write_text(json.dumps([s.at for s in self._servos.values()]))
+        replace_text(self._folder / "places.json", json.dumps([s.at for s in self._servos.values()]))
 
     def stop(self, *_: object) -> None:
         """End the loop."""

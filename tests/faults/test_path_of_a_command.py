@@ -16,7 +16,7 @@ from workers.wiring import Owner
 
 MOST = 20  # without the robot's own folder
 BESIDE = {  # what runs by a timer of its own, and the wait for PostgreSQL
-    "portal/live/hub.py", "portal/live/sessions.py", "portal/postgres/base.py",
+    "portal/live/hub.py", "portal/live/sessions.py", "portal/live/viewing.py", "portal/postgres/base.py",
 }  # fmt: skip
 ROOT = str(configured.BASE_DIR)
 START = 4  # bytes of code before a coroutine begins

@@ -3,10 +3,6 @@ PYTHON ?= python3
 PORT ?= 8000
 PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
-# What only waited too long is tried once more, and named at the end; a wrong answer is not, nor a measured time over its
-# limit.
-PATIENT = --reruns 1 --only-rerun "not within" --only-rerun "(?i)timeout" -m
-BESIDE = -n 4 --dist loadfile --no-loadscope-reorder $(PATIENT)
 
 .PHONY: wheel run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
@@ -31,9 +27,7 @@ test: setup-test
 # Everything on both.
 test-all: setup-test
 	$(PY) tools/run_node_tests.py
-	for db in sqlite postgres; do \
-	  FARHAND_TEST_DB=$$db $(TEST) tests $(BESIDE) "not alone" && FARHAND_TEST_DB=$$db $(TEST) tests $(PATIENT) alone || exit 1; \
-	done
+	$(PY) tools/run_tests.py all
 
 # LeRobot's own classes against simulated servos; skipped elsewhere where the extra is not installed.
 test-lerobot: setup-test lerobot

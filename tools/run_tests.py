@@ -1,6 +1,6 @@
-"""Runs the tests of `make test` in two steps that keep the machine busy; goes on after a failure and names each.
+"""Runs the tests of `make test`, or with `all` those of `make test-all`; goes on after a failure and names each.
 
-First what judges by fractions of a second, one test after another, and beside it, at the lowest priority, what only
+With `make test` first what judges by fractions of a second, one test after another, and beside it, at the lowest priority, what only
 computes. Then everything else, several files side by side, on both databases at once. A test that only waited too long
 is tried once more and named; a wrong answer is not, nor a measured time over its limit.
 """
@@ -57,6 +57,10 @@ STEPS: tuple[tuple[Lane, ...], ...] = (
         (Part("postgres", ("tests",), f"(service or tenth) and {SHORT}", workers=1),),
     ),
 )
+ALL: tuple[tuple[Lane, ...], ...] = tuple(
+    ((Part(database, ("tests",), "not alone", workers=4), Part(database, ("tests",), "alone")),)
+    for database in ("sqlite", "postgres")
+)
 
 
 def run(lane: Lane, shown: bool) -> list[str]:
@@ -77,7 +81,7 @@ def run(lane: Lane, shown: bool) -> list[str]:
 def main() -> int:
     """Run all steps; return the exit status."""
     failed = []
-    for lanes in STEPS:
+    for lanes in ALL if sys.argv[1:] == ["all"] else STEPS:
         with ThreadPoolExecutor(len(lanes)) as side_by_side:
             ended = [side_by_side.submit(run, lane, shown=lane is lanes[0]) for lane in lanes]
         failed += [name for lane in ended for name in lane.result()]

@@ -22,11 +22,9 @@ from robots.models import Robot
 LATEST = timedelta(minutes=1)  # less than this before now is now
 
 
-def _robot(slug: str) -> Robot:
-    robot = get_object_or_404(Robot, slug=slug)
+def _needs_jobs(robot: Robot) -> None:
     if not job_kinds(robot):
         raise Http404("This robot takes no jobs, so it has no statistics of jobs.")
-    return robot
 
 
 def _told(robot: Robot, span: Span, now: datetime) -> Told:
@@ -55,12 +53,12 @@ def _span(request: HttpRequest, now: datetime) -> Span:
 @require_safe
 def statistics(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the statistics of 24 hours: a table, plots, and each plot as a table."""
-    robot, now, wrong = get_object_or_404(Robot, slug=slug), SYSTEM.now(), ""
+    robot, now = get_object_or_404(Robot, slug=slug), SYSTEM.now()
     try:
         spec = robot.spec()
     except LookupError:
         return software_missing(request, robot.name)
-    _robot(slug)
+    _needs_jobs(robot)
     asked = request.GET.get("from", "")
     try:
         span = _span(request, now)
@@ -71,7 +69,7 @@ def statistics(request: HttpRequest, slug: str) -> HttpResponse:
     declared, start = told.declared, span.start
     shown = next((c for c in spec.channels if c.name == declared.over_time), None)
     context = {
-        "robot": robot, "span": span, "told": told, "declared": declared, "wrong": wrong,
+        "robot": robot, "span": span, "told": told, "declared": declared, "wrong": "",
         "asked": span.start.strftime("%Y-%m-%dT%H:%M"),
         "earlier": (span.start - DAY).strftime("%Y-%m-%dT%H:%M"),
         "later": span.end.strftime("%Y-%m-%dT%H:%M") if span.end + LATEST <= now else "",
@@ -88,7 +86,8 @@ def statistics(request: HttpRequest, slug: str) -> HttpResponse:
 @require_safe
 def statistics_json(request: HttpRequest, slug: str) -> JsonResponse:
     """Return the same for programs."""
-    robot, now = _robot(slug), SYSTEM.now()
+    robot, now = get_object_or_404(Robot, slug=slug), SYSTEM.now()
+    _needs_jobs(robot)
     try:
         span = _span(request, now)
     except _Refused as error:

@@ -1,5 +1,7 @@
 """Cameras over HTTP: a snapshot, a motion JPEG through PyAV, and every way to fail."""
 
+import http.server
+import time
 from threading import Thread
 from urllib.request import urlopen
 
@@ -9,6 +11,7 @@ import pytest
 
 from robots.drivers.errors import CameraFault
 from robots.vision.stability import settle
+from tests.conftest import wait_for
 from workers.cameras.source import SnapshotCamera, StreamCamera, fitted, open_camera
 
 
@@ -101,3 +104,40 @@ def test_any_size_becomes_the_described_one_and_keeps_its_middle(rows, columns):
         v, u = np.unravel_index(int(np.argmax(cv2.blur(shown, (5, 5)))), shown.shape)
         assert abs(u - 96) < 8
         assert abs(v - 82) < 8
+
+
+class Redirects(http.server.BaseHTTPRequestHandler):
+    target, asked = "", []
+
+    def do_GET(self):
+        type(self).asked.append(self.path)
+        self.send_response(302)
+        self.send_header("Location", self.target)
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+@pytest.fixture
+def redirecting():
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Redirects)
+    Redirects.target, Redirects.asked = f"http://127.0.0.1:{server.server_port}/secret", []
+    Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.mark.asvs("1.3.6", "15.3.2")
+@pytest.mark.parametrize("path", ["/snapshot.jpg", "/stream.mjpg"])
+def test_no_redirect_of_a_camera_is_followed(redirecting, tmp_path, path):
+    camera = open_camera(redirecting + path, tmp_path)
+    try:
+        with pytest.raises(CameraFault):
+            camera.grab(0.01)
+        wait_for(lambda: Redirects.asked, 20, "the camera was asked")
+        time.sleep(0.5)  # a stream that follows a redirect does so at once
+    finally:
+        camera.close()
+    assert not [p for p in Redirects.asked if p.startswith("/secret")]

@@ -1,8 +1,6 @@
 """Where robots and cameras may be."""
 
-import http.server
 import socket
-import threading
 
 import pytest
 
@@ -62,44 +60,6 @@ def test_a_name_that_leads_there_is_refused_when_it_is_opened(monkeypatch):
     monkeypatch.setattr(socket, "getaddrinfo", lambda *a, **k: [(2, 1, 6, "", ("169.254.169.254", 80))])
     with pytest.raises(addresses.AddressError):
         addresses.check_resolved("innocent.example.org", 80)
-
-
-class Redirects(http.server.BaseHTTPRequestHandler):
-    target, asked = "", []
-
-    def do_GET(self):
-        type(self).asked.append(self.path)
-        self.send_response(302)
-        self.send_header("Location", self.target)
-        self.end_headers()
-
-    def log_message(self, *_):
-        pass
-
-
-@pytest.fixture
-def redirecting():
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Redirects)
-    Redirects.target, Redirects.asked = f"http://127.0.0.1:{server.server_port}/secret", []
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_port}"
-    server.shutdown()
-    server.server_close()
-
-
-@pytest.mark.asvs("1.3.6", "15.3.2")
-@pytest.mark.parametrize("path", ["/snapshot.jpg", "/stream.mjpg"])
-def test_no_redirect_of_a_camera_is_followed(redirecting, tmp_path, path):
-    from workers.cameras.source import open_camera
-
-    camera = open_camera(redirecting + path, tmp_path)
-    try:
-        with pytest.raises(CameraFault):
-            camera.grab(0.01)
-    finally:
-        camera.close()
-    assert Redirects.asked
-    assert not [p for p in Redirects.asked if p.startswith("/secret")]
 
 
 @pytest.mark.asvs("1.3.6", "15.3.2")

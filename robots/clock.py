@@ -10,17 +10,21 @@ from functools import partial
 from typing import Protocol
 
 
-class Clock(Protocol):
-    """The time as every part of Farhand sees it."""
+class Timer(Protocol):
+    """What a motion needs of a clock; the module `time` is one."""
+
+    def monotonic(self) -> float:
+        """Return seconds that never go back."""
+
+    def sleep(self, seconds: float, /) -> None:
+        """Sleep for so many seconds."""
+
+
+class Clock(Timer, Protocol):
+    """The time as every part of Farhand sees it; `monotonic` counts suspend."""
 
     def now(self) -> datetime:
         """Return the wall-clock time, timezone aware, UTC."""
-
-    def monotonic(self) -> float:
-        """Return seconds that never go back and count suspend."""
-
-    def sleep(self, seconds: float) -> None:
-        """Sleep for `seconds` (s)."""
 
 
 _BOOTTIME = getattr(time, "CLOCK_BOOTTIME", None)

@@ -3,7 +3,6 @@
 "Charging" is said only while the charger's current says so.
 """
 
-import time
 from math import pi
 
 from robots.autonomy.docking import Docking, Sighting, dock
@@ -30,13 +29,14 @@ class Charging:
 
     def __init__(self, wheels: Wheels) -> None:
         self._wheels, self._brain, self._senses = wheels, wheels.brain, wheels.senses
+        self._clock = wheels.clock
         self._tried: list[int] = []
         self._seen_at = 0.0  # of the brain's answer that was used last
         self._sightings = 0
 
     def charge(self, permit: Permit, on_stage: OnStage) -> JSON:
         """Dock and charge. Raises GaveUp when no try succeeds, HardwareFault when the battery is almost flat."""
-        began, share = time.monotonic(), self._senses.share
+        began, share = self._clock.monotonic(), self._senses.share
         permit()
         on_stage("sent")
         on_stage("acknowledged")
@@ -53,7 +53,7 @@ class Charging:
                 self._brain.call(Save)
                 self._senses.mode = Mode.FLAT
             raise
-        return {"tries": tries, "from": round(100 * share, 1), "seconds": round(time.monotonic() - began)}
+        return {"tries": tries, "from": round(100 * share, 1), "seconds": round(self._clock.monotonic() - began)}
 
     @property
     def _full(self) -> bool:
@@ -65,9 +65,9 @@ class Charging:
         try:
             while self._senses.charging and not self._full:
                 permit()
-                time.sleep(STEP_S)
-                if time.monotonic() - told > TOLD_S:
-                    told = time.monotonic()
+                self._clock.sleep(STEP_S)
+                if self._clock.monotonic() - told > TOLD_S:
+                    told = self._clock.monotonic()
                     on_stage(Progress(f"charging: {100 * self._senses.share:.0f} %", self._senses.share))
         finally:
             self._senses.mode = Mode.RESTING
@@ -114,8 +114,8 @@ class Charging:
 
     def _sought(self, permit: Permit, place: int | None, seconds: float) -> bool:
         """Drive to a place, or roam without one, until the dock is seen or the time is over."""
-        until = time.monotonic() + seconds
-        while time.monotonic() < until:
+        until = self._clock.monotonic() + seconds
+        while self._clock.monotonic() < until:
             seen = self._wheels.pause(permit)
             if self._senses.charging or self._visible(seen):
                 return True
@@ -131,8 +131,8 @@ class Charging:
 
     def _looked_round(self, permit: Permit) -> bool:
         """Turn once on the spot; tell whether the dock came into sight."""
-        until = time.monotonic() + 2.2 * pi / TURN_RAD_S
-        while time.monotonic() < until:
+        until = self._clock.monotonic() + 2.2 * pi / TURN_RAD_S
+        while self._clock.monotonic() < until:
             if self._visible(self._wheels.pause(permit)):
                 return True
             self._wheels.drive(Velocity(0.0, TURN_RAD_S), permit)
@@ -163,6 +163,6 @@ class Charging:
 
     def _sighted(self, seen: Seen | None) -> tuple[Sighting | None, Sighting | None]:
         """Return the markers in the newest picture, none in an old one."""
-        if seen is None or seen.picture == "none" or time.monotonic() - seen.at > OLD_S + STEP_S:
+        if seen is None or seen.picture == "none" or self._clock.monotonic() - seen.at > OLD_S + STEP_S:
             return None, None
         return seen.outer, seen.small

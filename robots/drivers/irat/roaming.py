@@ -1,7 +1,5 @@
 """Exploring, going to a goal, and leaving the dock."""
 
-import time
-
 from robots.contract.session import JSON, OnStage, Permit, Progress
 from robots.contract.values import number
 from robots.description import load
@@ -29,19 +27,20 @@ class Roaming:
 
     def __init__(self, wheels: Wheels) -> None:
         self._wheels, self._brain, self._senses = wheels, wheels.brain, wheels.senses
+        self._clock = wheels.clock
         self._clear_s = float(load("irat")["map"]["clear_s"])
         self._cut_short: tuple[JSON, float] | None = None  # a goal that may come again, and since when
 
     def explore(self, permit: Permit, on_stage: OnStage) -> JSON:
         """Roam for a slice; nobody's goal waits, so it is the time to clear a map."""
-        until = time.monotonic() + SLICE_S - EARLY_S
+        until = self._clock.monotonic() + SLICE_S - EARLY_S
         self._cut_short = None
         self.clear_if_due()
         began = self._senses.driven
 
         def act(free: Permit) -> None:
             self.leave_dock(free, on_stage)
-            while time.monotonic() < until:
+            while self._clock.monotonic() < until:
                 if self._wheels.pause(free) is not None:
                     self._wheels.steer(None, free, Mode.EXPLORING)
 
@@ -53,7 +52,7 @@ class Roaming:
         seen = self._brain.fresh()
         if seen is None or seen.pruning or seen.age < self._clear_s:
             return
-        if self._cut_short is None or time.monotonic() - self._cut_short[1] > WAITS_S:
+        if self._cut_short is None or self._clock.monotonic() - self._cut_short[1] > WAITS_S:
             self._brain.call(Clear)
 
     def leave_dock(self, permit: Permit, on_stage: OnStage) -> None:
@@ -72,8 +71,8 @@ class Roaming:
     def _until(self, velocity: Velocity, most: float, seconds: float, permit: Permit) -> None:
         """Drive so until the odometry has gone, or turned, so far (m + rad), or the time is over."""
         wheels, gone = self._wheels, 0.0
-        was, until = wheels.line.odometry.value, time.monotonic() + seconds
-        while gone < most and time.monotonic() < until:
+        was, until = wheels.line.odometry.value, self._clock.monotonic() + seconds
+        while gone < most and self._clock.monotonic() < until:
             seen = wheels.pause(permit)
             here = wheels.line.odometry.value
             if was is not None and here is not None:
@@ -104,7 +103,7 @@ class Roaming:
         except (GaveUp, MapCleared):
             raise
         except RobotError:
-            self._cut_short = (dict(args), time.monotonic())
+            self._cut_short = (dict(args), self._clock.monotonic())
             raise
         finally:
             self._brain.keep_aim(None)
@@ -113,10 +112,10 @@ class Roaming:
         return {"experience": answer.experience, "map": which, "limit_s": round(answer.limit_s, 1)}
 
     def _go(self, which: int, goal: int, limit_s: float, permit: Permit, on_stage: OnStage) -> None:
-        began, told = time.monotonic(), 0.0
+        began, told = self._clock.monotonic(), 0.0
         self.leave_dock(permit, on_stage)
         while True:
-            spent = time.monotonic() - began
+            spent = self._clock.monotonic() - began
             if spent > limit_s:
                 raise GaveUp(f"The place was not reached within {limit_s:.0f} s, three times what the way takes.")
             seen = self._wheels.pause(permit)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, hypot, remainder, sin, tau
 
+from robots.clock import Timer
 from robots.contract.session import RobotState
 from robots.description import load
 from robots.drivers.errors import RobotError
@@ -37,8 +38,10 @@ class Mode:
 class Senses:
     """Feeds the brain in a thread of its own, from `start` to `close`. `keep` gets each new state."""
 
-    def __init__(self, line: IratLine, brain: BrainProcess, keep: Callable[[RobotState], object]) -> None:
-        self._line, self._brain, self._keep = line, brain, keep
+    def __init__(
+        self, line: IratLine, brain: BrainProcess, keep: Callable[[RobotState], object], clock: Timer = time
+    ) -> None:
+        self._line, self._brain, self._keep, self._clock = line, brain, keep, clock
         self._battery = load("irat")["battery"]
         self._changed = threading.Condition()
         self._picture: Picture | None = None
@@ -68,17 +71,17 @@ class Senses:
 
     def awake(self) -> None:
         """Keep the camera running for the next seconds."""
-        self._awake_until = time.monotonic() + AWAKE_S
+        self._awake_until = self._clock.monotonic() + AWAKE_S
 
     def take(self, picture: Picture) -> None:
         """Keep the newest picture; called in the connection's thread."""
         with self._changed:
-            self._picture, self._picture_at = picture, time.monotonic()
+            self._picture, self._picture_at = picture, self._clock.monotonic()
             self._changed.notify_all()
 
     def picture(self, seconds: float) -> bytes | None:
         """Return the first JPEG that arrives from now on, None if none does in so many seconds."""
-        since = time.monotonic()
+        since = self._clock.monotonic()
         self.awake()
         with self._changed:
             self._changed.wait_for(lambda: self._picture_at > since, seconds)
@@ -88,17 +91,22 @@ class Senses:
         """Step ten times a second while the robot moves or somebody looks, each second otherwise."""
         fed = 0.0
         while self._running:
-            awake = time.monotonic() < self._awake_until or self._moving
-            time.sleep(LEAST_S)
+            awake = self.is_awake
+            self._clock.sleep(LEAST_S)
             self._await_picture(STEP_S + LATE_S if awake and self._watching else REST_S / 4)
             if not self._running or not self._line.bridge.is_open:
                 continue
             with contextlib.suppress(RobotError):  # the connection has just ended
                 self._watch(awake)
             self._keep(self.state())
-            if awake or time.monotonic() - fed >= REST_S:
-                fed = time.monotonic()
-                self._step(fed)
+            if awake or self._clock.monotonic() - fed >= REST_S:
+                fed = self._clock.monotonic()
+                self.step(fed)
+
+    @property
+    def is_awake(self) -> bool:
+        """Tell whether the robot moves or somebody looks, so that it steps ten times a second."""
+        return self._clock.monotonic() < self._awake_until or self._moving
 
     def _await_picture(self, seconds: float) -> None:
         """Wait for a picture that was not fed yet, at most so many seconds."""
@@ -120,7 +128,7 @@ class Senses:
             self._line.unwatch()
         self._watching = awake
 
-    def _step(self, now: float) -> None:
+    def step(self, now: float) -> None:
         """Feed the brain with the way since the last step, and with the picture if there is a new one."""
         here, at = self._line.odometry.value, self._line.odometry.at
         if here is None or now - at > FRESH_S:
@@ -149,7 +157,7 @@ class Senses:
     def charging(self) -> bool:
         """Tell whether current flows from the charger; nothing else counts."""
         charger, battery = self._line.charger, self._line.battery.value
-        flows = (charger.value or 0.0) > 0.0 and time.monotonic() - charger.at < CHARGER_FRESH_S
+        flows = (charger.value or 0.0) > 0.0 and self._clock.monotonic() - charger.at < CHARGER_FRESH_S
         return flows and battery is not None
 
     @property

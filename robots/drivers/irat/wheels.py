@@ -8,6 +8,7 @@ from dataclasses import replace
 from math import hypot, remainder, tau
 
 from robots.autonomy.steering import Limits, Memory, Sensed, Steer, steer
+from robots.clock import Timer
 from robots.contract.session import Permit
 from robots.drivers.errors import CameraFault, HardwareFault, Held
 from robots.drivers.irat.brain.messages import Seen
@@ -31,17 +32,21 @@ REST = Velocity(0.0, 0.0)
 class Wheels:
     """Sends velocities for one command at a time; `holds` counts the holds of other threads."""
 
-    def __init__(self, line: IratLine, brain: BrainProcess, senses: Senses) -> None:
-        self.line, self.brain, self.senses = line, brain, senses
+    def __init__(self, line: IratLine, brain: BrainProcess, senses: Senses, clock: Timer = time) -> None:
+        self.line, self.brain, self.senses, self.clock = line, brain, senses, clock
         self._sending = threading.Lock()
         self.holds = 0
         self._dice = random.Random()
         self._begin()
 
+    def seed(self, seed: int) -> None:
+        """Make what is left to chance the same each time."""
+        self._dice.seed(seed)
+
     def _begin(self) -> None:
         self._memory, self._limits = Memory(), Limits()
-        self._stepped_at, self._seeing_at = 0.0, time.monotonic()
-        self._brain_at = self._line_at = time.monotonic()
+        self._stepped_at, self._seeing_at = 0.0, self.clock.monotonic()
+        self._brain_at = self._line_at = self.clock.monotonic()
         self._stood: tuple[float, float, float] | None = None  # where it stands, and since when
         self._way_out = 1
         self._dock, self._dock_at = 0.0, -1e9  # the distance of the dock's marker (m), and when it was seen
@@ -84,8 +89,8 @@ class Wheels:
         None: brain or robot is silent, and the wheels were told to rest. Raises HardwareFault once that lasts, once
         the battery is almost flat, CameraFault if no picture has been of use for long.
         """
-        time.sleep(max(0.0, self._stepped_at + STEP_S - time.monotonic()))
-        now = self._stepped_at = time.monotonic()
+        self.clock.sleep(max(0.0, self._stepped_at + STEP_S - self.clock.monotonic()))
+        now = self._stepped_at = self.clock.monotonic()
         self.senses.awake()
         if self.senses.critical:
             raise HardwareFault(FLAT)
@@ -129,12 +134,12 @@ class Wheels:
     @property
     def _before_dock(self) -> float:
         """Return the room (m) before the dock's funnel, whose low guides no range sensor sees; else far."""
-        near = time.monotonic() - self._dock_at < DOCK_SEEN_S
+        near = self.clock.monotonic() - self._dock_at < DOCK_SEEN_S
         return max(self._dock - FUNNEL_M, NEAREST_M) if near else self._limits.far
 
     def _standing(self, x: float, y: float) -> None:
         """Let a robot that has not come from the spot for long back off or go ahead, in turn."""
-        now = time.monotonic()
+        now = self.clock.monotonic()
         if self._stood is None or hypot(x - self._stood[0], y - self._stood[1]) > STANDING_M:
             self._stood = (x, y, now)
         elif now - self._stood[2] > STANDING_S:

@@ -1,0 +1,218 @@
+"""The iRat's own code in its simulated maze, in one thread on a clock of its own: as fast as the machine allows.
+
+Steering, docking, goals and map are those of the driver and its brain; physics, pictures and battery those of the simulator.
+Only the connection and the processes are left out. The brain's answer to a picture comes 40 ms after it.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Generic, TypeVar
+
+import cv2
+import numpy as np
+
+from robots.contract.session import JSON
+from robots.drivers.errors import HardwareFault
+from robots.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
+from robots.drivers.irat.brain.mind import Mind
+from robots.drivers.irat.brain.process import SILENT_S
+from robots.drivers.irat.charging import Charging
+from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state
+from robots.drivers.irat.protocol import REST_S, Status, Velocity
+from robots.drivers.irat.roaming import Roaming
+from robots.drivers.irat.senses import STEP_S, Senses
+from robots.drivers.irat.wheels import Wheels
+from simulators.common.faults import FaultBoard
+from simulators.irat.cameras import QUALITY, RobotCamera, Stage
+from simulators.irat.plant import TICK_S, Pose
+from simulators.irat.world import World
+
+T = TypeVar("T")
+WIDTH, HEIGHT = 416, 240  # of the robot's camera
+THINKING_S = 0.04
+REST_STEP_S = 1.0  # between two steps at rest
+
+
+class Live(Generic[T]):
+    """A topic whose newest value is always that of this moment."""
+
+    def __init__(self, trial: "Trial", read: Callable[[], T]) -> None:
+        self._trial, self._read = trial, read
+
+    @property
+    def value(self) -> T:
+        return self._read()
+
+    @property
+    def at(self) -> float:
+        return self._trial.now
+
+
+class Line:
+    """What the driver asks of `IratLine`."""
+
+    def __init__(self, trial: "Trial") -> None:
+        self._trial, self.bridge = trial, SimpleNamespace(is_open=True)
+        world = trial.world
+        self.odometry = Live(trial, self._odometry)
+        self.ranges = Live(trial, lambda: Ranges(*world.plant.ranges()))
+        self.charger = Live(trial, lambda: world.battery.charger_current)
+        self.battery = Live(trial, self._battery)
+        self.status = Live(trial, self._status)
+
+    def _odometry(self) -> Odometry:
+        seen = self._trial.world.odometry
+        return Odometry(seen.x, seen.y, seen.heading, Velocity(seen.linear, seen.angular))
+
+    def _battery(self) -> BatteryState:
+        seen = self._trial.world.battery
+        return BatteryState(seen.voltage, seen.current, seen.charge, recharge_state(seen.charger_current, seen.full))
+
+    def _status(self) -> Status:
+        drive = self._trial.world.drive
+        flows = self._trial.world.battery.charger_current > 0.0
+        return Status(
+            0, drive.motion, str(drive.end), drive.moving, drive.holding, drive.stalled, flows, 1, self._trial.now
+        )
+
+    def drive(self, velocity: Velocity, permit: Callable[[], object]) -> None:
+        permit()
+        world = self._trial.world
+        if not world.drive.holding:
+            world.drive.velocity(velocity.linear, velocity.angular, 1, world.now)
+
+    def hold(self) -> None:
+        drive, until = self._trial.world.drive, self._trial.now + REST_S
+        drive.hold()
+        while drive.moving and self._trial.now < until:
+            self._trial.sleep(TICK_S)
+        if drive.moving:
+            raise HardwareFault("The robot did not come to rest.")
+
+
+class Brain:
+    """What the driver asks of `BrainProcess`, with the mind in this thread. `bytes` counts what its streams sent."""
+
+    def __init__(self, trial: "Trial", folder: Path) -> None:
+        self._trial, self.mind = trial, Mind(folder)
+        self.newest: Seen | None = None
+        self.heard_at = -1e9
+        self._coming: list[tuple[float, Seen]] = []
+        self._number = 0
+        self.bytes: Counter[str] = Counter()
+
+    def feed(self, feed: Feed) -> bool:
+        self._take(feed)
+        return True
+
+    def _take(self, message: ToBrain) -> Answer | None:
+        answer = None
+        for said in self.mind.take(message):
+            if isinstance(said, Seen):
+                self._coming.append((self._trial.now + THINKING_S, said))
+            elif isinstance(said, Packet):
+                self.bytes[said.stream] += len(said.data)
+            else:
+                answer = said
+        return answer
+
+    def arrive(self) -> None:
+        """Hand over what has had its time."""
+        while self._coming and self._coming[0][0] <= self._trial.now + 1e-9:
+            self.heard_at, self.newest = self._coming.pop(0)
+
+    def call(self, make: Callable[[int], ToBrain]) -> Answer:
+        self._number += 1
+        answer = self._take(make(self._number))
+        assert answer is not None
+        return answer
+
+    def post(self, message: ToBrain) -> None:
+        self._take(message)
+
+    def keep_aim(self, aim: object) -> None:
+        """Nothing: this brain does not die."""
+
+    def fresh(self, seconds: float = SILENT_S) -> Seen | None:
+        return self.newest if self._trial.now - self.heard_at <= seconds else None
+
+
+class Trial:
+    """The robot, its maze and its clock (`now`, `monotonic`, `sleep`).
+
+    `width` of the pictures that are drawn: a narrower one is enlarged, which is quicker and a little worse.
+    `each_step` is called ten times a second of the robot's time.
+    """
+
+    def __init__(
+        self, folder: Path, seed: int = 1, pose: Pose | None = None, charge: float = 1.0, width: int = WIDTH,
+        with_maze: bool = True, each_step: Callable[[], object] = lambda: None,
+    ) -> None:  # fmt: skip
+        self.now, self._due, self.each_step = 0.0, 0.0, each_step
+        self.faults, self.notes = FaultBoard(seed), Counter[str]()
+        self.world = World(lambda event, **_: self.notes.update((event,)), self.faults, seed, pose, charge, with_maze)
+        self._camera = RobotCamera(Stage(with_maze), width, seed=seed)
+        self.line, self.brain = Line(self), Brain(self, folder)
+        line: Any = self.line
+        brain: Any = self.brain
+        self.senses = Senses(line, brain, lambda state: state, self)
+        self.wheels = Wheels(line, brain, self.senses, self)
+        self.wheels.seed(seed)
+        self.roaming, self.charging = Roaming(self.wheels), Charging(self.wheels)
+        self.truth: dict[int, tuple[float, float, float]] = {}  # where each experience of this map was made
+        self._map = 0
+        self.sleep(2 * STEP_S)
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        """Let the world's time pass; ten times a second the robot sees and thinks."""
+        end = self.now + max(seconds, 0.0)
+        while self.now < end - 1e-9:
+            step = min(end - self.now, TICK_S)
+            if self.world.idle:
+                step = min(end, max(self._due, self.now + TICK_S)) - self.now
+            self.world.tick(step)
+            self.now += step
+            self.brain.arrive()
+            if self.now >= self._due - 1e-9:
+                self._see()
+
+    def _see(self) -> None:
+        awake = self.senses.is_awake
+        self._due = self.now + (STEP_S if awake else REST_STEP_S)
+        if awake:
+            self.senses.take(Picture(self._picture(), self.now))
+        self.senses.step(self.now)
+        held, seen = self.brain.mind.slam, self.brain.newest
+        if held.map_number != self._map:
+            self._map, self.truth = held.map_number, {}
+        if seen is not None and seen.map_number == self._map:
+            self.truth.setdefault(seen.experience, self.world.plant.pose)
+        self.each_step()
+
+    def _picture(self) -> bytes:
+        """Return a grey JPEG, with the fault board's faults of the camera."""
+        drawn = self._camera.take(self.world.plant.frame, int(self.faults.value("false_marker")))
+        if self.faults.value("cam_black"):
+            drawn = np.zeros_like(drawn)
+        grey = cv2.cvtColor(drawn, cv2.COLOR_RGB2GRAY)
+        if grey.shape != (HEIGHT, WIDTH):
+            grey = cv2.resize(grey, (WIDTH, HEIGHT))
+        return bytes(cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1])
+
+
+def silent(_: object) -> None:
+    """Take a command's progress."""
+
+
+def place(trial: Trial, experience: int) -> JSON:
+    """Return the arguments of a goal."""
+    from robots.autonomy.ratslam.routes import index_of
+
+    held = trial.brain.mind.slam
+    x, y = (float(v) for v in held.map.poses[index_of(held.map, experience), :2])
+    return {"map": held.map_number, "x": x, "y": y, "experience": experience}

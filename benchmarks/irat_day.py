@@ -129,7 +129,7 @@ class Day:
             "metres": round(self.trial.world.driven, 1), "cleared": len(self._maps) - 1,
             "experiences": self.trial.brain.mind.slam.map.count, "times_real": round(self.trial.now / took, 1),
             "spent_s": {name: round(s) for name, s in self.spent.items()},
-            "stream_bytes": dict(self.trial.brain.bytes), "paper": PAPER,
+            "paper": PAPER,
         }  # fmt: skip
 
 

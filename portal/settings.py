@@ -165,6 +165,7 @@ CELERY_TIMEZONE = "UTC"
 CELERY_BEAT_SCHEDULE = {
     "queue-tick": {"task": "queueing.tick", "schedule": 1.0, "options": {"expires": 5, "queue": "ticks"}},
     "probes": {"task": "robots.probe", "schedule": 60.0, "options": {"expires": 30, "queue": "probes"}},
+    "online": {"task": "robots.online", "schedule": 60.0, "options": {"expires": 30}},
     "clean": {"task": "robots.clean", "schedule": 3600.0},
 }
 

@@ -42,4 +42,4 @@ class SystemClock:
             time.sleep(seconds)
 
 
-SYSTEM = SystemClock()
+SYSTEM: Clock = SystemClock()

@@ -160,6 +160,22 @@ class Lease(models.Model):
         return f"epoch {self.epoch}"
 
 
+class Usage(models.Model):
+    """Five minutes of a robot: how long it was online, how many watched at once, and what was sent to them."""
+
+    robot = models.ForeignKey(Robot, models.CASCADE, related_name="usage")
+    at = models.DateTimeField(help_text="The beginning of the five minutes.")
+    online_s = models.FloatField(default=0.0)
+    watching = models.PositiveIntegerField(default=0, help_text="Most at once; the sum over all web processes.")
+    sent_bytes = models.BigIntegerField(default=0)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["robot", "at"], name="one_usage_a_time")]
+
+    def __str__(self) -> str:
+        return f"{self.at:%Y-%m-%d %H:%M}"
+
+
 class Command(models.Model):
     """One request to a robot. Services create rows; only the owner changes them."""
 

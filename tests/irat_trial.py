@@ -93,7 +93,7 @@ class Line:
 
 
 class Brain:
-    """What the driver asks of `BrainProcess`, with the mind in this thread. `bytes` counts what its streams sent."""
+    """What the driver asks of `BrainProcess`, with the mind in this thread. `told` gets the packets of its streams."""
 
     def __init__(self, trial: "Trial", folder: Path) -> None:
         self._trial, self.mind = trial, Mind(folder)
@@ -101,7 +101,7 @@ class Brain:
         self.heard_at = -1e9
         self._coming: list[tuple[float, Seen]] = []
         self._number = 0
-        self.bytes: Counter[str] = Counter()
+        self.told: Callable[[Packet], object] = lambda packet: None
 
     def feed(self, feed: Feed) -> bool:
         self._take(feed)
@@ -113,7 +113,7 @@ class Brain:
             if isinstance(said, Seen):
                 self._coming.append((self._trial.now + THINKING_S, said))
             elif isinstance(said, Packet):
-                self.bytes[said.stream] += len(said.data)
+                self.told(said)
             else:
                 answer = said
         return answer
@@ -151,6 +151,7 @@ class Trial:
         with_maze: bool = True, each_step: Callable[[], object] = lambda: None,
     ) -> None:  # fmt: skip
         self.now, self._due, self.each_step = 0.0, 0.0, each_step
+        self.picture_bytes = 0  # of the newest step
         self.faults, self.notes = FaultBoard(seed), Counter[str]()
         self.world = World(lambda event, **_: self.notes.update((event,)), self.faults, seed, pose, charge, with_maze)
         self._camera = RobotCamera(Stage(with_maze), width, seed=seed)
@@ -184,8 +185,11 @@ class Trial:
     def _see(self) -> None:
         awake = self.senses.is_awake
         self._due = self.now + (STEP_S if awake else REST_STEP_S)
+        self.picture_bytes = 0
         if awake:
-            self.senses.take(Picture(self._picture(), self.now))
+            picture = self._picture()
+            self.picture_bytes = len(picture)
+            self.senses.take(Picture(picture, self.now))
         self.senses.step(self.now)
         held, seen = self.brain.mind.slam, self.brain.newest
         if held.map_number != self._map:

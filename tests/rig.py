@@ -132,6 +132,13 @@ class IratSimulator(Simulator):
         return (self.folder / "tty").read_text().strip()
 
 
+class Board(IratSimulator):
+    """The faults of an iRat's simulator that the supervisor's command has started."""
+
+    def start(self) -> None:
+        self._counted = {}
+
+
 def child_env(**more: str) -> dict[str, str]:
     """Return the environment in which a child finds the tests' own stores."""
     db = connection.settings_dict

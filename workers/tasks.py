@@ -1,9 +1,9 @@
-"""A robot's Celery tasks: the wake-up, the test of a connection, the removal of old pictures."""
+"""Celery tasks: the wake-up of an owner, tests of connections, the time online, the removal of what is old."""
 
 from celery import shared_task
 from celery.worker import state
 
-from robots import bus, probes
+from robots import bus, probes, services
 from robots.clock import SYSTEM
 from workers import bootstep
 from workers.housekeeping.clean import old_frames
@@ -27,5 +27,17 @@ def probe() -> None:
 
 @shared_task(name="robots.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
-    """Remove old pictures that nothing refers to. Return how many."""
-    return old_frames(SYSTEM.now())
+    """Remove old pictures that nothing refers to, and old counters. Return how many."""
+    now = SYSTEM.now()
+    return old_frames(now) + services.forget_old_usage(now)
+
+
+@shared_task(name="robots.online", ignore_result=True, max_retries=0)
+def online() -> None:
+    """Count the time since the last call as online for each robot whose owner answers."""
+    global _looked
+    last, _looked = _looked, SYSTEM.monotonic()
+    services.note_online(SYSTEM.now(), _looked - last)
+
+
+_looked = SYSTEM.monotonic()

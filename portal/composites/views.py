@@ -10,6 +10,7 @@ from django.http import HttpRequest, HttpResponse, HttpResponseBase, StreamingHt
 
 from portal.composites.drawn import END, TYPE, drawn, watchers
 from portal.limits.counts import AddressCount
+from portal.live.audience import audience
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
 from robots.contract.spec import Spec
@@ -67,8 +68,9 @@ async def _parts(slug: str, spec: Spec, found: Composite, address: str) -> Async
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
             shown = drawn(slug, spec, found)
-            with shown.watched():
+            with shown.watched(), audience().one(slug):
                 async for part in shown.parts():
+                    audience().sent(slug, len(part))
                     yield part
     yield END
 

@@ -61,6 +61,7 @@ class RobotConsumer(Viewing):
 
     async def left(self) -> None:
         """Remove the viewer; the operator's turn is kept for a while."""
+        await super().left()
         if self.viewer is None:
             return
         hub().detach(self.viewer)

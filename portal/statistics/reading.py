@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from django.db.models import F
+from django.db.models import F, Max, Sum
 
 from portal.statistics.counting import CANCELLED, FAULT, GAVE_UP, OPEN, REACHED, REFUSED, UNKNOWN, Ask, Motion
 from portal.statistics.day import Span
 from queueing.jobs.running import FAULTS
 from queueing.models import Job, JobState
 from robots.contract.capabilities import Statistics
-from robots.models import Command, Robot
+from robots.models import Command, Robot, Usage
 from robots.states import CommandState, GrantKind, Lane
 
 MOST_JOBS, MOST_MOTIONS = 5000, 10_000
@@ -23,6 +23,15 @@ AS_IT_IS = {
 
 
 @dataclass(frozen=True)
+class Use:
+    """How long the robot was online (s), the most who watched at once, bytes sent to them; None: nothing is known."""
+
+    online_s: float | None = None
+    watching: int | None = None
+    sent_bytes: int | None = None
+
+
+@dataclass(frozen=True)
 class Happened:
     """What happened in 24 hours; `cut`: there was more than is read. `before`: motions shortly before, newest first."""
 
@@ -30,6 +39,14 @@ class Happened:
     motions: list[Motion]
     before: list[Motion]
     cut: bool
+    use: Use
+
+
+def use_of(robot: Robot, span: Span) -> Use:
+    """Return what was counted in the five minutes that began in this span."""
+    kept = Usage.objects.filter(robot=robot, at__gte=span.start, at__lt=span.end)
+    found = kept.aggregate(online=Sum("online_s"), watching=Max("watching"), sent=Sum("sent_bytes"))
+    return Use(found["online"], found["watching"], found["sent"])
 
 
 def outcome_of(state: str, faults: int, command_state: str, code: str, own: frozenset[str]) -> str:
@@ -54,7 +71,7 @@ def happened(robot: Robot, declared: Statistics, span: Span, now: datetime) -> H
         over_the_end = motions.filter(ended_at=None)[:1]
     last = [Motion(m.kind, m.state, m.began, m.ended) for m in _motions(over_the_end, now)]  # read in the next day
     before = _motions(motions.filter(ended_at__lt=span.start).order_by("-ended_at", "-id")[:LOOK_BACK], now)
-    return Happened(asks, found[:MOST_MOTIONS] + last, before, cut or len(found) > MOST_MOTIONS)
+    return Happened(asks, found[:MOST_MOTIONS] + last, before, cut or len(found) > MOST_MOTIONS, use_of(robot, span))
 
 
 def _motions(rows: Any, now: datetime) -> list[Motion]:

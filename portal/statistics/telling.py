@@ -23,7 +23,7 @@ from portal.statistics.counting import (
     success,
 )
 from portal.statistics.day import Span
-from portal.statistics.reading import Happened
+from portal.statistics.reading import Happened, Use
 from robots.contract.capabilities import Share, Statistics, Times, Total
 from robots.contract.spec import Spec
 from robots.states import CommandState
@@ -79,7 +79,7 @@ def tell(found: Happened, spec: Spec, declared: Statistics, span: Span) -> Told:
     """Count what was read."""
     low, high = next(((c.low, c.high) for c in spec.channels if c.name == declared.against), (0.0, 0.0))
     return Told(
-        [*_jobs(found, declared), *(_own(row, found, spec, span) for row in declared.rows)],
+        [*_jobs(found, declared), *(_own(row, found, spec, span) for row in declared.rows), *_use(found.use, span)],
         by_hour(found.asks, span.start),
         success(found.asks, low, high),
         course(found.motions, declared.over_time, span.start, span.end) if declared.over_time else [],
@@ -105,6 +105,19 @@ def _jobs(found: Happened, declared: Statistics) -> list[Row]:
         Row("Refused by the robot", counts[REFUSED]),
         Row("Cancelled or stopped by people", counts[CANCELLED]),
         Row("Still waiting or under way", counts[OPEN]),
+    ]
+
+
+def _use(use: Use, span: Span) -> list[Row]:
+    """Return the rows that the portal counts of every robot."""
+    share = None if use.online_s is None or not span.seconds else 100.0 * min(1.0, use.online_s / span.seconds)
+    sent = None if use.sent_bytes is None else use.sent_bytes / 1e6
+    rate = None if sent is None or not span.seconds else 8 * sent / span.seconds
+    return [
+        Row("Time online", share, "%", 1),
+        Row("Most visitors at once", use.watching),
+        Row("Sent to visitors, live", sent, "MB", 1),
+        Row("Sent to visitors, live, on average", rate, "Mbit/s", 3),
     ]
 
 

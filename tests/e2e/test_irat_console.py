@@ -7,15 +7,18 @@ from playwright.sync_api import expect
 
 from queueing.models import Job
 from robots import bus, services
+from robots.contract.streams import unpack
+from robots.drivers.irat.composites.decoding import MapShown, with_map
 from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.roaming import MAP, RoamingPortal, place_on
 from tests.e2e.small import SmallPortal
+from tests.rig import Board
 
 PHONE = {"viewport": {"width": 320, "height": 480}, "has_touch": True, "is_mobile": True, "color_scheme": "dark"}
 WIDTH = "document.documentElement.scrollWidth"
-EXPERIENCES = 60
+EXPERIENCES, LOOPS = 60, 5
 
 
 @pytest.fixture
@@ -148,6 +151,53 @@ class TestTheRobotItself:
         assert "done" in states
         for one in (first, phone):
             expect(one.page.locator("#asked")).to_have_text(re.compile(r"Your goal was (not )?reached\."))
+
+    def test_a_loop_closes_a_low_battery_is_charged_in_mid_goal_and_staff_clear_the_map(self, portal, visitor, people):
+        robot, one = portal.robot, opened(visitor)
+        wait_for(lambda: one.page.wait_for_timeout(500) or loops(robot) > LOOPS, 400, "loops that close")
+        one.page.locator("#spots button").nth(1).press("Enter")
+        expect(one.page.locator("#asked")).to_have_text(re.compile("on its way to your goal"), timeout=90_000)
+        board = Board(robot.rig_dir)
+        board.fault("charge", 0.19)
+        expect(one.page.locator("#readings")).to_contain_text("going to the dock", timeout=30_000)
+        expect(one.page.locator("#asked")).to_have_text(re.compile("Your goal waits"))
+        expect(one.page.locator("#readings")).to_contain_text("charging", timeout=400_000)
+        board.fault("charge", 0.968)
+        wait_for(
+            lambda: one.page.wait_for_timeout(500) or Job.objects.get().state in ("done", "failed"), 400, "the goal"
+        )
+        job = Job.objects.get()
+        assert job.runs.count() == 2, "cut short once, then finished"
+        expect(one.page.locator("#asked")).to_have_text(re.compile(r"Your goal was (not )?reached\."))
+        kim = visitor()
+        session(kim, people["kim"])
+        services.lock_out(robot, people["kim"], "the map")
+        robot = Robot.objects.get(pk=robot.pk)
+        services.release_stop(robot, people["kim"], True)
+        services.start_maintenance(robot, people["kim"])
+        kim.page.goto("/robots/irat/")
+        before, clear = known(one), kim.page.locator("[data-command=clear_map]")
+        expect(clear).to_have_attribute("aria-disabled", "false", timeout=30_000)
+        clear.click()
+        wait_for(
+            lambda: one.page.wait_for_timeout(200) or known(one) < before / 2, 30, "a new map on a stranger's page"
+        )
+        assert shown(robot).number == job.args["map"] + 1
+
+
+def shown(robot):
+    """The map as a new viewer of the robot would get it."""
+    held = MapShown()
+    for data in bus.connection().lrange(bus.stream_key(robot.slug, 0), 0, -1):
+        packet = unpack(data)
+        held = with_map(held, packet.data, packet.key)
+    return held
+
+
+def loops(robot):
+    """How many links join places that were not made one after the other."""
+    links = shown(robot).links
+    return int((abs(links[:, 0] - links[:, 1]) > 20).sum())
 
 
 def known(visitor):

@@ -123,10 +123,16 @@ def test_a_dropped_block_is_no_fault_and_the_turn_goes_on(rig):
     rig.grant(seconds=600)
     x, y, _ = rig.sim.status()["objects"]["blue"]
     down = {"roll": 3.14159265, "pitch": 0.0, "yaw": 3.14159265}
+
+    def done(kind, **args):
+        command = rig.final(rig.issue(kind, **args), 60)
+        assert command.state == "completed", (kind, args, command.reason)
+
+    done("gripper", closed=0)  # a test before may have left it closed
     for kind, z in (("pose", 0.15), ("line", 0.022)):
-        assert rig.final(rig.issue(kind, x=x, y=y, z=z, **down), 60).state == "completed"
-    rig.final(rig.issue("gripper", closed=1), 60)
-    rig.final(rig.issue("line", x=x, y=y, z=0.15, **down), 60)
+        done(kind, x=x, y=y, z=z, **down)
+    done("gripper", closed=1)
+    done("line", x=x, y=y, z=0.15, **down)
     assert rig.sim.status()["objects"]["blue"][2] > 0.1
     rig.sim.fault("slip", count=1)
     wait_for(lambda: rig.sim.status()["objects"]["blue"][2] < 0.03, 10, "the fall")

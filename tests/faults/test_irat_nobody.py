@@ -16,17 +16,10 @@ from robots.clock import SYSTEM
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle, GrantEnd
 from tests.conftest import wait_for
-from tests.rig import Child, IratSimulator
+from tests.rig import Board, Child
 
 pytestmark = pytest.mark.length
 EXPERIENCES = 150  # a map that has left the first corridor
-
-
-class Board(IratSimulator):
-    """The faults of a simulator that the supervisor's command has started."""
-
-    def start(self):
-        self._counted = {}
 
 
 @pytest.fixture

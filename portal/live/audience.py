@@ -1,0 +1,102 @@
+"""How many watch each robot, and what is sent to them: counted in memory, added to the database each minute.
+
+Nobody is named. What a process has counted in its last minute is lost when it is killed.
+"""
+
+import asyncio
+import contextlib
+import logging
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+
+from django.db import Error
+
+from portal.live.threads import ANYBODY
+from robots.clock import SYSTEM
+from robots.models import Robot
+from robots.services import note_usage, slot_of
+
+log = logging.getLogger(__name__)
+EVERY_S = 60.0
+
+
+@dataclass(frozen=True)
+class Counted:
+    """What is to be added to the counters of a robot."""
+
+    slug: str
+    watching: int
+    sent_bytes: int
+
+
+class Audience:
+    """The watchers of one event loop."""
+
+    def __init__(self) -> None:
+        self._here = Counter[str]()  # by robot
+        self._most = Counter[str]()  # since the last time that it was written
+        self._sent = Counter[str]()
+        self._told = Counter[str]()  # most watchers that the counters of these five minutes have already
+        self._slot: datetime | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    @contextlib.contextmanager
+    def one(self, slug: str) -> Iterator[None]:
+        """Count a watcher during the body of a `with` statement."""
+        self._here[slug] += 1
+        self._most[slug] = max(self._most[slug], self._here[slug])
+        if self._task is None or self._task.done():
+            self._task = asyncio.create_task(self._keep())
+        try:
+            yield
+        finally:
+            self._here[slug] -= 1
+
+    def sent(self, slug: str, size: int) -> None:
+        """Count so many bytes as sent."""
+        self._sent[slug] += size
+
+    def take(self, now: datetime) -> tuple[datetime, list[Counted]]:
+        """Return the present five minutes and what is to be added to them; nothing of it is returned again."""
+        slot = slot_of(now)
+        if slot != self._slot:
+            self._slot, self._told = slot, Counter()
+        counted = []
+        for slug in self._most.keys() | self._sent.keys():
+            more = max(0, self._most[slug] - self._told[slug])
+            self._told[slug] += more
+            if more or self._sent[slug]:
+                counted.append(Counted(slug, more, self._sent[slug]))
+        self._sent.clear()
+        self._most = Counter({slug: many for slug, many in self._here.items() if many})
+        return slot, counted
+
+    async def _keep(self) -> None:
+        """Write each minute, and once after the last watcher has gone."""
+        while True:
+            await asyncio.sleep(EVERY_S)
+            slot, counted = self.take(SYSTEM.now())
+            try:
+                await ANYBODY.orm(write)(slot, counted)
+            except Error as error:
+                log.warning("what visitors were sent in this minute is not counted: %s", error)
+            if not self._here.total() and not self._sent:
+                return
+
+
+def write(slot: datetime, counted: list[Counted]) -> None:
+    """Add to the counters; robots that were removed meanwhile are left out."""
+    keys = dict(Robot.objects.filter(slug__in=[one.slug for one in counted]).values_list("slug", "pk"))
+    for one in counted:
+        if one.slug in keys:
+            note_usage(keys[one.slug], slot, watching=one.watching, sent_bytes=one.sent_bytes)
+
+
+_audiences: dict[int, Audience] = {}
+
+
+def audience() -> Audience:
+    """Return the audience of the running event loop."""
+    return _audiences.setdefault(id(asyncio.get_running_loop()), Audience())

@@ -1,0 +1,51 @@
+"""How much a robot is used: counters of five minutes each, without a word of who it was."""
+
+from datetime import datetime, timedelta
+
+from django.db import IntegrityError, transaction
+from django.db.models import F
+
+from robots.grants import owner_alive
+from robots.models import Robot, Usage
+
+SLOT = timedelta(minutes=5)
+KEPT = timedelta(days=400)
+LONGEST_S = 150.0  # counted as online between two looks; what is longer was not looked at
+
+
+def slot_of(now: datetime) -> datetime:
+    """Return the beginning of the five minutes in which `now` lies."""
+    return now - timedelta(minutes=now.minute % 5, seconds=now.second, microseconds=now.microsecond)
+
+
+def note_usage(robot: int, at: datetime, online_s: float = 0.0, watching: int = 0, sent_bytes: int = 0) -> None:
+    """Add to the counters of the five minutes that begin at `at`. `robot` is its primary key.
+
+    A robot that was removed meanwhile is no error.
+    """
+    row = Usage.objects.filter(robot=robot, at=at)
+    more = {
+        "online_s": F("online_s") + online_s,
+        "watching": F("watching") + watching,
+        "sent_bytes": F("sent_bytes") + sent_bytes,
+    }
+    if row.update(**more):
+        return
+    try:
+        with transaction.atomic():
+            Usage.objects.create(robot_id=robot, at=at, online_s=online_s, watching=watching, sent_bytes=sent_bytes)
+    except IntegrityError:  # another process was quicker, or the robot was removed
+        row.update(**more)
+
+
+def note_online(now: datetime, seconds: float) -> int:
+    """Count the last `seconds` (s) as online for each robot whose owner answers. Return how many do."""
+    answering = [r for r in Robot.objects.select_related("lease") if owner_alive(getattr(r, "lease", None), now)]
+    for robot in answering:
+        note_usage(robot.pk, slot_of(now), online_s=min(max(seconds, 0.0), LONGEST_S))
+    return len(answering)
+
+
+def forget_old_usage(now: datetime) -> int:
+    """Delete counters that are older than 400 days. Return how many."""
+    return Usage.objects.filter(at__lt=now - KEPT).delete()[0]

@@ -1,0 +1,145 @@
+"""Minutes and hours of the iRat in its maze, on a clock of its own."""
+
+import math
+
+import numpy as np
+import pytest
+
+from robots.autonomy.ratslam.routes import index_of
+from robots.drivers.errors import GaveUp, Held
+from robots.drivers.irat.brain.messages import Clear
+from robots.drivers.irat.roaming import MapCleared
+from simulators.irat.maze import DOCK
+from tests.irat_trial import Trial, place, silent
+
+WIDTH = 208  # of drawn pictures: quicker, and a little worse than the robot's own
+
+
+def before_dock(far, aside=0.0):
+    """Return the pose so far (m) before the dock, and so far (m) beside its axis, that looks at it."""
+    x, y, out = DOCK
+    return (
+        x + far * math.cos(out) - aside * math.sin(out), y + far * math.sin(out) + aside * math.cos(out), out + math.pi,
+    )  # fmt: skip
+
+
+def free():
+    """A permit that allows everything."""
+
+
+def until(trial, seconds):
+    """Return a permit that ends after so many seconds of the robot's time."""
+    end = trial.now + seconds
+
+    def permit():
+        if trial.now > end:
+            raise Held("The time is over.")
+
+    return permit
+
+
+def explore(trial, seconds):
+    end = trial.now + seconds
+    while trial.now < end:
+        trial.roaming.explore(free, silent)
+
+
+def error_of(trial):
+    """Return the root mean square (m) by which the map differs from where its places are, turned and shifted alike."""
+    held = trial.brain.mind.slam.map
+    ids = [i for i in held.ids[: held.count].tolist() if i in trial.truth]
+    mapped = np.array([held.poses[index_of(held, i), :2] for i in ids])
+    true = np.array([trial.truth[i][:2] for i in ids])
+    mapped, true = mapped - mapped.mean(0), true - true.mean(0)
+    u, _, vt = np.linalg.svd(mapped.T @ true)
+    turned = mapped @ u @ np.diag([1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
+    return float(np.sqrt(((turned - true) ** 2).sum(1).mean()))
+
+
+def test_it_docks_charges_and_leaves_backwards(tmp_path):
+    trial = Trial(tmp_path, pose=before_dock(0.5), charge=0.19)
+    told = []
+    with pytest.raises(Held):
+        trial.charging.charge(until(trial, 90), told.append)
+    assert trial.world.charging
+    assert trial.line.charger.value > 0
+    assert any("docking, try 1" in getattr(said, "text", "") for said in told)
+    trial.faults.set("charge", 0.98)
+    trial.sleep(1.0)
+    with pytest.raises(Held):
+        trial.roaming.explore(until(trial, 8), silent)
+    assert not trial.world.charging
+    assert trial.world.plant.pose[1] < DOCK[1] - 0.1
+
+
+@pytest.mark.length
+def test_bent_contacts_are_told_after_twelve_tries(tmp_path):
+    trial = Trial(tmp_path, pose=before_dock(0.5), charge=0.19, width=WIDTH)
+    trial.faults.set("contacts_bent")
+    told = []
+    with pytest.raises(GaveUp, match="12 tries; its contacts may be bent"):
+        trial.charging.charge(until(trial, 1800), told.append)
+    assert not trial.world.drive.moving
+    assert trial.notes["charging"] == 0
+    tries = {said.text for said in told if "docking" in getattr(said, "text", "")}
+    assert len(tries) >= 3
+    trial.faults.clear()  # staff bent them straight
+    with pytest.raises(Held):
+        trial.charging.charge(until(trial, 400), silent)
+    assert trial.world.charging
+
+
+@pytest.mark.length
+@pytest.mark.parametrize("seed", [1, 2])
+def test_it_maps_its_maze_closes_loops_and_reaches_places(tmp_path, seed):
+    trial = Trial(tmp_path, seed=seed, width=WIDTH)
+    explore(trial, 420)
+    slam = trial.brain.mind.slam
+    assert slam.map.count > 300
+    assert slam.map.linked > slam.map.count + 5, "links beside those from each place to the next: loops"
+    assert error_of(trial) < 0.25
+    for number in (slam.map.count // 4, slam.map.count // 2):
+        goal = int(slam.map.ids[number])
+        trial.roaming.goal(place(trial, goal), free, silent)
+        assert math.dist(trial.truth[goal][:2], trial.world.plant.pose[:2]) < 0.4
+        assert not trial.world.drive.moving
+
+
+@pytest.mark.length
+@pytest.mark.parametrize(("fault", "value"), [("slip", 0.6), ("ir_dead", 0b010), ("false_marker", 7), ("carried", 11)])
+def test_a_goal_under_a_fault_ends_with_a_word_and_at_rest(tmp_path, fault, value):
+    trial = Trial(tmp_path, seed=3, width=WIDTH)
+    explore(trial, 180)
+    goal = int(trial.brain.mind.slam.map.ids[20])
+    trial.faults.set(fault, value)
+    began = trial.now
+    try:
+        trial.roaming.goal(place(trial, goal), free, silent)
+        reached = True
+    except GaveUp as error:
+        reached = False
+        assert "was not reached within" in str(error)
+    assert not trial.world.drive.moving
+    assert trial.notes["passed"] == 0
+    seen = trial.brain.newest
+    assert trial.now - began < 400
+    if reached:
+        held = trial.brain.mind.slam.map
+        assert math.dist(seen.pose[:2], held.poses[index_of(held, goal), :2]) < 0.15, "its own map says so"
+
+
+def test_a_map_that_is_cleared_on_the_way_ends_the_goal(tmp_path):
+    trial = Trial(tmp_path, width=WIDTH)
+    explore(trial, 40)
+    slam = trial.brain.mind.slam
+    goal, end = place(trial, int(slam.map.ids[2])), trial.now + 1.0
+
+    def permit():
+        if trial.now > end and slam.map_number == goal["map"]:
+            trial.brain.call(Clear)
+
+    with pytest.raises(MapCleared, match="cleared on the way"):
+        trial.roaming.goal(goal, permit, silent)
+    assert not trial.world.drive.moving
+    with pytest.raises(MapCleared):
+        trial.roaming.goal(goal, free, silent)

@@ -209,6 +209,33 @@ def test_a_goal_is_reached_when_the_map_says_so(rat_driver, irat):
     assert all(isinstance(t, Progress) for t in told[2:])
 
 
+def test_a_brain_that_dies_in_a_goal_rests_the_wheels_and_goes_on_to_the_same_place(rat_driver, irat):
+    explored(rat_driver)
+    goal, ends = here(rat_driver), []
+    explored(rat_driver, rat_driver.brain.newest.experiences + 2 * SMALL)
+    rat_driver.brain.call(Save)
+
+    def go():
+        try:
+            ends.append(rat_driver.execute("goal", goal, allow, lambda _: None).sent["experience"])
+        except GaveUp as error:
+            ends.append(str(error))
+
+    thread = threading.Thread(target=go)
+    thread.start()
+    wait_for(lambda: abs(irat.status()["rims"][0]) > 0.02, 20, "motion")
+    os.kill(rat_driver.brain.pid, signal.SIGKILL)
+    time.sleep(1.0)
+    if rat_driver.brain.fresh() is None:
+        assert max(map(abs, irat.status()["reference"])) == 0.0, "no velocity without the brain"
+    wait_for(lambda: rat_driver.brain.fresh() is not None, 60, "the brain is back")
+    wait_for(lambda: irat.status()["moving"] or ends, 10, "it goes on")
+    thread.join(200)
+    assert not thread.is_alive()
+    assert ends[0] == goal["experience"] or "was not reached within" in ends[0]
+    assert irat.status()["moving"] is False
+
+
 def test_a_goal_that_is_not_on_the_map_is_refused_with_a_sentence(rat_driver, irat):
     explored(rat_driver)
     for wrong, error, words in (

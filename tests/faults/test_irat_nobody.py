@@ -13,7 +13,7 @@ from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, QueueRobot
 from robots import bus
 from robots.clock import SYSTEM
-from robots.models import Command, Lease, Robot
+from robots.models import Command, Incident, Lease, Robot
 from robots.states import Cycle, GrantEnd
 from tests.conftest import wait_for
 from tests.rig import Board, Child
@@ -76,3 +76,28 @@ def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house
     ends = [rows[name] for name in ("Goals reached", "Dropped, because the map was cleared", "Recharges")]
     assert ends == [1, 1, 1]
     assert rows["Driven, by odometry"] > 1.0
+
+
+def test_at_critical_charge_staff_are_called_and_it_is_in_order_again_once_it_charges(rat_house):
+    robot = rat_house
+    wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 150, "the robot is in order")
+    wait_for(lambda: told(robot) and Command.objects.filter(kind="explore").exists(), 60, "it roams")
+    board = Board(robot.rig_dir)
+    board.fault("charge", 0.05)
+    wait_for(lambda: told(robot) and Robot.objects.get(pk=robot.pk).reason, 60, "a word for staff")
+    assert "staff have to put the robot into its dock" in Robot.objects.get(pk=robot.pk).reason
+    assert Incident.objects.filter(text__contains="almost flat", closed_at=None).count() == 1
+    wait_for(lambda: not board.status()["moving"], 10, "rest")
+    motions = board.count("motion")
+    job = goal(robot, "c", map=told(robot)["map"], x=0.0, y=0.0)
+    for _ in range(20):
+        told(robot)
+        SYSTEM.sleep(0.2)
+    assert board.count("motion") == motions, "nothing moves it before it has power"
+    job.refresh_from_db()
+    assert job.state == "waiting"
+    board.fault("carried", -1)
+    board.fault("charge", 0.5)
+    wait_for(lambda: told(robot).get("charging"), 60, "the dock")
+    wait_for(lambda: told(robot) and not Robot.objects.get(pk=robot.pk).reason, 60, "in order again by itself")
+    assert Incident.objects.filter(text__contains="almost flat").count() == 1, "not one for each attempt"

@@ -68,9 +68,9 @@ async def _parts(slug: str, spec: Spec, found: Composite, address: str) -> Async
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
             shown = drawn(slug, spec, found)
-            with shown.watched(), audience().one(slug):
+            with shown.watched(), audience().one(slug) as seat:
                 async for part in shown.parts():
-                    audience().sent(slug, len(part))
+                    seat.sent_bytes += len(part)
                     yield part
     yield END
 

@@ -31,38 +31,49 @@ class Counted:
     sent_bytes: int
 
 
+@dataclass(eq=False)
+class Seat:
+    """One watcher; whoever sends adds to `sent_bytes`, which costs no call."""
+
+    sent_bytes: int = 0
+
+
 class Audience:
     """The watchers of one event loop."""
 
     def __init__(self) -> None:
-        self._here = Counter[str]()  # by robot
+        self._here: dict[str, set[Seat]] = {}  # by robot
         self._most = Counter[str]()  # since the last time that it was written
-        self._sent = Counter[str]()
+        self._sent = Counter[str]()  # to those who have gone
         self._told = Counter[str]()  # most watchers that the counters of these five minutes have already
         self._slot: datetime | None = None
         self._task: asyncio.Task[None] | None = None
 
     @contextlib.contextmanager
-    def one(self, slug: str) -> Iterator[None]:
+    def one(self, slug: str) -> Iterator[Seat]:
         """Count a watcher during the body of a `with` statement."""
-        self._here[slug] += 1
-        self._most[slug] = max(self._most[slug], self._here[slug])
+        seat, seats = Seat(), self._here.setdefault(slug, set())
+        seats.add(seat)
+        self._most[slug] = max(self._most[slug], len(seats))
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._keep())
         try:
-            yield
+            yield seat
         finally:
-            self._here[slug] -= 1
-
-    def sent(self, slug: str, size: int) -> None:
-        """Count so many bytes as sent."""
-        self._sent[slug] += size
+            self._sent[slug] += seat.sent_bytes
+            seats.discard(seat)
+            if not seats:
+                self._here.pop(slug, None)
 
     def take(self, now: datetime) -> tuple[datetime, list[Counted]]:
         """Return the present five minutes and what is to be added to them; nothing of it is returned again."""
         slot = slot_of(now)
         if slot != self._slot:
             self._slot, self._told = slot, Counter()
+        for slug, seats in self._here.items():
+            for seat in seats:
+                self._sent[slug] += seat.sent_bytes
+                seat.sent_bytes = 0
         counted = []
         for slug in self._most.keys() | self._sent.keys():
             more = max(0, self._most[slug] - self._told[slug])
@@ -70,7 +81,7 @@ class Audience:
             if more or self._sent[slug]:
                 counted.append(Counted(slug, more, self._sent[slug]))
         self._sent.clear()
-        self._most = Counter({slug: many for slug, many in self._here.items() if many})
+        self._most = Counter({slug: len(seats) for slug, seats in self._here.items()})
         return slot, counted
 
     async def _keep(self) -> None:
@@ -82,7 +93,7 @@ class Audience:
                 await ANYBODY.orm(write)(slot, counted)
             except Error as error:
                 log.warning("what visitors were sent in this minute is not counted: %s", error)
-            if not self._here.total() and not self._sent:
+            if not self._here and not self._sent:
                 return
 
 

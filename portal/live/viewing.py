@@ -9,7 +9,7 @@ import msgspec
 from django.db import Error
 
 from accounts.services import cleared
-from portal.live.audience import audience
+from portal.live.audience import Seat, audience
 from portal.live.hub import Viewer, hub
 from portal.live.line import Line
 from portal.live.people import current_user
@@ -40,13 +40,13 @@ class Viewing(Line):
         self.placed, self.operating, self.may_stop = False, False, False
         self._stale = asyncio.Event()
         self._looking = False
-        self._seat = contextlib.ExitStack()
+        self._seat, self._leave = Seat(), contextlib.ExitStack()
 
     async def view(self) -> Viewer:
         """Start to watch: the snapshot first, then everything that comes."""
         viewer = self.viewer = Viewer(self.slug)
         hub().attach(viewer)
-        self._seat.enter_context(audience().one(self.slug))
+        self._seat = self._leave.enter_context(audience().one(self.slug))
         await self.send_snapshot()
         self.begin(self._forward(viewer))
         self.begin(self._resync())
@@ -54,13 +54,12 @@ class Viewing(Line):
 
     async def send(self, text_data: str | None = None, bytes_data: bytes | None = None, close: bool = False) -> None:
         """Send, and count the bytes."""
-        if self.viewer is not None and not self.over:
-            audience().sent(self.slug, len(bytes_data if bytes_data is not None else text_data or ""))
+        self._seat.sent_bytes += len(bytes_data if bytes_data is not None else text_data or "")
         await super().send(text_data, bytes_data, close)
 
     async def left(self) -> None:
         """Watch no more."""
-        self._seat.close()
+        self._leave.close()
 
     def judge(self, user: Any) -> Ending | None:
         """Return whether a clearance or permission that the socket needs was withdrawn; runs in a thread."""

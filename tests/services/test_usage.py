@@ -63,10 +63,10 @@ def counted(one, at=AT):
 def test_the_most_at_once_of_five_minutes_is_told_once():
     async def watched():
         one = Audience()
-        with one.one("arm"):
-            with one.one("arm"), one.one("rat"):
-                one.sent("arm", 10)
-            one.sent("arm", 5)
+        with one.one("arm") as first:
+            with one.one("arm") as second, one.one("rat"):
+                second.sent_bytes += 10
+            first.sent_bytes += 5
             assert counted(one) == (SLOT, {"arm": (2, 15), "rat": (1, 0)})
             assert counted(one, AT + timedelta(minutes=1)) == (SLOT, {}), "nothing is told twice"
             with one.one("arm"), one.one("arm"):
@@ -86,8 +86,8 @@ def test_two_processes_add_up_and_the_last_minute_is_written_after_the_last_has_
     async def process(watchers, size):
         one = Audience()
         for _ in range(watchers):
-            with one.one(robot.slug):
-                one.sent(robot.slug, size)
+            with one.one(robot.slug) as seat:
+                seat.sent_bytes += size
                 await asyncio.sleep(0.2)
         for _ in range(200):
             if one._task.done():

@@ -3,6 +3,7 @@
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from django.db import connection, transaction
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -73,3 +74,21 @@ def test_no_path_leads_out_of_a_final_state_nor_back(path):
             if wanted in order:
                 assert order.index(wanted) > order.index(state)
             state = wanted
+
+
+@pytest.mark.skipif(connection.vendor != "sqlite", reason="PostgreSQL waits by its own settings")
+@pytest.mark.django_db(transaction=True)
+def test_a_stage_does_not_wait_for_the_disk_and_everything_after_it_does():
+    def waits():
+        with connection.cursor() as cursor:
+            return cursor.execute("PRAGMA synchronous").fetchone()[0] == 2
+
+    assert waits(), "a row that somebody was told of is on the disk"
+    with finish.without_waiting():
+        assert not waits()
+    assert waits()
+    with pytest.raises(RuntimeError), finish.without_waiting():
+        raise RuntimeError
+    assert waits()
+    with transaction.atomic(), finish.without_waiting():
+        assert waits(), "inside another transaction nothing changes"

@@ -111,14 +111,24 @@ def _need_leave(user: Any, robot: Robot, now: datetime) -> None:
     """Return if the person may take the test now. Raises NotNow."""
     if not user.is_authenticated or not user.is_active:
         raise NotNow("Sign in first.")
-    if (lost := withdrawn(user, robot)) is not None and lost.revoked_at is not None:
-        why = f" Their note: {lost.note}" if lost.note else ""
-        raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; only staff can lift that.{why}")
+    _need_clearable(user, robot)
     if not has_read(user, robot):
         raise NotNow("Read the orientation first.")
     wait_s = pause_left(user, robot, now)
     if wait_s:
         raise NotNow(f"Read the orientation again; you can try again in {in_words(wait_s)}.", wait_s)
+
+
+def _need_clearable(user: Any, robot: Robot) -> None:
+    """Return if staff have not withdrawn the person's clearance. Raises NotNow."""
+    if (lost := withdrawn(user, robot)) is not None and lost.revoked_at is not None:
+        why = f" Their note: {lost.note}" if lost.note else ""
+        raise NotNow(f"Staff withdrew your clearance on {lost.revoked_at:%-d %B %Y}; only staff can lift that.{why}")
+
+
+def _lock_clearance(user: Any, robot: Robot) -> None:
+    """Keep others from changing the person's clearance until the transaction ends."""
+    list(Clearance.objects.select_for_update().filter(user=user, robot=robot).values_list("pk"))
 
 
 def in_words(seconds: int) -> str:
@@ -194,6 +204,8 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
     )
     wrong = [q for q in shown if answers[q.id] != correct.get(q.id)]
     with transaction.atomic():
+        _lock_clearance(user, attempt.robot)
+        _need_clearable(user, attempt.robot)  # staff may have withdrawn it while this was graded
         done = Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(
             finished_at=now,
             answers={str(k): v for k, v in answers.items()},

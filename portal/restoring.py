@@ -53,8 +53,9 @@ def read(path: Path, replace: bool = False) -> dict[str, Any]:
             if any(counts().values()) and not replace:
                 raise ArchiveError("This portal is not empty. Use --replace to delete what it contains now.")
             try:
-                with transaction.atomic(), _swapped(media):
+                with _put_back_on_error(media), transaction.atomic():
                     _load(Path(rows) / "rows.jsonl", manifest)
+                    _swap(media)
             except (*BAD, CommandError, DeserializationError, DatabaseError) as error:
                 raise ArchiveError(f"The rows of {path} cannot be loaded, nothing was changed: {error}") from error
     finally:
@@ -110,17 +111,21 @@ def _hash(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def _swap(media: Path) -> None:
+    """Replace the present pictures by the unpacked ones."""
+    old = media / OLD
+    old.mkdir()
+    for path in [p for p in media.iterdir() if p.name not in (NEW, OLD)]:
+        path.rename(old / path.name)
+    for path in [*(media / NEW).iterdir()] if (media / NEW).exists() else []:
+        path.rename(media / path.name)
+
+
 @contextmanager
-def _swapped(media: Path) -> Iterator[None]:
-    """Replace the present pictures by the unpacked ones; swap back if the rows fail."""
+def _put_back_on_error(media: Path) -> Iterator[None]:
+    """Undo a swap of pictures if anything fails after it, the commit of the rows too."""
     try:
         yield
-        old = media / OLD
-        old.mkdir()
-        for path in [p for p in media.iterdir() if p.name not in (NEW, OLD)]:
-            path.rename(old / path.name)
-        for path in [*(media / NEW).iterdir()] if (media / NEW).exists() else []:
-            path.rename(media / path.name)
     except BaseException:
         _put_back(media)
         raise

@@ -50,7 +50,7 @@ class Plant:
 
     def measured(self) -> Measured:
         """Return positions, velocities, applied torques."""
-        opening = float(np.mean(self.data.qpos[self._fingers]))
+        opening = max(0.0, float(np.mean(self.data.qpos[self._fingers])))  # pads that press give way a little
         return Measured(self.data.qpos[self._at].copy(), self.data.qvel[self._dof].copy(), self._torque.copy(), opening)
 
     def step(self, torque: Joints, gripper: int) -> None:

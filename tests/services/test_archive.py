@@ -10,6 +10,7 @@ import tarfile
 from pathlib import Path
 
 import pytest
+from django.db import OperationalError, connection
 
 from portal import archive, privacy, restoring
 from robots.models import Robot
@@ -130,6 +131,23 @@ def test_restoring_brings_rows_and_pictures_back(backup, media):
     assert everything(media)[:2] == (rows, hashes)
     assert Robot.objects.get().name == "Mercury"
     assert {p.name for p in media.iterdir()} == {"frames"}
+
+
+@pytest.mark.django_db(transaction=True)
+def test_a_commit_that_fails_puts_rows_and_pictures_back(backup, media, monkeypatch):
+    (media / "frames" / "mercury" / "later.jpg").write_bytes(b"taken after the backup")
+    before, pictures = everything(media), []
+
+    def fail():
+        pictures.append(sorted(p.name for p in (media / "frames" / "mercury").iterdir()))
+        raise OperationalError("disk I/O error")
+
+    monkeypatch.setattr(connection, "commit", fail)
+    with pytest.raises(archive.ArchiveError, match="nothing was changed"):
+        restoring.read(backup, replace=True)
+    monkeypatch.undo()
+    assert pictures == [["a.jpg"]], "the pictures are swapped before the rows are committed"
+    assert everything(media) == before
 
 
 def test_a_swap_that_was_killed_is_undone_by_the_next(backup, media):

@@ -172,6 +172,24 @@ def test_withdrawn_is_not_earned_again_until_staff_lift_it(bank, people, clock, 
         services.begin(ada, bank, clock.now())
 
 
+def test_a_withdrawal_while_a_test_is_graded_stands(bank, people, clock, admin_user, monkeypatch):
+    first = begin(people["eve"], bank, clock)
+    services.grade(first, people["eve"], right(first), clock.now())
+    held = Clearance.objects.get(user=people["eve"])
+    attempt = begin(people["eve"], bank, clock)
+    answers, looked = right(attempt), services.questions
+
+    def meanwhile(asked):
+        staff.withdraw(held, admin_user, "Threw sand out.", clock.now())
+        return looked(asked)
+
+    monkeypatch.setattr(services, "questions", meanwhile)
+    with pytest.raises(services.NotNow, match="withdrew your clearance"):
+        services.grade(attempt, people["eve"], answers, clock.go(1))
+    held.refresh_from_db()
+    assert (held.note, services.cleared(people["eve"], bank)) == ("Threw sand out.", False)
+
+
 def test_staff_withdraw_and_lift_from_the_admin_with_a_note(bank, people, client, admin_user):
     client.force_login(admin_user)
     held = Clearance.objects.get(user=people["ada"])

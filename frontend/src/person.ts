@@ -7,6 +7,8 @@ export interface Standing {
 }
 export type Wanted = "join" | "leave" | "accept" | "dismiss";
 interface Places { t: "places"; now_ms: number; places: Standing[] }
+/** A request that waits for its answer over the socket. */
+interface Waiting { what: Wanted; robot: string; answered(text: string): void }
 type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
 
 const SIGNED_OUT = 4401;
@@ -25,9 +27,13 @@ export class PersonLine {
   private tries = 0;
   private heard = 0;
   private asked = 0;
-  private answered: ((text: string) => void) | null = null;
+  private waiting: Waiting | null = null;
+  private token: string;
+  private changed: () => void;
 
-  constructor(private token: string, private changed: () => void) {
+  constructor(token: string, changed: () => void) {
+    this.token = token;
+    this.changed = changed;
     this.open();
     setInterval(() => this.watch(), 1000);
     for (const name of ["online", "pageshow", "focus"]) addEventListener(name, () => this.look());
@@ -43,10 +49,11 @@ export class PersonLine {
   /** Send the request; returns what went wrong as a sentence, or an empty text. */
   async ask(what: Wanted, place: Standing): Promise<string> {
     if (this.socket?.readyState === WebSocket.OPEN) {
-      const answer = new Promise<string>((resolve) => (this.answered = resolve));
+      const answer = new Promise<string>((answered) => (this.waiting = { what, robot: place.robot, answered }));
       const late = new Promise<null>((resolve) => setTimeout(() => resolve(null), ANSWER_MS));
       this.socket.send(JSON.stringify({ t: "do", what, robot: place.robot, ticket: place.ticket }));
       const text = await Promise.race([answer, late]);
+      this.waiting = null;
       if (text !== null) return text;
     }
     return this.post(what, place);
@@ -77,8 +84,9 @@ export class PersonLine {
     this.heard = performance.now();
     this.tries = 0;
     if (m.t === "answer") {
-      this.answered?.(m.text);
-      this.answered = null;
+      // the answer to a request that was given up meanwhile is nobody's; one that could not be read is answered as "do"
+      const meant = this.waiting && (m.to === "do" || (m.to === this.waiting.what && m.robot === this.waiting.robot));
+      if (meant) this.waiting?.answered(m.text);
       return;
     }
     this.offset = m.now_ms - Date.now();

@@ -1,0 +1,74 @@
+/** The signed-in person's connection: which answer belongs to which request. */
+import assert from "node:assert/strict";
+import { test, type TestContext } from "node:test";
+import type { PersonLine as Line, Standing } from "../src/person.ts";
+
+class Socket {
+  static OPEN = 1;
+  static last: Socket;
+  readyState = Socket.OPEN;
+  sent: { what: string; robot: string }[] = [];
+  onmessage: ((event: { data: string }) => void) | null = null;
+  constructor() {
+    Socket.last = this;
+  }
+  send(text: string): void {
+    this.sent.push(JSON.parse(text));
+  }
+  says(message: object): void {
+    this.onmessage?.({ data: JSON.stringify(message) });
+  }
+}
+
+const stubs = {
+  WebSocket: Socket,
+  location: { protocol: "http:", host: "localhost" },
+  document: { hidden: false, addEventListener: () => undefined },
+  addEventListener: () => undefined,
+  fetch: async () => ({ ok: true, type: "basic", json: async () => ({ t: "places", now_ms: Date.now(), places: [], text: "by request" }) }),
+};
+for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
+const { PersonLine } = await import("../src/person.ts");
+
+const place = (robot: string): Standing => ({ robot, ticket: 1, name: robot, state: "offered" }) as Standing;
+
+const answer = (to: string, robot: string, text: string): object => ({ t: "answer", to, robot, ok: !text, text });
+
+function connected(t: TestContext): { line: Line; socket: Socket } {
+  t.mock.timers.enable({ apis: ["setTimeout", "setInterval"] });
+  return { line: new PersonLine("token", () => undefined), socket: Socket.last };
+}
+
+test("an answer within four seconds is the request's", async (t) => {
+  const { line, socket } = connected(t);
+  const asked = line.ask("accept", place("mercury"));
+  assert.equal(socket.sent[0]?.what, "accept");
+  socket.says(answer("accept", "mercury", "The offer is over."));
+  assert.equal(await asked, "The offer is over.");
+});
+
+test("without an answer in four seconds the request is repeated without the socket", async (t) => {
+  const { line } = connected(t);
+  const asked = line.ask("accept", place("mercury"));
+  t.mock.timers.tick(4001);
+  assert.equal(await asked, "by request");
+});
+
+test("an answer that comes late is not the next request's", async (t) => {
+  const { line, socket } = connected(t);
+  const first = line.ask("accept", place("mercury"));
+  t.mock.timers.tick(4001);
+  await first;
+  const next = line.ask("dismiss", place("pa10"));
+  socket.says(answer("accept", "mercury", "The offer is over."));
+  socket.says(answer("dismiss", "mercury", "of another robot"));
+  socket.says(answer("dismiss", "pa10", ""));
+  assert.equal(await next, "");
+});
+
+test("a request that the server could not read is answered too", async (t) => {
+  const { line, socket } = connected(t);
+  const asked = line.ask("accept", place("mercury"));
+  socket.says(answer("do", "", "That request was not understood."));
+  assert.equal(await asked, "That request was not understood.");
+});

@@ -30,8 +30,14 @@ export class Teller {
   private last = new Map<string, number>();
   private known = new Set<string>();
   private wantsSound = false;
+  private polite: HTMLElement;
+  private assertive: HTMLElement;
+  private open: (place: Standing) => void;
 
-  constructor(private polite: HTMLElement, private assertive: HTMLElement, private open: (place: Standing) => void) {
+  constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: Standing) => void) {
+    this.polite = polite;
+    this.assertive = assertive;
+    this.open = open;
     for (const name of ["pointerdown", "keydown"])
       addEventListener(name, () => this.wantsSound && this.prime(), { capture: true, passive: true });
   }

@@ -1,0 +1,108 @@
+/** Messages for a person who looks elsewhere: what is said, with which urgency, and what sounds. */
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import type { Standing } from "../src/person.ts";
+import type { Teller as Told } from "../src/tell.ts";
+
+const NOW = 1_000_000;
+const storage = new Map<string, string>();
+let started: number[] = []; // frequencies of the oscillators
+let vibrated: number[][] = [];
+
+class Sound {
+  state = "running";
+  currentTime = 0;
+  destination = {};
+  resume = async (): Promise<void> => undefined;
+  createGain = (): object => ({
+    gain: { setValueAtTime: () => undefined, exponentialRampToValueAtTime: () => undefined },
+    connect: (to: object) => to,
+  });
+  createOscillator = (): object => {
+    const frequency = { value: 0 };
+    return { frequency, connect: (to: object) => to, start: () => started.push(frequency.value), stop: () => undefined };
+  };
+}
+
+const stubs = {
+  document: { title: "Mercury", hidden: false, hasFocus: () => true, querySelector: () => null },
+  addEventListener: () => undefined,
+  navigator: { userActivation: { hasBeenActive: true }, vibrate: (times: number[]) => vibrated.push(times) },
+  AudioContext: Sound,
+  localStorage: { getItem: (key: string) => storage.get(key) ?? null, setItem: (key: string, value: string) => storage.set(key, value) },
+};
+for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
+const { Teller } = await import("../src/tell.ts");
+
+beforeEach(() => {
+  storage.clear();
+  started = [];
+  vibrated = [];
+});
+
+function page(): { teller: Told; polite: { textContent: string }; assertive: { textContent: string } } {
+  const polite = { textContent: "" }, assertive = { textContent: "" };
+  const teller = new Teller(polite as HTMLElement, assertive as HTMLElement, () => undefined);
+  return { teller, polite, assertive };
+}
+
+const place = (state: Standing["state"], seconds: number): Standing =>
+  ({ state, ticket: 7, robot: "mercury", name: "Mercury", ahead: 0, away: false, until_ms: NOW + seconds * 1000, kept_until_ms: null, ended_ms: null, wait_s: null });
+
+test("of a turn's end 60 s are said politely, 20 and 10 s at once", () => {
+  const { teller, polite, assertive } = page(), turn = place("operating", 61);
+  const said = [61, 59, 58, 19, 9, 0].map((left) => {
+    polite.textContent = assertive.textContent = "";
+    teller.tell([turn], NOW + (61 - left) * 1000, "");
+    return [polite.textContent, assertive.textContent];
+  });
+  assert.deepEqual(said, [
+    ["", ""],
+    ["60 seconds left in your turn on Mercury.", ""],
+    ["", ""],
+    ["", "20 seconds left in your turn on Mercury."],
+    ["", "10 seconds left in your turn on Mercury."],
+    ["", ""],
+  ]);
+  assert.deepEqual([started, vibrated], [[], []], "a turn's end makes no sound");
+});
+
+test("a new offer is said at once, sounds and vibrates, once", () => {
+  const { teller, polite, assertive } = page(), offer = place("offered", 30);
+  teller.tell([offer], NOW, "");
+  assert.equal(assertive.textContent, "It is your turn on Mercury. You have 30 seconds to take control.");
+  assert.equal(polite.textContent, "");
+  assert.deepEqual(started, [660, 880]);
+  assert.equal(vibrated.length, 1);
+  assert.match(document.title, /^▶ Your turn!/);
+  teller.tell([offer], NOW + 500, "");
+  assert.equal(started.length, 2);
+  assert.equal(vibrated.length, 1);
+});
+
+test("an offer that another page of this browser told is said, without sound", () => {
+  const offer = place("offered", 30), other = page();
+  page().teller.tell([offer], NOW, "");
+  started = [];
+  vibrated = [];
+  other.teller.tell([offer], NOW + 100, "");
+  assert.match(other.assertive.textContent, /^It is your turn on Mercury/);
+  assert.deepEqual([started, vibrated], [[], []]);
+  other.teller.tell([{ ...offer, until_ms: NOW + 90_000 }], NOW + 60_000, "");
+  assert.equal(started.length, 2, "a later offer of the same place is a new one");
+});
+
+test("with the sound off nothing sounds; the phone still vibrates", () => {
+  const { teller } = page();
+  teller.sound = false;
+  teller.tell([place("offered", 30)], NOW, "");
+  assert.deepEqual(started, []);
+  assert.equal(vibrated.length, 1);
+});
+
+test("before the page was touched nothing sounds or vibrates", () => {
+  Object.assign(navigator.userActivation, { hasBeenActive: false });
+  page().teller.tell([place("offered", 30)], NOW, "");
+  Object.assign(navigator.userActivation, { hasBeenActive: true });
+  assert.deepEqual([started, vibrated], [[], []]);
+});

@@ -2,6 +2,7 @@
 import { LEAVE, type Leaving } from "./leaving.ts";
 import { type Part, say, show } from "./parts.ts";
 import { PersonLine, type Standing, type Wanted } from "./person.ts";
+import { current, shownOf } from "./shown.ts";
 import { Teller } from "./tell.ts";
 import { clock, span } from "./words.ts";
 
@@ -16,12 +17,16 @@ class TurnBar {
   private buttons = box("turnbar-do");
   private also = box("turnbar-also");
   private said = box("turnbar-said");
+  /** The place that the words and buttons on the page are for. */
+  private place: Standing | undefined;
   private leaving: Leaving | null = null;
   private busy = false;
   private fading = 0;
   private take: (() => void) | null;
+  private bar: HTMLElement;
 
-  constructor(private bar: HTMLElement, form: HTMLFormElement) {
+  constructor(bar: HTMLElement, form: HTMLFormElement) {
+    this.bar = bar;
     this.own = bar.dataset["own"] ?? "";
     this.home = bar.dataset["home"] ?? "";
     const token = form.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
@@ -52,10 +57,10 @@ class TurnBar {
     this.take?.();
     this.take = null;
     const now = this.line.now();
-    const places = this.line.places.filter((p) => !ran(p, now));
+    const places = current(this.line.places, now);
     this.teller.tell(places, now, this.own);
-    const shown = places.filter((p) => !(p.robot === this.own && p.state === "operating"));
-    const [first, ...rest] = shown;
+    const [first, ...rest] = shownOf(places, this.own);
+    this.place = first;
     if (this.leaving && !this.leaving.operating()) this.leaving = null;
     this.bar.hidden = !first && !this.leaving && !this.said.textContent;
     this.bar.dataset["state"] = this.leaving ? "leaving" : (first?.state ?? "");
@@ -92,7 +97,7 @@ class TurnBar {
   }
 
   private async carryOut(wanted: Wanted): Promise<void> {
-    const [place] = this.line.places.filter((p) => !(p.robot === this.own && p.state === "operating"));
+    const place = this.place;
     if (!place || this.busy) return;
     this.busy = true;
     this.tell("");
@@ -129,11 +134,6 @@ const LEAVE_BUTTONS: Part[] = [
   { tag: "button", do: `${ASK}stay`, text: "Stay", class: "primary" },
   { tag: "button", do: `${ASK}go`, text: "Leave the page" },
 ];
-
-/** Whether an offer or turn is past its end; the server sends the result within two seconds. */
-function ran(p: Standing, now: number): boolean {
-  return p.state === "offered" && p.until_ms !== null && p.until_ms <= now;
-}
 
 function left(p: Standing, now: number): string {
   return clock((((p.kept_until_ms ?? p.until_ms) ?? now) - now) / 1000);

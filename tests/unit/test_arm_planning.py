@@ -17,7 +17,7 @@ PLAN_S = 0.005
 def test_a_target_in_motion_is_planned_in_five_milliseconds_of_processor_time():
     courses, dice = Courses(), np.random.default_rng(6)
     q, full = posture(load("pa10"), "ready"), courses.planner.limits.velocity
-    took, planned = [], 0
+    took = []
     for _ in range(60):
         x, y, z = dice.uniform((350, -250, 120), (650, 250, 400))
         wrist = dice.uniform(-100, 100)
@@ -26,9 +26,8 @@ def test_a_target_in_motion_is_planned_in_five_milliseconds_of_processor_time():
         begun = time.process_time()
         try:
             courses.plan(target, q, velocity)
-            planned += 1
         except Refused:
-            pass
+            continue  # a refusal takes less time than a plan
         took.append(time.process_time() - begun)
-    assert planned > 30
+    assert len(took) > 30
     assert statistics.median(took) < PLAN_S

@@ -1,22 +1,33 @@
 """Share of the museum arm's 500 Hz steps that are on time, with three cameras watched; tracking error of both controllers."""
 
+import os
+import sys
+from typing import Any
+
 from benchmarks.stage import set_up, tell
 
-SECONDS = 30.0
+SECONDS = float(os.environ.get("SECONDS", "30"))  # of each row
+ORDINARY = (sys.executable, "-m", "benchmarks._ordinary")
+GOAL = 0.99
 TARGETS = ((60, 40, 60, 20, 60, 40), (-50, 10, 90, -30, 100, -60), (0, 25, 75, 0, 80, 0), (30, 0, 100, 60, 40, 90))
 
 
 def main() -> None:
     """Drive while three readers take every picture they can get, at 5 a second each."""
     set_up()
-    rows = {name: _measure(name) for name in ("computed_torque", "pd")}
+    judged = {
+        "computed_torque": _measure("computed_torque"),
+        "computed_torque_ordinary_user": _measure("computed_torque", ORDINARY),
+    }
+    rows = {**judged, "pd": _measure("pd")}
     for name, row in rows.items():
         print(name, row)
-    share = rows["computed_torque"]["on_time"]
-    tell("control_loop", share, "of 500 Hz steps begun within 2 ms", "0.99", share >= 0.99, dict(rows))
+    share = min(row["on_time"] for row in judged.values())
+    unit = "of 500 Hz steps begun within 2 ms, with real-time priority and without, the lesser"
+    tell("control_loop", share, unit, f"{GOAL:.2f}", share >= GOAL, rows)
 
 
-def _measure(controller: str) -> dict[str, float]:
+def _measure(controller: str, before: tuple[str, ...] = ()) -> dict[str, Any]:
     import contextlib
     import json
     import tempfile
@@ -33,7 +44,7 @@ def _measure(controller: str) -> dict[str, float]:
     from tests.rig import ArmSimulator
 
     with tempfile.TemporaryDirectory() as folder:
-        sim = ArmSimulator(Path(folder), controller=controller)
+        sim = ArmSimulator(Path(folder), before, controller=controller)
         running, pictures = True, [0, 0, 0]
 
         def look(index: int, address: str) -> None:
@@ -52,7 +63,8 @@ def _measure(controller: str) -> dict[str, float]:
                 threading.Thread(target=look, args=(index, address), daemon=True).start()
             arm = Driver(str(sim.folder / "tty"), {"epoch": 1})
             arm.connect()
-            before, begun = sim.status(), time.monotonic()
+            policy = os.sched_getscheduler(sim.process.pid) & ~os.SCHED_RESET_ON_FORK
+            first, begun = sim.status(), time.monotonic()
             number = 0
             while time.monotonic() - begun < SECONDS:
                 target = dict(
@@ -60,16 +72,17 @@ def _measure(controller: str) -> dict[str, float]:
                 )
                 arm.execute("joints", target, lambda: None, lambda _: None)
                 number += 1
-            seconds, after = time.monotonic() - begun, sim.status()
+            seconds, last = time.monotonic() - begun, sim.status()
             running = False
             arm.close()
         finally:
             sim.stop()
-    steps = after["steps"] - before["steps"]
-    late = after["late"] - before["late"]
+    steps = last["steps"] - first["steps"]
+    late = last["late"] - first["late"]
     return {
-        "on_time": round(1 - late / steps, 5), "worst_ms": after["worst_ms"], "steps": steps, "motions": number,
-        "hz": round(steps / seconds, 1), "worst_error_rad": after["worst_error"],
+        "real_time_priority": policy == os.SCHED_RR,
+        "on_time": round(1 - late / steps, 5), "worst_ms": last["worst_ms"], "steps": steps, "motions": number,
+        "hz": round(steps / seconds, 1), "worst_error_rad": last["worst_error"],
         "pictures_a_second": round(min(pictures) / seconds, 2),
     }  # fmt: skip
 

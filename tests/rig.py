@@ -84,9 +84,10 @@ class Simulator:
 
 
 class ArmSimulator(Simulator):
-    """The museum arm's simulator as a process."""
+    """The museum arm's simulator as a process; `before`: the command that starts it, if any."""
 
-    def __init__(self, folder: Path, **options: float) -> None:
+    def __init__(self, folder: Path, before: tuple[str, ...] = (), **options: float) -> None:
+        self._before = before
         self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
         super().__init__(folder)
 
@@ -95,7 +96,7 @@ class ArmSimulator(Simulator):
         for name in ("tty", "cameras.json"):
             (self.folder / name).unlink(missing_ok=True)
         self.process = subprocess.Popen(
-            [PYTHON, "-m", "simulators.pa10", "--dir", str(self.folder), *self._options], cwd=ROOT,
+            [*self._before, PYTHON, "-m", "simulators.pa10", "--dir", str(self.folder), *self._options], cwd=ROOT,
             stdout=subprocess.DEVNULL,
         )  # fmt: skip
         wait_for((self.folder / "tty").exists, 60, "the arm's simulator")

@@ -1,5 +1,6 @@
 """What the arm's control loop asks of the system's scheduler, in a process of its own."""
 
+import os
 import platform
 import subprocess
 import sys
@@ -19,6 +20,13 @@ def asked(what, *before):
 @pytest.mark.skipif(platform.system() != "Linux", reason="a call of Linux")
 def test_short_turns_change_neither_policy_nor_niceness():
     assert asked("short_turns", "nice", "-n", "3") in (["True", "0", "3"], ["False", "0", "3"])
+
+
+@pytest.mark.skipif(platform.system() != "Linux", reason="priorities of Linux")
+def test_without_the_right_the_benchmark_of_an_ordinary_user_gets_no_real_time_priority():
+    *how, policy, _ = asked("first_in_line", sys.executable, "-m", "benchmarks._ordinary")
+    assert " ".join(how) in ("short turns", "none")
+    assert int(policy) not in (os.SCHED_RR, os.SCHED_FIFO)
 
 
 def test_whatever_is_allowed_is_taken_and_nothing_is_raised():

@@ -243,10 +243,11 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
     grant = services.open_grant(shuttle)
     assert (grant.kind, grant.holder, grant.commands.get().kind) == ("upkeep", None, "dock")
     cut, dock = Command.objects.select_related("robot", "grant").order_by("id")
-    finish.finish(cut, CommandState.CANCELLED, clock.go(1), "The turn is over.")
+    finish.finish(cut, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
     queue.tick(clock.now())
     job.refresh_from_db()
     assert (job.state, job.start_tag, job.faults) == ("waiting", 0.0, 0)
+    assert job.reason == "The robot's own need comes first: dock. It goes on as soon as the robot can."
     battery(clock, 0.5)
     finish.finish(dock, CommandState.COMPLETED, clock.go(1))
     queue.tick(clock.now())
@@ -255,6 +256,15 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
     settle(clock)
     assert running() == job
     assert Robot.objects.get().cycle == Cycle.READY
+
+
+def test_a_need_that_ends_idle_behaviour_is_named_as_the_reason(shuttle, clock):
+    QueueRobot.objects.update(watched_at=clock.now())
+    queue.tick(clock.now())
+    battery(clock, 0.2)
+    queue.tick(clock.go(1))
+    grant = Grant.objects.get(kind=GrantKind.IDLE)
+    assert (grant.end_code, grant.end_reason) == (GrantEnd.PREEMPTED, "the robot's own need comes first: dock")
 
 
 def test_idle_behaviour_runs_in_slices_gives_way_and_rests_when_nobody_watches(shuttle, people, clock):

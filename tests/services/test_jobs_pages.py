@@ -1,10 +1,13 @@
 """The pages of jobs: without scripts, for people and guests; public fields, and permission to cancel."""
 
+from dataclasses import replace
+
 import pytest
 from django.core import mail
 from django.test import Client
 
 from queueing import services as queue
+from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
 from robots.models import Command
 from tests.services.test_jobs import settle
@@ -37,6 +40,31 @@ def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
     guest.post(job.get_absolute_url())
     job.refresh_from_db()
     assert job.state == "cancelled"
+
+
+def test_the_page_lists_jobs_in_the_order_in_which_they_are_served(shuttle, clock, monkeypatch):
+    first, other = (Asker(guest=name * 64, network=f"192.0.2.{n}") for n, name in enumerate("ab"))
+    asked = [ask(shuttle, who, "go", {"x": 1.0}, clock.now()).pk for who in (first, replace(first, guest="c"), other)]
+    queue.tick(clock.now())
+    running, behind, beside = asked
+    page = Client().get("/robots/mercury/jobs/")
+    assert [job.pk for job in page.context["jobs"]] == [running, beside, behind]
+    monkeypatch.setattr("portal.pages.jobs.SHOWN", 1)
+    page = Client().get("/robots/mercury/jobs/")
+    assert [job.state for job in page.context["jobs"]] == ["running"], "the one under way is never cut off"
+
+
+def test_a_job_behind_anothers_of_its_network_calls_nothing_the_readers_own(shuttle, people, clock):
+    guest, other, ada = Client(), Client(), Client()
+    ada.force_login(people["ada"])
+    for client in (guest, other, ada, ada):
+        post(client)
+    queue.tick(clock.now())
+    found = Job.objects.order_by("id")
+    words = [Client().get(job.get_absolute_url()).content.decode() for job in found]
+    assert "2 before it, among them an earlier request from the same network address." in words[1]
+    assert "1 before it." in words[2]
+    assert "3 before it, among them an earlier request of the same person." in words[3]
 
 
 @pytest.mark.asvs("8.2.2")

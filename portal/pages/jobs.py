@@ -17,8 +17,8 @@ from operatorlog.models import SurveyQuestion
 from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.limits.addresses import network_of
-from portal.pages.job_answers import own_listed, refused, told, wants_json
-from queueing.errors import QueueError
+from portal.pages.job_answers import AGAIN_S, own_listed, refused, told, wants_json
+from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.foreseeing import foreseen, in_order
@@ -56,13 +56,17 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
         return _act(request, robot)
     if wants_json(request):
         return own_listed(robot, asker_of(request), SYSTEM.now())
+    return _show_all(request, robot)
+
+
+def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
     link = link_of(robot)
     context = {
         "robot": robot, "kinds": kinds_for(robot, request.user), "any_kinds": job_kinds(robot),
         "suspended": suspended(robot, link), "guests_ask": link is not None and link.guests_ask,
-        "jobs": in_order(robot)[:SHOWN],
+        "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip
-    return render(request, "pages/jobs.html", context)
+    return render(request, "pages/jobs.html", context, status=status)
 
 
 def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
@@ -75,11 +79,24 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
     except (QueueError, RobotError) as error:
         if wants_json(request):
             return refused(error)
+        if isinstance(error, TooOften):
+            page = _show_all(request, robot, str(error), 429)
+            page["Retry-After"] = AGAIN_S
+            return page
         messages.warning(request, str(error))
         return redirect("jobs", slug=robot.slug)
 
 
+def _refuse_too_often(request: HttpRequest) -> None:
+    """Count a request for a job, of the account or of the network address. Raises TooOften."""
+    person = request.user.is_authenticated
+    key = f"account {request.user.pk}" if person else f"network {network_of(request.META.get('REMOTE_ADDR', ''))}"
+    if not consume(request, app="farhand", action="ask", config=settings.RATE_LIMITS, key=key):
+        raise TooOften(f"{'You ask' if person else 'Your network asks'} for jobs too often; ask again in five minutes.")
+
+
 def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
+    _refuse_too_often(request)
     fresh = ""
     if not request.user.is_authenticated and not request.get_signed_cookie(GUEST, default=""):
         fresh = secrets.token_urlsafe(24)

@@ -3,9 +3,11 @@
 import pytest
 
 from queueing import services as queue
+from queueing import tasks
 from queueing.errors import NotCleared, NotYourJob, RobotUnavailable, TooManyJobs
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel
+from queueing.jobs.forgetting import forget_old_jobs
 from queueing.jobs.suspending import resume
 from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
 from robots import services
@@ -120,6 +122,59 @@ def test_ten_open_jobs_and_no_more(shuttle, people, clock):
     with pytest.raises(TooManyJobs):
         ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
     assert Job.objects.filter(start_tag__isnull=False).count() == 1
+
+
+def many(shuttle, clock, number):
+    """Give each of so many network addresses an open job."""
+    queue_ = shuttle.queue_link.queue
+    accounts = Account.objects.bulk_create(Account(queue=queue_, network=f"2001:db8::{n}") for n in range(number))
+    Job.objects.bulk_create(
+        Job(queue=queue_, robot=shuttle, account=a, guest=f"{n:064}", kind="go", args={"x": 1.0}, asked_at=clock.now())
+        for n, a in enumerate(accounts)
+    )
+
+
+@pytest.mark.asvs("2.4.1")
+def test_a_robot_takes_so_many_jobs_and_leaves_some_places_to_people_with_an_account(shuttle, people, clock):
+    many(shuttle, clock, 199)
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    with pytest.raises(TooManyJobs, match="as many jobs as it can take"):
+        ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
+    ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    Job.objects.filter(user=None).update(state="done")
+    ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
+
+
+def test_people_too_are_refused_at_the_last_place(shuttle, people, clock):
+    many(shuttle, clock, 299)
+    ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    with pytest.raises(TooManyJobs, match="as many jobs as it can take"):
+        ask(shuttle, Asker(user=people["kim"]), "go", {"x": 1.0}, clock.now())
+
+
+def test_jobs_of_guests_are_forgotten_after_400_days_and_those_of_people_are_kept(shuttle, people, clock):
+    old, _, mine = (ask(shuttle, a, "go", {"x": 1.0}, clock.now()) for a in (GUEST, OTHER, Asker(user=people["ada"])))
+    for job in (old, mine):
+        Job.objects.filter(pk=job.pk).update(state="done", ended_at=clock.now())
+    clock.go(400 * 86_400)
+    assert forget_old_jobs(clock.now()) == 0, "not one day early"
+    assert forget_old_jobs(clock.go(1)) == 1
+    assert set(Job.objects.values_list("guest", flat=True)) == {OTHER.guest, ""}, "what is open stays"
+    assert set(Account.objects.values_list("network", flat=True)) == {OTHER.network, ""}
+    Job.objects.filter(guest=OTHER.guest).update(state="done", ended_at=clock.now())
+    assert forget_old_jobs(clock.now()) == 0
+    assert Account.objects.count() == 2, "an account with a job stays"
+
+
+def test_old_jobs_are_forgotten_every_hour(shuttle, clock, settings, monkeypatch):
+    monkeypatch.setattr("queueing.tasks.SYSTEM", clock)
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    Job.objects.update(state="done", ended_at=clock.now())
+    clock.go(401 * 86_400)
+    planned = next(entry for entry in settings.CELERY_BEAT_SCHEDULE.values() if entry["task"] == "queueing.clean")
+    assert (planned["schedule"], tasks.clean.name) == (3600.0, planned["task"])
+    assert tasks.clean() == 1
+    assert not Job.objects.filter(pk=job.pk).exists()
 
 
 @pytest.mark.parametrize("state", ["failed", "expired"])

@@ -67,6 +67,30 @@ def test_a_job_behind_anothers_of_its_network_calls_nothing_the_readers_own(shut
     assert "3 before it, among them an earlier request of the same person." in words[3]
 
 
+@pytest.mark.asvs("2.4.1")
+def test_who_asks_and_cancels_again_and_again_is_refused_for_a_while(shuttle, people, settings):
+    settings.RATE_LIMITS = {"ask": "2/5m/key"}
+    guest, kim = Client(), Client()
+    kim.force_login(people["kim"])
+    for client in (guest, kim):
+        for _ in range(2):
+            client.post(post(client)["Location"])
+    for client, words in ((guest, "Your network asks"), (kim, "You ask")):
+        page = post(client)
+        assert (page.status_code, page["Retry-After"]) == (429, "300")
+        assert f"{words} for jobs too often" in page.content.decode()
+        told = client.post(
+            "/robots/mercury/jobs/", {"kind": "go", "arg-x": "1.0"}, headers={"accept": "application/json"}
+        )
+        assert (told.status_code, told["Retry-After"]) == (429, "300")
+        assert told.json()["error"].startswith(words)
+    assert post(Client()).status_code == 429, "a fresh cookie is no other network"
+    assert Job.objects.count() == 4
+    beside = Client(REMOTE_ADDR="192.0.2.9")
+    assert post(beside).status_code == 302
+    assert kim.post("/robots/mercury/jobs/", {"do": "resume"}).status_code == 302
+
+
 @pytest.mark.asvs("8.2.2")
 def test_a_forged_cookie_is_nobody(shuttle):
     guest, thief = Client(), Client()

@@ -340,6 +340,16 @@ def test_idle_behaviour_runs_in_slices_gives_way_and_rests_when_nobody_watches(s
     assert services.open_grant(shuttle) is None, "nobody has watched for a minute"
 
 
+def test_idle_behaviour_goes_on_while_no_web_process_is_heard(shuttle, clock, monkeypatch):
+    monkeypatch.setattr("robots.bus.may_be_watched", lambda slug: True)  # as it says then, see the next test
+    for slices in range(1, 5):
+        queue.tick(clock.now())
+        assert Grant.objects.filter(kind=GrantKind.IDLE).count() == slices
+        settle(clock, seconds=59)
+        clock.go(1)
+    assert services.open_grant(shuttle).kind == "idle"
+
+
 def test_a_silent_web_tier_is_not_nobody(redis_server):
     from robots import bus
 

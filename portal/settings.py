@@ -167,6 +167,7 @@ CELERY_BEAT_SCHEDULE = {
     "probes": {"task": "robots.probe", "schedule": 60.0, "options": {"expires": 30, "queue": "probes"}},
     "online": {"task": "robots.online", "schedule": 60.0, "options": {"expires": 30}},
     "clean": {"task": "robots.clean", "schedule": 3600.0},
+    "clean-jobs": {"task": "queueing.clean", "schedule": 3600.0},
 }
 
 AUTH_USER_MODEL = "accounts.User"
@@ -210,7 +211,8 @@ ACCOUNT_RATE_LIMITS = {
     "manage_email": "10/m/user",
     "reauthenticate": "10/m/user",
 }
-RATE_LIMITS = {"survey": "30/m/ip,300/h/ip", "statistics": "120/m/ip"}  # of what guests may send and ask
+# of what guests may send and ask; "key" is the account, of guests the network address (portal/pages/jobs.py)
+RATE_LIMITS = {"survey": "30/m/ip,300/h/ip", "statistics": "120/m/ip", "ask": "30/5m/key"}
 ACCOUNT_DEFAULT_HTTP_PROTOCOL = "https" if PUBLIC else "http"
 # uvicorn puts the address and scheme from a trusted proxy into the request, so that REMOTE_ADDR is right
 # everywhere; nothing else reads X-Forwarded-For or X-Forwarded-Proto

@@ -31,6 +31,12 @@ class TooManyJobs(QueueError):
     code = "too_many_jobs"
 
 
+class TooOften(QueueError):
+    """The person, or the guests of a network address, have asked for too many jobs lately."""
+
+    code = "too_often"
+
+
 class NotYourJob(QueueError):
     """The job is another person's."""
 

@@ -5,7 +5,7 @@ from datetime import datetime
 from django.conf import settings
 
 from queueing import fairshare
-from queueing.models import NOT_YET, OPEN_JOB, Job, JobState, Ticket, Turn
+from queueing.models import NOT_YET, Job, JobState, Ticket, Turn
 from robots.models import Robot
 from robots.states import Cycle
 
@@ -25,15 +25,6 @@ def place(ticket: Ticket) -> int:
         ahead.filter(start_tag__lt=ticket.start_tag).count()
         + ahead.filter(start_tag=ticket.start_tag, pk__lt=ticket.pk).count()
     )
-
-
-def jobs_ahead(job: Job) -> int | None:
-    """Return the number of tagged requests ahead of a waiting job; None if it waits behind another of its account."""
-    if job.start_tag is None:
-        return None
-    before = {"queue": job.queue_id, "start_tag__lte": job.start_tag}
-    jobs = Job.objects.filter(state__in=OPEN_JOB, **before).exclude(pk__gte=job.pk, start_tag=job.start_tag)
-    return jobs.count() + Ticket.objects.filter(state__in=NOT_YET, **before).count()
 
 
 def wait_range(robot: Robot, ahead: int, now: datetime) -> tuple[int, int] | None:

@@ -41,6 +41,12 @@ def _own(grant: Grant) -> bool:
     return grant.kind == GrantKind.UPKEEP and grant.holder_id is None
 
 
+def need_first(robot: Robot, need: Need) -> str:
+    """Return the words for a grant that ends because of the need."""
+    kind = spec_of(robot.driver).command(need.kind)
+    return f"the robot's own need comes first: {(kind.label if kind else need.kind).lower()}"
+
+
 def open_need(robot: Robot, need: Need, now: datetime) -> bool:
     """Run the need's command under an upkeep grant; after a failure not before `AGAIN_S`."""
     last = newest_grant(robot)

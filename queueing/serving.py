@@ -2,7 +2,7 @@
 
 from datetime import datetime
 
-from queueing.idle import open_idle, open_need, store_watchers, wanted_need
+from queueing.idle import need_first, open_idle, open_need, store_watchers, wanted_need
 from queueing.jobs.head import head_of
 from queueing.jobs.running import promote
 from queueing.jobs.suspending import suspended
@@ -14,7 +14,8 @@ from robots.grants import end_grant, newest_grant, open_grant
 from robots.models import Grant, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 
-GIVES_WAY = {GrantKind.IDLE: "somebody asked for the robot", GrantKind.JOB: "the robot had a need of its own"}
+GIVES_WAY = frozenset({GrantKind.IDLE, GrantKind.JOB})
+ASKED = "somebody asked for the robot"
 
 
 def serve_next(queue: Queue, now: datetime) -> None:
@@ -28,7 +29,7 @@ def serve_next(queue: Queue, now: datetime) -> None:
 def _serve(queue: Queue, link: QueueRobot, now: datetime) -> None:
     robot = link.robot
     grant = open_grant(robot)
-    if why_not_ready(robot, now, giving_way=frozenset(GIVES_WAY)):
+    if why_not_ready(robot, now, giving_way=GIVES_WAY):
         return
     idle = grant is None or grant.kind == GrantKind.IDLE
     ticket = head(queue, now) if idle and link.offers_turns else None
@@ -38,14 +39,14 @@ def _serve(queue: Queue, link: QueueRobot, now: datetime) -> None:
         return
     need = wanted_need(robot, now)
     if need is not None:
-        _give_way(robot, grant, now)
+        _give_way(grant, need_first(robot, need), now)
         open_need(robot, need, now)
         return
     job = head_of(robot) if idle else None
     if ticket is not None and (job is None or _before(ticket, job)):
         _to_a_person(queue, robot, grant, ticket, now)
     elif job is not None:
-        _give_way(robot, grant, now)
+        _give_way(grant, ASKED, now)
         promote(queue, job, now)
     elif grant is None:
         open_idle(robot, link, now)
@@ -55,14 +56,14 @@ def _before(ticket: Ticket, job: Job) -> bool:
     return (ticket.start_tag, ticket.joined_at) <= (job.start_tag or 0.0, job.asked_at)
 
 
-def _give_way(robot: Robot, grant: Grant | None, now: datetime) -> None:
+def _give_way(grant: Grant | None, reason: str, now: datetime) -> None:
     if grant is not None:
-        end_grant(grant, GrantEnd.PREEMPTED, GIVES_WAY[GrantKind(grant.kind)], now)
+        end_grant(grant, GrantEnd.PREEMPTED, reason, now)
 
 
 def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
     """Offer the robot; if it moved for a job or by itself, it is handed over first."""
-    _give_way(robot, grant, now)
+    _give_way(grant, ASKED, now)
     last = newest_grant(robot)
     of_itself = last is not None and last.kind == GrantKind.UPKEEP and last.holder_id is None
     if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or of_itself):

@@ -1,7 +1,8 @@
-"""The periodic task of the queues; it may be sent twice."""
+"""The periodic tasks of the queues; each may be sent twice."""
 
 from celery import shared_task
 
+from queueing.jobs.forgetting import forget_old_jobs
 from queueing.tick import tick_seldom
 from robots.clock import SYSTEM
 
@@ -10,3 +11,9 @@ from robots.clock import SYSTEM
 def queue_tick() -> None:
     """Advance every queue."""
     tick_seldom(SYSTEM.now())
+
+
+@shared_task(name="queueing.clean", ignore_result=True, max_retries=0)
+def clean() -> int:
+    """Delete old jobs of guests. Return how many."""
+    return forget_old_jobs(SYSTEM.now())

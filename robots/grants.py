@@ -95,7 +95,8 @@ def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
     """
     done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_code=code, end_reason=reason[:120])
     if done:
-        cancel_queued(grant.robot, f"the turn ended: {reason}", now, grant=grant)
+        told = reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
+        cancel_queued(grant.robot, told, now, grant=grant)
         bus.publish_on_commit(grant.robot.slug, Changed("robot"))
     return bool(done)
 

@@ -8,17 +8,17 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from django.db import Error
-from django.db.models import F
 
 from portal.live.hub import Viewer, hub
 from portal.live.threads import ANYBODY, Pool
-from queueing.models import OPEN_JOB, Job
+from queueing.jobs.foreseeing import in_order
 from robots.contract.capabilities import Composite
 from robots.contract.find import function
 from robots.contract.session import RobotState
 from robots.contract.spec import Spec
 from robots.contract.streams import unpack
 from robots.messages import read_picture, read_state
+from robots.models import Robot
 
 if TYPE_CHECKING:  # arrays, which a portal whose pictures nobody watches need not load
     from robots.contract.composites import Scene
@@ -172,7 +172,7 @@ def watchers(slug: str) -> int:
 
 
 def waiting_jobs(slug: str) -> list[dict[str, Any]]:
-    """Return the arguments of the robot's open jobs, the one under way first, then in the order of their turns."""
-    found = Job.objects.filter(robot__slug=slug, state__in=OPEN_JOB)
-    found = found.order_by("state", F("start_tag").asc(nulls_last=True), "id")  # running comes before waiting
-    return [args for args in found.values_list("args", flat=True)[:MOST_JOBS] if isinstance(args, dict)]
+    """Return the arguments of the robot's open jobs, in the order in which its page numbers them."""
+    robot = Robot.objects.filter(slug=slug).first()
+    found = in_order(robot)[:MOST_JOBS] if robot is not None else []
+    return [job.args for job in found if isinstance(job.args, dict)]

@@ -6,7 +6,7 @@ from typing import Any
 from django.db.models import Q
 from django.http import HttpRequest, JsonResponse
 
-from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs
+from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs, TooOften
 from queueing.jobs.asking import Asker
 from queueing.jobs.telling import own_jobs
 from queueing.models import OPEN_JOB, Job
@@ -14,7 +14,8 @@ from robots.models import Robot
 
 LISTED = 10
 RECENT = timedelta(hours=1)  # for so long one's own ended jobs are listed
-STATUS: dict[type[Exception], int] = {NotCleared: 403, NotYourJob: 403, TooManyJobs: 429}
+STATUS: dict[type[Exception], int] = {NotCleared: 403, NotYourJob: 403, TooManyJobs: 429, TooOften: 429}
+AGAIN_S = "300"  # the longest wait until one may ask again
 
 
 def wants_json(request: HttpRequest) -> bool:
@@ -40,4 +41,7 @@ def own_listed(robot: Robot, asker: Asker, now: datetime) -> JsonResponse:
 def refused(error: Exception) -> JsonResponse:
     """Answer with the one sentence that says why not."""
     status = STATUS.get(type(error), 409 if isinstance(error, QueueError) else 400)
-    return JsonResponse({"error": str(error)}, status=status)
+    answer = JsonResponse({"error": str(error)}, status=status)
+    if isinstance(error, TooOften):
+        answer["Retry-After"] = AGAIN_S
+    return answer

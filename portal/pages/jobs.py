@@ -17,15 +17,15 @@ from operatorlog.models import SurveyQuestion
 from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.limits.addresses import network_of
-from portal.pages.job_answers import own_listed, refused, told, wants_json
-from queueing.errors import QueueError
-from queueing.estimates import jobs_ahead
+from portal.pages.job_answers import AGAIN_S, own_listed, refused, told, wants_json
+from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel, may_cancel
+from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.jobs.kinds import job_kinds, kinds_for, link_of
 from queueing.jobs.suspending import resume, suspended
 from queueing.jobs.telling import mark_seen, may_answer
-from queueing.models import OPEN_JOB, Job
+from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
 from robots.contract.spec import CommandKind
 from robots.drivers.errors import RobotError
@@ -56,14 +56,17 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
         return _act(request, robot)
     if wants_json(request):
         return own_listed(robot, asker_of(request), SYSTEM.now())
+    return _show_all(request, robot)
+
+
+def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
     link = link_of(robot)
-    waiting = Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("user")
     context = {
         "robot": robot, "kinds": kinds_for(robot, request.user), "any_kinds": job_kinds(robot),
         "suspended": suspended(robot, link), "guests_ask": link is not None and link.guests_ask,
-        "jobs": waiting.order_by("-state", "start_tag", "id")[:SHOWN],
+        "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip
-    return render(request, "pages/jobs.html", context)
+    return render(request, "pages/jobs.html", context, status=status)
 
 
 def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
@@ -76,11 +79,24 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
     except (QueueError, RobotError) as error:
         if wants_json(request):
             return refused(error)
+        if isinstance(error, TooOften):
+            page = _show_all(request, robot, str(error), 429)
+            page["Retry-After"] = AGAIN_S
+            return page
         messages.warning(request, str(error))
         return redirect("jobs", slug=robot.slug)
 
 
+def _refuse_too_often(request: HttpRequest) -> None:
+    """Count a request for a job, of the account or of the network address. Raises TooOften."""
+    person = request.user.is_authenticated
+    key = f"account {request.user.pk}" if person else f"network {network_of(request.META.get('REMOTE_ADDR', ''))}"
+    if not consume(request, app="farhand", action="ask", config=settings.RATE_LIMITS, key=key):
+        raise TooOften(f"{'You ask' if person else 'Your network asks'} for jobs too often; ask again in five minutes.")
+
+
 def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
+    _refuse_too_often(request)
     fresh = ""
     if not request.user.is_authenticated and not request.get_signed_cookie(GUEST, default=""):
         fresh = secrets.token_urlsafe(24)
@@ -161,8 +177,10 @@ def _survey(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
 
 def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", status: int = 200) -> HttpResponse:
     grants = job.runs.values("grant")
+    order = foreseen(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
+    ahead = next((one.ahead for one in order if one.job == job), 0)
     context = {
-        "job": job, "open": job.state in OPEN_JOB, "ahead": jobs_ahead(job), "may_cancel": may_cancel(job, asker),
+        "job": job, "open": job.state in OPEN_JOB, "ahead": ahead, "may_cancel": may_cancel(job, asker),
         "commands": Command.objects.filter(grant__in=grants).order_by("id"),
         "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
         "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],

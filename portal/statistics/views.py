@@ -6,7 +6,7 @@ from allauth.core.internal.ratelimit import consume
 from django.conf import settings
 from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, render
-from django.views.decorators.cache import cache_control, never_cache
+from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
 from portal.pages.errors import software_missing
@@ -82,14 +82,14 @@ def statistics(request: HttpRequest, slug: str) -> HttpResponse:
     return render(request, "pages/statistics.html", context)
 
 
-@cache_control(public=True, max_age=60)
 @require_safe
 def statistics_json(request: HttpRequest, slug: str) -> JsonResponse:
-    """Return the same for programs."""
+    """Return the same for programs. Shared caches keep it, but never a refusal, which is meant for one asker."""
     robot, now = get_object_or_404(Robot, slug=slug), SYSTEM.now()
     _needs_jobs(robot)
     try:
         span = _span(request, now)
     except _Refused as error:
-        return JsonResponse({"error": str(error)}, status=error.status)
-    return JsonResponse({"robot": robot.slug, "name": robot.name, **_told(robot, span, now).as_json(span)})
+        return JsonResponse({"error": str(error)}, status=error.status, headers={"Cache-Control": "no-store"})
+    found = {"robot": robot.slug, "name": robot.name, **_told(robot, span, now).as_json(span)}
+    return JsonResponse(found, headers={"Cache-Control": "public, max-age=60"})

@@ -18,6 +18,8 @@ from robots.models import Robot
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
+MOST, MOST_OF_GUESTS = 300, 200  # open jobs of a queue at which nobody, and no guest, may ask for another
+FULL = "The robot has as many jobs as it can take; come back later."
 TOO_MANY = "You have {} open jobs on this robot; wait until one has ended, or cancel one."
 ONE_A_GUEST = "You have an open job on this robot; wait until it has ended, or cancel it."
 
@@ -40,7 +42,7 @@ def ask(
         NotCleared: this person, or guests, may not ask for this kind of job.
         BadRequest, OutOfWorkspace: no such job, or wrong values.
         RobotUnavailable: switched off by staff.
-        TooManyJobs: the asker has as many open jobs as allowed.
+        TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
     user, link = asker.user, link_of(robot)
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
@@ -80,3 +82,5 @@ def _refuse_more(queue: Queue, account: Account, asker: Asker) -> None:
     limit = LIMIT if asker.user is not None else LARGEST
     if mine.count() >= limit:
         raise TooManyJobs(TOO_MANY.format(limit) if asker.user is not None else "Too many jobs wait; try again later.")
+    if Job.objects.filter(queue=queue, state__in=OPEN_JOB).count() >= (MOST if asker.user else MOST_OF_GUESTS):
+        raise TooManyJobs(FULL)

@@ -30,22 +30,26 @@ class Foreseen:
     wait_s: tuple[int, int] | None
 
 
-def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
+def in_order(robot: Robot) -> list[Job]:
     """Return the robot's open jobs, first the one that runs, then in the order in which they will be served."""
-    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue"))
+    return list(_tagged(robot, link_of(robot)))
+
+
+def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
+    """Return the robot's open jobs in the same order, each with its wait."""
+    link = link_of(robot)
+    tags = _tagged(robot, link)
+    jobs = list(tags)
     if not jobs:
         return []
-    link = link_of(robot)
     each = durations(robot, jobs[0].kind)
-    tags = _tags(jobs, _cost(link, each))
-    jobs.sort(key=lambda job: (job.state != JobState.RUNNING, tags[job.pk], job.pk))
     turns = _turns(jobs[0].queue_id)
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
     found: list[Foreseen] = []
     for number, job in enumerate(jobs):
         running = job.state == JobState.RUNNING
-        before = 0 if running else sum(tag <= tags[job.pk] for tag in turns)
+        before = 0 if running else sum(tag <= tags[job] for tag in turns)
         turn = _turn(robot)
         wait = (round(low + before * turn[0]), round(high + before * turn[1]))
         found.append(Foreseen(job, number + before, (0, 0) if running else wait if known else None))
@@ -62,14 +66,31 @@ def durations(robot: Robot, kind: str) -> Range:
     times = [(r.grant.ended_at, r.grant.opened_at) for r in runs.select_related("grant").order_by("-id")[:LATEST]]
     took = sorted((end - begin).total_seconds() for end, begin in times if end is not None)
     if not took:
-        told = spec_of(robot.driver).command(kind)
-        return 0.0, told.limit_s if told else 60.0
+        return 0.0, _limit_s(robot, kind)
     return took[len(took) // 4], took[(9 * len(took)) // 10]
 
 
-def _cost(link: QueueRobot | None, each: Range) -> float:
+def _limit_s(robot: Robot, kind: str) -> float:
+    try:
+        told = spec_of(robot.driver).command(kind)
+    except LookupError:  # its package is not installed
+        told = None
+    return told.limit_s if told else 60.0
+
+
+def _cost(robot: Robot, link: QueueRobot | None, kind: str) -> float:
     charged_in_jobs = link is not None and link.charged_in == Charge.JOBS and not link.offers_turns
-    return 1.0 if charged_in_jobs else sum(each) / 2
+    return 1.0 if charged_in_jobs else sum(durations(robot, kind)) / 2
+
+
+def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
+    """Return the open jobs in order, each with its start tag, or with the tag that it will probably get."""
+    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue"))
+    if not jobs:
+        return {}
+    tags = _tags(jobs, _cost(robot, link, jobs[0].kind))
+    jobs.sort(key=lambda job: (job.state != JobState.RUNNING, tags[job.pk], job.pk))
+    return {job: tags[job.pk] for job in jobs}
 
 
 def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:

@@ -72,10 +72,13 @@ def _settle(queue: Queue, job: Job, grant: Grant, command: Command | None, now: 
 
 def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime) -> None:
     """Put a job back that the robot's own needs or faults cut short: it keeps its tag and costs nothing."""
-    faults = job.faults + (grant.end_code != GrantEnd.PREEMPTED)
+    preempted = grant.end_code == GrantEnd.PREEMPTED
+    faults = job.faults + (not preempted)
     if faults >= FAULTS:
         end(queue, job, JobState.FAILED, f"It was begun {faults} times in vain. {reason}", 0.0, now)
         return
+    if preempted:  # the command knows that its grant ended, but not why
+        reason = f"{grant.end_reason[:1].upper()}{grant.end_reason[1:]}."
     Job.objects.filter(pk=job.pk).update(state=JobState.WAITING, faults=faults, reason=f"{reason} {AGAIN}"[:300])
     announce(queue)
 

@@ -1,6 +1,10 @@
-"""The iRat in the whole house: it explores, takes a guest's goal, charges in the middle of it, and finishes it."""
+"""The iRat in the whole house: it explores, takes a guest's goal, charges in the middle of it, and finishes it.
+
+It also does so while no page is served.
+"""
 
 import shutil
+import signal
 
 import pytest
 from django.conf import settings
@@ -16,10 +20,11 @@ from robots.clock import SYSTEM
 from robots.models import Command, Incident, Lease, Robot
 from robots.states import Cycle, GrantEnd
 from tests.conftest import wait_for
-from tests.rig import Board, Child
+from tests.rig import Board, Child, Web, housekeeping
 
 pytestmark = pytest.mark.length
 EXPERIENCES = 150  # a map that has left the first corridor
+HALTED_S = 100.0  # longer than the robot goes on for nobody, and than its last look for watchers counts
 
 
 @pytest.fixture
@@ -34,6 +39,15 @@ def rat_house(transactional_db, redis_server):
     yield robot
     for child in children[::-1]:
         child.stop()
+
+
+@pytest.fixture
+def web(rat_house):
+    """The web process; the queue is advanced by the housekeeping worker."""
+    children = [Web(), housekeeping()]
+    yield children[0]
+    for child in children:
+        child.kill()
 
 
 def told(robot):
@@ -101,3 +115,29 @@ def test_at_critical_charge_staff_are_called_and_it_is_in_order_again_once_it_ch
     wait_for(lambda: told(robot).get("charging"), 60, "the dock")
     wait_for(lambda: told(robot) and not Robot.objects.get(pk=robot.pk).reason, 60, "in order again by itself")
     assert Incident.objects.filter(text__contains="almost flat").count() == 1, "not one for each attempt"
+
+
+def test_while_the_web_process_is_halted_the_robot_does_its_goal_and_roams_on(rat_house, web):
+    robot = rat_house
+
+    def values():
+        return (Lease.objects.get(robot=robot).state or {}).get("values", {})
+
+    wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 150, "the robot is in order")
+    wait_for(lambda: values().get("experiences", 0) > EXPERIENCES, 200, "a map")
+    job = goal(robot, "d", map=values()["map"], x=0.0, y=-0.5, experience=50)
+    web.signal(signal.SIGSTOP)
+    halted = SYSTEM.monotonic()
+    QueueRobot.objects.filter(robot=robot).update(rest_after_min=1, watched_at=SYSTEM.now())
+    assert not web._answers()
+    wait_for(lambda: Job.objects.get(pk=job.pk).ended_at, 200, "the goal")
+    job.refresh_from_db()
+    assert (job.state, job.reason, job.charged) == ("done", "", 1.0)
+    while SYSTEM.monotonic() < halted + HALTED_S:
+        SYSTEM.sleep(1.0)
+    since, driven = SYSTEM.now(), values()["driven"]
+    wait_for(lambda: values()["driven"] > driven + 0.3, 60, "it goes on, although nobody can watch")
+    wait_for(lambda: Command.objects.filter(kind="explore", created_at__gt=since).exists(), 90, "the next slice")
+    assert not web._answers()
+    web.signal(signal.SIGCONT)
+    wait_for(web._answers, 30, "the web process goes on where it was halted")

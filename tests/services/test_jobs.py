@@ -3,9 +3,11 @@
 import pytest
 
 from queueing import services as queue
+from queueing import tasks
 from queueing.errors import NotCleared, NotYourJob, RobotUnavailable, TooManyJobs
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel
+from queueing.jobs.forgetting import forget_old_jobs
 from queueing.jobs.suspending import resume
 from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
 from robots import services
@@ -120,6 +122,59 @@ def test_ten_open_jobs_and_no_more(shuttle, people, clock):
     with pytest.raises(TooManyJobs):
         ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
     assert Job.objects.filter(start_tag__isnull=False).count() == 1
+
+
+def many(shuttle, clock, number):
+    """Give each of so many network addresses an open job."""
+    queue_ = shuttle.queue_link.queue
+    accounts = Account.objects.bulk_create(Account(queue=queue_, network=f"2001:db8::{n}") for n in range(number))
+    Job.objects.bulk_create(
+        Job(queue=queue_, robot=shuttle, account=a, guest=f"{n:064}", kind="go", args={"x": 1.0}, asked_at=clock.now())
+        for n, a in enumerate(accounts)
+    )
+
+
+@pytest.mark.asvs("2.4.1")
+def test_a_robot_takes_so_many_jobs_and_leaves_some_places_to_people_with_an_account(shuttle, people, clock):
+    many(shuttle, clock, 199)
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    with pytest.raises(TooManyJobs, match="as many jobs as it can take"):
+        ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
+    ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    Job.objects.filter(user=None).update(state="done")
+    ask(shuttle, OTHER, "go", {"x": 1.0}, clock.now())
+
+
+def test_people_too_are_refused_at_the_last_place(shuttle, people, clock):
+    many(shuttle, clock, 299)
+    ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    with pytest.raises(TooManyJobs, match="as many jobs as it can take"):
+        ask(shuttle, Asker(user=people["kim"]), "go", {"x": 1.0}, clock.now())
+
+
+def test_jobs_of_guests_are_forgotten_after_400_days_and_those_of_people_are_kept(shuttle, people, clock):
+    old, _, mine = (ask(shuttle, a, "go", {"x": 1.0}, clock.now()) for a in (GUEST, OTHER, Asker(user=people["ada"])))
+    for job in (old, mine):
+        Job.objects.filter(pk=job.pk).update(state="done", ended_at=clock.now())
+    clock.go(400 * 86_400)
+    assert forget_old_jobs(clock.now()) == 0, "not one day early"
+    assert forget_old_jobs(clock.go(1)) == 1
+    assert set(Job.objects.values_list("guest", flat=True)) == {OTHER.guest, ""}, "what is open stays"
+    assert set(Account.objects.values_list("network", flat=True)) == {OTHER.network, ""}
+    Job.objects.filter(guest=OTHER.guest).update(state="done", ended_at=clock.now())
+    assert forget_old_jobs(clock.now()) == 0
+    assert Account.objects.count() == 2, "an account with a job stays"
+
+
+def test_old_jobs_are_forgotten_every_hour(shuttle, clock, settings, monkeypatch):
+    monkeypatch.setattr("queueing.tasks.SYSTEM", clock)
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    Job.objects.update(state="done", ended_at=clock.now())
+    clock.go(401 * 86_400)
+    planned = next(entry for entry in settings.CELERY_BEAT_SCHEDULE.values() if entry["task"] == "queueing.clean")
+    assert (planned["schedule"], tasks.clean.name) == (3600.0, planned["task"])
+    assert tasks.clean() == 1
+    assert not Job.objects.filter(pk=job.pk).exists()
 
 
 @pytest.mark.parametrize("state", ["failed", "expired"])
@@ -243,10 +298,11 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
     grant = services.open_grant(shuttle)
     assert (grant.kind, grant.holder, grant.commands.get().kind) == ("upkeep", None, "dock")
     cut, dock = Command.objects.select_related("robot", "grant").order_by("id")
-    finish.finish(cut, CommandState.CANCELLED, clock.go(1), "The turn is over.")
+    finish.finish(cut, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
     queue.tick(clock.now())
     job.refresh_from_db()
     assert (job.state, job.start_tag, job.faults) == ("waiting", 0.0, 0)
+    assert job.reason == "The robot's own need comes first: dock. It goes on as soon as the robot can."
     battery(clock, 0.5)
     finish.finish(dock, CommandState.COMPLETED, clock.go(1))
     queue.tick(clock.now())
@@ -255,6 +311,15 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
     settle(clock)
     assert running() == job
     assert Robot.objects.get().cycle == Cycle.READY
+
+
+def test_a_need_that_ends_idle_behaviour_is_named_as_the_reason(shuttle, clock):
+    QueueRobot.objects.update(watched_at=clock.now())
+    queue.tick(clock.now())
+    battery(clock, 0.2)
+    queue.tick(clock.go(1))
+    grant = Grant.objects.get(kind=GrantKind.IDLE)
+    assert (grant.end_code, grant.end_reason) == (GrantEnd.PREEMPTED, "the robot's own need comes first: dock")
 
 
 def test_idle_behaviour_runs_in_slices_gives_way_and_rests_when_nobody_watches(shuttle, people, clock):
@@ -273,6 +338,16 @@ def test_idle_behaviour_runs_in_slices_gives_way_and_rests_when_nobody_watches(s
     queue.tick(clock.go(61))
     queue.tick(clock.go(60))
     assert services.open_grant(shuttle) is None, "nobody has watched for a minute"
+
+
+def test_idle_behaviour_goes_on_while_no_web_process_is_heard(shuttle, clock, monkeypatch):
+    monkeypatch.setattr("robots.bus.may_be_watched", lambda slug: True)  # as it says then, see the next test
+    for slices in range(1, 5):
+        queue.tick(clock.now())
+        assert Grant.objects.filter(kind=GrantKind.IDLE).count() == slices
+        settle(clock, seconds=59)
+        clock.go(1)
+    assert services.open_grant(shuttle).kind == "idle"
 
 
 def test_a_silent_web_tier_is_not_nobody(redis_server):

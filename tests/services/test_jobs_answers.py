@@ -1,16 +1,18 @@
 """Jobs as a console asks for them: JSON answers, one's own, the order in which they will be served, first settings."""
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
 from django.contrib.auth.models import AnonymousUser
 from django.test import Client
 
+from portal.composites.drawn import waiting_jobs
 from portal.live.snapshot import snapshot
 from portal.seeding import add_robot
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
-from queueing.jobs.foreseeing import foreseen
+from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.models import Job, QueueRobot
 from queueing.rows import BadSettings, queue_of
 from robots import description
@@ -82,6 +84,25 @@ def test_everybody_sees_the_order_in_which_jobs_are_served_and_nobody_their_addr
         served.append(Job.objects.get(state="running").pk)
         settle(clock)
     assert served == [first.pk, other.pk, behind.pk], "as it was foreseen"
+
+
+def test_composites_number_jobs_as_the_robots_page_does(shuttle, clock):
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    for n, guest in enumerate("cde"):  # behind the first, without a tag
+        ask(shuttle, replace(SAME, guest=guest * 64), "go", {"x": 1.1 + n / 10}, clock.now())
+    ask(shuttle, OTHER, "go", {"x": 2.0}, clock.now())
+    ask(shuttle, replace(OTHER, guest="f" * 64), "go", {"x": 1.9}, clock.now())
+    queue.tick(clock.now())
+    shown = snapshot("mercury", AnonymousUser(), clock.now(), True)["jobs"]
+    assert waiting_jobs("mercury") == [job["args"] for job in shown]
+    assert waiting_jobs("nobody") == []
+
+
+def test_an_order_is_foreseen_where_the_package_of_the_robot_is_missing(shuttle, clock):
+    QueueRobot.objects.update(charged_in="seconds")
+    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    Robot.objects.update(driver="none")
+    assert in_order(Robot.objects.get()) == [job]
 
 
 def test_the_wait_is_judged_by_the_jobs_before_and_unknown_while_nobody_knows(shuttle, clock):

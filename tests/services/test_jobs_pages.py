@@ -1,10 +1,13 @@
 """The pages of jobs: without scripts, for people and guests; public fields, and permission to cancel."""
 
+from dataclasses import replace
+
 import pytest
 from django.core import mail
 from django.test import Client
 
 from queueing import services as queue
+from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
 from robots.models import Command
 from tests.services.test_jobs import settle
@@ -37,6 +40,55 @@ def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
     guest.post(job.get_absolute_url())
     job.refresh_from_db()
     assert job.state == "cancelled"
+
+
+def test_the_page_lists_jobs_in_the_order_in_which_they_are_served(shuttle, clock, monkeypatch):
+    first, other = (Asker(guest=name * 64, network=f"192.0.2.{n}") for n, name in enumerate("ab"))
+    asked = [ask(shuttle, who, "go", {"x": 1.0}, clock.now()).pk for who in (first, replace(first, guest="c"), other)]
+    queue.tick(clock.now())
+    running, behind, beside = asked
+    page = Client().get("/robots/mercury/jobs/")
+    assert [job.pk for job in page.context["jobs"]] == [running, beside, behind]
+    monkeypatch.setattr("portal.pages.jobs.SHOWN", 1)
+    page = Client().get("/robots/mercury/jobs/")
+    assert [job.state for job in page.context["jobs"]] == ["running"], "the one under way is never cut off"
+
+
+def test_a_job_behind_anothers_of_its_network_calls_nothing_the_readers_own(shuttle, people, clock):
+    guest, other, ada = Client(), Client(), Client()
+    ada.force_login(people["ada"])
+    for client in (guest, other, ada, ada):
+        post(client)
+    queue.tick(clock.now())
+    found = Job.objects.order_by("id")
+    words = [Client().get(job.get_absolute_url()).content.decode() for job in found]
+    assert "2 before it, among them an earlier request from the same network address." in words[1]
+    assert "1 before it." in words[2]
+    assert "3 before it, among them an earlier request of the same person." in words[3]
+
+
+@pytest.mark.asvs("2.4.1")
+def test_who_asks_and_cancels_again_and_again_is_refused_for_a_while(shuttle, people, settings):
+    settings.RATE_LIMITS = {"ask": "2/5m/key"}
+    guest, kim = Client(), Client()
+    kim.force_login(people["kim"])
+    for client in (guest, kim):
+        for _ in range(2):
+            client.post(post(client)["Location"])
+    for client, words in ((guest, "Your network asks"), (kim, "You ask")):
+        page = post(client)
+        assert (page.status_code, page["Retry-After"]) == (429, "300")
+        assert f"{words} for jobs too often" in page.content.decode()
+        told = client.post(
+            "/robots/mercury/jobs/", {"kind": "go", "arg-x": "1.0"}, headers={"accept": "application/json"}
+        )
+        assert (told.status_code, told["Retry-After"]) == (429, "300")
+        assert told.json()["error"].startswith(words)
+    assert post(Client()).status_code == 429, "a fresh cookie is no other network"
+    assert Job.objects.count() == 4
+    beside = Client(REMOTE_ADDR="192.0.2.9")
+    assert post(beside).status_code == 302
+    assert kim.post("/robots/mercury/jobs/", {"do": "resume"}).status_code == 302
 
 
 @pytest.mark.asvs("8.2.2")

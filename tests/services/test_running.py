@@ -4,6 +4,7 @@ import pytest
 from django.db import OperationalError
 
 from robots import grants, services
+from robots.drivers.errors import GrantOver
 from robots.models import Grant
 from robots.states import GrantKind
 from tests.services.owner import made_owner
@@ -89,6 +90,16 @@ def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkey
     owner.follower.follow_grant()
     monkeypatch.undo()
     owner.lane.gate.check()
+
+
+@pytest.mark.parametrize("which", ["pa10"], indirect=True)
+@pytest.mark.parametrize(("kind", "turn"), [(GrantKind.TURN, True), (GrantKind.JOB, False), (GrantKind.IDLE, False)])
+def test_the_end_of_a_turn_is_named_only_where_somebody_had_one(owner, kind, turn):
+    over = Grant(pk=9999, kind=kind, until=owner.owned.now())
+    owner.lane.gate.open_for(over, owner.owned.now())
+    with pytest.raises(GrantOver) as refused:
+        owner.lane.gate.check()
+    assert ("turn" in str(refused.value)) == turn
 
 
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)

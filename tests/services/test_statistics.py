@@ -122,6 +122,13 @@ def test_one_address_asks_so_often_a_minute(shuttle, client, settings):
     assert client.get(DATA, REMOTE_ADDR="192.0.2.9").status_code == 200
 
 
+def test_a_shared_cache_keeps_answers_and_no_refusals(shuttle, client, settings):
+    settings.RATE_LIMITS = {"statistics": "2/m/ip"}
+    answers = [client.get(DATA, {"from": day}) for day in ("", "soon", "")]
+    assert [answer.status_code for answer in answers] == [200, 400, 429]
+    assert [answer["Cache-Control"] for answer in answers] == ["public, max-age=60", "no-store", "no-store"]
+
+
 def test_the_indexes_are_used(shuttle, clock):
     ended = Command.objects.filter(robot=shuttle, lane="motion", ended_at__gte=clock.now()).order_by("ended_at", "id")
     asked = Job.objects.filter(robot=shuttle, asked_at__gte=clock.now()).order_by("asked_at", "id")

@@ -9,6 +9,7 @@ from robots.contract.policies import HOLD, Known, Policies, Why, why_held
 from robots.contract.session import Permit
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.models import Command, Grant
+from robots.states import ONE_COMMAND
 from workers.safety.grants import KnownGrants
 from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
@@ -16,6 +17,8 @@ from workers.safety.link import Link
 
 BEFORE_S = 0.5  # a command must be sent this long before its deadline, because the robot has to plan it
 LAPSED = "The robot's worker lost control of the robot for a moment; this command was not carried out."
+TURN_OVER = "The turn is over."
+ONE_OVER = "The robot's time for this is over."  # nobody had a turn
 TOO_LATE = "The command came too late and was not carried out."
 
 
@@ -40,6 +43,7 @@ class Gate:
     clock: Clock
     known: Callable[[], Known | None]  # the robot's present values
     grant_id: int = 0
+    over: str = TURN_OVER  # what a command of that grant is told after its end
     begin_by: float | None = None
     policies: Policies = HOLD  # of the command that runs
 
@@ -47,6 +51,7 @@ class Gate:
         """Let commands of `grant` pass until it ends."""
         self.grants.know(grant, now)
         self.grant_id = grant.pk
+        self.over = ONE_OVER if grant.kind in ONE_COMMAND else TURN_OVER
 
     def expect(self, command: Command, now: datetime) -> None:
         """Let a claimed command start until shortly before its deadline."""
@@ -101,6 +106,6 @@ class Gate:
         if why == "link":
             raise LinkDown("The live link is down, so nothing moves until it is back.")
         if why == "grant":
-            raise GrantOver("The turn is over.")
+            raise GrantOver(self.over)
         if self.begin_by is not None and self.clock.monotonic() >= self.begin_by:
             raise TooLate(TOO_LATE)

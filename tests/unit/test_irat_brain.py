@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.autonomy.ratslam import storage
 from robots.drivers.irat.brain import messages
 from robots.drivers.irat.brain.messages import Aim, Care, Clear, Feed, Key, frame, from_brain, read, to_brain
 from robots.drivers.irat.brain.mind import Mind
@@ -15,6 +16,7 @@ from robots.drivers.irat.brain.streams import HEAD, CellStream, MapStream
 from robots.drivers.irat.messages import Odometry
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.senses import between
+from tests.conftest import wait_for
 
 HALL = np.random.default_rng(5).integers(0, 255, (24, 900), np.uint8)
 
@@ -149,6 +151,26 @@ def test_a_saved_map_goes_on_and_a_cleared_one_has_another_number(tmp_path):
     assert third.slam.map_number > first.slam.map_number
     assert third.slam.map.count == 0
     assert third.slam.map_number >= number
+
+
+def test_a_save_beside_writes_only_what_is_new_and_one_that_is_cut_off_loses_nothing(mind, tmp_path, monkeypatch):
+    walk(mind, 20)
+    for _ in range(2):
+        mind._save_beside()
+        wait_for(
+            lambda: not mind._saving.locked() and (tmp_path / "brain" / "map.npz").exists(), 10, "the map is saved"
+        )
+        assert mind.slam.views.stored == mind.slam.views.count > 0
+    known = mind.slam.map.count
+
+    def killed(_):
+        raise OSError("the disk is gone")
+
+    mind.slam.views.stored = 0  # as after a copy that nobody told of the save before
+    monkeypatch.setattr(storage.os, "fsync", killed)
+    mind.save()
+    monkeypatch.undo()
+    assert Mind(tmp_path / "brain").slam.map.count == known
 
 
 @pytest.mark.parametrize("damage", [b"", b"not a map", b"PK\x03\x04" + bytes(100)])

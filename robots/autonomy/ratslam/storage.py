@@ -78,8 +78,8 @@ def _append(slam: RatSlam, path: Path) -> None:
         return
     with path.open("r+b" if path.exists() else "wb") as out:
         out.seek(begin * views.templates[0].size)
-        out.truncate()  # what a crash left behind the counted ones
         out.write(views.templates[begin : views.count].tobytes())
+        out.truncate()  # what a crash left behind; not earlier, because the map's file counts on what is there
         out.flush()
         os.fsync(out.fileno())
     views.stored = views.count

@@ -183,6 +183,10 @@ class Mind:
                 save(slam, self._folder / "map.npz")
             except OSError as error:
                 log.error("the map could not be saved: %s", error)
+                return
+            ours = self.slam.views  # a copy was saved: the next save writes only what is new since
+            if ours.mark == slam.views.mark:
+                ours.stored = slam.views.stored
 
 
 def dock_markers() -> Markers:

@@ -1,8 +1,10 @@
 """The iRat's console: strangers without accounts give goals by a click and from the list; staff drive by hand."""
 
 import re
+import shutil
 
 import pytest
+from django.conf import settings
 from playwright.sync_api import expect
 
 from queueing.models import Job
@@ -115,7 +117,13 @@ def alive(transactional_db, redis_server):
     from portal.seeding import add_robot
 
     bus.connection().flushall()
-    made = SmallPortal(add_robot("irat"), 150)
+    robot = add_robot("irat")
+    for folder in (
+        robot.rig_dir,
+        settings.VAR / "robots" / robot.slug,
+    ):  # neither the place nor the map of a test before
+        shutil.rmtree(folder, ignore_errors=True)
+    made = SmallPortal(robot, 150)
     yield made
     made.stop()
 

@@ -1,21 +1,44 @@
 """How much a robot is used: counters of five minutes, from owners, sockets and composites to the page of statistics."""
 
 import asyncio
+import threading
 from datetime import UTC, datetime, timedelta
 
 import pytest
 from asgiref.testing import ApplicationCommunicator
+from django.db import connections
 from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.live import audience as counting
 from portal.live.audience import Audience, write
 from portal.live.consumers import RobotConsumer
+from portal.live.sessions import SESSIONS
+from portal.live.threads import ANYBODY, KNOWN
 from robots import services
 from robots.models import Lease, Usage
 from workers import tasks
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
+POOLS = (KNOWN, ANYBODY, SESSIONS)
+
+
+@pytest.fixture(autouse=True)
+def _no_connection_stays_open():
+    """Close the connections of the threads of sockets, which would keep PostgreSQL from dropping the tests' database."""
+    yield
+    for pool in POOLS:
+        executor = pool._executor
+        together = threading.Barrier(executor._max_workers)
+
+        def close(together=together):
+            together.wait(10)  # each thread closes its own
+            connections.close_all()
+
+        for ended in [executor.submit(close) for _ in range(executor._max_workers)]:
+            ended.result(20)
+
+
 AT = datetime(2026, 3, 4, 10, 7, 31, 5, tzinfo=UTC)
 SLOT = datetime(2026, 3, 4, 10, 5, tzinfo=UTC)
 

@@ -123,7 +123,7 @@ class Brain:
         while self._coming and self._coming[0][0] <= self._trial.now + 1e-9:
             self.heard_at, self.newest = self._coming.pop(0)
 
-    def call(self, make: Callable[[int], ToBrain]) -> Answer:
+    def call(self, make: Callable[[int], ToBrain], seconds: float = 0.0) -> Answer:
         self._number += 1
         answer = self._take(make(self._number))
         assert answer is not None

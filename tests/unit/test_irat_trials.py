@@ -1,18 +1,29 @@
 """Minutes and hours of the iRat in its maze, on a clock of its own."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from robots.autonomy.ratslam.routes import index_of
-from robots.drivers.errors import GaveUp, Held
-from robots.drivers.irat.brain.messages import Clear
+from robots.autonomy.ratslam.storage import load
+from robots.drivers.errors import GaveUp, HardwareFault, Held
+from robots.drivers.irat.brain.messages import Clear, Forget
 from robots.drivers.irat.roaming import MapCleared
+from robots.drivers.irat.senses import Mode
 from simulators.irat.maze import DOCK
 from tests.irat_trial import Trial, place, silent
 
 WIDTH = 208  # of drawn pictures: quicker, and a little worse than the robot's own
+
+
+@dataclass(frozen=True)
+class Old:
+    """A topic that has fallen silent."""
+
+    value: object
+    at: float
 
 
 def before_dock(far, aside=0.0):
@@ -126,6 +137,108 @@ def test_a_goal_under_a_fault_ends_with_a_word_and_at_rest(tmp_path, fault, valu
     if reached:
         held = trial.brain.mind.slam.map
         assert math.dist(seen.pose[:2], held.poses[index_of(held, goal), :2]) < 0.15, "its own map says so"
+
+
+def begun(tmp_path, **options):
+    """Return a trial that knows some places, and the arguments of a goal."""
+    trial = Trial(tmp_path, width=WIDTH, **options)
+    explore(trial, 40)
+    held = trial.brain.mind.slam.map
+    return trial, place(trial, int(held.ids[held.count - 8]))
+
+
+def test_a_goal_that_charging_cuts_short_keeps_the_map_until_it_has_had_its_time(tmp_path):
+    trial, goal = begun(tmp_path)
+    trial.roaming._clear_s = 10.0
+    trial.faults.set("charge", 0.19)
+    trial.sleep(1.0)
+    with pytest.raises(Held):  # the need's hold
+        trial.roaming.goal(goal, until(trial, 0.5), silent)
+    with pytest.raises(Held):  # staff let it explore
+        trial.roaming.explore(until(trial, 5), silent)
+    assert trial.brain.mind.slam.map_number == goal["map"]
+    trial.faults.set("charge", 0.98)
+    trial.roaming.charged()
+    trial.sleep(590)
+    trial.roaming.clear_if_due()
+    assert trial.brain.mind.slam.map_number == goal["map"]
+    trial.sleep(20)
+    trial.roaming.clear_if_due()
+    assert trial.brain.mind.slam.map_number == goal["map"] + 1
+
+
+@pytest.mark.parametrize(("error", "stays"), [(Held("Cancelled."), False), (HardwareFault("The radio."), True)])
+def test_a_cancelled_goal_does_not_keep_the_map_and_one_with_a_fault_does(tmp_path, error, stays):
+    trial, goal = begun(tmp_path)
+    trial.roaming._clear_s = 10.0
+    times = iter(range(9))
+
+    def permit():
+        if next(times) > 4:
+            raise error
+
+    with pytest.raises(type(error)):
+        trial.roaming.goal(goal, permit, silent)
+    trial.sleep(1.0)
+    trial.roaming.clear_if_due()
+    assert (trial.brain.mind.slam.map_number == goal["map"]) == stays
+
+
+def test_a_goal_is_reached_although_the_map_cannot_be_cleared_then(tmp_path, monkeypatch):
+    trial, goal = begun(tmp_path)
+    call = trial.brain.call
+
+    def deaf(make, seconds=0.0):
+        if isinstance(make(0), Clear):
+            raise HardwareFault("The robot's map does not answer.")
+        return call(make, seconds)
+
+    monkeypatch.setattr(trial.brain, "call", deaf)
+    trial.roaming._clear_s = 10.0
+    assert trial.roaming.goal(goal, free, silent)["experience"] == goal["experience"]
+
+
+def test_a_brain_that_was_started_again_is_told_the_goal_again(tmp_path):
+    """The place that is lost with its last seconds is found by where it was."""
+    trial, goal = begun(tmp_path)
+    slam, lost = trial.brain.mind.slam, goal["experience"]
+    saved_at = trial.now + 1.0
+
+    def permit():
+        if trial.now > saved_at and lost in slam.map.ids:
+            slam.map.ids[: slam.map.count] += 1000  # the same places, and none of their old numbers
+            slam.skip_ids()
+            trial.brain.post(Forget())
+
+    assert trial.roaming.goal(goal, permit, silent)["map"] == goal["map"]
+    held = slam.map
+    assert math.dist(held.pose()[:2], held.poses[index_of(held, lost + 1000), :2]) < 0.15
+
+
+def test_a_battery_that_falls_silent_is_a_fault_and_its_last_word_is_not_believed(tmp_path):
+    trial, goal = begun(tmp_path)
+    trial.line.battery = Old(trial.line.battery.value, trial.now)
+    trial.sleep(9.0)
+    assert trial.senses.state().values["charge"] == pytest.approx(100, abs=2)
+    with pytest.raises(HardwareFault, match="does not tell how much charge"):
+        trial.roaming.goal(goal, free, silent)
+    assert not trial.world.drive.moving
+    assert not {"charge", "battery"} & trial.senses.state().values.keys()
+
+
+def test_at_critical_charge_a_goal_ends_at_rest_with_the_map_saved(tmp_path):
+    trial, goal = begun(tmp_path)
+    path = tmp_path / "map.npz"
+    path.unlink(missing_ok=True)
+
+    def permit():
+        trial.faults.set("charge", 0.07)
+
+    with pytest.raises(HardwareFault, match="almost flat"):
+        trial.roaming.goal(goal, permit, silent)
+    assert not trial.world.drive.moving
+    assert load(path, trial.brain.mind.slam.settings).map.count == trial.brain.mind.slam.map.count
+    assert trial.senses.state().mode == Mode.FLAT
 
 
 def test_a_map_that_is_cleared_on_the_way_ends_the_goal(tmp_path):

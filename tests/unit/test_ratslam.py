@@ -162,6 +162,22 @@ def test_with_pruning_the_map_stays_small_and_protected_places_stay():
     assert drive.map_error() < 0.15
 
 
+def test_a_pruned_place_is_found_again_where_it_was(tmp_path):
+    """Also after the one that stayed for it was pruned, too, and after the map was saved and read again."""
+    world, slam = World(), RatSlam(Settings(pruning=True, map=MapSettings(prune_each=30, square_m=0.2)))
+    drive = Drive(slam, 2, world)
+    twice = [old for old, heir in slam.heirs.items() if heir in slam.heirs]
+    assert len(slam.heirs) > 30 and twice
+    on_map = set(slam.map.ids[: slam.map.count].tolist())
+    assert {slam.standing(old) for old in slam.heirs} <= on_map
+    apart = [math.dist(drive.made[old], drive.made[slam.standing(old)]) for old in slam.heirs]
+    assert np.median(apart) < 0.2, "the same square, as far as the map was right when the one went"
+    save(slam, tmp_path / "map.npz")
+    again = load(tmp_path / "map.npz", slam.settings)
+    assert again.heirs == slam.heirs
+    assert again.standing(max(on_map)) == max(on_map) and again.standing(10**9) == 10**9
+
+
 def test_a_loaded_map_gives_the_same_answers(tmp_path):
     world, slam = World(), RatSlam(Settings(pruning=True, map=MapSettings(prune_each=25)))
     Drive(slam, 1, world)

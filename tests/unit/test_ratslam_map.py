@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from robots.autonomy.ratslam.angles import wrapped
 from robots.autonomy.ratslam.experiences import START, ExperienceMap, composed, inverted
-from robots.autonomy.ratslam.pruning import contract, pruned, staying
+from robots.autonomy.ratslam.pruning import contract, pruned, standing
 from robots.autonomy.ratslam.relaxing import sine_cosine
 from robots.autonomy.ratslam.settings import MapSettings
 from robots.autonomy.ratslam.stream import Told
@@ -135,16 +135,18 @@ def test_pruning_leaves_one_a_place_connected_and_keeps_what_is_protected(moves,
     held = driven(moves, MapSettings(square_m=square, headings=4))
     ids, count, current = set(held.ids[: held.count].tolist()), held.count, int(held.ids[held.current])
     dropped = []
-    gone, numbers = pruned(held, protected, dropped.append)
+    poses = {i: held.pose_of(n) for n, i in enumerate(held.ids[:count].tolist())}
+    heirs, numbers = pruned(held, protected, dropped.append)
     left = held.ids[: held.count].tolist()
-    assert gone == count - len(left) and set(left) <= ids
+    assert heirs.keys() == ids - set(left) and set(left) <= ids and set(heirs.values()) <= set(left)
+    assert all(math.dist(poses[old][:2], poses[heir][:2]) < square * math.sqrt(2) for old, heir in heirs.items())
     assert protected & ids <= set(left) and int(held.ids[held.current]) == current
     assert nx.is_connected(graph(held)) and nx.number_of_selfloops(graph(held)) == 0
     assert sorted(numbers.values()) == list(range(len(dropped[0])))
     assert np.isfinite(held.poses[: held.count]).all() and np.isfinite(held.measured[: held.linked]).all()
     assert len(held.pairs) == held.linked
     if not protected:
-        assert pruned(held, protected, dropped.append)[0] == 0
+        assert pruned(held, protected, dropped.append)[0] == {}
 
 
 def test_links_that_are_handed_on_add_up_what_was_measured():
@@ -173,7 +175,7 @@ def test_two_places_that_overlap_on_a_wrong_map_are_not_linked_by_pruning():
 def test_of_two_alike_the_one_last_visited_stays():
     held = driven([(0.3, 0.0, 99), (0.0, 0.0, 99), (0.3, 0.0, 99), (0.3, 0.0, 1), (0.3, 0.0, 0)])
     held.poses[2] = held.poses[1]  # two experiences at one place; the older was met again
-    assert staying(held, frozenset())[1:3].tolist() == [True, False]
+    assert standing(held, frozenset())[1:3].tolist() == [1, 1]
 
 
 @settings(max_examples=40, deadline=None)

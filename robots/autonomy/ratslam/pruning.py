@@ -18,8 +18,11 @@ Numbers = NDArray[np.int64]
 Ways = list[dict[int, tuple[Pose, float]]]  # for each experience, those it is linked with: seen where, and how long (s)
 
 
-def staying(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]:
-    """Tell for each experience whether it stays: the last visited of each square and heading, and what is protected."""
+def standing(held: ExperienceMap, protected: frozenset[int]) -> Numbers:
+    """Return for each experience the index of the one that stays for it: its own, if it stays.
+
+    The last visited of each square and heading stays, and what is protected.
+    """
     kept, n = held.settings, held.count
     poses = held.poses[:n]
     squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
@@ -32,8 +35,7 @@ def staying(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]
     order = np.lexsort((held.visited[:n], needed))  # the most wanted last
     best = np.zeros(group.max(initial=-1) + 1, np.int64)
     best[group[order]] = order
-    stays: NDArray[np.bool_] = needed | (best[group] == np.arange(n))
-    return stays
+    return np.where(needed, np.arange(n), best[group])
 
 
 def _ways(held: ExperienceMap) -> Ways:
@@ -85,14 +87,17 @@ def contract(held: ExperienceMap, stays: NDArray[np.bool_]) -> None:
 
 def pruned(
     held: ExperienceMap, protected: frozenset[int], keep_views: Callable[[Numbers], None]
-) -> tuple[int, dict[int, int]]:
+) -> tuple[dict[int, int], dict[int, int]]:
     """Prune the map, and the templates that no experience uses any more by `keep_views`.
 
-    Return how many experiences went, and the new number of each template that is left.
+    Return for the id of each experience that went the id of the one that stays where it was, and the new number of
+    each template that is left.
     """
-    before = held.count
-    contract(held, staying(held, protected))
+    stand = standing(held, protected)
+    gone = np.flatnonzero(stand != np.arange(held.count))
+    heirs = dict(zip(held.ids[gone].tolist(), held.ids[stand[gone]].tolist(), strict=True))
+    contract(held, stand == np.arange(held.count))
     used = np.unique(held.views[: held.count])
     keep_views(used)
     held.views[: held.count] = np.searchsorted(used, held.views[: held.count])
-    return before - held.count, {int(old): new for new, old in enumerate(used)}
+    return heirs, {int(old): new for new, old in enumerate(used)}

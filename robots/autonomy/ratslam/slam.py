@@ -17,6 +17,8 @@ from robots.autonomy.ratslam.settings import Settings
 from robots.autonomy.ratslam.stream import Changes, Told
 from robots.autonomy.ratslam.views import Grey, Views
 
+MOST_HEIRS = 20_000  # pruned experiences that are remembered
+MOST_LOST = 1000  # experiences, more than are made between two saves
 MOST_TIRED = 10.0  # else a view before which the robot rested for an hour would never inject again
 
 
@@ -56,6 +58,7 @@ class RatSlam:
         self.map = ExperienceMap(self.settings.map)
         self.told, self.docks = Told(self.sequence), DockPlaces()
         self.view, self.last, self.pruned_at = -1, b"", 0
+        self.heirs: dict[int, int] = {}  # pruned ids, and the ids of those that stayed where they were
 
     def clear(self) -> int:
         """Forget everything and return the number of the new map."""
@@ -173,10 +176,24 @@ class RatSlam:
 
     def prune(self) -> int:
         """Keep one experience a square and heading, and all of `keep` and `docks`; return how many went."""
-        gone, numbers = pruned(self.map, self.keep | self.docks.places.keys(), self.views.keep)
+        heirs, numbers = pruned(self.map, self.keep | self.docks.places.keys(), self.views.keep)
         self.view = numbers.get(self.view, -1)
         self.told = Told(self.sequence)
-        return gone
+        self.heirs |= heirs
+        for old in list(self.heirs)[:-MOST_HEIRS]:
+            del self.heirs[old]
+        return len(heirs)
+
+    def standing(self, experience: int) -> int:
+        """Return the id of the experience that stays where a pruned one was; the same id for any other."""
+        for _ in self.heirs:  # one that stayed may have been pruned later
+            experience = self.heirs.get(experience, experience)
+        return experience
+
+    def skip_ids(self) -> None:
+        """Leave out as many ids as may have been given after the map was saved; what had one is not on this map."""
+        self.map.next_id += MOST_LOST
+        self.pruned_at += MOST_LOST
 
     def since(self, sequence: int) -> Changes:
         """Return what changed on the map after a sequence number; -1 asks for everything."""

@@ -41,6 +41,7 @@ def save(slam: RatSlam, path: Path) -> None:
     arrays |= {f"node_{name}": getattr(held, name)[: held.count] for name, _, _ in NODES}
     arrays |= {f"link_{name}": getattr(held, name)[: held.linked] for name, _, _ in LINKS}
     arrays |= {f"told_{name}": getattr(told, name) for name in TOLD}
+    arrays["heirs"] = np.array(list(slam.heirs.items()), np.int64).reshape(-1, 2)
     rest = {
         "format": FORMAT,
         "settings": asdict(slam.settings),
@@ -129,6 +130,8 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     for name, count in zip(TOLD, (held.count, held.count, held.linked), strict=True):
         setattr(told, name, _like(getattr(told, name), arrays[f"told_{name}"], count, name))
     slam.cells.cells = _like(slam.cells.cells, arrays["cells"], len(slam.cells.cells), "cells")
+    heirs = arrays.get("heirs", np.zeros((0, 2), np.int64))  # older maps have none
+    slam.heirs = dict(_like(np.zeros((0, 2), np.int64), heirs, len(heirs), "heirs").tolist())
     told.whole_since = int(rest["whole_since"])
     slam.sequence, slam.view, slam.pruned_at = int(rest["sequence"]), int(rest["view"]), int(rest["pruned_at"])
     slam.keep, slam.last = frozenset(map(int, rest["keep"])), bytes.fromhex(rest["last"])

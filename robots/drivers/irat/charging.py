@@ -7,8 +7,8 @@ from math import pi
 
 from robots.autonomy.docking import Docking, Sighting, dock
 from robots.contract.session import JSON, OnStage, Permit, Progress
-from robots.drivers.errors import GaveUp, HardwareFault
-from robots.drivers.irat.brain.messages import NONE, Aim, AimAtDock, Forget, Save, Seen
+from robots.drivers.errors import GaveUp
+from robots.drivers.irat.brain.messages import NONE, Aim, AimAtDock, Forget, Seen
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.senses import Mode
 from robots.drivers.irat.spec import FULL
@@ -20,6 +20,7 @@ NEAR_M, ASIDE = 1.7, 0.95  # the marker is used from here, if it is wholly in th
 OLD_S = 0.3  # of a sighting
 TURN_RAD_S = 1.0  # looking round at a place
 PLACE_S = 120.0  # on the way to one place
+UNLED_S = 3.0  # without being led there, it tries another
 ROAM_S = 60.0  # where no place is known, so long before the known ones are tried again
 TOLD_S = 10.0
 
@@ -41,18 +42,12 @@ class Charging:
         on_stage("sent")
         on_stage("acknowledged")
         tries = 0
-        try:
-            while not self._full:
-                if not self._senses.charging:
-                    tries += self._dock(permit, on_stage)
-                    if tries >= TRIES:
-                        raise GaveUp(f"The robot did not get into its dock in {tries} tries; its contacts may be bent.")
-                self._rest(permit, on_stage)
-        except HardwareFault:
-            if self._senses.critical:
-                self._brain.call(Save)
-                self._senses.mode = Mode.FLAT
-            raise
+        while not self._full:
+            if not self._senses.charging:
+                tries += self._dock(permit, on_stage)
+                if tries >= TRIES:
+                    raise GaveUp(f"The robot did not get into its dock in {tries} tries; its contacts may be bent.")
+            self._rest(permit, on_stage)
         return {"tries": tries, "from": round(100 * share, 1), "seconds": round(self._clock.monotonic() - began)}
 
     @property
@@ -115,15 +110,17 @@ class Charging:
     def _sought(self, permit: Permit, place: int | None, seconds: float) -> bool:
         """Drive to a place, or roam without one, until the dock is seen or the time is over."""
         until = self._clock.monotonic() + seconds
-        while self._clock.monotonic() < until:
+        led = self._clock.monotonic()
+        while self._clock.monotonic() < until and (place is None or self._clock.monotonic() - led < UNLED_S):
             seen = self._wheels.pause(permit)
             if self._senses.charging or self._visible(seen):
                 return True
             if seen is None:
-                continue
-            if place is None:
+                led = self._clock.monotonic()  # silence is not its refusal to lead there
+            elif place is None:
                 self._wheels.steer(None, permit, Mode.DOCKING)
             elif seen.guided is not None and seen.guided.goal == place:
+                led = self._clock.monotonic()
                 if seen.guided.reached:
                     return False
                 self._wheels.steer(seen.guided.bearing, permit, Mode.DOCKING)

@@ -1,5 +1,6 @@
 """The iRat's driver: everybody's goals, exploring and charging, by the map of a brain in a process of its own."""
 
+import contextlib
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
-from robots.drivers.errors import HardwareFault
+from robots.drivers.errors import HardwareFault, RobotError
 from robots.drivers.irat.brain.messages import Care, Clear, Key, Packet
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.charging import Charging
@@ -66,18 +67,25 @@ class Driver(Session):
         motions: dict[str, Callable[[], JSON]] = {
             "goal": lambda: self._roaming.goal(args, permit, on_stage),
             "explore": lambda: self._roaming.explore(permit, on_stage),
-            "charge": lambda: self._charging.charge(permit, on_stage),
+            "charge": lambda: self._charge(permit, on_stage),
             "drive": lambda: self._drive(args, permit, on_stage),
         }
         if kind in motions:
             sent = motions[kind]()
-            return Outcome(sent, self.state())
+            with contextlib.suppress(RobotError):  # it was done; whether the robot answers now is another matter
+                return Outcome(sent, self.state())
+            return Outcome(sent, self.latest())
         permit()
         on_stage("sent")
         pruning = kind == "pruning" and number(args, "on") >= 0.5
         self.brain.call((lambda n: Care(n, pruning)) if kind == "pruning" else Clear)
         on_stage("acknowledged")
         return Outcome(dict(args), self.latest())
+
+    def _charge(self, permit: Permit, on_stage: OnStage) -> JSON:
+        sent = self._charging.charge(permit, on_stage)
+        self._roaming.charged()
+        return sent
 
     def _drive(self, args: JSON, permit: Permit, on_stage: OnStage) -> JSON:
         """Drive by hand while `permit` allows it."""

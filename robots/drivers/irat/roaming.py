@@ -1,10 +1,14 @@
 """Exploring, going to a goal, and leaving the dock."""
 
+import contextlib
+from collections.abc import Callable
+
 from robots.contract.session import JSON, OnStage, Permit, Progress
 from robots.contract.values import number
 from robots.description import load
-from robots.drivers.errors import BadRequest, GaveUp, RobotError
-from robots.drivers.irat.brain.messages import NONE, Aim, Clear, Forget
+from robots.drivers.errors import BadRequest, GaveUp, HardwareFault, RobotError
+from robots.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
+from robots.drivers.irat.brain.process import ANSWER_S
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.senses import Mode, between
 from robots.drivers.irat.spec import SLICE_S
@@ -13,7 +17,8 @@ from robots.drivers.irat.wheels import Wheels
 EARLY_S = 3.0  # a slice ends by itself so long before its grant
 BACK_M, BACK_M_S, BACK_S = 0.42, 0.10, 8.0  # out of the dock's funnel
 ROUND_RAD, ROUND_RAD_S, ROUND_S = 2.6, 1.2, 5.0
-WAITS_S = 3 * 3600.0  # for so long a goal that was cut short keeps the map, as long as charging takes
+CHARGES_S, COMES_S = 3 * 3600.0, 600.0  # so long a goal that was cut short keeps the map: to charge, and else
+UNLED_S = 2.0  # without being led to the goal: it is said again
 
 
 class MapCleared(BadRequest):
@@ -29,12 +34,11 @@ class Roaming:
         self._wheels, self._brain, self._senses = wheels, wheels.brain, wheels.senses
         self._clock = wheels.clock
         self._clear_s = float(load("irat")["map"]["clear_s"])
-        self._cut_short: tuple[JSON, float] | None = None  # a goal that may come again, and since when
+        self._kept_until = -1e9  # a goal that was cut short may come again until then, and needs this map
 
     def explore(self, permit: Permit, on_stage: OnStage) -> JSON:
-        """Roam for a slice; nobody's goal waits, so it is the time to clear a map."""
+        """Roam for a slice."""
         until = self._clock.monotonic() + SLICE_S - EARLY_S
-        self._cut_short = None
         self.clear_if_due()
         began = self._senses.driven
 
@@ -48,12 +52,29 @@ class Roaming:
         return {"driven": round(self._senses.driven - began, 3)}
 
     def clear_if_due(self) -> None:
-        """Clear a map that is not pruned and old enough, unless a goal that was cut short needs it."""
+        """Clear a map that is not pruned and old enough, unless a goal that was cut short needs it.
+
+        A brain that does not answer clears it another time.
+        """
         seen = self._brain.fresh()
-        if seen is None or seen.pruning or seen.age < self._clear_s:
+        if seen is None or seen.pruning or seen.age < self._clear_s or self._clock.monotonic() < self._kept_until:
             return
-        if self._cut_short is None or self._clock.monotonic() - self._cut_short[1] > WAITS_S:
+        with contextlib.suppress(HardwareFault):
             self._brain.call(Clear)
+
+    def charged(self) -> None:
+        """A goal that charging cut short comes soon, or not at all."""
+        self._kept_until = min(self._kept_until, self._clock.monotonic() + COMES_S)
+
+    def _cut_short(self, error: RobotError) -> None:
+        """Keep the map for a goal that waits again: the robot has to charge, or had a fault.
+
+        Who cancels a goal, or stops the robot, has it held in the same way as a need; but then no need is there.
+        """
+        if self._senses.low:
+            self._kept_until = self._clock.monotonic() + CHARGES_S
+        elif isinstance(error, HardwareFault):
+            self._kept_until = self._clock.monotonic() + COMES_S
 
     def leave_dock(self, permit: Permit, on_stage: OnStage) -> None:
         """Reverse out of the dock and turn round, if the charger's contacts are closed."""
@@ -90,20 +111,20 @@ class Roaming:
         permit()
         x, y, which = number(args, "x"), number(args, "y"), int(number(args, "map"))
         wanted = int(number(args, "experience")) if "experience" in args else NONE
-        answer = self._brain.call(lambda n: Aim(n, which, x, y, wanted))
-        if answer.refusal:
-            raise (MapCleared if answer.cleared else BadRequest)(answer.refusal)
-        if self._cut_short is not None and self._cut_short[0] == args:
-            self._cut_short = None
+
+        def aim(seconds: float) -> Answer:
+            answer = self._brain.call(lambda n: Aim(n, which, x, y, wanted), seconds)
+            if answer.refusal:
+                raise (MapCleared if answer.cleared else BadRequest)(answer.refusal)
+            return answer
+
+        answer = aim(ANSWER_S)
+        self._kept_until = -1e9  # one that was cut short comes before all others, so it is this one, or was cancelled
         self._brain.keep_aim(lambda n: Aim(n, which, x, y, answer.experience))
         try:
-            self._wheels.during(
-                permit, Mode.GOAL, lambda free: self._go(which, answer.experience, answer.limit_s, free, on_stage)
-            )
-        except (GaveUp, MapCleared):
-            raise
-        except RobotError:
-            self._cut_short = (dict(args), self._clock.monotonic())
+            self._wheels.during(permit, Mode.GOAL, lambda free: self._go(which, answer, aim, free, on_stage))
+        except RobotError as error:
+            self._cut_short(error)
             raise
         finally:
             self._brain.keep_aim(None)
@@ -111,9 +132,11 @@ class Roaming:
         self.clear_if_due()
         return {"experience": answer.experience, "map": which, "limit_s": round(answer.limit_s, 1)}
 
-    def _go(self, which: int, goal: int, limit_s: float, permit: Permit, on_stage: OnStage) -> None:
+    def _go(self, which: int, aimed: Answer, aim: Callable[[float], Answer], permit: Permit, on_stage: OnStage) -> None:
         began, told = self._clock.monotonic(), 0.0
+        goal, limit_s = aimed.experience, aimed.limit_s
         self.leave_dock(permit, on_stage)
+        led = self._clock.monotonic()
         while True:
             spent = self._clock.monotonic() - began
             if spent > limit_s:
@@ -121,8 +144,16 @@ class Roaming:
             seen = self._wheels.pause(permit)
             if seen is not None and seen.map_number != which:
                 raise MapCleared("The map was cleared on the way, so this place is no longer known.")
-            if seen is None or seen.guided is None or seen.guided.goal != goal:
+            if seen is None:
+                led = self._clock.monotonic()
                 continue
+            if seen.guided is None or seen.guided.goal != goal:
+                if self._clock.monotonic() - led > UNLED_S:  # a brain that was started again may know it otherwise
+                    led = self._clock.monotonic()
+                    with contextlib.suppress(HardwareFault):
+                        goal = aim(UNLED_S).experience
+                continue
+            led = self._clock.monotonic()
             if seen.guided.reached:
                 return
             self._wheels.steer(seen.guided.bearing, permit, Mode.GOAL)

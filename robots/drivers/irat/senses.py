@@ -14,7 +14,7 @@ from robots.drivers.errors import RobotError
 from robots.drivers.irat.brain.messages import Feed
 from robots.drivers.irat.brain.process import BrainProcess
 from robots.drivers.irat.line import IratLine
-from robots.drivers.irat.messages import Odometry, Picture
+from robots.drivers.irat.messages import BatteryState, Odometry, Picture
 from robots.drivers.irat.protocol import FULL
 
 STEP_S, REST_S = 0.1, 1.0  # between two steps: on the way, and at rest
@@ -22,6 +22,7 @@ LONGEST_STEP_S = 1.0
 LEAST_S, LATE_S = 0.02, 0.05  # by so much a picture may come late before a step goes without it
 FRESH_S = 0.5
 CHARGER_FRESH_S = 2.0
+BATTERY_FRESH_S = 10.0
 AWAKE_S = 3.0  # for so long after a motion, or after somebody wanted a picture, the robot's camera runs
 FASTEST_M_S, FASTEST_RAD_S = 0.4, 5.0
 JUMP_M = 0.4  # odometry that changes by more in a step has begun anew
@@ -156,21 +157,32 @@ class Senses:
     @property
     def charging(self) -> bool:
         """Tell whether current flows from the charger; nothing else counts."""
-        charger, battery = self._line.charger, self._line.battery.value
+        charger = self._line.charger
         flows = (charger.value or 0.0) > 0.0 and self._clock.monotonic() - charger.at < CHARGER_FRESH_S
-        return flows and battery is not None
+        return flows and self.battery is not None
+
+    @property
+    def battery(self) -> BatteryState | None:
+        """Return what the battery told last; None if it has been silent for long."""
+        battery = self._line.battery
+        return battery.value if self._clock.monotonic() - battery.at < BATTERY_FRESH_S else None
 
     @property
     def full(self) -> bool:
         """Tell whether the charger says that the battery is full."""
-        battery = self._line.battery.value
+        battery = self.battery
         return battery is not None and battery.status == FULL
 
     @property
     def share(self) -> float:
         """Return the share of the battery's charge that is left; 1 where it is not known."""
-        battery = self._line.battery.value
+        battery = self.battery
         return battery.share if battery is not None else 1.0
+
+    @property
+    def low(self) -> bool:
+        """Tell whether it is time to charge."""
+        return self.share < float(self._battery["low"])
 
     @property
     def critical(self) -> bool:
@@ -179,7 +191,7 @@ class Senses:
 
     def state(self) -> RobotState:
         """Return the newest state, as it was heard."""
-        line, seen, battery = self._line, self._brain.newest, self._line.battery.value
+        line, seen, battery = self._line, self._brain.newest, self.battery
         status, values = line.status.value, {"driven": self.driven, "charging": float(self.charging)}
         if battery is not None:
             values |= {"battery": battery.voltage, "charge": 100.0 * battery.share}

@@ -1,5 +1,6 @@
 """The wheels: every velocity passes here, after a permit, and a hold ends it for good."""
 
+import contextlib
 import random
 import threading
 import time
@@ -11,7 +12,7 @@ from robots.autonomy.steering import Limits, Memory, Sensed, Steer, steer
 from robots.clock import Timer
 from robots.contract.session import Permit
 from robots.drivers.errors import CameraFault, HardwareFault, Held
-from robots.drivers.irat.brain.messages import Seen
+from robots.drivers.irat.brain.messages import Save, Seen
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity
@@ -25,6 +26,7 @@ BLIND_S = 20.0  # without a usable picture
 TROUBLED_S = 10.0  # of nothing but stalls and obstacles
 DOCK_SEEN_S, FUNNEL_M, NEAREST_M = 1.0, 0.33, 0.05
 STANDING_S, STANDING_M = 6.0, 0.05  # no farther in this time: it backs off, or goes ahead, in turn
+BATTERY_SILENT = "The robot does not tell how much charge its battery has."
 FLAT = "The battery is almost flat and the dock was not reached; staff have to put the robot into its dock."
 REST = Velocity(0.0, 0.0)
 
@@ -66,7 +68,10 @@ class Wheels:
             self.line.drive(velocity, permit)
 
     def during(self, permit: Permit, mode: str, act: Callable[[Permit], None]) -> None:
-        """Run a motion with its permit; at its end the robot is held, whatever ended it."""
+        """Run a motion with its permit; at its end the robot is held, whatever ended it.
+
+        Once the battery is almost flat, the map is saved, too.
+        """
         before = self.holds
 
         def free() -> None:
@@ -80,20 +85,27 @@ class Wheels:
             act(free)
         finally:
             self.senses.mode, self.senses.find = Mode.RESTING, False
-            if self.line.bridge.is_open:
-                self.line.hold()
+            try:
+                if self.line.bridge.is_open:
+                    self.line.hold()
+            finally:
+                if self.senses.critical:
+                    with contextlib.suppress(HardwareFault):  # a brain that does not answer
+                        self.brain.call(Save)
 
     def pause(self, permit: Permit) -> Seen | None:
         """Wait for the next moment; return the brain's newest answer.
 
         None: brain or robot is silent, and the wheels were told to rest. Raises HardwareFault once that lasts, once
-        the battery is almost flat, CameraFault if no picture has been of use for long.
+        the battery is almost flat or silent, CameraFault if no picture has been of use for long.
         """
         self.clock.sleep(max(0.0, self._stepped_at + STEP_S - self.clock.monotonic()))
         now = self._stepped_at = self.clock.monotonic()
         self.senses.awake()
         if self.senses.critical:
             raise HardwareFault(FLAT)
+        if self.senses.battery is None:
+            raise HardwareFault(BATTERY_SILENT)
         seen, heard = self.brain.fresh(), min(self.line.ranges.at, self.line.odometry.at)
         if now - heard <= FRESH_S:
             self._line_at = now

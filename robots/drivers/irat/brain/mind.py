@@ -62,6 +62,7 @@ class Mind:
                 continue
             slam.settings = Settings(pruning=self._pruning)
             if slam.map_number == self._number:
+                slam.skip_ids()
                 return slam
         self._number, self._age = self._number + 1, 0.0
         self._keep()
@@ -103,8 +104,8 @@ class Mind:
         held = self.slam.map
         if wanted.map_number != self.slam.map_number:
             return Answer(wanted.number, CLEARED, cleared=True)
-        known = index_of(held, wanted.experience) >= 0
-        goal = wanted.experience if known else nearest(held, wanted.x, wanted.y)
+        stands = self.slam.standing(wanted.experience)
+        goal = stands if index_of(held, stands) >= 0 else nearest(held, wanted.x, wanted.y)
         return Answer(wanted.number, NO_PLACE) if goal is None else self._to(wanted.number, goal)
 
     def _to(self, number: int, goal: int) -> Answer:

@@ -100,7 +100,10 @@ class BrainProcess:
 
     def _take(self, said: FromBrain) -> None:
         if isinstance(said, Packet):
-            self._packet(said)
+            try:
+                self._packet(said)
+            except Exception:  # a packet that cannot be handed on is no reason to end the brain
+                log.exception("a packet of the stream %r was lost", said.stream)
             return
         with self._changed:
             if isinstance(said, Seen):

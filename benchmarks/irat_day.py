@@ -114,6 +114,7 @@ class Day:
         try:
             self.trial.charging.charge(lambda: None, silent)
             self.count["recharges"] += 1
+            self.trial.roaming.charged()
         except RobotError as error:
             self.count["recharges failed"] += 1
             self.count[f"charge: {error}"[:60]] += 1
@@ -121,9 +122,11 @@ class Day:
 
     def told(self, took: float) -> dict[str, object]:
         """Return what is printed."""
-        attempted = self.count["reached"] + self.count["given up"]
+        ended = self.count["goals"] - len(self.goals)
+        attempted = ended - self.count["dropped"]
         return {
-            **dict(self.count), "share": round(self.count["reached"] / max(1, attempted), 3),
+            **dict(self.count), "share": round(self.count["reached"] / max(1, ended), 3),
+            "of_attempted": round(self.count["reached"] / max(1, attempted), 3),
             "near_by_truth": round(sum(d < TRUE_M for d in self.apart) / max(1, len(self.apart)), 3),
             "apart_m": [round(percentile(self.apart, q), 2) for q in (0.5, 0.9)] if self.apart else [],
             "metres": round(self.trial.world.driven, 1), "cleared": len(self._maps) - 1,
@@ -145,7 +148,7 @@ def main() -> None:
         share >= goal and day.trial.world.driven >= PAPER["metres"] * HOURS / 24 and not day.count["recharges failed"]
         and float(str(found["times_real"])) >= TIMES
     )  # fmt: skip
-    tell("irat_day", share, "of the goals that were attempted are reached", f">= {goal}", held, found)
+    tell("irat_day", share, "of the goals that were accepted are reached", f">= {goal}", held, found)
 
 
 if __name__ == "__main__":

@@ -164,6 +164,14 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     return _show(request, job, asker)
 
 
+def _in_words(job: Job) -> list[tuple[str, str]]:
+    """Return what was asked, each value with its unit, where the robot still takes such jobs."""
+    kinds = (kind for kind in job_kinds(job.robot) if kind.kind == job.kind)
+    units = {argument.name: argument.unit for kind in kinds for argument in kind.arguments}
+    told = {name: f"{value:.10g}" if isinstance(value, float) else str(value) for name, value in job.args.items()}
+    return [(name, f"{value} {units.get(name, '')}".strip()) for name, value in told.items()]
+
+
 def _survey(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
     if not consume(request, app="farhand", action="survey", config=settings.RATE_LIMITS):
         return _show(request, job, asker, "Too many answers come from your network; send yours in a minute.", 429)
@@ -180,7 +188,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     order = foreseen(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
     ahead = next((one.ahead for one in order if one.job == job), 0)
     context = {
-        "job": job, "open": job.state in OPEN_JOB, "ahead": ahead, "may_cancel": may_cancel(job, asker),
+        "job": job, "asked": _in_words(job), "open": job.state in OPEN_JOB, "ahead": ahead, "may_cancel": may_cancel(job, asker),
         "commands": Command.objects.filter(grant__in=grants).order_by("id"),
         "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
         "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],

@@ -112,12 +112,12 @@ def _use(use: Use, span: Span) -> list[Row]:
     """Return the rows that the portal counts of every robot."""
     share = None if use.online_s is None or not span.seconds else 100.0 * min(1.0, use.online_s / span.seconds)
     sent = None if use.sent_bytes is None else use.sent_bytes / 1e6
-    rate = None if sent is None or not span.seconds else 8 * sent / span.seconds
+    rate = None if sent is None or not span.seconds else 8000 * sent / span.seconds
     return [
         Row("Time online", share, "%", 1),
         Row("Most visitors at once", use.watching),
         Row("Sent to visitors, live", sent, "MB", 1),
-        Row("Sent to visitors, live, on average", rate, "Mbit/s", 3),
+        Row("Sent to visitors, live, on average", rate, "kbit/s", 1),
     ]
 
 

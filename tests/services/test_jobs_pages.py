@@ -31,6 +31,7 @@ def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
     assert page["X-Robots-Tag"] == "noindex, nofollow"
     assert b"Cancel this job" in page.content
     assert b"noindex" in page.content
+    assert b"<li>x: 1 m</li>" in page.content
     assert b"Cancel this job" not in other.get(job.get_absolute_url()).content
     assert job.key not in other.get("/robots/mercury/jobs/").content.decode(), "the address of a guest's page is theirs"
     other.post(job.get_absolute_url())

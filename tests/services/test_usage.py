@@ -155,7 +155,7 @@ def test_the_page_of_statistics_tells_them(shuttle, clock, client, monkeypatch):
     assert rows["Time online"] == pytest.approx(0.5)
     assert rows["Most visitors at once"] == 4
     assert rows["Sent to visitors, live"] == pytest.approx(9.0)
-    assert rows["Sent to visitors, live, on average"] == pytest.approx(8 * 9.0 / 86400)
+    assert rows["Sent to visitors, live, on average"] == pytest.approx(8000 * 9.0 / 86400)
     page = client.get("/robots/mercury/statistics/").content.decode()
     assert "Most visitors at once" in page
     assert "9.0 MB" in page

@@ -18,6 +18,8 @@ export class JobPanel {
   /** Own jobs that were open when last looked at; with a new one its place has still to be told. */
   private followed = new Set<number>();
   private fresh = 0;
+  /** Own jobs that were seen waiting: of such a one it is told that it has begun. */
+  private waiting = new Set<number>();
   private rows = new Map<number, HTMLElement>();
 
   constructor(private page: RobotPage, token: string, private words: Words, private changed: () => void) {
@@ -84,8 +86,20 @@ export class JobPanel {
       this.fresh = 0;
       this.page.notice(about, "info");
     }
+    this.tellBegun();
     this.list();
     this.changed();
+  }
+
+  private tellBegun(): void {
+    for (const { job: { id, state }, own } of this.open) {
+      if (own && state === "waiting") this.waiting.add(id);
+      else if (own && this.waiting.delete(id)) this.page.notice(this.begun(), "info");
+    }
+  }
+
+  private begun(): string {
+    return `The robot is on its way to your ${this.words.noun}.`;
   }
 
   private about(job: OwnJob | undefined): string {
@@ -96,7 +110,7 @@ export class JobPanel {
     const told = this.open.find(({ job: { id } }) => id === job.id)?.job;
     const stopped = s.stopped ? " The robot was stopped; your place is kept." : "";
     if (!told) return `Your ${noun} was taken.${stopped}`;
-    if (told.state === "running") return `The robot is on its way to your ${noun}.`;
+    if (told.state === "running") return this.begun();
     const before = told.ahead === 0 ? "It is next" : told.ahead === 1 ? "One is before it" : `${told.ahead} are before it`;
     return `Your ${noun} waits. ${before}; ${waitWords(told.wait_s)}.${[job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean).map((why) => ` ${why}`).join("")}${stopped}`;
   }

@@ -144,6 +144,27 @@ def test_all_watchers_are_given_the_same_drawing(served):
     assert asyncio.run(looked()) >= 13
 
 
+def test_who_reads_slowly_skips_pictures_and_gets_the_newest(served):
+    composite = SPEC.all_of(Composite)[0]
+
+    async def looked():
+        one, read = drawn("irat", SPEC, composite), []
+        with one.watched():
+            parts = one.parts()
+            for _ in range(4):
+                read.append(await anext(parts))
+                begun = one.frames
+                while one.frames < begun + 4:
+                    await asyncio.sleep(0.02)
+            newest = await anext(parts)
+            assert newest is one._part
+            return len({*read, newest}), one.frames
+
+    seen, frames = asyncio.run(looked())
+    assert seen == 5
+    assert frames >= 16, "the drawing did not wait for the reader"
+
+
 @pytest.mark.asvs("2.4.1", "15.2.2")
 def test_viewers_are_limited_by_address_and_by_robot_and_leave_their_place(served):
     watch, _ = served

@@ -1,6 +1,7 @@
 """Whatever is asked of a robot's check, preview or program checker: little work, and an answer in words."""
 
 import contextlib
+import gc
 import math
 import time
 import tracemalloc
@@ -107,11 +108,17 @@ def refused_or_done(name, kind, args, joints):
 
 @pytest.fixture(scope="module", autouse=True)
 def _warm():
-    """What is made once in a process is no request's work."""
+    """What is made once in a process is no request's work, nor is a look through what other tests left behind."""
     for name in ("mercury", "pa10"):
         check(name, "noop", {})
     preview("home", {}, READY)
     preview("line", {"x": 0.5, "y": 0.1, "z": 0.3, "roll": math.pi, "pitch": 0, "yaw": math.pi}, READY)
+    with contextlib.suppress(RobotError):
+        check("pa10", "program", {"text": "j 0 0 0 0 0 0\nl 500 0 300 180 0 180"})
+    gc.collect()
+    gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 @pytest.mark.asvs("2.4.1", "15.2.2")

@@ -1,6 +1,7 @@
 """Fixtures of all tests: people, robots and stores."""
 
 import subprocess
+import sys
 import time
 from datetime import UTC, datetime, timedelta
 from itertools import count
@@ -10,6 +11,7 @@ from django.conf import settings
 from django.test import TransactionTestCase
 from hypothesis import settings as hypothesis_settings
 from pytest_django.plugin import blocking_manager_key
+from whitenoise.middleware import WhiteNoiseMiddleware
 
 hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
 hypothesis_settings.load_profile("farhand")
@@ -31,6 +33,18 @@ def _emptied(_case):
 
 
 TransactionTestCase._fixture_teardown = _emptied
+
+
+def _found_once(self, _find=WhiteNoiseMiddleware.add_files_from_finders, _found={}):  # noqa: B006 - kept on purpose
+    """Look static files up once for all test clients, which otherwise each read every one of them again."""
+    path = tuple(sys.path)  # a test's package brings its own
+    if path not in _found:
+        _find(self)
+        _found[path] = dict(self.files)
+    self.files.update(_found[path])
+
+
+WhiteNoiseMiddleware.add_files_from_finders = _found_once
 
 
 class FakeClock:

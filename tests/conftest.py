@@ -109,20 +109,20 @@ def wait_for(condition, seconds: float, what: str):
         time.sleep(0.02)
 
 
-BOTH = pytest.mark.parametrize("which", ["mercury", "pa10"], indirect=True)
-
-
 def at_length(value):
     """A parameter that is tried in `make test-all` and `make proofs` only."""
     return pytest.param(value, marks=pytest.mark.length)
 
 
 BOTH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10")], indirect=True)
+# the iRat's motions are held: a machine that stalls for a quarter of a second ends them
+IRAT = pytest.param("irat", marks=(pytest.mark.length, pytest.mark.alone))
+EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"), IRAT], indirect=True)
 
 
 @pytest.fixture
 def which(request):
-    """Which robot a test is about; `BOTH` runs it over both that ship."""
+    """Which robot a test is about; `EACH_AT_LENGTH` runs it over all that ship."""
     return getattr(request, "param", "mercury")
 
 

@@ -1,6 +1,7 @@
 """Fixtures of all tests: people, robots and stores."""
 
 import subprocess
+import sys
 import time
 from datetime import UTC, datetime, timedelta
 from itertools import count
@@ -10,6 +11,7 @@ from django.conf import settings
 from django.test import TransactionTestCase
 from hypothesis import settings as hypothesis_settings
 from pytest_django.plugin import blocking_manager_key
+from whitenoise.middleware import WhiteNoiseMiddleware
 
 hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
 hypothesis_settings.load_profile("farhand")
@@ -31,6 +33,18 @@ def _emptied(_case):
 
 
 TransactionTestCase._fixture_teardown = _emptied
+
+
+def _found_once(self, _find=WhiteNoiseMiddleware.add_files_from_finders, _found={}):  # noqa: B006 - kept on purpose
+    """Look static files up once for all test clients, which otherwise each read every one of them again."""
+    path = tuple(sys.path)  # a test's package brings its own
+    if path not in _found:
+        _find(self)
+        _found[path] = dict(self.files)
+    self.files.update(_found[path])
+
+
+WhiteNoiseMiddleware.add_files_from_finders = _found_once
 
 
 class FakeClock:
@@ -109,20 +123,20 @@ def wait_for(condition, seconds: float, what: str):
         time.sleep(0.02)
 
 
-BOTH = pytest.mark.parametrize("which", ["mercury", "pa10"], indirect=True)
-
-
 def at_length(value):
     """A parameter that is tried in `make test-all` and `make proofs` only."""
     return pytest.param(value, marks=pytest.mark.length)
 
 
 BOTH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10")], indirect=True)
+# the iRat's motions are held: a machine that stalls for a quarter of a second ends them
+IRAT = pytest.param("irat", marks=(pytest.mark.length, pytest.mark.alone))
+EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"), IRAT], indirect=True)
 
 
 @pytest.fixture
 def which(request):
-    """Which robot a test is about; `BOTH` runs it over both that ship."""
+    """Which robot a test is about; `EACH_AT_LENGTH` runs it over all that ship."""
     return getattr(request, "param", "mercury")
 
 

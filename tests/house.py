@@ -11,7 +11,7 @@ from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle
-from tests.faults.arms import ARMS
+from tests.faults.wishes import ROBOTS
 from tests.rig import Child, Simulator, Web, housekeeping, worker
 from tests.store import wipe
 
@@ -53,7 +53,7 @@ class House:
             robot.rig_dir.mkdir(parents=True)
             Robot.objects.update(cycle=Cycle.OFFLINE)
             self._robot = Robot.objects.get(pk=robot.pk)
-            self.sim = ARMS[robot.driver].simulator(robot.rig_dir)
+            self.sim = ROBOTS[robot.driver].simulator(robot.rig_dir)
         return self.sim
 
     def owner_of(self, robot: Robot) -> Child:

@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 KEPT = ROOT / "docs" / "reference" / "proofs.json"
 PAGE = ROOT / "docs" / "reference" / "proofs.md"
-ROBOTS = ("mercury", "pa10")
+ROBOTS = ("mercury", "pa10", "irat")
 PROMISES = {
     1: "One command, at most one motion.",
     2: "A crash means `unknown`, never a replay.",

@@ -44,12 +44,12 @@ class Stand:
     """One robot with its simulator, its owner and its people."""
 
     def __init__(self, robot, first, dice) -> None:
-        from tests.faults.arms import ARMS
+        from tests.faults.wishes import ROBOTS
         from tests.rig import worker
 
-        self.robot, self.dice, self.arm = robot, dice, ARMS[robot.driver]
+        self.robot, self.dice, self.wishes = robot, dice, ROBOTS[robot.driver]
         self.people = [first, *(self._person(i) for i in range(3))]
-        self.sim = self.arm.simulator(robot.rig_dir)
+        self.sim = self.wishes.simulator(robot.rig_dir)
         self._begin = lambda: worker(robot.slug)
         self.worker = self._begin()
         self.done = {"commands": 0, "refused": 0, "turns": 0, "faults": 0}
@@ -118,7 +118,7 @@ class Stand:
             args = {"x": self.dice.uniform(-0.2, 0.2), "y": self.dice.uniform(0.3, 0.5)}
         elif kind == "program":
             args = {"number": self.dice.choice((1.0, 2.0))}
-        kind, args = self.arm.spell(kind, args, None)
+        kind, args = self.wishes.spell(kind, args, None)
         grant = grant_of(self.robot, person, SYSTEM.now())
         services.issue(self.robot.slug, person, kind, args, services.next_seq(grant))
         self.done["commands"] += 1
@@ -126,7 +126,7 @@ class Stand:
     def fault(self) -> None:
         self.done["faults"] += 1
         self.sim.clear()
-        verb = self.dice.choice((*self.arm.faults, BESIDE[self.robot.driver]))
+        verb = self.dice.choice((*self.wishes.faults, BESIDE[self.robot.driver]))
         self.sim.fault(verb, STRENGTHS.get(verb, 1.0), count=None if verb in FOR_A_WHILE else 3)
 
     def restart_simulator(self) -> None:

@@ -1,8 +1,9 @@
 """Runs the tests of `make test`, or with `all` those of `make test-all`; goes on after a failure and names each.
 
-With `make test` first what judges by fractions of a second, one test after another, and beside it, at the lowest priority, what only
-computes. Then everything else, several files side by side, on both databases at once. A test that only waited too long
-is tried once more and named; a wrong answer is not, nor a measured time over its limit.
+With `make test` first what judges by fractions of a second, one test after another, and beside it, at the lowest
+priority, what only computes: the unit tests, and on PostgreSQL the rules that ask no clock. Then everything else,
+several files side by side, on both databases at once. A test that only waited too long is tried once more and named; a
+wrong answer is not, nor a measured time over its limit.
 """
 
 import os
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)timeout")
 BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
 COMPUTING = ("tests/unit",)  # what asks no clock may be kept waiting for as long as it takes
+RULES = ("tests/services",)
 WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
 SHORT = "not alone and not length"
 
@@ -50,11 +52,14 @@ STEPS: tuple[tuple[Lane, ...], ...] = (
             Part("sqlite", ("tests",), "alone and not length"),
             Part("postgres", ("tests",), "tenth and alone and not length"),
         ),
-        (Part("sqlite", COMPUTING, SHORT, workers=2, aside=True),),
+        (
+            Part("sqlite", COMPUTING, SHORT, workers=2, aside=True),
+            Part("postgres", RULES, f"computes and {SHORT}", workers=2, aside=True),
+        ),
     ),
     (
         (Part("sqlite", WAITING, SHORT, workers=4),),
-        (Part("postgres", ("tests",), f"(service or tenth) and {SHORT}", workers=1),),
+        (Part("postgres", ("tests",), f"(service or tenth) and not computes and {SHORT}", workers=1),),
     ),
 )
 ALL: tuple[tuple[Lane, ...], ...] = tuple(

@@ -139,13 +139,13 @@ def _turn(robot, person) -> Iterator[object]:
     from robots.models import Robot
     from robots.states import Cycle
     from tests.conftest import RedisServer, wait_for
-    from tests.faults.arms import ARMS
+    from tests.faults.wishes import ROBOTS
     from tests.rig import Web, worker
 
     redis = RedisServer()
     redis.start()
     robot.rig_dir.mkdir(parents=True, exist_ok=True)
-    sim = ARMS[robot.driver].simulator(robot.rig_dir)
+    sim = ROBOTS[robot.driver].simulator(robot.rig_dir)
     owner, web = worker(robot.slug), Web()
     try:
         wait_for(lambda: Robot.objects.get().cycle == Cycle.READY, 60, "the robot")

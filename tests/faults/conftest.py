@@ -6,6 +6,7 @@ from datetime import timedelta
 
 import pytest
 from django.conf import settings
+from django.contrib.auth.models import Permission
 from django.db import connection
 
 from robots import bus, services
@@ -14,10 +15,11 @@ from robots.grants import owner_alive
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import wait_for
-from tests.faults.arms import ARMS
+from tests.faults.controls import Controls
 from tests.faults.here import WebHere
 from tests.faults.proof import Proof
 from tests.faults.proxy import Proxy
+from tests.faults.wishes import ROBOTS
 from tests.faults.witness import Witness
 from tests.rig import free_port, worker
 
@@ -28,10 +30,21 @@ class Rig:
     def __init__(self, robot, people, redis_server, house):
         self.robot, self.people, self.redis, self._house = robot, people, redis_server, house
         self.workers = []
-        self.arm = ARMS[robot.driver]
+        self.wishes = ROBOTS[robot.driver]
         self._own_sim = None
         self.share = None  # of full speed, for robots that take it with each target
         self.proxies = []
+        self._controls = None
+        if self.wishes.by_staff:
+            for name in ("ada", "bob"):
+                people[name] = self._made_staff(people[name])
+
+    @staticmethod
+    def _made_staff(person):
+        person.user_permissions.add(Permission.objects.get(codename="change_robot"))
+        person.is_staff = True
+        person.save()
+        return type(person).objects.get(pk=person.pk)  # which has read no permissions yet
 
     @property
     def sim(self):
@@ -53,7 +66,7 @@ class Rig:
             ended_at=SYSTEM.now(), end_reason="its owner is gone"
         )
         Robot.objects.update(cycle=Cycle.OFFLINE)
-        self._own_sim = self.arm.simulator(folder)
+        self._own_sim = self.wishes.simulator(folder)
 
     def start_worker(self, doom=None, **env):
         """Start a worker; a test that begins with one has simulator and workers of its own."""
@@ -79,15 +92,16 @@ class Rig:
         self.proxies.append(proxy)
         return proxy, {"DATABASE_URL": f"postgres://{db['USER']}:@{str(folder).replace('/', '%2F')}/{db['NAME']}"}
 
-    def arm_proxy(self):
-        """Return a proxy on the museum arm's TCP line once its owner speaks through it.
+    def line_proxy(self):
+        """Return a proxy on the TCP line of a robot that has one, once its owner speaks through it.
 
-        The owner reaches arm and cameras by address, as a real one's would; one that ran before connects anew.
+        The owner reaches robot and cameras by address, as a real one's would; one that ran before connects anew.
         """
-        host, _, port = (self.sim.folder / "tty").read_text().strip().partition(":")
+        host, _, port = (self.sim.folder / "tty").read_text().strip().removeprefix("ws://").partition(":")
         proxy = Proxy(("127.0.0.1", free_port()), (host, int(port)))
         self.proxies.append(proxy)
-        seen = json.loads((self.sim.folder / "cameras.json").read_text()).values()
+        cameras = self.sim.folder / "cameras.json"
+        seen = json.loads(cameras.read_text()).values() if cameras.exists() else ()
         Robot.objects.update(
             address=f"tcp:127.0.0.1:{proxy.at[1]}", camera="\n".join(f"{a}/snapshot.jpg" for a in seen)
         )
@@ -134,8 +148,17 @@ class Rig:
         robot = Robot.objects.get(pk=self.robot.pk)
         grant = services.open_grant(robot)
         seq = seq or services.next_seq(grant)
-        kind, args = self.arm.spell(kind, args, self.share)
-        return services.issue(robot.slug, self.people[who], kind, args, seq).command
+        spelt, args = self.wishes.spell(kind, args, self.share)
+        issued = services.issue(robot.slug, self.people[who], spelt, args, seq)
+        if issued.created and spelt != kind and robot.spec().command(spelt).held:
+            self.controls.hold(issued.command, self.wishes.moment_s / (self.share or 1.0))
+        return issued.command
+
+    @property
+    def controls(self):
+        if self._controls is None:
+            self._controls = Controls(self.robot.slug)
+        return self._controls
 
     def final(self, command, seconds=30):
         def ended():
@@ -152,8 +175,8 @@ class Rig:
 
     def motions(self, *commands):
         """Return the simulator's own notes of the motions towards where these commands asked to go."""
-        goals = {self.arm.goal(c) for c in commands}
-        return [r for r in self.sim.journal() if r["event"] == "motion" and self.arm.made(r) in goals]
+        goals = {self.wishes.goal(c) for c in commands}
+        return [r for r in self.wishes.motions(self.sim.journal()) if self.wishes.made(r) in goals]
 
     def moving(self, seconds=20):
         self.robot_shows(lambda status: status["moving"], seconds, "a motion")
@@ -167,6 +190,8 @@ class Rig:
             raise AssertionError(f"{error}; {told}; {self.cycle()} {self.reason()}") from error
 
     def close(self):
+        if self._controls is not None:
+            self._controls.close()
         for child in self.workers:
             child.signal(signal.SIGCONT)
             if child.alive() and child is not self._house.owner:

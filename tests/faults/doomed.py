@@ -22,6 +22,8 @@ def _end(number):
 
 def _arm(label, number):
     """Wrap the one function at which this worker is to die."""
+    from robots.drivers.irat.line import IratLine
+    from robots.drivers.irat.protocol import Velocity
     from robots.drivers.mercury.line import HostLine
     from robots.drivers.mercury.protocol import Instruction
     from robots.drivers.pa10.line import ArmLine
@@ -54,16 +56,19 @@ def _arm(label, number):
         return Command.objects.exclude(ended_at__isnull=False).exists()
 
     def is_move(line, what, *rest):
+        if isinstance(what, Velocity):
+            return what != Velocity(0.0, 0.0) and of_a_turn()
         move = what[:1] == b"j" if isinstance(what, bytes) else what.id == Instruction.MOVE_XYZ
         return move and of_a_turn()
 
-    line = {"mercury": HostLine, "pa10": ArmLine}[Robot.objects.get(slug=os.environ["FARHAND_ROBOT"]).driver]
+    sends = {"mercury": (HostLine, "_send"), "pa10": (ArmLine, "_send"), "irat": (IratLine, "drive")}
+    line = sends[Robot.objects.get(slug=os.environ["FARHAND_ROBOT"]).driver]
 
     {
         "before_claim": lambda: before(claim, "claim"),
         "after_claim": lambda: after(claim, "claim"),
-        "before_send": lambda: before(line, "_send", is_move),
-        "after_send": lambda: after(line, "_send", is_move),
+        "before_send": lambda: before(*line, is_move),
+        "after_send": lambda: after(*line, is_move),
         "after_ack": lambda: before(finish, "advance", lambda c, state, now: state == "acknowledged"),
         "in_motion": lambda: after(finish, "advance", lambda c, state, now: state == "acknowledged", 0.15),
         "before_finish": lambda: before(finish, "finish"),

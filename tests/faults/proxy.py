@@ -2,10 +2,12 @@
 
 The well-kept one of this kind (Toxiproxy) is a Go program that Python packages only drive,
 so this is ours. Modes: `pass`; `delay` by a time; `stall` (open, nothing passes); `half`
-(what the server says is lost); `cut` (closed, and refused); `reset` (RST).
+(what the server says is lost); `spoil` (one byte in a thousand is another); `cut` (closed, and refused);
+`reset` (RST).
 """
 
 import contextlib
+import random
 import select
 import socket
 import struct
@@ -14,6 +16,7 @@ import time
 from pathlib import Path
 
 PIECE = 65536
+SPOILT = 0.001
 
 
 class Proxy:
@@ -22,6 +25,7 @@ class Proxy:
     def __init__(self, at, to):
         self.at, self.to = at, to
         self.mode, self.delay_s = "pass", 0.0
+        self._dice = random.Random(1)
         self._pairs: set[tuple[socket.socket, socket.socket]] = set()
         self._server: socket.socket | None = None
         self._running = True
@@ -76,11 +80,14 @@ class Proxy:
                     break
                 if self.delay_s:
                     time.sleep(self.delay_s)
-                sink.sendall(data)
+                sink.sendall(self._spoilt(data) if self.mode == "spoil" else data)
         except (OSError, ValueError):
             pass
         finally:
             self._close(pair)
+
+    def _spoilt(self, data):
+        return bytes(self._dice.randrange(256) if self._dice.random() < SPOILT else byte for byte in data)
 
     def _close(self, pair):
         self._pairs.discard(pair)

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
 
 @pytest.fixture
 def line(rig):
-    return rig.arm_proxy()
+    return rig.line_proxy()
 
 
 def well(rig):

@@ -7,7 +7,7 @@ import pytest
 
 from robots import bus
 from robots.models import Command
-from tests.conftest import BOTH_AT_LENGTH, wait_for
+from tests.conftest import EACH_AT_LENGTH, wait_for
 
 pytestmark = pytest.mark.alone  # it judges by fractions of a second
 
@@ -58,13 +58,13 @@ def test_a_jog_goes_on_while_held_and_ends_when_released(rig):
     assert command.result["still"]
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_lost_controls_hold_within_half_a_second_and_says_so(rig):
     rig.owner()
     rig.grant()
     worst = 0.0
     for i in range(5):
-        kind, args = rig.arm.jog((-1) ** i)
+        kind, args = rig.wishes.jog((-1) ** i)
         command = rig.issue(kind, **args)
         controls = Holding(rig.people["ada"].pk, command.client_seq, rig.robot.slug)
         rig.moving()

@@ -13,7 +13,7 @@ from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Incident, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING
-from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
+from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
 from tests.faults.doomed import LABELS
 from workers.recovery import MENDED
 from workers.safety.gate import TOO_LATE
@@ -23,7 +23,7 @@ def ended():
     return not Command.objects.exclude(state__in=COMMAND_FINAL).exists()
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_promise_01_one_command_at_most_one_motion(rig, proof):
     """Each is announced, queued and asked for several times, among two rogue workers, out of order."""
     dice = random.Random(1)
@@ -42,10 +42,10 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
             for queue in (epoch, epoch - 1, epoch + 1):
                 current_app.send_task(bus.WAKE_TASK, queue=bus.queue_name(rig.robot.slug, queue), ignore_result=True)
             assert rig.issue("move", seq=command.client_seq, x=0.2, y=0.3).pk == command.pk
-        if i % 3 == 2 or rig.arm.name == "pa10":  # there a newer target replaces the one before
+        if i % 3 == 2 or rig.wishes.one_at_a_time:
             wait_for(ended, 30, "the end of three commands")
     wait_for(ended, 60, "the end of all")
-    moves = Command.objects.filter(kind__in=rig.arm.moves)
+    moves = Command.objects.filter(kind__in=rig.wishes.moves)
     completed = moves.filter(state="completed").count()
     made = len(rig.motions(*moves))
     assert completed == number
@@ -57,7 +57,7 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
 KILLED = [pytest.param(x, marks=pytest.mark.tenth) if x == "in_motion" else at_length(x) for x in LABELS]
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 @pytest.mark.parametrize("label", KILLED)
 def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
     """Killed by itself at a labelled point; the next owner repeats nothing."""
@@ -105,7 +105,7 @@ def proof_only(proof):
         pytest.skip("at small numbers two of the eight labels are killed")
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_promise_03_late_commands_never_move(rig, proof):
     """Redis stalls, or the owner is frozen, for longer than commands may wait."""
     proxy, env = rig.redis_proxy()
@@ -138,7 +138,7 @@ def test_promise_03_late_commands_never_move(rig, proof):
     proof.holds(f"{len(stalls) * 2} stalls and freezes of up to {max(stalls)} s: 0 motions past their deadline")
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 @pytest.mark.parametrize("label", [at_length("after_claim"), "before_send"])
 def test_promise_03_claimed_in_time_but_said_too_late(rig, proof, monkeypatch, label):
     """The owner freezes between its claim and the line, keeps its lease, and goes on after the deadline."""
@@ -175,17 +175,17 @@ def in_motion(rig):
     raise AssertionError("the robot is not well again within 60 s")
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_promise_11_every_command_ends(rig, proof):
     """Under each fault of arm and camera: a final state at most ten seconds after the limit."""
     rig.owner()
     rig.grant(seconds=3000)
-    faults = rig.arm.faults[: proof.count("faults, one after the other", 2, len(rig.arm.faults))]
+    faults = rig.wishes.faults[: proof.count("faults, one after the other", 2, len(rig.wishes.faults))]
     slowest, over = 0.0, 0
     seen = set()
     for i, fault in enumerate(faults):
         command = in_motion(rig)
-        rig.sim.fault(fault, rig.arm.strengths.get(fault, 1.0))
+        rig.sim.fault(fault, rig.wishes.strengths.get(fault, 1.0))
         more = rig.issue("up" if i % 2 else "down")
         for one in (command, more):
             one = rig.final(one, 75)

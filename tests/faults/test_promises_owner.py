@@ -9,11 +9,11 @@ from django.conf import settings
 from django.db import connection
 
 from robots.models import Lease, Robot
-from tests.conftest import BOTH_AT_LENGTH, wait_for
+from tests.conftest import EACH_AT_LENGTH, wait_for
 from tests.rig import Simulator, free_port
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):
     """SIGSTOP beyond the lease, another takes over, SIGCONT: no byte of the first reaches the robot."""
     times = proof.count("take-overs", 1, 12, 200)
@@ -98,7 +98,7 @@ def state_of(pid):
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 @pytest.mark.alone
 def test_promise_05_one_owner_however_many_start(rig, proof):
     number = proof.count("workers started at once", 3, 20)

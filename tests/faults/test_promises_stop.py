@@ -12,7 +12,7 @@ from benchmarks.command_round_trip import cookie
 from robots import bus, services
 from robots.drivers.errors import Stopped
 from robots.models import Command, Robot
-from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
+from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
 from tests.rig import Web
 
 pytestmark = pytest.mark.alone  # it judges by fractions of a second
@@ -78,7 +78,7 @@ def release(rig):
 CONDITIONS = ("busy", at_length("frozen tab"), pytest.param("database stalled", marks=pytest.mark.tenth))
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
     """A hundred commands wait and one moves; the stop comes through the socket of the page."""
@@ -122,7 +122,7 @@ def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
     )
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_promise_07_with_redis_dead_the_owner_stops_by_itself(rig, proof):
     times = proof.count("times Redis died in mid-motion", 1, 5, 50)
     worst = 0.0
@@ -148,7 +148,7 @@ def test_promise_07_with_redis_dead_the_owner_stops_by_itself(rig, proof):
 
 
 @pytest.mark.length
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
     proof.count("restarts", 1, 1)
     first = rig.owner()
@@ -173,7 +173,7 @@ def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
     proof.holds("latched again after worker, Redis and robot were restarted and the row was lost; 0 motions")
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 def test_promise_08_a_release_wins_over_the_stop_before_it_and_no_other(rig, proof):
     """Stop and release in quick succession, at every distance: the last word holds."""
     times = proof.count("stops released at once", 4, 60)

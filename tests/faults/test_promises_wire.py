@@ -12,7 +12,7 @@ from robots.description import load
 from robots.drivers.errors import RobotError
 from robots.drivers.mercury.scara import scara
 from robots.models import Command, Frame, Incident, Robot
-from tests.conftest import BOTH_AT_LENGTH, at_length, wait_for
+from tests.conftest import BOTH_AT_LENGTH, EACH_AT_LENGTH, at_length, wait_for
 
 WILD = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0, True, None, "0.1", [0.1], {"x": 1}, 2**63, -0.0)
 
@@ -117,16 +117,16 @@ def lose_the_line(rig, how):
     if how == "cable pulled":
         rig.sim.process.kill()
         rig.sim.process.wait()
-        wait_for(lambda: any(word in rig.reason() for word in rig.arm.cut), 15, "the page names the cable")
+        wait_for(lambda: any(word in rig.reason() for word in rig.wishes.cut), 15, "the page names the cable")
         return rig.sim.start
     if how == "power lost":
-        rig.sim.fault(rig.arm.restart, count=1)
+        rig.sim.fault(rig.wishes.restart, count=1)
     if how == "never acknowledged":
         rig.sim.fault("mute")
     return rig.sim.clear
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 @pytest.mark.parametrize("how", ["cable pulled", *map(at_length, ("power lost", "never acknowledged"))])
 def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
     """In mid-motion: the command fails in words, no motion is repeated, work goes on without a shell."""
@@ -140,7 +140,7 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
         rig.share = 0.1
         newest = Incident.objects.order_by("pk").values_list("pk", flat=True).last() or 0
         x = -0.21 + 0.01 * i
-        if how == "never acknowledged" and rig.arm.name == "mercury":
+        if how == "never acknowledged" and rig.wishes.name == "mercury":
             rig.sim.fault("mute")  # the museum arm is asked for its state first, so its line falls silent on the way
         command = rig.issue("move", x=x, y=0.5)
         mend = lose_the_line(rig, how)
@@ -155,7 +155,7 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
         back = rig.final(rig.issue("move", x=0.2, y=0.31), 60)
         assert back.state == "completed", back.reason
         made += motions(rig)
-        goal = rig.arm.goal(command)
+        goal = rig.wishes.goal(command)
         told = [m for m in dict.fromkeys(made) if len(m) > len(goal) and math.dist(m[1:], goal) < 0.0015]
         assert len(told) == 1, f"the motion that broke off was made {len(told)} times"
     proof.holds(f"{how}: {times} times in mid-motion, 0 motions repeated, each named and mended without a shell")
@@ -163,7 +163,7 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
 
 def motions(rig):
     """Return each motion that the simulator has noted: when, and where to."""
-    return [(r["t"], *rig.arm.made(r)) for r in rig.sim.journal() if r["event"] == "motion"]
+    return [(r["t"], *rig.wishes.made(r)) for r in rig.wishes.motions(rig.sim.journal())]
 
 
 CAMERA = {

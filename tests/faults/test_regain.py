@@ -8,10 +8,10 @@ from celery import current_app
 
 from robots import bus
 from robots.models import Robot
-from tests.conftest import BOTH_AT_LENGTH, wait_for
+from tests.conftest import EACH_AT_LENGTH, wait_for
 
 
-@BOTH_AT_LENGTH
+@EACH_AT_LENGTH
 @pytest.mark.tenth
 def test_a_lapsed_lease_is_taken_again_in_the_same_process(rig):
     owner = rig.owner()

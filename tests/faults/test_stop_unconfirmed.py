@@ -40,7 +40,7 @@ def test_an_arm_that_holds_and_cannot_say_so(rig):
 
 @pytest.mark.parametrize("which", [at_length("pa10")], indirect=True)
 def test_an_arm_that_hears_nothing_rests_by_the_time_that_is_shown(rig):
-    proxy = rig.arm_proxy()
+    proxy = rig.line_proxy()
     rig.grant(seconds=600)
     rig.share = 0.05
     rig.issue("move", x=0.2, y=0.4)

@@ -4,6 +4,21 @@ from datetime import timedelta
 
 import pytest
 
+IN_ROOM = "tests/services/"
+CLOCKED = {"redis_server", "transactional_db", "rig", "web"}  # what answers within a time, or is watched by one
+
+
+@pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
+def pytest_collection_modifyitems(items):
+    """Mark what computes with a database inside one transaction: nothing in it is late, however long it waits."""
+    for item in items:
+        known = item.get_closest_marker("django_db")
+        if not item.nodeid.startswith(IN_ROOM) or known is None or CLOCKED & set(item.fixturenames):
+            continue
+        if item.get_closest_marker("service") and not known.kwargs.get("transaction"):
+            item.add_marker("computes")
+
+
 ROLES = ("anonymous", "signed_in", "cleared", "operator", "log_moderator", "viewer", "robot_staff", "superuser")
 
 

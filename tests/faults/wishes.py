@@ -1,0 +1,135 @@
+"""The same wishes for unlike robots: what a test asks for in words, spelt as each robot's own commands."""
+
+from robots.description import load
+from robots.motion.described import chain, posture
+from tests.rig import ArmSimulator, IratSimulator, Simulator
+
+
+def motions(journal):
+    """Return the simulator's notes of each motion."""
+    return [record for record in journal if record["event"] == "motion"]
+
+
+class Mercury:
+    """Four axes over sand, behind a serial line."""
+
+    name = "mercury"
+    simulator = Simulator
+    faults = (
+        "awol", "slow", "drop", "corrupt", "power_cycle", "limit_hit", "cam_gone", "cam_black", "cam_freeze", "cam_slow",
+    )  # fmt: skip
+    strengths = {"drop": 0.5, "corrupt": 0.5, "slow": 0.5}
+    one_at_a_time = by_staff = False
+    motions = staticmethod(motions)
+
+    def spell(self, kind, args, share):
+        return kind, args
+
+    def goal(self, command):
+        """Return where a command asked the robot to go, as the simulator notes it."""
+        return round(command.args["x"], 4), round(command.args["y"], 4)
+
+    def made(self, record):
+        return tuple(round(v, 4) for v in record["target"][:2])
+
+    moves = ("move",)
+    restart, cut = "power_cycle", ("cable", "serial")
+
+    def jog(self, way):
+        return "jog", {"dx": way, "dy": 0.3}
+
+
+class MuseumArm:
+    """Six axes over a table, behind TCP: a place over the sand is a posture here."""
+
+    name = "pa10"
+    simulator = ArmSimulator
+    faults = ("awol", "slow", "restart", "disturb", "cam_gone", "cam_black", "cam_freeze", "cam_slow")
+    strengths = {"slow": 0.5, "disturb": 60.0}
+    moves = ("joints",)
+    restart, cut = "restart", ("arm",)
+    one_at_a_time = True  # a newer target replaces the one before
+    by_staff = False
+    motions = staticmethod(motions)
+
+    def jog(self, way):
+        return "jog_joints", {"S1": way, "W1": 0.5}
+
+    def spell(self, kind, args, share):
+        if kind == "move":
+            ready = dict(zip(chain("pa10").names, posture(load("pa10"), "ready"), strict=True))
+            ready["S1"] += 4 * args["x"]
+            ready["E1"] += args["y"] - 0.4
+            return "joints", {k: float(v) for k, v in ready.items()} | ({"speed": share} if share else {})
+        if kind in ("up", "down"):
+            return "gripper", {"closed": float(kind == "down")}
+        return kind, args
+
+    def goal(self, command):
+        return tuple(round(command.args[name], 4) for name in chain("pa10").names)
+
+    def made(self, record):
+        return tuple(round(v, 4) for v in record.get("target", ()))
+
+
+class Irat:
+    """Two wheels in a maze, behind rosbridge: a place over the sand is a velocity here, held for a moment.
+
+    Each place has a velocity of its own, in a small circle, so that the robot stays where it is.
+    """
+
+    name = "irat"
+    faults = (
+        "awol", "power_cycle", "mute", "slow", "stall", "slip", "ir_dead", "cam_gone", "cam_black", "cam_freeze", "cam_slow",
+    )  # fmt: skip
+    strengths = {"slow": 0.5, "ir_dead": 7.0}
+    moves = ("drive",)
+    restart, cut = "power_cycle", ("rosbridge",)
+    one_at_a_time = by_staff = True
+    corridor = 50  # in the left arm of the U
+    moment_s = 1.0  # of a motion at full speed; a slow one is held for longer
+
+    def simulator(self, folder):
+        sim = IratSimulator(folder)
+        sim.fault("carried", self.corridor)
+        return sim
+
+    def jog(self, way):
+        return "drive", {"forward": way, "turn": 0.5}
+
+    def spell(self, kind, args, share):
+        if kind == "move":
+            return "drive", {"forward": round(2 * args["x"], 6), "turn": round(1.8 * args["y"], 6)}
+        if kind in ("up", "down"):
+            return "drive", {"forward": 0.0, "turn": 1.0 if kind == "up" else -1.0}
+        if kind == "noop":
+            return "pruning", {"on": 0.0}
+        return kind, args
+
+    def goal(self, command):
+        hand = load("irat")["hand"]
+        return round(command.args["forward"] * hand["speed"], 6), round(command.args["turn"] * hand["turn"], 6)
+
+    def made(self, record):
+        return round(record["linear"], 6), round(record["angular"], 6)
+
+    def motions(self, journal):
+        """Return the motions. One that rested because velocities came late goes on with the same velocity: it is one.
+
+        The robot forgets a velocity after a quarter of a second, so a machine that stalls divides a motion.
+        """
+        found, end = [], ""
+        for record in journal:
+            if record["event"] == "rest":
+                end = record["end"]
+            elif record["event"] in ("hold", "connected", "disconnected", "power_on"):
+                end = ""
+            elif record["event"] == "motion":
+                last = found[-1] if found else {"epoch": None}
+                goes_on = last["epoch"] == record["epoch"] and self.made(last) == self.made(record)
+                if not (end == "silence" and goes_on):
+                    found.append(record)
+        return found
+
+
+ROBOTS = {robot.name: robot for robot in (Mercury(), MuseumArm(), Irat())}

@@ -1,8 +1,8 @@
 """Runs the tests of `make test`, or with `all` those of `make test-all`; goes on after a failure and names each.
 
 With `make test` first what judges by fractions of a second, one test after another, and beside it, at the lowest
-priority, what only computes: the unit tests, and on PostgreSQL the rules that ask no clock. Then everything else,
-several files side by side, on both databases at once. A test that only waited too long is tried once more and named; a
+priority, what only computes: the unit tests, and the rules that ask no clock. Then everything else, several
+files side by side, on both databases at once. A test that only waited too long is tried once more and named; a
 wrong answer is not, nor a measured time over its limit.
 """
 
@@ -18,6 +18,7 @@ PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)t
 BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
 COMPUTING = ("tests/unit",)  # what asks no clock may be kept waiting for as long as it takes
 RULES = ("tests/services",)
+DATABASES = ("postgres", "sqlite")
 WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
 SHORT = "not alone and not length"
 
@@ -54,11 +55,11 @@ STEPS: tuple[tuple[Lane, ...], ...] = (
         ),
         (
             Part("sqlite", COMPUTING, SHORT, workers=2, aside=True),
-            Part("postgres", RULES, f"computes and {SHORT}", workers=2, aside=True),
+            *(Part(database, RULES, f"computes and {SHORT}", workers=2, aside=True) for database in DATABASES),
         ),
     ),
     (
-        (Part("sqlite", WAITING, SHORT, workers=4),),
+        (Part("sqlite", WAITING, f"not computes and {SHORT}", workers=4),),
         (Part("postgres", ("tests",), f"(service or tenth) and not computes and {SHORT}", workers=1),),
     ),
 )

@@ -11,9 +11,12 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
+ROOT = Path(__file__).resolve().parent.parent
 PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)timeout")
 BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
 COMPUTING = ("tests/unit",)  # what asks no clock may be kept waiting for as long as it takes
@@ -69,12 +72,23 @@ ALL: tuple[tuple[Lane, ...], ...] = tuple(
 )
 
 
+def keeping_bytecode(environ: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment in which hundreds of processes do not each compile the same sources again.
+
+    Where bytecode is not wanted beside the sources, it is kept in `var/`.
+    """
+    env = dict(environ)
+    if env.pop("PYTHONDONTWRITEBYTECODE", ""):
+        env.setdefault("PYTHONPYCACHEPREFIX", str(ROOT / "var" / "pycache"))
+    return env
+
+
 def run(lane: Lane, shown: bool) -> list[str]:
     """Run the parts of a lane; return the names of those that failed. `shown`: print what they say as they go."""
     failed = []
     for part in lane:
         since = time.monotonic()
-        env = {**os.environ, "FARHAND_TEST_DB": part.database, "PYTHONPATH": "."}
+        env = {**keeping_bytecode(os.environ), "FARHAND_TEST_DB": part.database, "PYTHONPATH": "."}
         to = {} if shown else {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
         done = subprocess.run(part.argv(), env=env, text=True, errors="replace", check=False, **to)
         sys.stdout.write(f"{done.stdout or ''}=== {part.name}: {time.monotonic() - since:.0f} s\n\n")

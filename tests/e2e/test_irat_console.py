@@ -166,7 +166,9 @@ class TestTheRobotItself:
         board = Board(robot.rig_dir)
         for number in range(4):  # a place at which it stands is reached at once
             one.page.locator("#spots button").nth(number).press("Enter")
-            wait_for(lambda: Job.objects.exclude(state="waiting").count() > number, 90, "the turn of the goal")
+            wait_for(
+                lambda number=number: Job.objects.exclude(state="waiting").count() > number, 90, "the turn of the goal"
+            )
             one.page.wait_for_timeout(1000)
             if Job.objects.latest("pk").state == "running":
                 break

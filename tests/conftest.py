@@ -158,20 +158,32 @@ def _keeps(item):
     )
 
 
+# files that take longest, by their time, and of many kinds: what begins last is waited for by everybody
+LONG = [
+    f"tests/{room}/test_{name}.py" for room, name in (
+        ("drivers", "mercury_driver"), ("e2e", "turn_bar"), ("drivers", "pa10_range"), ("faults", "promises_commands"),
+        ("e2e", "layout"), ("e2e", "whole_way"), ("faults", "worker"), ("e2e", "offline"), ("drivers", "pa10_owner"),
+        ("faults", "promises_wire"), ("drivers", "pa10_driver"), ("e2e", "axe"), ("drivers", "mercury_wire"),
+        ("drivers", "pa10_wire"), ("faults", "promises_life"), ("services", "probe_cameras"), ("faults", "limits"),
+        ("e2e", "classic"), ("e2e", "turn_form"), ("faults", "upkeep"), ("faults", "composites"), ("e2e", "turn_panel"),
+        ("e2e", "package_console"), ("faults", "promises_stores"), ("drivers", "irat_client"), ("faults", "supervisor"),
+        ("services", "queue_machine"), ("services", "motion_machine"),
+    )
+]  # fmt: skip
 FIRST = ("tests/e2e/", "tests/drivers/", "tests/faults/")
 STORES = {"db", "transactional_db", "redis_server"}
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """Begin with the files that take longest, a browser's beside a driver's that mostly waits; short ones come last."""
+    """Begin with the files that take longest, then a browser's beside a driver's that waits; short ones come last."""
     turns = {room: count() for room in FIRST}
-    places: dict[str, tuple[int, int]] = {}
+    places = {file: (0, rank, 0) for rank, file in enumerate(LONG)}
     for item in items:
         file = item.nodeid.partition("::")[0]
         room = next((room for room in FIRST if file.startswith(room)), None)
         if file not in places:
-            places[file] = (next(turns[room]), FIRST.index(room)) if room else (len(items), 0)
+            places[file] = (1, next(turns[room]), FIRST.index(room)) if room else (2, 0, 0)
     items.sort(key=lambda item: places[item.nodeid.partition("::")[0]])
 
 

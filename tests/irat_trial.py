@@ -83,6 +83,9 @@ class Line:
         if not world.drive.holding:
             world.drive.velocity(velocity.linear, velocity.angular, 1, world.now)
 
+    def obeys(self) -> None:
+        """Nothing: nobody else commands it."""
+
     def hold(self) -> None:
         drive, until = self._trial.world.drive, self._trial.now + REST_S
         drive.hold()

@@ -1,8 +1,8 @@
 """Runs the tests of `make test`, or with `all` those of `make test-all`; goes on after a failure and names each.
 
 With `make test` first what judges by fractions of a second, one test after another, and beside it, at the lowest
-priority, what only computes: the unit tests, and on PostgreSQL the rules that ask no clock. Then everything else,
-several files side by side, on both databases at once. A test that only waited too long is tried once more and named; a
+priority, what only computes: the unit tests, and the rules that ask no clock. Then everything else, several
+files side by side, on both databases at once. A test that only waited too long is tried once more and named; a
 wrong answer is not, nor a measured time over its limit.
 """
 
@@ -11,15 +11,20 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
+ROOT = Path(__file__).resolve().parent.parent
 PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)timeout")
 BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
 COMPUTING = ("tests/unit",)  # what asks no clock may be kept waiting for as long as it takes
 RULES = ("tests/services",)
+DATABASES = ("postgres", "sqlite")
 WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
 SHORT = "not alone and not length"
+BOTH = "(service or tenth) and not computes"
 
 
 @dataclass(frozen=True)
@@ -31,35 +36,44 @@ class Part:
     marks: str
     workers: int = 0
     aside: bool = False  # runs only while nothing else wants the processor
+    naming: tuple[str, ...] = ()  # only files that name one of these marks are read, because reading all takes long
 
     @property
     def name(self) -> str:
         """Return what it runs."""
         return f"{self.database}: {' '.join(self.rooms)}: {self.marks}"
 
+    def files(self) -> tuple[str, ...]:
+        """Return the rooms, or the files in them that name one of the marks."""
+        if not self.naming:
+            return self.rooms
+        found = sorted(file for room in self.rooms for file in (ROOT / room).rglob("test_*.py"))
+        wanted = [f for f in found if any(f"mark.{name}" in f.read_text() for name in self.naming)]
+        return tuple(str(file.relative_to(ROOT)) for file in wanted)
+
     def argv(self) -> list[str]:
         """Return the command line."""
         beside = ["-n", str(self.workers), *BESIDE] if self.workers else []
         chrt = shutil.which("chrt")
         aside = [chrt, "--idle", "0"] if self.aside and chrt else []
-        return [*aside, sys.executable, "-m", "pytest", *self.rooms, *beside, *PATIENT, "-m", self.marks]
+        return [*aside, sys.executable, "-m", "pytest", *self.files(), *beside, *PATIENT, "-m", self.marks]
 
 
 Lane = tuple[Part, ...]  # one after another
 STEPS: tuple[tuple[Lane, ...], ...] = (
     (
         (
-            Part("sqlite", ("tests",), "alone and not length"),
-            Part("postgres", ("tests",), "tenth and alone and not length"),
+            Part("sqlite", ("tests",), "alone and not length", naming=("alone",)),
+            Part("postgres", ("tests",), "tenth and alone and not length", naming=("tenth",)),
         ),
         (
             Part("sqlite", COMPUTING, SHORT, workers=2, aside=True),
-            Part("postgres", RULES, f"computes and {SHORT}", workers=2, aside=True),
+            *(Part(database, RULES, f"computes and {SHORT}", workers=2, aside=True) for database in DATABASES),
         ),
     ),
     (
-        (Part("sqlite", WAITING, SHORT, workers=4),),
-        (Part("postgres", ("tests",), f"(service or tenth) and not computes and {SHORT}", workers=1),),
+        (Part("sqlite", WAITING, f"not computes and {SHORT}", workers=4),),
+        (Part("postgres", ("tests",), f"{BOTH} and {SHORT}", workers=1, naming=("service", "tenth")),),
     ),
 )
 ALL: tuple[tuple[Lane, ...], ...] = tuple(
@@ -68,12 +82,23 @@ ALL: tuple[tuple[Lane, ...], ...] = tuple(
 )
 
 
+def keeping_bytecode(environ: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment in which hundreds of processes do not each compile the same sources again.
+
+    Where bytecode is not wanted beside the sources, it is kept in `var/`.
+    """
+    env = dict(environ)
+    if env.pop("PYTHONDONTWRITEBYTECODE", ""):
+        env.setdefault("PYTHONPYCACHEPREFIX", str(ROOT / "var" / "pycache"))
+    return env
+
+
 def run(lane: Lane, shown: bool) -> list[str]:
     """Run the parts of a lane; return the names of those that failed. `shown`: print what they say as they go."""
     failed = []
     for part in lane:
         since = time.monotonic()
-        env = {**os.environ, "FARHAND_TEST_DB": part.database, "PYTHONPATH": "."}
+        env = {**keeping_bytecode(os.environ), "FARHAND_TEST_DB": part.database, "PYTHONPATH": "."}
         to = {} if shown else {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
         done = subprocess.run(part.argv(), env=env, text=True, errors="replace", check=False, **to)
         sys.stdout.write(f"{done.stdout or ''}=== {part.name}: {time.monotonic() - since:.0f} s\n\n")

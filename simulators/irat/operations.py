@@ -1,23 +1,27 @@
 """What a frame does: subscriptions, velocities, services."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from robots.drivers.irat.messages import stamp_of
 from robots.drivers.irat.protocol import (
     CLAIM,
     COMMAND,
     EVERY_S,
     HOLD,
+    LATE_S,
     REST_S,
     SERVICES,
+    STAMPED,
     STATUS,
     TOPICS,
     Status,
     Velocity,
     epoch_of,
 )
-from robots.drivers.rosbridge import Malformed, Operation, encode, parse
+from robots.drivers.rosbridge import Malformed, Operation, encode, nested, parse
 from simulators.irat.claims import Claims
 from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
@@ -84,18 +88,22 @@ class Operations:
 
     def _advertise(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
-        if asked.name != COMMAND:
-            raise Refused(f"{asked.name} is the robot's own; only {COMMAND} can be published here")
+        if asked.name not in (COMMAND, STAMPED):
+            raise Refused(f"{asked.name} is the robot's own; only {COMMAND} and {STAMPED} can be published here")
 
     def _unadvertise(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
 
     def _publish(self, peer: Peer, asked: Operation) -> None:
         self._advertise(peer, asked)
-        velocity = Velocity.decode(asked.body)
+        velocity = Velocity.decode(asked.body if asked.name == COMMAND else nested(asked.body, "twist"))
+        late = time.time() - stamp_of(asked.body) if asked.name == STAMPED else 0.0
         if self.claims.commander is not peer:
             self._note("refused", peer=peer.name, why="no claim")
             raise Refused(f"claim the robot first: call {CLAIM} with your epoch")
+        if abs(late) > LATE_S:
+            self._note("late", seconds=round(late, 3))
+            raise Refused(f"this velocity answers to odometry of another time, {late:.1f} s ago; answer to the newest")
         if why := self._robot.velocity(velocity, peer.epoch):
             raise Refused(why)
 
@@ -103,8 +111,8 @@ class Operations:
         self._topic(asked)
         if sum(map(len, peer.subscriptions.values())) >= MOST_SUBSCRIPTIONS:
             raise Refused(f"a connection has at most {MOST_SUBSCRIPTIONS} subscriptions")
-        if asked.name == COMMAND:
-            raise Refused(f"{COMMAND} is heard by the robot only")
+        if asked.name in (COMMAND, STAMPED):
+            raise Refused(f"{asked.name} is heard by the robot only")
         wishes = peer.subscriptions.setdefault(asked.name, {})
         wishes[asked.id] = Subscription(max(asked.throttle_s, EARLY * EVERY_S[asked.name]))
 

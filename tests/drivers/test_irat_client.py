@@ -84,6 +84,15 @@ def test_a_hold_from_another_thread_while_a_call_waits(irat, line):
     assert not line.ask().moving
 
 
+def test_an_owner_whose_robot_obeys_another_is_told(irat, line):
+    line.status.wait(3, after=time.monotonic())
+    line.obeys()
+    Hand(irat).claim()
+    line.status.wait(3, after=time.monotonic() + 0.1)
+    with pytest.raises(LineBusy, match="another client: epoch"):
+        line.obeys()
+
+
 def test_another_owner_is_told_who_commands(irat, line):
     stale = IratLine(irat.address, 1)
     with pytest.raises(LineBusy, match="is over"):

@@ -16,6 +16,11 @@ def velocity(**more):
     return json.dumps({"op": "publish", "topic": "/irat/cmd_vel", "msg": more})
 
 
+def stamped(seconds, twist):
+    message = {"header": {"stamp": {"secs": seconds}}, "twist": twist}
+    return json.dumps({"op": "publish", "topic": "/irat/cmd_vel_stamped", "msg": message})
+
+
 BAD = {
     "": "not JSON",
     "{": "not JSON",
@@ -46,6 +51,10 @@ BAD = {
     velocity(linear={"y": 0.1}): "two wheels",
     velocity(angular={"z": -2.6}): "z is -2.6; it must be from -2.5 to 2.5 rad/s",
     velocity(linear={"x": float("nan")}): "not JSON",
+    stamped(0, {"linear": {"x": 0.1}}): "odometry of another time",
+    stamped(1e308, {"linear": {"x": 0.1}}): "secs is 1e+308",
+    stamped("now", {"linear": {"x": 0.1}}): "secs must be a number",
+    stamped(0, 5): "twist must be an object",
     velocity(linear={"x": float("inf")}): "not JSON",
     '{"op": "publish", "topic": "/irat/cmd_vel", "msg": {"linear": {"x": 1e999}}}': "x",
     '{"op": "publish", "topic": "/irat/cmd_vel", "msg": {"linear": {"x": ' + "9" * 400 + "}}}": "x",

@@ -118,6 +118,32 @@ def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, hand)
     assert irat.count("motion") == begun, "what was said before the answer starts nothing later"
 
 
+def stamped(hand, back=0.0, **twist):
+    """Drive in answer to the newest odometry, or to one that is so many seconds older."""
+    stamp = hand.newest("/irat/odom")["header"]["stamp"]
+    hand.say(
+        "publish", topic="/irat/cmd_vel_stamped",
+        msg={"header": {"stamp": {"secs": stamp["secs"] - back, "nsecs": stamp["nsecs"]}}, "twist": twist},
+    )  # fmt: skip
+
+
+def test_a_stamped_velocity_that_comes_late_moves_nothing(irat, hand):
+    hand.claim()
+    for back in (1, 3600, -2):
+        stamped(hand, back, angular={"z": 0.5})
+        assert "odometry of another time" in hand.complaint()
+    hand.say("publish", topic="/irat/cmd_vel_stamped", msg={"twist": {"angular": {"z": 0.5}}})
+    assert "odometry of another time" in hand.complaint(), "one without a stamp"
+    assert (irat.count("motion"), irat.count("late")) == (0, 4)
+    stamped(hand, angular={"z": 0.5})
+    wait_for(lambda: irat.count("motion") == 1, 5, "the motion")
+    stamped(hand, angular={"z": 9})
+    assert "must be from -2.5 to 2.5" in hand.complaint()
+    stranger = Hand(irat)
+    stamped(stranger, angular={"z": 0.5})
+    assert "claim the robot first" in stranger.complaint()
+
+
 def test_everybody_may_hold_and_nobody_else_drives(irat, hand):
     hand.claim()
     other = Hand(irat)

@@ -182,6 +182,7 @@ def test_a_killed_worker_is_told_in_plain_words(portal, visitor):
 PAGES = ["/", "/story/", "/status/", "/log/", "/robots/mercury/", "/robots/mercury/orientation/", "/accounts/login/", "/accounts/signup/", "/classic/mercury/"]  # fmt: skip
 
 
+@pytest.mark.length  # test_axe.py asks the same of these pages and more, with both schemes, of the web process alone
 def test_axe_finds_nothing_on_public_pages(portal, visitor):
     for scheme in ("light", "dark"):
         one = visitor(color_scheme=scheme)

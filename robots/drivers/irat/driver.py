@@ -16,7 +16,7 @@ from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.roaming import Roaming
 from robots.drivers.irat.senses import Mode, Senses
-from robots.drivers.irat.wheels import FLAT, STEP_S, Wheels
+from robots.drivers.irat.wheels import FLAT, REST, STEP_S, Wheels
 
 HEARD_S = 3.0  # within which the robot's topics arrive
 BRAIN_S = 25.0  # within which the brain's process answers; its loops may have to be compiled
@@ -97,7 +97,7 @@ class Driver(Session):
             said = False
             while True:
                 self.senses.awake()
-                self.wheels.drive(wanted, free)
+                self.wheels.drive(wanted if self.wheels.hears() else REST, free)
                 if not said:
                     said = True
                     on_stage("sent")

@@ -7,17 +7,17 @@ from typing import Generic, TypeVar
 
 from robots.contract.session import Permit
 from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent
-from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges
+from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, velocities
 from robots.drivers.irat.protocol import (
     BATTERY,
     CAMERA,
     CHARGER,
     CLAIM,
-    COMMAND,
     HOLD,
     ODOMETRY,
     RANGES,
     REST_S,
+    STAMPED,
     STATE,
     STATUS,
     TOPICS,
@@ -106,8 +106,20 @@ class IratLine:
         self.bridge.close()
 
     def drive(self, velocity: Velocity, permit: Permit | None = None) -> None:
-        """Send a velocity, which the robot forgets after 0.25 s; `permit` is called last. Raises LineGone."""
-        self.bridge.publish(COMMAND, velocity.encode(), permit)
+        """Send a velocity, which the robot forgets after 0.25 s; `permit` is called last. Raises LineGone, LineSilent.
+
+        It bears the stamp of the newest odometry, so that the robot refuses what a network has kept back for long.
+        """
+        if not self.bridge.is_open:
+            raise LineGone("The robot's rosbridge is not connected.")
+        heard = self.odometry.value or self.odometry.wait(ANSWER_S)
+        self.bridge.publish(STAMPED, velocities(velocity, 0, heard.stamp), permit)
+
+    def obeys(self) -> None:
+        """Return unless the robot says that another connection commands it. Raises LineBusy."""
+        status = self.status.value
+        if status is not None and status.epoch > self._epoch:
+            raise LineBusy(f"The robot is used by another client: epoch {status.epoch} commands it.")
 
     def ask(self) -> Status:
         """Ask for the robot's state now. Raises LineGone, LineSilent."""

@@ -27,6 +27,7 @@ class Odometry:
     y: float
     heading: float
     velocity: Velocity
+    stamp: float = 0.0  # the robot's own clock (s)
 
     def encode(self, sequence: int, at: float) -> Message:
         """Return the nav_msgs/Odometry; `at` is the wall clock (s)."""
@@ -48,9 +49,8 @@ class Odometry:
         velocity = Velocity(
             numeral(nested(twist, "linear"), "x", -FAR, FAR), numeral(nested(twist, "angular"), "z", -FAR, FAR)
         )
-        return cls(
-            numeral(place, "x", -FAR, FAR), numeral(place, "y", -FAR, FAR), atan2(sin(heading), cos(heading)), velocity
-        )
+        x, y = (numeral(place, name, -FAR, FAR) for name in ("x", "y"))
+        return cls(x, y, atan2(sin(heading), cos(heading)), velocity, stamp_of(message))
 
 
 def velocities(velocity: Velocity, sequence: int, at: float) -> Message:

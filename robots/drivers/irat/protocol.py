@@ -10,12 +10,13 @@ from typing import Any
 from robots.description import load
 from robots.drivers.rosbridge import Malformed, Message, nested, numeral
 
-COMMAND = "/irat/cmd_vel"
+COMMAND, STAMPED = "/irat/cmd_vel", "/irat/cmd_vel_stamped"  # the second by whoever must not move it late
 VELOCITIES, ODOMETRY, RANGES = "/irat/velocities", "/irat/odom", "/irat/ranges"
 BATTERY, CHARGER, STATE = "/irat/battery", "/irat/charger_current", "/irat/state"
 CAMERA = "/irat/camera/image/compressed"
 TOPICS = {
     COMMAND: "geometry_msgs/Twist",
+    STAMPED: "geometry_msgs/TwistStamped",
     VELOCITIES: "geometry_msgs/TwistStamped",
     ODOMETRY: "nav_msgs/Odometry",
     RANGES: "sensor_msgs/LaserScan",
@@ -29,6 +30,7 @@ HOLD, CLAIM, STATUS = "/irat/hold", "/irat/claim", "/irat/status"
 SERVICES = {HOLD: "std_srvs/Trigger", CLAIM: "irat/Claim", STATUS: "irat/Status"}
 LARGEST_EPOCH = 2**53 - 1
 REST_S = 2.0  # the longest that a hold may take
+LATE_S = 0.5  # a stamped velocity that answers to older odometry is refused
 CHARGING, DISCHARGING, NOT_CHARGING, FULL = 1, 2, 3, 4  # power_supply_status of a BatteryState
 
 

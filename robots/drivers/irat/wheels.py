@@ -106,9 +106,8 @@ class Wheels:
             raise HardwareFault(FLAT)
         if self.senses.battery is None:
             raise HardwareFault(BATTERY_SILENT)
-        seen, heard = self.brain.fresh(), min(self.line.ranges.at, self.line.odometry.at)
-        if now - heard <= FRESH_S:
-            self._line_at = now
+        seen = self.brain.fresh()
+        hears = self.hears()
         if seen is not None:
             self._brain_at = now
             if seen.outer is not None:
@@ -117,16 +116,27 @@ class Wheels:
                 self._seeing_at = now
             if now - self._seeing_at > BLIND_S:
                 raise CameraFault(f"No picture of the robot's camera is of use: {seen.picture}.")
-            if now == self._line_at:
+            if hears:
                 return seen
         self.drive(REST, permit)
         self._memory = Memory()
         self._seeing_at = max(self._seeing_at, now - BLIND_S / 2)
         if now - self._brain_at > BRAIN_AWAY_S:
             raise HardwareFault(SILENT)
-        if now - self._line_at > SILENT_S:
-            raise HardwareFault("The robot's sensors are silent.")
         return None
+
+    def hears(self) -> bool:
+        """Tell whether the robot was heard a moment ago; if not, the wheels are to rest.
+
+        Raises HardwareFault once it is silent for long, LineBusy if another commands it.
+        """
+        self.line.obeys()
+        now = self.clock.monotonic()
+        if now - min(self.line.ranges.at, self.line.odometry.at) <= FRESH_S:
+            self._line_at = now
+        elif now - self._line_at > SILENT_S:
+            raise HardwareFault("The robot's sensors are silent.")
+        return self._line_at == now
 
     def steer(self, bearing: float | None, permit: Permit, mode: str) -> Steer:
         """Drive for a bearing (rad, left positive), or explore without one."""

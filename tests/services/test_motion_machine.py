@@ -135,6 +135,7 @@ class MotionMachine(RuleBasedStateMachine):
             self._bury(owner)
 
     def _bury(self, owner):
+        owner.pictures.close()  # the camera may be there: of a simulator that runs on from another test
         if owner.lease._descriptor is not None:
             os.close(owner.lease._descriptor)
             owner.lease._descriptor = None

@@ -9,7 +9,8 @@ os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 import uvicorn
 from django.conf import settings
 
-from portal.limits.protocols import Http, Ws
+from portal.limits.protocols import Http
+from portal.limits.sockets import Ws
 
 MESSAGE = 16_384  # bytes of a socket's message; the application accepts half of that
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from django.db import Error
 
-from portal.live.hub import Viewer, hub
+from portal.live.hub import hub
+from portal.live.rooms import Viewer
 from portal.live.threads import ANYBODY, Pool
 from queueing.jobs.foreseeing import in_order
 from robots.contract.capabilities import Composite

@@ -1,4 +1,4 @@
-"""uvicorn's protocols with limits that it has no setting for: slow headers, floods, peers that do not read.
+"""uvicorn's HTTP protocol with limits that it has no setting for: slow headers, floods, peers that do not read.
 
 A reverse proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that
 passes everything on.
@@ -11,23 +11,10 @@ from typing import Any
 
 from django.conf import settings
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
-from uvicorn.protocols.utils import ClientDisconnected
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
-from websockets.frames import Frame
 
-from portal.limits.counts import AddressCount
+from portal.limits.sockets import FLUSH_S, Ws, connections
 
 HEAD = 64 * 1024  # bytes of a request's line and headers
-UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
-FRAMES_S, FRAMES = 20.0, 200.0  # control frames and fragments a second, and at once
-FLUSH_S = 5.0  # for sending the last bytes before a close
-NO_TEXT, POLICY = 1007, 1008
-
-
-@cache
-def connections() -> AddressCount:
-    """Return this process's counter of connections."""
-    return AddressCount(settings.LIMITS["CONNECTIONS"])
 
 
 @cache
@@ -149,98 +136,3 @@ class Http(HttpToolsProtocol):
             self.transport.write(STATUS_LINE[status] + b"connection: close\r\ncontent-length: 0\r\n\r\n")
             self.transport.close()
             self.loop.call_later(FLUSH_S, self.transport.abort)
-
-
-class Ws(WebSocketsSansIOProtocol):
-    """A socket with limits for pings and fragments, which also ends if its peer does not read."""
-
-    counted = ""
-    _broken = False  # by the peer; uvicorn would report later sends as errors of the application
-    _room, _filled = FRAMES, 0.0
-
-    def handle_parser_exception(self) -> None:
-        """End the socket because of data that is not WebSocket."""
-        self._broken = True
-        super().handle_parser_exception()
-
-    async def send(self, message: Any) -> None:
-        """Send for the application, which may not know yet that the peer broke the protocol."""
-        if self._broken:
-            raise ClientDisconnected
-        await super().send(message)
-
-    def data_received(self, data: bytes) -> None:
-        """Receive data; frames before the handshake is answered end the connection (RFC 6455, 4.1)."""
-        if self.handshake_initiated and not self.handshake_complete:
-            self.transport.abort()
-            return
-        super().data_received(data)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """Remove it from the count."""
-        if self.counted:
-            connections().leave(self.counted)
-            self.counted = ""
-        super().connection_lost(exc)
-
-    def handle_ping(self) -> None:
-        """Answer, unless pings come too fast or nobody reads the answers."""
-        if self._may():
-            super().handle_ping()
-
-    def handle_pong(self, event: Frame) -> None:
-        """Receive the answer to our ping."""
-        if self._may():
-            super().handle_pong(event)
-
-    def handle_cont(self, event: Frame) -> None:
-        """Receive a fragment; a message in very many fragments is refused."""
-        if self._may():
-            super().handle_cont(event)
-
-    def send_receive_event_to_app(self) -> None:
-        """Pass a message on; text that is not UTF-8 ends the socket without a traceback in the log."""
-        if self.curr_msg_data_type == "text" and not self.close_sent:
-            try:
-                b"".join(self.frames).decode()
-            except UnicodeDecodeError:
-                self._fail(NO_TEXT, "no UTF-8")
-                return
-        super().send_receive_event_to_app()
-
-    def _may(self) -> bool:
-        if self.close_sent or self.transport.is_closing():
-            return False
-        now = self.loop.time()
-        self._room = min(FRAMES, self._room + (now - self._filled) * FRAMES_S) - 1
-        self._filled = now
-        if self.transport.get_write_buffer_size() > UNSENT:
-            self.transport.abort()
-            return False
-        if self._room < 0:
-            self._fail(POLICY, "too many frames")
-            return False
-        return True
-
-    def _fail(self, code: int, reason: str) -> None:
-        self.frames = []
-        self.conn.fail(code, reason)
-        self.handle_parser_exception()
-        self._flush()
-
-    def keepalive_timeout(self) -> None:
-        """End the connection: a peer that does not answer will not read a close either."""
-        super().keepalive_timeout()
-        self._flush()
-
-    def on_task_complete(self, task: "asyncio.Task[None]") -> None:
-        """End the connection soon after the application has finished."""
-        super().on_task_complete(task)
-        self._flush()
-
-    def _flush(self) -> None:
-        self.loop.call_later(FLUSH_S, self._cut)
-
-    def _cut(self) -> None:
-        if not self.disconnected:
-            self.transport.abort()

@@ -13,7 +13,7 @@ from typing import Any
 from django.db import Error
 
 from portal.live.actions import Answer, act
-from portal.live.hub import Viewer, hub
+from portal.live.hub import hub
 from portal.live.messages import ROBOT, Command, Keep, NotUnderstood, Ping, Plan, Released, RobotMessage, Stop, Watch
 from portal.live.people import current_user
 from portal.live.previews import Question, previewer
@@ -38,6 +38,7 @@ class RobotConsumer(Viewing):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._asked: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
+        self._serving = self._previewing = False
         self._plan = ""
         self._planning = asyncio.Event()
         self._jog = 0
@@ -46,25 +47,23 @@ class RobotConsumer(Viewing):
     async def opened(self) -> None:
         """Send the snapshot, start to forward."""
         self.slug = self.scope["url_route"]["kwargs"]["slug"]
-        try:
-            self._held = await self.orm(self._held_kinds)
-        except Robot.DoesNotExist:
-            await self.close(NOT_FOUND)
-            return
-        except Error as error:
-            await self.store_down(error)
-        viewer = await self.view()
+        if not (self.stranger() and hub().viewers(self.slug)):  # one more watcher needs nothing from the database
+            try:
+                self._held = await self.orm(self._held_kinds)
+            except Robot.DoesNotExist:
+                await self.close(NOT_FOUND)
+                return
+            except Error as error:
+                await self.store_down(error)
+        await self.view()
         if self.me:
             self.check_in()
-        self.begin(self._serve(viewer))
-        self.begin(self._preview())
 
     async def left(self) -> None:
         """Remove the viewer; the operator's turn is kept for a while."""
         await super().left()
         if self.viewer is None:
             return
-        hub().detach(self.viewer)
         if self._jog:
             await self._keep(self._jog, held=False)
         if self.me:
@@ -73,7 +72,14 @@ class RobotConsumer(Viewing):
     def check_in(self) -> None:
         """Note soon in the database that the person is present."""
         with contextlib.suppress(asyncio.QueueFull):
-            self._asked.put_nowait((Ping(), False))
+            self._ask(Ping(), False)
+
+    def _ask(self, message: RobotMessage, sent: bool) -> None:
+        """Queue a request; the first one starts the task that carries them out. Raises QueueFull."""
+        self._asked.put_nowait((message, sent))
+        if not self._serving:
+            self._serving = True
+            self.begin(self._serve())
 
     def _held_kinds(self) -> frozenset[str]:
         robot = Robot.objects.get(slug=self.slug)
@@ -117,7 +123,7 @@ class RobotConsumer(Viewing):
             case Command() if self.operating and (self._held is None or message.kind in self._held):
                 self._jog = message.seq
         try:
-            self._asked.put_nowait((message, sent))
+            self._ask(message, sent)
         except asyncio.QueueFull:
             if not isinstance(message, Ping):
                 await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
@@ -131,7 +137,7 @@ class RobotConsumer(Viewing):
         if not held:
             self._jog = 0
 
-    async def _serve(self, viewer: Viewer) -> None:
+    async def _serve(self) -> None:
         """Carry out queued requests in order."""
         while True:
             message, sent = await self._asked.get()
@@ -146,14 +152,17 @@ class RobotConsumer(Viewing):
             except Exception:
                 log.exception("a request failed")
                 answer = Answer(False, OUR_FAULT, "error")
-            if answer.trace is not None:
-                viewer.trace = answer.trace
+            if answer.trace is not None and self.viewer is not None:
+                hub().trace(self.viewer, answer.trace)
             await self._answer(message, answer)
 
     def planned(self, said: str) -> None:
         """Send the answer of a preview soon; an older one that was not sent is dropped."""
         self._plan = said
         self._planning.set()
+        if not self._previewing:
+            self._previewing = True
+            self.begin(self._preview())
 
     async def _preview(self) -> None:
         while True:

@@ -1,13 +1,15 @@
 """One subscription per stream and process; every viewer gets the same bytes, and only the newest.
 
-Pictures never go through a channel layer. A slow viewer skips pictures and states; a viewer that missed an event is
-told to read everything again.
+Pictures never go through a channel layer. What comes is written at once to each viewer whose connection has taken
+everything before it: no copy, task or queue for a viewer. For the others it waits in their mailbox: a slow viewer skips
+pictures and states; a viewer that missed an event is told to read everything again.
 """
 
 import asyncio
 import contextlib
 import logging
-from collections import deque
+from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 import msgspec
@@ -15,80 +17,89 @@ import redis.asyncio as aioredis
 from django.conf import settings
 from redis.exceptions import RedisError
 
+from portal.live.direct import binary_frame
 from portal.live.messages import CAMERAS
+from portal.live.rooms import Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
 from robots import bus
 from robots.contract.streams import MOST
-from robots.messages import Event, decode
+from robots.messages import decode
 
 log = logging.getLogger(__name__)
-PING_S = 2.0
-EVENTS = 100
+PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
+HEARD_S = 1.0  # that a new viewer waits for the subscription
 CHANNELS = (bus.events_channel, bus.state_channel, bus.stream_channel, bus.trace_channel)
-
-
-class Viewer:
-    """One socket's mailbox: each camera's newest picture, the newest state, a few events."""
-
-    def __init__(self, slug: str) -> None:
-        self.slug = slug
-        self.trace = False
-        self.link = True
-        self.cameras = frozenset({0})  # the cameras that it wants
-        self.frames: dict[int, bytes] = {}
-        self.state: bytes | None = None
-        self.told: dict[int, tuple[list[bytes], int]] = {}  # of each byte stream: which key packet's, how many
-        self.events: deque[Event] = deque()
-        self.resync = False
-        self.wake = asyncio.Event()
-
-    def put_event(self, event: Event) -> None:
-        """Queue an event; if the queue is full, ask for a new snapshot instead."""
-        if len(self.events) >= EVENTS:
-            self.events.clear()
-            self.resync = True
-        self.events.append(event)
-        self.wake.set()
 
 
 class Hub:
     """The hub of one event loop."""
 
     def __init__(self) -> None:
-        self._rooms: dict[str, set[Viewer]] = {}
-        self._newest: dict[str, dict[int, bytes]] = {}
+        self._rooms: dict[str, Room] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._redis: aioredis.Redis | None = None
         self._pubsub: Any = None
         self._subscribing = asyncio.Lock()
         self._restoring: set[str] = set()
+        self._awaited = Counter[str]()  # subscriptions that Redis has not confirmed yet, by robot
+        self._away = False  # the last attempt to reach Redis failed
         self.streams = Streams()
         self.link = False
 
     def attach(self, viewer: Viewer) -> None:
         """Add a viewer; the first one starts the reader."""
-        self._rooms.setdefault(viewer.slug, set()).add(viewer)
+        room = self._rooms.setdefault(viewer.slug, Room())
+        known = room.watched()
+        room.add(viewer)
         self._give_newest(viewer)
         viewer.wake.set()  # for the byte streams
         if not self._tasks:
             self._hold(self._read())
             self._hold(self._keep_watch())
-        else:
+        elif not room.heard.is_set():
             self._hold(self._follow(viewer.slug))
+        elif room.watched() != known:
+            self._hold(self._mark_watched(viewer.slug))
+
+    async def heard(self, slug: str) -> None:
+        """Wait until nothing that is told of a robot can be missed; not while Redis is away."""
+        room = self._rooms.get(slug)
+        if room is None or self._away:
+            return
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(HEARD_S):
+                await room.heard.wait()
 
     def choose(self, viewer: Viewer, cameras: frozenset[int]) -> None:
         """Send the viewer the pictures of these cameras from now on, the newest of each at once."""
-        viewer.cameras = cameras
+        with self._changing(viewer):
+            viewer.cameras = cameras
         self._give_newest(viewer)
         if self.link:
             self._hold(self._mark_watched(viewer.slug))
 
+    def trace(self, viewer: Viewer, on: bool) -> None:
+        """Send the viewer the wire trace from now on, or no more."""
+        with self._changing(viewer):
+            viewer.trace = on
+
+    @contextlib.contextmanager
+    def _changing(self, viewer: Viewer) -> Iterator[None]:
+        """Change during the body of a `with` statement what a viewer wants."""
+        room = self._rooms.get(viewer.slug)
+        here = room is not None and viewer in room.viewers
+        if room is not None and here:
+            room.remove(viewer)
+        yield
+        if room is not None and here:
+            room.add(viewer)
+
     def _give_newest(self, viewer: Viewer) -> None:
-        for camera, data in self._newest.get(viewer.slug, {}).items():
+        room = self._rooms.get(viewer.slug)
+        for camera, data in room.newest.items() if room is not None else ():
             if camera in viewer.cameras:
-                viewer.frames[camera] = data
-                viewer.wake.set()
+                viewer.put_picture(camera, data)
 
     def _hold(self, coroutine: Any) -> None:
         task = asyncio.create_task(coroutine)
@@ -97,17 +108,18 @@ class Hub:
 
     def detach(self, viewer: Viewer) -> None:
         """Remove a viewer."""
-        room = self._rooms.get(viewer.slug, set())
-        room.discard(viewer)
-        if not room:
+        room = self._rooms.get(viewer.slug)
+        if room is not None:
+            room.remove(viewer)
+        if room is None or not room.viewers:
             self._rooms.pop(viewer.slug, None)
-            self._newest.pop(viewer.slug, None)
             self.streams.forget(viewer.slug)
             self._hold(self._follow(viewer.slug))
 
     def viewers(self, slug: str) -> int:
         """Return the number of viewers of the robot in this process."""
-        return len(self._rooms.get(slug, ()))
+        room = self._rooms.get(slug)
+        return len(room.viewers) if room is not None else 0
 
     def _channels(self, slug: str) -> list[str]:
         frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
@@ -122,6 +134,7 @@ class Hub:
                 if slug not in self._rooms:
                     await self._pubsub.unsubscribe(*self._channels(slug))
                     return
+                self._awaited[slug] += 1
                 await self._pubsub.subscribe(*self._channels(slug))
             await self._mark_watched(slug)
             if not self.streams.knows(slug):
@@ -142,11 +155,8 @@ class Hub:
             self._restoring.discard(slug)
         if slug not in self._rooms:
             self.streams.forget(slug)
-        self._wake(slug)
-
-    def _wake(self, slug: str) -> None:
-        for viewer in self._rooms.get(slug, ()):
-            viewer.wake.set()
+        else:
+            self._rooms[slug].wake()
 
     async def _read(self) -> None:
         while True:
@@ -154,6 +164,7 @@ class Hub:
                 await self._read_once()
             except (RedisError, OSError, ValueError) as error:
                 log.debug("hub: %s", error)
+            self._away = True
             self._set_link(False)
             await asyncio.sleep(0.3)
 
@@ -162,29 +173,53 @@ class Hub:
             settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None
         )
         try:
-            pubsub = connection.pubsub(ignore_subscribe_messages=True)
+            pubsub = connection.pubsub()
             await pubsub.subscribe(bus.sessions_channel())
             # not before it is open: who asks while it opens would open a second one, which nobody reads
             self._redis, self._pubsub = connection, pubsub
-            for slug in list(self._rooms):
+            self._awaited.clear()
+            for slug, room in list(self._rooms.items()):
+                room.heard.clear()
                 self.streams.forget(slug)  # packets were missed
                 await self._follow(slug)
-            self._set_link(True)
-            while True:
-                message = await pubsub.get_message(timeout=30.0)
-                if message is not None:
-                    self._route(message["channel"].decode(), message["data"])
+            await pubsub.ping()  # answered after all that was asked before
+            while message := await pubsub.get_message(timeout=SILENT_S):
+                self._take(message)
         finally:  # whoever asks from now on must not open the old connection again
             self._redis = self._pubsub = None
             await connection.aclose()
+
+    def _take(self, message: dict[str, Any]) -> None:
+        match message["type"]:
+            case "message":
+                self._route(message["channel"].decode(), message["data"])
+            case "subscribe":
+                self._confirmed(message["channel"].decode())
+            case "pong":
+                self._away = False
+                self._set_link(True)
+                for slug, room in self._rooms.items():
+                    if not self._awaited[slug]:
+                        room.heard.set()
+
+    def _confirmed(self, channel: str) -> None:
+        """Redis sends everything of this channel from now on."""
+        slug = channel.split(":")[1]
+        if channel != bus.events_channel(slug):
+            return
+        self._awaited[slug] -= 1
+        if self._awaited[slug] <= 0:
+            del self._awaited[slug]
+            if self.link and slug in self._rooms:
+                self._rooms[slug].heard.set()
 
     def _set_link(self, up: bool) -> None:
         if up != self.link:
             self.link = up
             for room in self._rooms.values():
-                for viewer in room:
+                for viewer in room.viewers:
                     viewer.resync = True
-                    viewer.wake.set()
+                room.wake()
 
     def _route(self, channel: str, data: bytes) -> None:
         if channel == bus.sessions_channel():
@@ -193,46 +228,47 @@ class Hub:
             return
         _, slug, what = channel.split(":", 2)
         room = self._rooms.get(slug)
-        if not room:
+        if room is None:
             return
         if what.startswith("frames"):
-            self._give_picture(slug, room, int(what.removeprefix("frames") or 0), data)
+            room.give_picture(int(what.removeprefix("frames") or 0), data)
         elif what == "stream":
-            if not self.streams.take(slug, data):
-                self._hold(self._restore(slug))
-            self._wake(slug)
+            self._give_packet(slug, room, data)
         elif what == "state":
-            for viewer in room:
-                viewer.state = data
-            self._wake(slug)
+            room.give_state(data)
         else:
             try:
                 event = decode(data)
             except msgspec.MsgspecError as error:
                 log.warning("an event on the bus was not understood: %s", error)
                 return
-            for viewer in room:
-                if what != "trace" or viewer.trace:
-                    viewer.put_event(event)
+            room.give_event(event, what == "trace")
 
-    def _give_picture(self, slug: str, room: set[Viewer], camera: int, data: bytes) -> None:
-        self._newest.setdefault(slug, {})[camera] = data
-        for viewer in room:
-            if camera in viewer.cameras:
-                viewer.frames[camera] = data
+    def _give_packet(self, slug: str, room: Room, data: bytes) -> None:
+        if not self.streams.take(slug, data):
+            self._hold(self._restore(slug))
+        for viewer in room.viewers:
+            if viewer.ready():
+                for packet in self.streams.news(slug, viewer.told):
+                    viewer.write(binary_frame(packet))
+            else:
                 viewer.wake.set()
 
     async def _keep_watch(self) -> None:
         while True:
             await asyncio.sleep(PING_S)
             await self._mark(bus.web_key())
+            if self._pubsub is not None:
+                with contextlib.suppress(RedisError, OSError):  # who reads finds out
+                    await self._pubsub.ping()
             for slug in list(self._rooms):
                 await self._mark_watched(slug)
 
     async def _mark_watched(self, slug: str) -> None:
-        room = self._rooms.get(slug, set())
-        what = [bus.frames_of(camera) for camera in frozenset().union(*(v.cameras for v in room))]
-        for one in what + ["trace"] * any(v.trace for v in room) + ["state"] * bool(room):
+        room = self._rooms.get(slug)
+        if room is None:
+            return
+        for one in [*room.watched(), "state"]:
             await self._mark(bus.watch_key(slug, one))
 
     async def _mark(self, key: str) -> None:

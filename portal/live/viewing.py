@@ -10,10 +10,13 @@ from django.db import Error
 
 from accounts.services import cleared
 from portal.live.audience import Seat, audience
-from portal.live.hub import Viewer, hub
+from portal.live.direct import binary_frame, connection_of
+from portal.live.hub import hub
 from portal.live.line import Line
-from portal.live.people import current_user
+from portal.live.people import current_user, session_key
+from portal.live.rooms import Viewer
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
+from portal.live.shared import snapshots
 from portal.live.snapshot import snapshot
 from portal.live.threads import URGENT
 from portal.stores import down_text
@@ -40,14 +43,21 @@ class Viewing(Line):
         self.placed, self.operating, self.may_stop = False, False, False
         self._stale = asyncio.Event()
         self._looking = False
+        self._freed = asyncio.Event()  # set whenever the connection has taken everything
         self._seat, self._leave = Seat(), contextlib.ExitStack()
 
     async def view(self) -> Viewer:
         """Start to watch: the snapshot first, then everything that comes."""
-        viewer = self.viewer = Viewer(self.slug)
+        viewer = self.viewer = Viewer(self.slug, connection_of(self.scope))
+        self._leave.callback(hub().detach, viewer)
         hub().attach(viewer)
-        self._seat = self._leave.enter_context(audience().one(self.slug))
+        viewer.seat = self._seat = self._leave.enter_context(audience().one(self.slug))
+        if viewer.connection is not None:
+            self._leave.callback(viewer.connection.when_free, None)
+            viewer.connection.when_free(self._freed.set)
+        await hub().heard(self.slug)  # first, or what changes between snapshot and subscription would be missed
         await self.send_snapshot()
+        viewer.direct = True
         self.begin(self._forward(viewer))
         self.begin(self._resync())
         return viewer
@@ -87,6 +97,9 @@ class Viewing(Line):
     async def send_snapshot(self) -> None:
         """Send everything, and remember what this person may do."""
         try:
+            if self.stranger():
+                await self._tell_text(await snapshots().ask(self.slug, lambda: hub().link))
+                return
             shown, sign_in = await self.orm(self._snapshot)
         except Error as error:
             await self.store_down(error)
@@ -96,6 +109,10 @@ class Viewing(Line):
             return
         self.sign(sign_in)
         await self.send(json.dumps(shown))
+
+    def stranger(self) -> bool:
+        """Return whether the socket was opened without a session; then nobody is signed in, and nobody will be."""
+        return not session_key(self.scope)
 
     async def store_down(self, error: Exception) -> None:
         """Tell the page that the database is away, and try again soon."""
@@ -122,31 +139,64 @@ class Viewing(Line):
         return shown, sign_in_of(self.scope, user)
 
     async def _forward(self, viewer: Viewer) -> None:
-        """Send what the hub receives; while Redis is away, read the database every second."""
+        """Send what waits in the mailbox; while Redis is away, read the database every second."""
         while True:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(RESYNC_S if not hub().link else 15.0):  # wait_for may lose a cancellation
                     await viewer.wake.wait()
-            viewer.wake.clear()
             viewer.link = hub().link
+            resync = await self._empty(viewer)
+            if resync or not viewer.link:
+                self._stale.set()
+
+    async def _empty(self, viewer: Viewer) -> bool:
+        """Send everything in the mailbox, the newest of each kind; return whether a new snapshot is needed."""
+        resync = False
+        while True:
+            await self._free()
+            sent = False
             if viewer.state is not None:
-                state, viewer.state = viewer.state, None
-                await self.send(bytes_data=state)
+                state, viewer.state, sent = viewer.state, None, True
+                await self._tell_bytes(state)
             for packet in hub().streams.news(self.slug, viewer.told):
-                await self.send(bytes_data=packet)
-            resync = viewer.resync or not viewer.link
+                sent = True
+                await self._tell_bytes(packet)
+            resync |= viewer.resync
             viewer.resync = False
             while viewer.events:
-                event = viewer.events.popleft()
+                event, sent = viewer.events.popleft(), True
                 if isinstance(event, Changed):
                     resync = True
                 else:
-                    await self.send(msgspec.json.encode(event).decode())
+                    await self._tell_text(msgspec.json.encode(event).decode())
             while viewer.frames:
-                _, frame = viewer.frames.popitem()
-                await self.send(bytes_data=frame)
-            if resync:
-                self._stale.set()
+                await self._free()
+                (_, frame), sent = viewer.frames.popitem(), True
+                await self._tell_bytes(frame)
+            if not sent:
+                viewer.wake.clear()
+                return resync
+
+    async def _free(self) -> None:
+        """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits."""
+        connection = self.viewer.connection if self.viewer is not None else None
+        while connection is not None and not connection.free() and not connection.gone():
+            self._freed.clear()
+            await self._freed.wait()
+
+    async def _tell_bytes(self, data: bytes) -> None:
+        await self._free()
+        if self.viewer is None or self.viewer.connection is None:
+            await self.send(bytes_data=data)
+        elif not self.viewer.connection.gone():
+            self.viewer.write(binary_frame(data))
+
+    async def _tell_text(self, text: str) -> None:
+        await self._free()
+        if self.viewer is None or self.viewer.connection is None:
+            await self.send(text)
+        elif not self.viewer.connection.gone():
+            self.viewer.write_text(text)
 
     async def _resync(self) -> None:
         """Send a new snapshot when the last one is out of date; pictures and states do not wait for it."""

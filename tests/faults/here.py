@@ -57,8 +57,8 @@ class WebHere:
             names = [t.get_coro().__qualname__ for t in asyncio.all_tasks()]
             pubsub = here._pubsub.channels if here._pubsub is not None else {}
             return {
-                "viewers": sum(len(room) for room in here._rooms.values()),
-                "pictures": len(here._newest),
+                "viewers": sum(len(room.viewers) for room in here._rooms.values()),
+                "pictures": sum(len(room.newest) for room in here._rooms.values()),
                 "robots listened to": sum(b":state" in name for name in pubsub),
                 "sockets": len(lines),
                 "tasks": sum(n.startswith(("RobotConsumer", "Line", "WebSocketsSansIOProtocol", "Ws", "Hub._follow")) for n in names),

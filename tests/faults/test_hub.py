@@ -6,7 +6,8 @@ import random
 
 import pytest
 
-from portal.live.hub import Hub, Viewer
+from portal.live.hub import Hub
+from portal.live.rooms import Viewer
 
 STEPS = (0, 0, 1, 2, 3, 5, 8, 13, 20, 40)  # of the event loop, between two of them
 

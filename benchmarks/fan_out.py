@@ -1,0 +1,157 @@
+"""Pictures to many viewers: our web process beside Channels' `group_send` and the least that a server can do.
+
+The server has one core, whatever it is; Redis, the process that makes the pictures and the viewers have the other.
+Each picture has 6 kB, ten come a second. Judged is processor time of the server for each delivered picture.
+"""
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from benchmarks.stage import cast, database, set_up, tell
+
+ROOT = Path(__file__).resolve().parent.parent
+WAYS = ("raw", "ours", "group", "group_pubsub")
+VIEWERS = [int(n) for n in os.environ.get("VIEWERS", "100,500,1000,2000").split(",")]
+SECONDS = float(os.environ.get("SECONDS_EACH", "10"))
+TIMES, SHARE = 20, 0.8  # times as cheap as group_send; share of the raw way
+BEHIND_MS = 200  # a picture that comes later is more than one picture behind
+PATH = "/ws/robots/mercury/"
+
+
+def main() -> None:
+    """Measure each way with each number of viewers; the last line judges the largest number."""
+    set_up()
+    with database():
+        found = {n: _all(n) for n in VIEWERS}
+    for n, ways in found.items():
+        for way, one in ways.items():
+            print(
+                f"{n:5d} viewers, {way:12s}: {one['rate']:8.0f} pictures/s ({one['share']:4.0%} of those wanted), "
+                f"{one['us']:6.1f} us of the server each, delay {one['median_ms']:.1f} ms, 99 % {one['p99_ms']:.1f} ms, "
+                f"at most {one['most_ms']:.0f} ms, {one['kB']:.1f} kB a viewer"
+            )
+    shares = {n: ways["raw"]["us"] / ways["ours"]["us"] for n, ways in found.items()}
+    times = {n: ways["group"]["us"] / ways["ours"]["us"] for n, ways in found.items()}
+    behind = max(ways["ours"]["most_ms"] for ways in found.values())
+    holds = min(shares.values()) >= SHARE and min(times.values()) >= TIMES and behind <= BEHIND_MS
+    beside = {
+        "times_group_send": {n: round(t, 1) for n, t in times.items()},
+        "share_of_raw": {n: round(s, 2) for n, s in shares.items()},
+        "most_ms": round(behind), "at": found,
+    }  # fmt: skip
+    tell(
+        "fan_out",
+        min(shares.values()),
+        "of the raw way, processor time of the server for each delivered picture, the worst number of viewers",
+        f">= {SHARE:g}, >= {TIMES} times as cheap as group_send, no picture later than {BEHIND_MS} ms",
+        holds,
+        beside,
+    )
+
+
+def _all(viewers: int) -> dict[str, dict[str, float]]:
+    return {way: _measure(way, viewers) for way in WAYS}
+
+
+def _measure(way: str, viewers: int) -> dict[str, float]:
+    """Return what one way does for so many viewers."""
+    from django.conf import settings
+
+    from tests.conftest import RedisServer
+
+    with ExitStack() as stack:
+        redis = RedisServer()
+        redis.start()
+        stack.callback(redis.stop)
+        psutil.Process(redis.process.pid).cpu_affinity([1])
+        server, url = stack.enter_context(_server(way, settings.REDIS_URL))
+        maker = _child("_fans", "publish", way, settings.REDIS_URL)
+        stack.callback(maker.kill)
+        crowd = _child("_crowd", url, str(viewers), str(SECONDS), talk=True)
+        stack.callback(crowd.kill)
+        first = _line(crowd)["joined"]
+        before = server.memory_full_info().uss
+        _go_on(crowd)
+        joined = _line(crowd)["joined"]
+        grown = server.memory_full_info().uss - before
+        used = _used_s(server)
+        _go_on(crowd)
+        seen = _line(crowd)
+        used = _used_s(server) - used
+    return {
+        "rate": seen["pictures"] / seen["seconds"],
+        "share": seen["pictures"] / seen["wanted"],
+        "us": used / seen["pictures"] * 1e6,
+        "kB": grown / (joined - first) / 1000,
+        **{name: round(seen[name], 2) for name in ("median_ms", "p99_ms", "most_ms", "lost", "without")},
+    }
+
+
+def _used_s(process: psutil.Process) -> float:
+    """Return the processor time of all threads, to the nanosecond."""
+    tasks = Path(f"/proc/{process.pid}/task").glob("*/schedstat")
+    return sum(int(task.read_text().split()[0]) for task in tasks) / 1e9
+
+
+def _child(module: str, *arguments: str, talk: bool = False) -> Any:
+    """Start a process of the benchmark on the second core."""
+    pipe = subprocess.PIPE if talk else subprocess.DEVNULL
+    child = subprocess.Popen(
+        [sys.executable, "-m", f"benchmarks.{module}", *arguments], cwd=ROOT, text=True, stdin=pipe, stdout=pipe
+    )
+    psutil.Process(child.pid).cpu_affinity([1])
+    return child
+
+
+def _line(child: Any) -> dict[str, Any]:
+    said = child.stdout.readline()
+    if not said:
+        raise SystemExit("the viewers ended; what went wrong is above")
+    found: dict[str, Any] = json.loads(said)
+    return found
+
+
+def _go_on(child: Any) -> None:
+    child.stdin.write("\n")
+    child.stdin.flush()
+
+
+@contextlib.contextmanager
+def _server(way: str, store: str) -> Iterator[tuple[psutil.Process, str]]:
+    """Run a server on the first core; yield its process and its address."""
+    from tests.conftest import wait_for
+    from tests.rig import Web, free_port
+
+    if way == "ours":
+        from robots.models import Robot
+
+        if not Robot.objects.exists():
+            cast()
+        web = Web(FARHAND_SOCKETS_PER_ADDRESS="5000", FARHAND_CONNECTIONS_PER_ADDRESS="5000")
+        psutil.Process(web.pid).cpu_affinity([0])
+        try:
+            yield psutil.Process(web.pid), web.url + PATH
+        finally:
+            web.kill()
+        return
+    port = free_port()
+    child = subprocess.Popen(
+        [sys.executable, "-m", "benchmarks._fans", "serve", way, str(port), store], cwd=ROOT, stdin=subprocess.DEVNULL
+    )
+    process = psutil.Process(child.pid)
+    process.cpu_affinity([0])
+    try:
+        wait_for(lambda: any(c.laddr.port == port for c in process.net_connections()), 30, f"the server {way}")
+        yield process, f"http://127.0.0.1:{port}/"
+    finally:
+        child.kill()
+        child.wait()

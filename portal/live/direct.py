@@ -1,0 +1,64 @@
+"""WebSocket frames that are made once and written to many connections.
+
+A server that can do so offers its connection to the application under `NAME` in the extensions of the ASGI scope;
+under any other server everything goes through the ordinary `send`.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, Protocol
+
+from websockets.extensions.permessage_deflate import PerMessageDeflate, ServerPerMessageDeflateFactory
+from websockets.frames import Frame, Opcode
+
+NAME = "farhand.connection"
+BITS, SETTINGS = 12, {"memLevel": 5}  # the window and memory of a compressor
+# No message depends on the one before it: a connection keeps no compressor, and a message compressed once suits all.
+DEFLATE = ServerPerMessageDeflateFactory(True, True, BITS, BITS, SETTINGS)
+KEPT = 256  # frames of the newest messages
+SMALL = 200  # bytes of a text that is not worth compressing
+
+
+class Connection(Protocol):
+    """A connection to which whole frames may be written."""
+
+    deflates: bool  # a message compressed by `text_frames` suits it
+
+    def free(self) -> bool:
+        """Return whether it is open, and everything written before has been taken by the network."""
+
+    def gone(self) -> bool:
+        """Return whether nothing can be written any more."""
+
+    def write(self, frame: bytes) -> None:
+        """Write a whole frame."""
+
+    def when_free(self, call: Callable[[], None] | None) -> None:
+        """Have this called whenever the connection becomes free again, and when it is gone."""
+
+
+def connection_of(scope: dict[str, Any]) -> Connection | None:
+    """Return the connection of a socket; None if the server does not offer it."""
+    offered: Connection | None = scope.get("extensions", {}).get(NAME, {}).get("connection")
+    return offered
+
+
+@lru_cache(KEPT)
+def binary_frame(data: bytes) -> bytes:
+    """Return the frame of a binary message; the same object for the same message."""
+    return Frame(Opcode.BINARY, data).serialize(mask=False)
+
+
+@lru_cache(KEPT)
+def text_frames(text: str) -> tuple[bytes, bytes]:
+    """Return the frame of a text message, plain and compressed; the same objects for the same message."""
+    frame = Frame(Opcode.TEXT, text.encode())
+    plain = frame.serialize(mask=False)
+    if len(text) < SMALL:
+        return plain, plain
+    return plain, frame.serialize(mask=False, extensions=[PerMessageDeflate(True, True, BITS, BITS, SETTINGS)])
+
+
+def suits(extension: Any) -> bool:
+    """Return whether a connection with this extension reads what `text_frames` compresses."""
+    return isinstance(extension, PerMessageDeflate) and extension.local_max_window_bits >= BITS

@@ -23,6 +23,7 @@ WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
+SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
 STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
 
 
@@ -41,6 +42,11 @@ def frames_of(camera: int) -> str:
     return f"frames{camera or ''}"
 
 
+def watched_as(camera: int, every_s: float) -> str:
+    """Return what is watched by somebody who wants a camera's picture at most once in `every_s` seconds."""
+    return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
+
+
 def frames_channel(slug: str, camera: int = 0) -> str:
     """Return the channel of a camera's pictures."""
     return f"farhand:{slug}:{frames_of(camera)}"
@@ -49,6 +55,11 @@ def frames_channel(slug: str, camera: int = 0) -> str:
 def state_channel(slug: str) -> str:
     """Return the channel of a robot's state packets."""
     return f"farhand:{slug}:state"
+
+
+def compact_channel(slug: str) -> str:
+    """Return the channel of a robot's compact states, for slow lines."""
+    return f"farhand:{slug}:compact"
 
 
 def stream_channel(slug: str) -> str:
@@ -165,6 +176,11 @@ def publish_state(slug: str, packet: bytes) -> bool:
     return listeners > 0
 
 
+def publish_compact(slug: str, packet: bytes) -> bool:
+    """Send a state to those who want it compact."""
+    return _publish(compact_channel(slug), packet)
+
+
 def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool) -> bool:
     """Send packets of a byte stream and keep them for who comes later, together or not at all.
 
@@ -257,6 +273,18 @@ def watch(slug: str, what: str = "frames") -> bool:
 def watched(slug: str, what: str = "frames") -> bool:
     """Return whether somebody watches. Raises redis.RedisError."""
     return bool(connection().exists(watch_key(slug, what)))
+
+
+def how_watched(slug: str, camera: int) -> tuple[bool, bool]:
+    """Return whether somebody wants each picture of a camera, and one now and then. Raises redis.RedisError."""
+    keys = (watch_key(slug, watched_as(camera, every_s)) for every_s in (0.0, SLOW_S))
+    each, now_and_then = connection().mget(*keys)
+    return each is not None, now_and_then is not None
+
+
+def watchers_key(slug: str) -> str:
+    """Return the hash that holds how many watch a robot in each web process, and when that was counted (s)."""
+    return f"farhand:{slug}:watchers"
 
 
 def web_key() -> str:

@@ -2,9 +2,11 @@
 
 import time
 
+import redis
 from django.db import Error, close_old_connections
 
 from robots import bus
+from robots.contract.compact import Layout
 from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault
 from robots.messages import state_packet
@@ -20,6 +22,7 @@ TRACE_S = 0.25
 ASK_S = 0.5
 KEEP_S = 5.0  # between two writings of the channels
 UNHEARD_S = 1.0  # between two states of an idle robot that nobody hears
+WHOLE_S = 5.0  # between two states with everything for those who want compact ones
 
 
 class States:
@@ -35,6 +38,8 @@ class States:
         self._number = 0
         self._spec = owned.robot.spec()
         self._packed = self._spec.packed()
+        self._layout = Layout.of(self._spec)
+        self._compact, self._whole = False, 0.0  # whether somebody wants compact states; when a whole one was sent
         self._kept = 0.0
 
     def loop(self) -> None:
@@ -46,6 +51,7 @@ class States:
             if time.monotonic() - looked >= TRACE_S:
                 looked = time.monotonic()
                 self._trace.look()
+                self._look()
             heard = owned.driver.latest()
             quiet = heard is None or owned.age(heard) >= ASK_S
             if self._connection.connected and quiet and time.monotonic() - asked >= ASK_S:
@@ -70,8 +76,24 @@ class States:
         except Error:  # the database is away: the next one is kept
             close_old_connections()
 
+    def _look(self) -> None:
+        """Find out whether somebody wants compact states."""
+        try:
+            self._compact = self._heard and bus.watched(self._owned.robot.slug, "compact")
+        except (redis.RedisError, OSError):
+            self._compact = False
+
     def _publish(self, state: RobotState) -> None:
         self._number += 1
         at_ms = int((self._owned.clock.now().timestamp() - self._owned.age(state)) * 1000)
-        packet = state_packet(self._number, at_ms, state, self._latch.latched, self._packed, self._spec.named(state))
+        latched, told = self._latch.latched, self._spec.named(state)
+        packet = state_packet(self._number, at_ms, state, latched, self._packed, told)
         self._heard = bus.publish_state(self._owned.robot.slug, packet)
+        if not self._compact:
+            return
+        compact = None
+        if self._layout is not None and time.monotonic() - self._whole < WHOLE_S:
+            compact = self._layout.encode(at_ms, state, latched, told)
+        if compact is None:
+            self._whole = time.monotonic()
+        bus.publish_compact(self._owned.robot.slug, compact or packet)

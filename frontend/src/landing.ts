@@ -16,7 +16,7 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
     }
     return picture;
   };
-  new Live(
+  const live: Live = new Live(
     card.dataset["live"] ?? "",
     {
       message(m: Message) {
@@ -33,7 +33,9 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
         place().src = URL.createObjectURL(packet.jpeg);
         if (old.startsWith("blob:")) URL.revokeObjectURL(old);
       },
-      line() {},
+      line(up: boolean) {
+        if (up) live.send({ t: "watch", cameras: [0], every_s: 1, compact: true });
+      },
     },
     () => 15_000,
   );

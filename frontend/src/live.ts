@@ -1,4 +1,5 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
+import type { CompactLayout } from "./compact.ts";
 import { decode, type Message, type PicturePacket, type StatePacket, type StreamPacket } from "./protocol.ts";
 
 export interface Handlers {
@@ -17,6 +18,7 @@ export class Live {
   /** Server time minus ours, ms. */
   offset = 0;
   latency: number | null = null;
+  private best = Infinity; // the least latency, which slowly grows
   up = false;
   /** The number of sockets opened so far; it tells into which one a message went. */
   opened = 0;
@@ -30,7 +32,7 @@ export class Live {
   private doubted = 0;
   private probeAfter = PROBE_MS;
 
-  constructor(private slug: string, private handlers: Handlers, private pingEvery: () => number) {
+  constructor(private slug: string, private handlers: Handlers, private pingEvery: () => number, private layout: CompactLayout | null = null) {
     this.open();
     this.beat();
     setInterval(() => this.watch(), 250);
@@ -99,7 +101,7 @@ export class Live {
     this.hear();
     if (typeof data !== "string") {
       this.probeAfter = PROBE_MS;
-      const packet = decode(data);
+      const packet = decode(data, this.layout, this.now());
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
       else if ("data" in packet) this.handlers.stream?.(packet);
@@ -113,7 +115,9 @@ export class Live {
       this.pings.delete(message.n);
       if (sent !== undefined) {
         this.latency = performance.now() - sent;
-        this.offset = message.now_ms + this.latency / 2 - Date.now();
+        this.best = Math.min(this.best * 1.02, this.latency);
+        // an answer that waited on the way tells nothing of the clock
+        if (this.latency < 1.5 * this.best + 20) this.offset = message.now_ms + this.latency / 2 - Date.now();
       }
     } else if (message.t === "snapshot" && this.latency === null) {
       this.offset = message.now_ms - Date.now();

@@ -16,6 +16,7 @@ import { StopPress } from "./stop.ts";
 import { Streams } from "./streams.ts";
 import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
+import { Watching } from "./watching.ts";
 import { complete } from "./widgets/basics.ts";
 import { ago, KINDS } from "./words.ts";
 
@@ -60,6 +61,7 @@ export class RobotPage {
   onPlan: ((answer: PlanAnswer) => void) | null = null;
   private page = byId("robot");
   private place: Place;
+  private watching: Watching;
   private trace: WireTrace | null;
   private seq = 0;
   private seqGrant = 0;
@@ -84,7 +86,13 @@ export class RobotPage {
         line: (up) => this.gotLine(up),
       },
       () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
+      facts.compact,
     );
+    const saving = (navigator as { connection?: { saveData?: boolean } }).connection?.saveData ?? false;
+    this.watching = new Watching(this.live, saving);
+    const pace = byId<HTMLSelectElement>("pace");
+    pace.value = this.watching.choice;
+    pace.addEventListener("change", () => this.watching.choose(pace.value));
     this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
     this.place = new Place(byId("place"), (m) => this.live.send(m));
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
@@ -105,6 +113,11 @@ export class RobotPage {
     if (this.state) console.state(this.state);
     for (const { name } of facts.streams) for (const packet of this.stream(name)) console.stream?.(name, packet);
     this.draw();
+  }
+
+  /** Have the pictures of these cameras; a page that never asks gets those of the first one. */
+  watch(cameras: number[]): void {
+    this.watching.want(cameras);
   }
 
   /** The newest value of that name: rad, m or the spec's unit; undefined if none has arrived. */
@@ -200,18 +213,24 @@ export class RobotPage {
   }
 
   private gotLine(up: boolean): void {
-    if (up) this.console?.watch?.();
+    if (up) {
+      this.watching.opened();
+      this.console?.watch?.();
+    }
     this.draw();
   }
 
   /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
   private gotPicture(packet: PicturePacket): void {
+    this.watching.arrived(packet);
     const shown = this.console?.shown(packet.camera);
     if (this.calm.matches && !this.operating && shown && tooLively(packet, shown)) return;
     this.console?.picture(packet);
   }
 
-  private gotState(packet: StatePacket): void {
+  /** Compact states lack velocities and torques; a whole one between them must not show them for a moment. */
+  private gotState(told: StatePacket): void {
+    const packet = this.watching.pace === "live" ? told : { ...told, velocities: [], torques: [] };
     this.state = packet;
     this.stateHeardAt = performance.now();
     this.console?.state(packet);
@@ -233,6 +252,7 @@ export class RobotPage {
     else if (m.t === "plan") this.onPlan?.(m);
     else if (m.t === "trace") this.trace?.add(m);
     else if (m.t === "store") this.storeDown = m.text;
+    else if (m.t === "watchers") text("watchers", m.count > 1 ? `${m.count} watch` : "");
     else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
     this.draw();
   }
@@ -305,8 +325,11 @@ export class RobotPage {
     const at = this.console?.pictureAt() ?? 0;
     const age = at ? f.now - at : Infinity;
     const badge = byId("age");
-    badge.textContent = at ? `Picture ${ago(age)} old` : facts.cameras ? "No picture yet" : "";
+    const rate = age < SILENT_MS ? this.watching.rate() : 0;
+    const often = rate ? `, ${rate < 9.5 ? rate.toFixed(1) : Math.round(rate)} a second` : "";
+    badge.textContent = at ? `Picture ${ago(age)} old${often}` : facts.cameras ? "No picture yet" : "";
     badge.dataset["age"] = age < 2000 ? "fresh" : age < 5000 ? "ageing" : "old";
+    text("pace-said", this.watching.said(facts.cameras > 0 && f.snapshot?.robot.state !== "offline"));
     text("latency", this.live.latency === null ? "" : `${Math.round(this.live.latency)} ms`);
   }
 }

@@ -1,5 +1,7 @@
 /** The messages on the socket: binary packets for states and pictures, JSON for the rest. */
 
+import { type CompactLayout, compactState } from "./compact.ts";
+
 export interface Still {
   id: number; url: string; at_ms: number; stable: boolean; verdict: string;
   /** Where the robot was: coordinates that its spec declares, joints (rad, m), and values of its channels by name. */
@@ -40,7 +42,7 @@ export interface CommandSpec { kind: string; label: string; lane: "motion" | "co
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 export interface StreamInfo { name: string; media: string }
 /** What the page knows about its robot, for every robot. */
-export interface RobotFacts { commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
+export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
@@ -50,6 +52,7 @@ export type Message =
   | ({ t: "command" } & CommandInfo)
   | { t: "notice"; text: string; level: string }
   | { t: "store"; text: string }
+  | { t: "watchers"; count: number }
   | { t: "pong"; n: number; now_ms: number; link: boolean };
 
 export interface StatePacket {
@@ -75,9 +78,13 @@ function floats(view: DataView, at: number, count: number): number[] {
   return Array.from({ length: count }, (_, i) => view.getFloat32(at + 4 * i, true));
 }
 
-/** Decode a binary packet; null for one that is too short or of an unknown type. */
-export function decode(data: ArrayBuffer): StatePacket | PicturePacket | StreamPacket | null {
+/**
+ * Decode a binary packet; null for one that is too short or of an unknown type. For compact states `layout` is the
+ * robot's and `nearMs` a server time near theirs.
+ */
+export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, nearMs = 0): StatePacket | PicturePacket | StreamPacket | null {
   const view = new DataView(data);
+  if (data.byteLength > 0 && view.getUint8(0) >= 128) return layout && compactState(new Uint8Array(data), layout, nearMs);
   const type = data.byteLength >= STATE_HEAD ? view.getUint8(0) : 0;
   if (type === 3)
     return {

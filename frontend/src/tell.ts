@@ -1,26 +1,9 @@
 /** Messages for a person who looks elsewhere: title, icon, sound, vibration, notification, screen reader. */
+import { kept } from "./kept.ts";
 import type { Standing } from "./person.ts";
 import { say } from "./parts.ts";
 
 const MOMENTS_S = [60, 20, 10];
-
-/** The browser's storage, if it allows any. */
-export const kept = {
-  get(key: string): string | null {
-    try {
-      return localStorage.getItem(`farhand-${key}`);
-    } catch {
-      return null;
-    }
-  },
-  set(key: string, value: string): void {
-    try {
-      localStorage.setItem(`farhand-${key}`, value);
-    } catch {
-      // without storage each page tells it again
-    }
-  },
-};
 
 export class Teller {
   private title = document.title;

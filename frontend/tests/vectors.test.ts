@@ -4,6 +4,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
+import type { CompactLayout } from "../src/compact.ts";
 import { decode, type StatePacket, type StreamPacket } from "../src/protocol.ts";
 import { Streams } from "../src/streams.ts";
 import { FINAL, STAGES } from "../src/words.ts";
@@ -73,6 +74,30 @@ test("a state packet is read as Python packs it, and one that is cut off is none
     assert.deepEqual(found.values.map((v) => (Number.isNaN(v) ? null : v)), one.values, one.what);
     const whole = bytes.length - Buffer.from(one.mode).length;
     if (one.values.length) assert.equal(decode(bytes.slice(0, whole - 1).buffer), null, `${one.what}, cut off`);
+  }
+});
+
+interface Compacted {
+  what: string; layout: CompactLayout; hex: string; at_ms: number; near_ms: number; moving: boolean; stopped: boolean;
+  joints: number[]; mode: string; told: Record<string, number>;
+}
+
+test("compact states are read as Python writes them, and nothing shorter or of another layout", () => {
+  const all = read("compact_states") as Compacted[];
+  for (const one of all) {
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex"));
+    const found = decode(bytes.buffer, one.layout, one.near_ms) as StatePacket;
+    assert.deepEqual([found.atMs, found.moving, found.stopped, found.mode], [one.at_ms, one.moving, one.stopped, one.mode], one.what);
+    assert.equal(found.joints.length, one.layout.joints, one.what);
+    const wanted = [...one.joints, ...Object.values(one.told)];
+    const told = [...found.joints, ...found.values].filter((value) => !Number.isNaN(value));
+    assert.equal(told.length, wanted.length, one.what);
+    const steps = one.layout.scales.map(([, step]) => step);
+    told.forEach((value, i) => assert.ok(Math.abs(value - wanted[i]!) <= Math.max(...steps) / 2 + 1e-9, one.what));
+    const whole = bytes.length - (one.layout.modes.includes(one.mode) ? 0 : Buffer.from(one.mode).length);
+    for (let length = 0; length < whole; length++) assert.equal(decode(bytes.slice(0, length).buffer, one.layout, one.near_ms), null, one.what);
+    for (const { layout } of all) if (layout.mark !== one.layout.mark) assert.equal(decode(bytes.buffer, layout, one.near_ms), null);
+    assert.equal(decode(bytes.buffer), null, `${one.what}, without a layout`);
   }
 });
 

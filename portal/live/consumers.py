@@ -114,7 +114,7 @@ class RobotConsumer(Viewing):
                 return
             case Watch():
                 if self.viewer is not None:
-                    hub().choose(self.viewer, frozenset(message.cameras))
+                    hub().choose(self.viewer, frozenset(message.cameras), message.every_s, message.compact)
                 return
             case Keep() | Released():
                 if message.seq == self._jog:

@@ -8,6 +8,7 @@ pictures and states; a viewer that missed an event is told to read everything ag
 import asyncio
 import contextlib
 import logging
+import secrets
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -28,8 +29,9 @@ from robots.messages import decode
 
 log = logging.getLogger(__name__)
 PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
+COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
 HEARD_S = 1.0  # that a new viewer waits for the subscription
-CHANNELS = (bus.events_channel, bus.state_channel, bus.stream_channel, bus.trace_channel)
+CHANNELS = (bus.events_channel, bus.state_channel, bus.compact_channel, bus.stream_channel, bus.trace_channel)
 
 
 class Hub:
@@ -43,6 +45,7 @@ class Hub:
         self._subscribing = asyncio.Lock()
         self._restoring: set[str] = set()
         self._awaited = Counter[str]()  # subscriptions that Redis has not confirmed yet, by robot
+        self._name = secrets.token_hex(6)  # of this hub among all
         self._away = False  # the last attempt to reach Redis failed
         self.streams = Streams()
         self.link = False
@@ -71,10 +74,14 @@ class Hub:
             async with asyncio.timeout(HEARD_S):
                 await room.heard.wait()
 
-    def choose(self, viewer: Viewer, cameras: frozenset[int]) -> None:
-        """Send the viewer the pictures of these cameras from now on, the newest of each at once."""
+    def choose(self, viewer: Viewer, cameras: frozenset[int], every_s: float, compact: bool) -> None:
+        """Send the viewer the pictures of these cameras from now on, the newest of each at once.
+
+        At most one in `every_s` seconds of each; `compact`: states in few bytes.
+        """
         with self._changing(viewer):
-            viewer.cameras = cameras
+            viewer.cameras, viewer.every_s, viewer.compact = cameras, every_s, compact
+            viewer.due.clear()
         self._give_newest(viewer)
         if self.link:
             self._hold(self._mark_watched(viewer.slug))
@@ -98,7 +105,7 @@ class Hub:
     def _give_newest(self, viewer: Viewer) -> None:
         room = self._rooms.get(viewer.slug)
         for camera, data in room.newest.items() if room is not None else ():
-            if camera in viewer.cameras:
+            if viewer.wants(camera):
                 viewer.put_picture(camera, data)
 
     def _hold(self, coroutine: Any) -> None:
@@ -120,6 +127,11 @@ class Hub:
         """Return the number of viewers of the robot in this process."""
         room = self._rooms.get(slug)
         return len(room.viewers) if room is not None else 0
+
+    def watchers(self, slug: str) -> int:
+        """Return how many watch the robot in all web processes, as far as this one knows."""
+        room = self._rooms.get(slug)
+        return max(room.count, len(room.viewers)) if room is not None else 0
 
     def _channels(self, slug: str) -> list[str]:
         frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
@@ -234,8 +246,8 @@ class Hub:
             room.give_picture(int(what.removeprefix("frames") or 0), data)
         elif what == "stream":
             self._give_packet(slug, room, data)
-        elif what == "state":
-            room.give_state(data)
+        elif what in ("state", "compact"):
+            room.give_state(data, what == "compact")
         else:
             try:
                 event = decode(data)
@@ -263,6 +275,25 @@ class Hub:
                     await self._pubsub.ping()
             for slug in list(self._rooms):
                 await self._mark_watched(slug)
+                await self._count(slug)
+
+    async def _count(self, slug: str) -> None:
+        """Tell the other web processes how many watch here, and everybody here how many watch in all."""
+        room, store = self._rooms.get(slug), self._redis
+        if room is None or store is None:
+            return
+        key = bus.watchers_key(slug)
+        with contextlib.suppress(RedisError, OSError):
+            now, _ = await store.time()  # of Redis: clocks of hosts differ
+            both = store.pipeline(transaction=False)
+            both.hset(key, self._name, f"{len(room.viewers)} {now}")
+            both.expire(key, 10 * COUNT_S)
+            both.hgetall(key)
+            *_, told = await both.execute()
+            counts = {name: (int(count), int(at)) for name, (count, at) in ((n, v.split()) for n, v in told.items())}
+            if old := [name for name, (_, at) in counts.items() if now - at > COUNT_S]:
+                await store.hdel(key, *old)
+            room.give_count(sum(count for count, at in counts.values() if now - at <= COUNT_S))
 
     async def _mark_watched(self, slug: str) -> None:
         room = self._rooms.get(slug)

@@ -82,9 +82,11 @@ class Trace(Message, frozen=True, tag="trace"):
 
 
 class Watch(Message, frozen=True, tag="watch"):
-    """Choose the cameras whose pictures this page wants."""
+    """Choose the cameras whose pictures this page wants, how often at most (s), and states in few bytes."""
 
     cameras: Annotated[list[Annotated[int, Meta(ge=0, lt=CAMERAS)]], Meta(max_length=CAMERAS)]
+    every_s: Annotated[float, Meta(ge=0, le=60)] = 0.0
+    compact: bool = False
 
 
 class Plan(Message, frozen=True, tag="plan"):

@@ -1,6 +1,7 @@
 """Who watches which robot, and what they are given: at once where the connection is free, else by their mailbox."""
 
 import asyncio
+import time
 from collections import Counter, deque
 
 import msgspec
@@ -13,6 +14,11 @@ from robots.messages import Changed, Event
 EVENTS = 100
 
 
+def watchers_text(count: int) -> str:
+    """Return the message that tells how many watch."""
+    return f'{{"t": "watchers", "count": {count}}}'
+
+
 class Viewer:
     """One socket's mailbox: each camera's newest picture, the newest state, a few events.
 
@@ -21,8 +27,8 @@ class Viewer:
     """
 
     __slots__ = (
-        "cameras", "connection", "direct", "events", "frames", "link", "resync", "seat", "slug", "state", "told",
-        "trace", "wake",
+        "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames", "link",
+        "resync", "seat", "slug", "state", "told", "trace", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
@@ -32,11 +38,15 @@ class Viewer:
         self.trace = False
         self.link = True
         self.cameras = frozenset({0})  # the cameras that it wants
+        self.every_s = 0.0  # between two pictures of a camera, at least
+        self.due: dict[int, float] = {}  # from when on it wants the next one, if not each
+        self.compact = False  # it wants states in few bytes
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
         self.told: dict[int, tuple[list[bytes], int]] = {}  # of each byte stream: which key packet's, how many
         self.events: deque[Event] = deque()
         self.resync = False
+        self.counted = False  # it was not told yet how many watch
         self.wake = asyncio.Event()
 
     def ready(self) -> bool:
@@ -52,6 +62,17 @@ class Viewer:
         """Write a text message; only when it is `ready`."""
         plain, compressed = text_frames(text)
         self.write(compressed if self.connection and self.connection.deflates else plain)
+
+    def wants(self, camera: int) -> bool:
+        """Return whether it wants a new picture of that camera; then it is taken as given."""
+        if camera not in self.cameras:
+            return False
+        if self.every_s:
+            now = time.monotonic()
+            if now < self.due.get(camera, 0.0):
+                return False
+            self.due[camera] = now + self.every_s
+        return True
 
     def put_event(self, event: Event) -> None:
         """Queue an event; if the queue is full, ask for a new snapshot instead."""
@@ -74,6 +95,7 @@ class Room:
         self.viewers: set[Viewer] = set()
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
+        self.count = 0  # how many watch in all web processes together, when it was last counted
         self.heard = asyncio.Event()  # Redis has confirmed that it sends what is told of this robot
 
     def add(self, viewer: Viewer) -> None:
@@ -93,24 +115,30 @@ class Room:
 
     @staticmethod
     def _wants(viewer: Viewer) -> list[str]:
-        return [*map(bus.frames_of, viewer.cameras), *(["trace"] if viewer.trace else [])]
+        return [
+            *(bus.watched_as(camera, viewer.every_s) for camera in viewer.cameras),
+            *["trace"] * viewer.trace,
+            *["compact"] * viewer.compact,
+        ]
 
     def give_picture(self, camera: int, data: bytes) -> None:
         """Give everybody who wants it a new picture."""
         self.newest[camera] = data
         frame = binary_frame(data)
         for viewer in self.viewers:
-            if camera not in viewer.cameras:
+            if not viewer.wants(camera):
                 continue
             if viewer.ready():
                 viewer.write(frame)
             else:
                 viewer.put_picture(camera, data)
 
-    def give_state(self, data: bytes) -> None:
-        """Give everybody a new state."""
+    def give_state(self, data: bytes, compact: bool) -> None:
+        """Give a new state to everybody who wants them in this form."""
         frame = binary_frame(data)
         for viewer in self.viewers:
+            if viewer.compact is not compact:
+                continue
             if viewer.ready():
                 viewer.write(frame)
             else:
@@ -128,6 +156,18 @@ class Room:
                 viewer.write_text(text)
             else:
                 viewer.put_event(event)
+
+    def give_count(self, count: int) -> None:
+        """Tell everybody how many watch, where that has changed."""
+        if count == self.count:
+            return
+        self.count = count
+        for viewer in self.viewers:
+            if viewer.ready():
+                viewer.write_text(watchers_text(count))
+            else:
+                viewer.counted = True
+                viewer.wake.set()
 
     def wake(self) -> None:
         """Have everybody look into the mailbox."""

@@ -14,7 +14,7 @@ from portal.live.direct import binary_frame, connection_of
 from portal.live.hub import hub
 from portal.live.line import Line
 from portal.live.people import current_user, session_key
-from portal.live.rooms import Viewer
+from portal.live.rooms import Viewer, watchers_text
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
 from portal.live.shared import snapshots
 from portal.live.snapshot import snapshot
@@ -57,7 +57,7 @@ class Viewing(Line):
             viewer.connection.when_free(self._freed.set)
         await hub().heard(self.slug)  # first, or what changes between snapshot and subscription would be missed
         await self.send_snapshot()
-        viewer.direct = True
+        viewer.direct = viewer.counted = True
         self.begin(self._forward(viewer))
         self.begin(self._resync())
         return viewer
@@ -169,6 +169,9 @@ class Viewing(Line):
                     resync = True
                 else:
                     await self._tell_text(msgspec.json.encode(event).decode())
+            if viewer.counted:
+                viewer.counted, sent = False, True
+                await self._tell_text(watchers_text(hub().watchers(self.slug)))
             while viewer.frames:
                 await self._free()
                 (_, frame), sent = viewer.frames.popitem(), True

@@ -24,6 +24,7 @@ from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
+from robots.contract.compact import Layout
 from robots.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.services import newest_still
@@ -98,6 +99,7 @@ def console_facts(robot: Robot, staff: bool) -> dict[str, Any]:
         "names": spec.joints,
         "channels": [asdict(channel) for channel in spec.channels],
         "pose": [{"name": c.name, "unit": c.unit} for c in spec.packed()[len(spec.channels) :]],
+        "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "labels": {c.kind: c.label for c in spec.commands},

@@ -6,7 +6,7 @@
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, isfinite, nan
+from math import ceil, inf, isfinite, nan
 
 MOST = 255
 
@@ -19,6 +19,51 @@ class Scalar:
     unit: str
     low: float
     high: float
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How finely compact states tell a number: in whole steps from `low` to `high`, in the unit of the number.
+
+    Raises ValueError where this is no range of 1 to 2^32 - 2 steps.
+    """
+
+    low: float
+    high: float
+    step: float
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be packed."""
+        if not (isfinite(self.low) and isfinite(self.high) and isfinite(self.step)):
+            raise ValueError("A scale is finite.")
+        if not (self.low < self.high and self.step > 0 and (self.high - self.low) / self.step < 2**32 - 2):
+            raise ValueError(f"From {self.low:g} to {self.high:g} by {self.step:g} is no scale.")
+
+    @property
+    def steps(self) -> int:
+        """Return the number of the last step."""
+        return ceil((self.high - self.low) / self.step - 1e-9)
+
+    @property
+    def bits(self) -> int:
+        """Return the bits of a number; all ones stand for one that is not known."""
+        return (self.steps + 1).bit_length()
+
+    def code(self, number: float) -> int | None:
+        """Return the nearest step, all ones for a number that is not known; None for one outside the scale."""
+        if not isfinite(number):
+            return int((1 << self.bits) - 1)
+        if not self.low - self.step / 2 <= number <= self.high + self.step / 2:
+            return None
+        return min(self.steps, max(0, round((number - self.low) / self.step)))
+
+    def number(self, code: int) -> float:
+        """Return the number of a step; NaN for all ones. Raises ValueError for a step that is too high."""
+        if code == (1 << self.bits) - 1:
+            return nan
+        if code > self.steps:
+            raise ValueError("a step outside its scale")
+        return self.low + code * self.step
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Literal, TypeVar
 
 from robots.contract.capabilities import Composite, Idle, Need, Programs, Statistics
-from robots.contract.channels import MOST, Pose, Scalar
+from robots.contract.channels import MOST, Pose, Scalar, Scale
 from robots.contract.policies import HOLD, Policies
 from robots.contract.session import RobotState
 from robots.contract.streams import MOST as MOST_STREAMS
@@ -68,7 +68,8 @@ class Spec:
     `handover` names the commands that put it in order between two turns, `channels` the values that it tells
     beside its joints, `streams` its byte streams, `pose` the coordinates of its pose, where it has one. `rest_s`
     is the longest time (s) after which it rests by itself when no word reaches it any more; None where nobody
-    knows. Raises ValueError where one part of it contradicts another.
+    knows. With `scales` for all numbers that its states tell, by name, and with the controller's usual words, `modes`,
+    states for slow lines take few bytes (see `compact.py`). Raises ValueError where one part of it contradicts another.
     """
 
     name: str
@@ -80,6 +81,8 @@ class Spec:
     streams: tuple[Stream, ...] = ()
     rest_s: float | None = None
     pose: Pose | None = None
+    scales: Mapping[str, Scale] = field(default_factory=dict)
+    modes: tuple[str, ...] = ("",)
 
     def __post_init__(self) -> None:
         """Refuse at once what would otherwise fail when somebody uses it. Raises ValueError."""
@@ -132,6 +135,8 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     ):
         yield from (f"names the {what} {name!r} twice" for name in _twice(names))
     told = set(spec.names())
+    yield from (f"has a scale for {name!r}, which it does not tell" for name in spec.scales if name not in told)
+    yield from (f"names the word {word!r} twice" for word in _twice(list(spec.modes)))
     for command in spec.commands:
         yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command, told))
     for what, count, most in (("channels", len(spec.packed()), MOST), ("streams", len(spec.streams), MOST_STREAMS)):

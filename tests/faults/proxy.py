@@ -2,8 +2,8 @@
 
 The well-kept one of this kind (Toxiproxy) is a Go program that Python packages only drive,
 so this is ours. Modes: `pass`; `delay` by a time; `stall` (open, nothing passes); `half`
-(what the server says is lost); `spoil` (one byte in a thousand is another); `cut` (closed, and refused);
-`reset` (RST).
+(what the server says is lost); `spoil` (one byte in a thousand is another); `slow` (what the server says comes at so
+many bytes a second); `cut` (closed, and refused); `reset` (RST).
 """
 
 import contextlib
@@ -15,16 +15,18 @@ import threading
 import time
 from pathlib import Path
 
-PIECE = 65536
+PIECE, SLOW_PIECE = 65536, 256
 SPOILT = 0.001
 
 
 class Proxy:
     """Listens on `at` and forwards to `to`; each a path of a Unix socket or (host, port)."""
 
-    def __init__(self, at, to):
+    def __init__(self, at, to, buffer=0):
+        """`buffer`: bytes of the receive buffer towards the server, where a slow line must not hide in it."""
         self.at, self.to = at, to
-        self.mode, self.delay_s = "pass", 0.0
+        self.mode, self.delay_s, self.bytes_s = "pass", 0.0, 0.0
+        self._buffer = buffer
         self._dice = random.Random(1)
         self._pairs: set[tuple[socket.socket, socket.socket]] = set()
         self._server: socket.socket | None = None
@@ -54,6 +56,9 @@ class Proxy:
                 client.close()
                 continue
             upstream = socket.socket(socket.AF_UNIX if isinstance(self.to, str) else socket.AF_INET)
+            if self._buffer:
+                for one in (upstream, client):
+                    one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, self._buffer)
             try:
                 upstream.connect(self.to)
             except OSError:
@@ -75,9 +80,12 @@ class Proxy:
                     continue
                 if self.mode == "stall" or (self.mode == "half" and back):
                     continue
-                data = source.recv(PIECE)
+                slow = self.mode == "slow" and back
+                data = source.recv(SLOW_PIECE if slow else PIECE)
                 if not data:
                     break
+                if slow:
+                    time.sleep(len(data) / self.bytes_s)
                 if self.delay_s:
                     time.sleep(self.delay_s)
                 sink.sendall(self._spoilt(data) if self.mode == "spoil" else data)
@@ -96,9 +104,9 @@ class Proxy:
                 one.shutdown(socket.SHUT_RDWR)
             one.close()
 
-    def set(self, mode, delay_s=0.0):
+    def set(self, mode, delay_s=0.0, bytes_s=0.0):
         """Change the mode; `cut` and `reset` close what is open."""
-        self.mode, self.delay_s = mode, delay_s
+        self.mode, self.delay_s, self.bytes_s = mode, delay_s, bytes_s
         if mode in ("cut", "reset"):
             for pair in list(self._pairs):
                 if mode == "reset":

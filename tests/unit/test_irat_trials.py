@@ -10,8 +10,8 @@ from robots.autonomy.ratslam.routes import index_of
 from robots.autonomy.ratslam.storage import load
 from robots.drivers.errors import GaveUp, HardwareFault, Held
 from robots.drivers.irat.brain.messages import Clear, Forget
+from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.roaming import MapCleared
-from robots.drivers.irat.senses import Mode
 from simulators.irat.maze import DOCK
 from tests.irat_trial import Trial, place, silent
 

@@ -6,14 +6,18 @@ from pathlib import Path
 import pytest
 
 from robots.contract.channels import Scalar
+from robots.contract.compact import Layout
 from robots.contract.session import RobotState
 from robots.contract.streams import Chain, StreamPacket, pack, unpack
 from robots.description import load
 from robots.drivers.errors import OutOfWorkspace
+from robots.drivers.irat.spec import spec as irat
 from robots.drivers.mercury import calibration
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.scara import scara
+from robots.drivers.mercury.spec import spec as mercury
 from robots.drivers.pa10.protocol import Malformed, program
+from robots.drivers.pa10.spec import spec as pa10
 from robots.messages import state_packet
 from robots.states import COMMAND_FINAL, CommandState
 
@@ -24,7 +28,7 @@ def read(name):
     return json.loads((VECTORS / f"{name}.json").read_text())
 
 
-PACKETS = read("state_packets")
+PACKETS, COMPACT = read("state_packets"), read("compact_states")
 STREAMS = read("stream_packets")
 PLANE, PROGRAMS = read("mercury_plane"), read("pa10_programs")
 ARM, DESCRIPTION = scara(PLANE), load("mercury")
@@ -94,3 +98,11 @@ def test_byte_streams_are_packed_and_chained_as_the_browser_reads_them(one):
         assert unpack(pack(packet)) == packet
         chains.setdefault(told["stream"], Chain()).add(pack(packet))
     assert {str(n): [unpack(data).data.hex() for data in c.packets] for n, c in chains.items()} == one["shown"]
+
+
+@pytest.mark.parametrize("one", COMPACT, ids=lambda one: one["what"])
+def test_a_compact_state_is_packed_as_the_browser_reads_it(one):
+    layout = next(Layout.of(spec) for spec in (mercury(), pa10(), irat()) if spec.name == one["robot"])
+    assert json.loads(json.dumps(layout.facts())) == one["layout"]
+    state = RobotState(0.0, tuple(one["joints"]), (), one["moving"], True, mode=one["mode"])
+    assert layout.encode(one["at_ms"], state, one["stopped"], one["told"]).hex() == one["hex"]

@@ -139,14 +139,18 @@ class Pictures:
         at_ms = int(at.timestamp() * 1000)
         bus.publish_picture(self._robot.slug, picture_packet(number, at_ms, still, state.joints, data, camera), camera)
 
-    def live_once(self, state: RobotState | None, camera: int = 0) -> bool:
-        """Send one live picture of a camera if somebody watches it. Return False if nobody does."""
+    def live_once(self, state: RobotState | None, camera: int = 0, slow: bool = True) -> bool:
+        """Send one live picture of a camera if somebody watches it. Return False if nobody does.
+
+        `slow`: it is time for a picture for those who want one only now and then.
+        """
         source = self.cameras[camera]
         first = camera == 0
         if (first and self._wanted.is_set()) or state is None:
             return True
         try:
-            if not bus.watched(self._robot.slug, bus.frames_of(camera)):
+            each, now_and_then = bus.how_watched(self._robot.slug, camera)
+            if not (each or (slow and now_and_then)):
                 return False
         except (redis.RedisError, OSError):
             return False

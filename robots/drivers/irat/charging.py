@@ -9,8 +9,8 @@ from robots.autonomy.docking import Docking, Sighting, dock
 from robots.contract.session import JSON, OnStage, Permit, Progress
 from robots.drivers.errors import GaveUp
 from robots.drivers.irat.brain.messages import NONE, Aim, AimAtDock, Forget, Seen
+from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.protocol import Velocity
-from robots.drivers.irat.senses import Mode
 from robots.drivers.irat.spec import FULL
 from robots.drivers.irat.wheels import REST, STEP_S, Wheels
 

@@ -13,9 +13,10 @@ from robots.drivers.irat.brain.messages import Care, Clear, Key, Packet
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.charging import Charging
 from robots.drivers.irat.line import IratLine
+from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.roaming import Roaming
-from robots.drivers.irat.senses import Mode, Senses
+from robots.drivers.irat.senses import Senses
 from robots.drivers.irat.wheels import FLAT, REST, STEP_S, Wheels
 
 HEARD_S = 3.0  # within which the robot's topics arrive

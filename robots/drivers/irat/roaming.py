@@ -9,8 +9,9 @@ from robots.description import load
 from robots.drivers.errors import BadRequest, GaveUp, HardwareFault, RobotError
 from robots.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
 from robots.drivers.irat.brain.process import ANSWER_S
+from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.protocol import Velocity
-from robots.drivers.irat.senses import Mode, between
+from robots.drivers.irat.senses import between
 from robots.drivers.irat.spec import SLICE_S
 from robots.drivers.irat.wheels import Wheels
 

@@ -4,7 +4,6 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import cos, hypot, remainder, sin, tau
 
 from robots.clock import Timer
@@ -15,6 +14,7 @@ from robots.drivers.irat.brain.messages import Feed
 from robots.drivers.irat.brain.process import BrainProcess
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture
+from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.protocol import FULL
 
 STEP_S, REST_S = 0.1, 1.0  # between two steps: on the way, and at rest
@@ -26,14 +26,6 @@ BATTERY_FRESH_S = 10.0
 AWAKE_S = 3.0  # for so long after a motion, or after somebody wanted a picture, the robot's camera runs
 FASTEST_M_S, FASTEST_RAD_S = 0.4, 5.0
 JUMP_M = 0.4  # odometry that changes by more in a step has begun anew
-
-
-@dataclass(frozen=True)
-class Mode:
-    """The robot's words for what it does."""
-
-    RESTING, EXPLORING, GOAL, CHARGING = "resting", "exploring", "going to somebody's goal", "charging"
-    DOCKING, STUCK, HAND, FLAT = "going to the dock", "stuck", "driven by hand", "waiting for staff: battery"
 
 
 class Senses:

@@ -1,10 +1,13 @@
 """The spec of the iRat; readable without its driver."""
 
+from math import pi
+
 from robots.contract.capabilities import Composite, Idle, Need, Share, Statistics, Times, Total
-from robots.contract.channels import IN_PLANE, Scalar
+from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
 from robots.description import load
+from robots.drivers.irat.modes import Mode
 
 BY_STAFF, BY_ANYONE = frozenset({STAFF}), frozenset({ANYONE})
 HAND_LONGEST_S = 60.0
@@ -27,6 +30,12 @@ STATISTICS = Statistics(  # the rows of the paper's Table 1, its figures 8 and 9
 )
 SCENE = "robots.drivers.irat.composites.scene:Scene"
 COMPOSITES = (Composite("desktop", 780, 460, SCENE), Composite("phone", 320, 480, SCENE))  # the paper's sizes
+SCALES = {
+    "battery": Scale(0.0, 20.0, 0.01), "charge": Scale(0.0, 100.0, 0.1), "charging": Scale(0.0, 1.0, 1.0),
+    "map": Scale(0.0, 100_000.0, 1.0), "experiences": Scale(0.0, 20_000.0, 1.0), "docks": Scale(0.0, 20_000.0, 1.0),
+    "driven": Scale(0.0, 1e6, 0.01), "x": Scale(-30.0, 30.0, 0.001), "y": Scale(-30.0, 30.0, 0.001),
+    "heading": Scale(-2 * pi, 2 * pi, 0.001),
+}  # fmt: skip
 MOST = 16_777_216  # whole numbers that a channel's four bytes hold
 
 
@@ -45,6 +54,8 @@ def spec() -> Spec:
         name=description["name"],
         rest_s=description["line"]["rest_s"],
         pose=IN_PLANE,
+        scales=SCALES,
+        modes=tuple(Mode),
         channels=(
             Scalar("battery", "V", battery["empty"], battery["full"]),
             Scalar("charge", "%", 0.0, 100.0),

@@ -15,8 +15,9 @@ from robots.drivers.errors import CameraFault, HardwareFault, Held
 from robots.drivers.irat.brain.messages import Save, Seen
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.line import IratLine
+from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.protocol import Velocity
-from robots.drivers.irat.senses import Mode, Senses
+from robots.drivers.irat.senses import Senses
 
 STEP_S = 0.1
 FRESH_S = 0.5  # older ranges or odometry: the wheels rest
@@ -67,7 +68,7 @@ class Wheels:
         with self._sending:
             self.line.drive(velocity, permit)
 
-    def during(self, permit: Permit, mode: str, act: Callable[[Permit], None]) -> None:
+    def during(self, permit: Permit, mode: Mode, act: Callable[[Permit], None]) -> None:
         """Run a motion with its permit; at its end the robot is held, whatever ended it.
 
         Once the battery is almost flat, the map is saved, too.
@@ -138,7 +139,7 @@ class Wheels:
             raise HardwareFault("The robot's sensors are silent.")
         return self._line_at == now
 
-    def steer(self, bearing: float | None, permit: Permit, mode: str) -> Steer:
+    def steer(self, bearing: float | None, permit: Permit, mode: Mode) -> Steer:
         """Drive for a bearing (rad, left positive), or explore without one."""
         ranges, odometry = self.line.ranges.value, self.line.odometry.value
         assert ranges is not None and odometry is not None

@@ -1,7 +1,9 @@
 """The spec of the Mercury arm; readable without its driver."""
 
+from math import radians
+
 from robots.contract.capabilities import Calibration, Check, ClickInPicture, Stills
-from robots.contract.channels import Pose
+from robots.contract.channels import Pose, Scale
 from robots.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.description import load
 
@@ -20,12 +22,19 @@ def spec() -> Spec:
     place = Argument("x", "m", *sand["x"]), Argument("y", "m", *sand["y"])
     direction = Argument("dx", "", -1.0, 1.0), Argument("dy", "", -1.0, 1.0)
     speed = Argument("speed", "m/s", *motion["speed_range"])
+    arm = description["arm"]
+    scales = {
+        name: Scale(radians(arm[f"{name}_deg"][0] - 1), radians(arm[f"{name}_deg"][1] + 1), 2e-5)
+        for name in ("q1", "q2", "q4")
+    }
+    scales["q3"] = Scale(arm["q3"][0] - 0.002, arm["q3"][1] + 0.002, 2e-5)
     return Spec(
         name=description["name"],
         joints=("q1", "q2", "q3", "q4"),
         handover=("up", "home"),
         rest_s=motion["rest_s"],
         pose=Pose(("x", "y", "z", "theta"), packed=False),  # the console computes it from the joints
+        scales=scales,
         capabilities=(
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.click:resolve"),

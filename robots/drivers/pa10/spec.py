@@ -1,15 +1,17 @@
 """The spec of the museum arm; readable without its driver."""
 
 from robots.contract.capabilities import Check, Preview, Programs, Stills
-from robots.contract.channels import Pose
+from robots.contract.channels import Pose, Scale
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.description import load
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
+from robots.drivers.pa10.protocol import Mode
 from robots.motion.described import chain
 
 HERE = "robots.drivers.pa10"
 JOG_LONGEST_S = 20.0
 GRIPPER = "gripper"  # the last joint of the state: the opening of each finger, m
+FINE, COARSE = 1.2e-5, 3e-5  # rad; together at most 0.03 mm at the tool
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -27,12 +29,20 @@ def spec() -> Spec:
     )
     jog = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in arm.names)
     tool = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in PLACE)
+    beyond = 0.02  # rad; an arm that was pushed further out is told in full states
+    scales = {
+        joint.name: Scale(joint.low - beyond, joint.high + beyond, FINE if n < 3 else COARSE)
+        for n, joint in enumerate(arm.joints)
+    }
+    scales[GRIPPER] = Scale(description["gripper"]["closed"], description["gripper"]["open"], 1e-4)
     return Spec(
         name=description["name"],
         joints=(*arm.names, GRIPPER),
         handover=("ready",),
         rest_s=description["line"]["rest_s"],
         pose=Pose(PLACE, packed=False),  # the console computes it from the joints
+        scales=scales,
+        modes=tuple(mode.replace("_", " ") for mode in Mode),
         capabilities=(
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),

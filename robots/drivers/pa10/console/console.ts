@@ -103,7 +103,7 @@ class ArmConsole implements Console, Judge {
   /** A phone shows one camera at a time, and requests only that one. */
   watch(): void {
     const all = this.cameras.slice(1).map((_, i) => i);
-    page.live.send({ t: "watch", cameras: this.narrow.matches ? [this.chosen] : all });
+    page.watch(this.narrow.matches ? [this.chosen] : all);
   }
 
   picture(packet: PicturePacket): void {

@@ -11,7 +11,7 @@ from operatorlog import results
 from operatorlog import views as log
 from portal.classic import pictures
 from portal.classic import views as classic
-from portal.composites.views import composite
+from portal.composites import views as streams
 from portal.pages import health, jobs, programs, views
 from portal.pages.places import my_places
 from portal.statistics import views as statistics
@@ -35,7 +35,10 @@ urlpatterns = [
     path("robots/<slug:slug>/jobs/", jobs.jobs_of, name="jobs"),
     path("robots/<slug:slug>/statistics/", statistics.statistics, name="statistics"),
     path("robots/<slug:slug>/statistics.json", statistics.statistics_json, name="statistics-json"),
-    path("robots/<slug:slug>/live/<slug:name>.mjpg", composite, name="composite"),
+    path("robots/<slug:slug>/live/<slug:name>.mjpg", streams.composite, name="composite"),
+    path("robots/<slug:slug>/camera/<int:number>.mjpg", streams.camera, name="camera"),
+    path("robots/<slug:slug>/camera/<int:number>.jpg", streams.snapshot, name="snapshot"),
+    path("robots/<slug:slug>/camera/<int:number>/<int:at_ms>.jpg", streams.shot, name="shot"),
     path("jobs/<str:key>/", jobs.job_page, name="job"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),

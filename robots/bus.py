@@ -24,6 +24,7 @@ PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
+SHOT_S = 60  # a live picture with an address of its own
 STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
 
 
@@ -280,6 +281,31 @@ def how_watched(slug: str, camera: int) -> tuple[bool, bool]:
     keys = (watch_key(slug, watched_as(camera, every_s)) for every_s in (0.0, SLOW_S))
     each, now_and_then = connection().mget(*keys)
     return each is not None, now_and_then is not None
+
+
+def shot_key(slug: str, camera: int, at_ms: int) -> str:
+    """Return the key of a live picture that was given an address of its own."""
+    return f"farhand:{slug}:shot:{camera}:{at_ms}"
+
+
+def keep_shot(slug: str, camera: int, at_ms: int, jpeg: bytes) -> bool:
+    """Keep a live picture for `SHOT_S`. Return False if Redis did not answer."""
+    try:
+        connection().set(shot_key(slug, camera, at_ms), jpeg, ex=SHOT_S, nx=True)
+    except (redis.RedisError, OSError):
+        failures["shot"] += 1
+        return False
+    return True
+
+
+def shot(slug: str, camera: int, at_ms: int) -> bytes | None:
+    """Return a live picture that is kept; None if there is none, or Redis does not answer."""
+    try:
+        found: bytes | None = connection().get(shot_key(slug, camera, at_ms))  # type: ignore[assignment]
+    except (redis.RedisError, OSError):
+        failures["shot"] += 1
+        return None
+    return found
 
 
 def watchers_key(slug: str) -> str:

@@ -135,6 +135,12 @@ def read_state(data: bytes, channels: tuple[Scalar, ...]) -> RobotState:
     return RobotState(at_ms / 1000, told[:count], (), bool(flags & 1), True, mode=word, values=named)
 
 
+def taken_ms(data: bytes) -> int:
+    """Return when the picture of a packet was taken, in ms since 1970. Raises ValueError."""
+    read_picture(data)
+    return int(PICTURE_HEAD.unpack_from(data)[3])
+
+
 def read_picture(data: bytes) -> bytes:
     """Return the JPEG of a picture's packet. Raises ValueError."""
     if len(data) < PICTURE_HEAD.size or data[0] != 2:

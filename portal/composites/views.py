@@ -1,16 +1,28 @@
-"""`/robots/<slug>/live/<name>.mjpg`: a drawn picture of all that a robot shows, as plain motion JPEG."""
+"""Live pictures for other software: motion JPEG of a drawing or a camera, and a camera's newest picture.
 
-from collections.abc import AsyncIterator
+`/robots/<slug>/live/<name>.mjpg`, `/robots/<slug>/camera/<number>.mjpg`, `/robots/<slug>/camera/<number>.jpg`.
+"""
+
+from collections.abc import AsyncIterator, Callable
+from dataclasses import dataclass
 from functools import cache
 
 from asgiref.sync import sync_to_async
 from django.conf import settings
 from django.db import connection
-from django.http import HttpRequest, HttpResponse, HttpResponseBase, StreamingHttpResponse
+from django.http import HttpRequest, HttpResponse, HttpResponseBase, HttpResponseRedirect, StreamingHttpResponse
+from django.urls import reverse
+from django.utils.cache import get_conditional_response
+from django.utils.http import http_date
 
-from portal.composites.drawn import END, TYPE, drawn, watchers
+from portal.composites.cameras import newest, passed
+from portal.composites.drawn import drawn
+from portal.composites.parts import END, TYPE, Parts, watchers
 from portal.limits.counts import AddressCount
 from portal.live.audience import audience
+from portal.live.messages import CAMERAS
+from portal.live.threads import URGENT
+from robots import bus, description
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
 from robots.contract.spec import Spec
@@ -18,6 +30,9 @@ from robots.grants import owner_alive
 from robots.models import Lease, Robot
 
 ABSENT = "There is no such picture.\n"
+LATEST_S = 2**40  # later is no time of a picture
+NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
+NO_PICTURE = "The camera sends no picture now; try again later.\n"
 OFFLINE = "This robot is offline now; try again later.\n"
 ENOUGH = "As many people watch this picture as the portal can serve; watch the robot's page instead.\n"
 TOO_MANY = "Your network address watches as many of these pictures as it may; close one of them first.\n"
@@ -29,45 +44,107 @@ def _addresses() -> AddressCount:
 
 
 async def composite(request: HttpRequest, slug: str, name: str) -> HttpResponseBase:
-    """Send the pictures until the reader goes or the robot's owner is gone."""
+    """Send a drawn picture of all that the robot shows until the reader goes or the robot's owner is gone."""
+    robot = await sync_to_async(_look)(slug)
+    found = next((c for c in robot.spec.all_of(Composite) if c.name == name), None) if robot is not None else None
+    if robot is None or found is None:
+        return _refused(404, ABSENT)
+    return _stream(request, robot, lambda: drawn(slug, robot.spec, found))
+
+
+async def camera(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
+    """Send a camera's pictures until the reader goes or the robot's owner is gone."""
+    robot = await sync_to_async(_look)(slug)
+    if robot is None or number >= robot.cameras:
+        return _refused(404, ABSENT)
+    return _stream(request, robot, lambda: passed(slug, number))
+
+
+async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
+    """Redirect to the address of a camera's newest picture, which is new for each picture and can be cached."""
     if request.method not in ("GET", "HEAD"):
         return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
-    spec, alive = await sync_to_async(_look)(slug)
-    found = next((c for c in spec.all_of(Composite) if c.name == name), None) if spec is not None else None
-    if spec is None or found is None:
+    robot = await sync_to_async(_look)(slug)
+    if robot is None or number >= robot.cameras:
         return _refused(404, ABSENT)
-    if not alive:
+    if not robot.alive:
         return _refused(503, OFFLINE)
-    address = request.META.get("REMOTE_ADDR", "")
-    if _addresses().open(address) >= settings.LIMITS["COMPOSITES"]:
-        return _refused(429, TOO_MANY)
-    if watchers(slug) >= settings.LIMITS["COMPOSITE_VIEWERS"]:
-        return _refused(503, ENOUGH)
-    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    if request.method == "HEAD":
-        return HttpResponse(content_type=TYPE, headers=headers)
-    return StreamingHttpResponse(_parts(slug, spec, found, address), content_type=TYPE, headers=headers)
+    found = await newest(slug, number)
+    if found is None:
+        return _refused(503, NO_PICTURE)
+    at_ms, jpeg = found
+    if not await URGENT.run(bus.keep_shot, slug, number, at_ms, jpeg):
+        return HttpResponse(jpeg, content_type="image/jpeg", headers={"Cache-Control": "no-store"})
+    to = reverse("shot", args=[slug, number, at_ms])
+    return HttpResponseRedirect(to, headers={"Cache-Control": "public, max-age=1"})
 
 
-def _look(slug: str) -> tuple[Spec | None, bool]:
-    """Return the robot's spec and whether it has an owner; the thread's connection is not kept during the stream."""
+async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> HttpResponseBase:
+    """Send one picture; its address is never used for another one."""
+    if request.method not in ("GET", "HEAD"):
+        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
+    etag, seconds = f'"{slug}-{number}-{at_ms}"', at_ms // 1000
+    headers = {"Cache-Control": "public, max-age=31536000, immutable", "ETag": etag}
+    if seconds < LATEST_S:
+        headers["Last-Modified"] = http_date(seconds)
+    unchanged = get_conditional_response(request, etag=etag, last_modified=min(seconds, LATEST_S))
+    if unchanged is not None:
+        for name, value in headers.items():
+            unchanged.headers[name] = value
+        return unchanged
+    jpeg = await URGENT.run(bus.shot, slug, number, at_ms) if number < CAMERAS and seconds < LATEST_S else None
+    if jpeg is None:
+        return _refused(404, NOT_KEPT)
+    return HttpResponse(jpeg, content_type="image/jpeg", headers=headers)
+
+
+@dataclass(frozen=True)
+class Looked:
+    """What a request needs to know of a robot."""
+
+    slug: str
+    spec: Spec
+    cameras: int
+    alive: bool
+
+
+def _look(slug: str) -> Looked | None:
+    """Return what is known of a robot; the thread's connection is not kept during the stream."""
     try:
         robot = Robot.objects.filter(slug=slug).first()
         if robot is None:
-            return None, False
-        return robot.spec(), owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
+            return None
+        alive = owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
+        return Looked(slug, robot.spec(), len(description.views(robot.description())), alive)
     except LookupError:
-        return None, False
+        return None
     finally:
         if not connection.in_atomic_block:
             connection.close()
 
 
-async def _parts(slug: str, spec: Spec, found: Composite, address: str) -> AsyncIterator[bytes]:
+def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts]) -> HttpResponseBase:
+    """Return the stream of a moving picture, or why there is none now."""
+    if request.method not in ("GET", "HEAD"):
+        return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
+    if not robot.alive:
+        return _refused(503, OFFLINE)
+    address = request.META.get("REMOTE_ADDR", "")
+    if _addresses().open(address) >= settings.LIMITS["COMPOSITES"]:
+        return _refused(429, TOO_MANY)
+    if watchers(robot.slug) >= settings.LIMITS["COMPOSITE_VIEWERS"]:
+        return _refused(503, ENOUGH)
+    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+    if request.method == "HEAD":
+        return HttpResponse(content_type=TYPE, headers=headers)
+    return StreamingHttpResponse(_parts(robot.slug, make, address), content_type=TYPE, headers=headers)
+
+
+async def _parts(slug: str, make: Callable[[], Parts], address: str) -> AsyncIterator[bytes]:
     """Count the reader from the first part to the last, whatever ends it."""
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
-            shown = drawn(slug, spec, found)
+            shown = make()
             with shown.watched(), audience().one(slug) as seat:
                 async for part in shown.parts():
                     seat.sent_bytes += len(part)

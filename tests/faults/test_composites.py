@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from portal.composites.drawn import drawn, watchers
+from portal.composites.drawn import drawn
+from portal.composites.parts import watchers
 from portal.seeding import add_robot
 from robots import bus
 from robots.clock import SYSTEM
@@ -36,17 +37,17 @@ class Teller:
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._tell, daemon=True)
         self.number = 0
+        self.view = cv2.imencode(".jpg", np.full((240, 416, 3), 90, np.uint8))[1].tobytes()
         bus.publish_stream("irat", 0, [pack(StreamPacket(0, 1, 1, True, RING))], from_key=True)
         self._thread.start()
 
     def _tell(self):
-        view = cv2.imencode(".jpg", np.full((240, 416, 3), 90, np.uint8))[1].tobytes()
         while not self._over.wait(0.1):
             self.number += 1
             now = int(time.time() * 1000)
             told = RobotState(0.0, (), (0.2, 0.1, self.number / 10), True, True, mode=f"step {self.number}")
             bus.publish_state("irat", state_packet(self.number, now, told, False, SPEC.packed(), SPEC.named(told)))
-            bus.publish_picture("irat", picture_packet(self.number, now, 0, (), view))
+            bus.publish_picture("irat", picture_packet(self.number, now, 0, (), self.view))
 
     def stop(self):
         self._over.set()
@@ -227,3 +228,73 @@ def test_other_names_and_methods_are_answered_in_words(served):
     watch, _ = served
     for path in ("/robots/irat/live/huge.mjpg", "/robots/none/live/desktop.mjpg"):
         assert watch(path).status == 404
+
+
+CAMERA, NEWEST = "/robots/irat/camera/0.mjpg", "/robots/irat/camera/0.jpg"
+
+
+def ask(path, method="GET", **headers):
+    """Ask in a connection of its own; return the answer, read to its end."""
+
+    def asked(port):
+        line = http.client.HTTPConnection("127.0.0.1", port, timeout=15)
+        line.request(method, path, headers={"Host": "localhost"} | {k.replace("_", "-"): v for k, v in headers.items()})
+        answer = line.getresponse()
+        answer.body = answer.read()
+        line.close()
+        return answer
+
+    return asked
+
+
+@pytest.mark.asvs("15.2.2")
+def test_a_camera_s_own_pictures_are_passed_on_unchanged_to_all(served):
+    watch, teller = served
+    one, other = watch(CAMERA), watch(CAMERA)
+    seen = [part(one) for _ in range(5)], [part(other) for _ in range(5)]
+    assert {*seen[0], *seen[1]} == {teller.view}
+    assert watch("/robots/irat/camera/1.mjpg").status == 404
+    assert watch("/robots/nobody/camera/0.mjpg").status == 404
+    leave(one, other)
+    wait_for(lambda: not bus.watched("irat", "frames"), 15, "nobody watches any more")
+
+
+def test_the_newest_picture_has_an_address_of_its_own_that_caches_may_keep(served):
+    watch, teller = served
+    port = watch(CAMERA).line.port
+    found = ask(NEWEST)(port)
+    assert (found.status, found.headers["Cache-Control"]) == (302, "public, max-age=1")
+    place = found.headers["Location"]
+    at_ms = int(re.fullmatch(r"/robots/irat/camera/0/(\d+)\.jpg", place)[1])
+    assert abs(at_ms / 1000 - time.time()) < 5
+    shown = ask(place)(port)
+    assert (shown.status, shown.headers["Content-Type"], shown.body) == (200, "image/jpeg", teller.view)
+    assert "immutable" in shown.headers["Cache-Control"]
+    again = ask(place, If_None_Match=shown.headers["ETag"])(port)
+    assert (again.status, again.body, again.headers["ETag"]) == (304, b"", shown.headers["ETag"])
+    assert ask(place, If_Modified_Since=shown.headers["Last-Modified"])(port).status == 304
+    assert ask(place, If_None_Match='"another"')(port).status == 200
+    assert (ask(place, "HEAD")(port).status, ask(place, "HEAD")(port).body) == (200, b"")
+    time.sleep(0.3)
+    assert ask(NEWEST)(port).headers["Location"] != place, "the next picture has another address"
+
+
+def test_pictures_that_are_not_there_are_refused_in_a_sentence(served):
+    watch, teller = served
+    port = watch(CAMERA).line.port
+    for path in (
+        "/robots/irat/camera/0/1.jpg",
+        f"/robots/irat/camera/0/{'9' * 400}.jpg",
+        "/robots/irat/camera/7/5.jpg",
+    ):
+        found = ask(path)(port)
+        assert (found.status, found.body) == (404, b"That picture is no longer kept; ask for the newest one.\n")
+    assert ask("/robots/irat/camera/9.jpg")(port).status == 404
+    assert ask("/robots/nobody/camera/0.jpg")(port).status == 404
+    assert ask(NEWEST, "POST")(port).status in (403, 405)
+    teller.stop()
+    time.sleep(2.5)
+    assert ask(NEWEST)(port).status in (302, 503), "the last one that is known, or none"
+    Lease.objects.update(expires_at=SYSTEM.now() - timedelta(seconds=9))
+    found = ask(NEWEST)(port)
+    assert (found.status, found.headers["Retry-After"]) == (503, "30")

@@ -1,0 +1,103 @@
+"""Pictures as motion JPEG: made from the first watcher to the last, once for all; who reads slowly skips some."""
+
+import asyncio
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager
+
+from portal.live.hub import hub
+from portal.live.rooms import Viewer
+
+log = logging.getLogger(__name__)
+GONE_S = 5.0  # without a state: the robot's owner is gone
+BOUNDARY = b"farhand"
+TYPE = f"multipart/x-mixed-replace; boundary={BOUNDARY.decode()}"
+END = b"--" + BOUNDARY + b"--\r\n"
+
+
+class Parts(ABC):
+    """One moving picture of one robot in one event loop; subclasses `make` it."""
+
+    def __init__(self, slug: str, name: str, cameras: frozenset[int]) -> None:
+        self.slug, self._cameras = slug, cameras
+        self._key = (id(asyncio.get_running_loop()), slug, name)
+        self.watchers, self.over = 0, False
+        self.frames = 0  # how many were made
+        self._part, self._next = b"", asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+
+    @abstractmethod
+    async def make(self, viewer: Viewer) -> None:
+        """Make pictures of what comes into the viewer's mailbox, and `tell` each; return when the owner is gone."""
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Have it made during the body of a `with` statement."""
+        self.watchers += 1
+        task = self._task = self._task or asyncio.create_task(self._run())
+        try:
+            yield
+        finally:
+            self.watchers -= 1
+            if not self.watchers:
+                self._end()
+                task.cancel()
+
+    async def parts(self) -> AsyncIterator[bytes]:
+        """Yield the newest picture as a part of the answer, again and again; who reads slowly skips some.
+
+        Ends when the robot's owner is gone.
+        """
+        if self._part:
+            yield self._part
+        while not self.over:
+            await self._next.wait()
+            if not self.over:
+                yield self._part
+
+    def tell(self, jpeg: bytes) -> None:
+        """Give everybody who watches the next picture."""
+        self.frames += 1
+        head = b"--%s\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % (BOUNDARY, len(jpeg))
+        self._part = head + jpeg + b"\r\n"
+        told, self._next = self._next, asyncio.Event()
+        told.set()
+
+    async def _run(self) -> None:
+        viewer = Viewer(self.slug)
+        viewer.cameras = self._cameras
+        hub().attach(viewer)
+        try:
+            await self.make(viewer)
+        except Exception:
+            log.exception("the moving picture %s of %s failed", self._key[2], self.slug)
+        finally:
+            hub().detach(viewer)
+            self._end()
+
+    def _end(self) -> None:
+        """Take no more watchers; those that wait are told."""
+        self.over = True
+        if _made.get(self._key) is self:
+            del _made[self._key]
+        self._next.set()
+
+
+_made: dict[tuple[int, str, str], Parts] = {}
+
+
+def made(slug: str, name: str) -> Parts | None:
+    """Return the moving picture of that name in the running event loop, if somebody watches it."""
+    return _made.get((id(asyncio.get_running_loop()), slug, name))
+
+
+def add(parts: Parts) -> None:
+    """Have those who come later watch the same one."""
+    _made[parts._key] = parts
+
+
+def watchers(slug: str) -> int:
+    """Return how many watch moving pictures of that robot in the running event loop."""
+    loop = id(asyncio.get_running_loop())
+    return sum(one.watchers for (of, name, _), one in _made.items() if (of, name) == (loop, slug))

@@ -1,7 +1,7 @@
-"""Many viewers in one process, for `fan_out`: ``python -m benchmarks._crowd URL VIEWERS SECONDS``.
+"""Many viewers in one process: ``python -m benchmarks._crowd URL VIEWERS SECONDS [CHANGES]``.
 
 Prints a JSON line when the first have joined, one when all have, and one after they have watched for so many seconds;
-waits for a line on standard input after each.
+waits for a line on standard input after each. While they watch, CHANGES of them leave and others join each second.
 """
 
 import asyncio
@@ -17,6 +17,7 @@ from benchmarks._fans import EVERY_S, HEAD, many_files
 
 FIRST, AT_ONCE = 10, 50  # who join before memory is measured; how many join at a time
 SETTLE_S = 2.0
+LAST_S, MANY = 5.0, 1_000_000  # without changes at the end; delays that are kept
 PICTURE = 2  # the first byte of a picture's message
 
 
@@ -128,11 +129,16 @@ class Crowd:
         self.viewers.pop(0).transport.abort()
         self.lost -= 1  # it was not lost
 
-    async def watch(self, seconds: float) -> dict[str, float]:
-        """Watch for a while; return what was seen."""
+    async def watch(self, seconds: float, changes: float = 0.0) -> dict[str, float]:
+        """Watch for a while; return what was seen. With changes only the delays of the last minute are kept."""
         self.delays.clear()
         self.noting, begun = True, time.monotonic()
-        await asyncio.sleep(seconds)
+        while changes and time.monotonic() - begun < seconds - LAST_S:
+            self.leave()
+            await asyncio.gather(self.join(), asyncio.sleep(1 / changes))
+            if len(self.delays) > MANY:
+                self.delays.clear()
+        await asyncio.sleep(max(0.0, begun + seconds - time.monotonic()))
         self.noting, took = False, time.monotonic() - begun
         delays = sorted(self.delays)
         without = sum(viewer.last < begun for viewer in self.viewers)
@@ -150,7 +156,7 @@ class Crowd:
         }
 
 
-async def run(url: str, viewers: int, seconds: float) -> None:
+async def run(url: str, viewers: int, seconds: float, changes: float) -> None:
     """Have them join, then watch."""
     crowd = Crowd(url)
     for many in (FIRST, viewers):
@@ -158,7 +164,7 @@ async def run(url: str, viewers: int, seconds: float) -> None:
             await asyncio.gather(*(crowd.join() for _ in range(min(AT_ONCE, many - len(crowd.viewers)))))
         await asyncio.sleep(SETTLE_S)
         await told({"joined": len(crowd.viewers)})
-    await told(await crowd.watch(seconds))
+    await told(await crowd.watch(seconds, changes))
 
 
 async def told(what: dict[str, float]) -> None:
@@ -169,4 +175,4 @@ async def told(what: dict[str, float]) -> None:
 
 if __name__ == "__main__":
     many_files()
-    uvloop.run(run(sys.argv[1], int(sys.argv[2]), float(sys.argv[3])))
+    uvloop.run(run(sys.argv[1], int(sys.argv[2]), float(sys.argv[3]), float((*sys.argv, "0")[4])))

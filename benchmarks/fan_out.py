@@ -73,20 +73,20 @@ def _measure(way: str, viewers: int) -> dict[str, float]:
         redis.start()
         stack.callback(redis.stop)
         psutil.Process(redis.process.pid).cpu_affinity([1])
-        server, url = stack.enter_context(_server(way, settings.REDIS_URL))
-        maker = _child("_fans", "publish", way, settings.REDIS_URL)
+        process, url = stack.enter_context(server(way, settings.REDIS_URL))
+        maker = child("_fans", "publish", way, settings.REDIS_URL)
         stack.callback(maker.kill)
-        crowd = _child("_crowd", url, str(viewers), str(SECONDS), talk=True)
+        crowd = child("_crowd", url, str(viewers), str(SECONDS), talk=True)
         stack.callback(crowd.kill)
-        first = _line(crowd)["joined"]
-        before = server.memory_full_info().uss
-        _go_on(crowd)
-        joined = _line(crowd)["joined"]
-        grown = server.memory_full_info().uss - before
-        used = _used_s(server)
-        _go_on(crowd)
-        seen = _line(crowd)
-        used = _used_s(server) - used
+        first = line(crowd)["joined"]
+        before = process.memory_full_info().uss
+        go_on(crowd)
+        joined = line(crowd)["joined"]
+        grown = process.memory_full_info().uss - before
+        used = _used_s(process)
+        go_on(crowd)
+        seen = line(crowd)
+        used = _used_s(process) - used
     return {
         "rate": seen["pictures"] / seen["seconds"],
         "share": seen["pictures"] / seen["wanted"],
@@ -102,31 +102,33 @@ def _used_s(process: psutil.Process) -> float:
     return sum(int(task.read_text().split()[0]) for task in tasks) / 1e9
 
 
-def _child(module: str, *arguments: str, talk: bool = False) -> Any:
+def child(module: str, *arguments: str, talk: bool = False) -> Any:
     """Start a process of the benchmark on the second core."""
     pipe = subprocess.PIPE if talk else subprocess.DEVNULL
-    child = subprocess.Popen(
+    made = subprocess.Popen(
         [sys.executable, "-m", f"benchmarks.{module}", *arguments], cwd=ROOT, text=True, stdin=pipe, stdout=pipe
     )
-    psutil.Process(child.pid).cpu_affinity([1])
-    return child
+    psutil.Process(made.pid).cpu_affinity([1])
+    return made
 
 
-def _line(child: Any) -> dict[str, Any]:
-    said = child.stdout.readline()
+def line(process: Any) -> dict[str, Any]:
+    """Return the next line that a process says."""
+    said = process.stdout.readline()
     if not said:
         raise SystemExit("the viewers ended; what went wrong is above")
     found: dict[str, Any] = json.loads(said)
     return found
 
 
-def _go_on(child: Any) -> None:
-    child.stdin.write("\n")
-    child.stdin.flush()
+def go_on(process: Any) -> None:
+    """Answer a line."""
+    process.stdin.write("\n")
+    process.stdin.flush()
 
 
 @contextlib.contextmanager
-def _server(way: str, store: str) -> Iterator[tuple[psutil.Process, str]]:
+def server(way: str, store: str) -> Iterator[tuple[psutil.Process, str]]:
     """Run a server on the first core; yield its process and its address."""
     from tests.conftest import wait_for
     from tests.rig import Web, free_port
@@ -144,14 +146,14 @@ def _server(way: str, store: str) -> Iterator[tuple[psutil.Process, str]]:
             web.kill()
         return
     port = free_port()
-    child = subprocess.Popen(
+    made = subprocess.Popen(
         [sys.executable, "-m", "benchmarks._fans", "serve", way, str(port), store], cwd=ROOT, stdin=subprocess.DEVNULL
     )
-    process = psutil.Process(child.pid)
+    process = psutil.Process(made.pid)
     process.cpu_affinity([0])
     try:
         wait_for(lambda: any(c.laddr.port == port for c in process.net_connections()), 30, f"the server {way}")
         yield process, f"http://127.0.0.1:{port}/"
     finally:
-        child.kill()
-        child.wait()
+        made.kill()
+        made.wait()

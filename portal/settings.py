@@ -323,6 +323,7 @@ LIMITS: dict[str, Any] = {
     "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),
     "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
     "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),
+    "VIEWERS": env.int("FARHAND_VIEWERS_PER_ROBOT", 4000),  # strangers; people who are signed in always may watch
     "COMPOSITES": env.int("FARHAND_COMPOSITES_PER_ADDRESS", 6),
     "COMPOSITE_VIEWERS": env.int("FARHAND_COMPOSITE_VIEWERS", 60),  # of a robot in a web process, as in the paper
     "HEAD_S": env.float("FARHAND_HEAD_S", 10.0),

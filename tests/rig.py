@@ -20,10 +20,16 @@ PYTHON = sys.executable
 
 
 class Simulator:
-    """The Mercury arm's simulator as a process; `status` and `fault` reach it while it runs."""
+    """The Mercury arm's simulator as a process; `status` and `fault` reach it while it runs.
 
-    def __init__(self, folder: Path, seed: int = 1, tcp: int | None = None, baud: int = 4800) -> None:
+    `before`: the command that starts it, if any.
+    """
+
+    def __init__(
+        self, folder: Path, seed: int = 1, tcp: int | None = None, baud: int = 4800, before: tuple[str, ...] = ()
+    ) -> None:
         self.folder, self.seed, self.tcp, self.baud = folder, seed, tcp, baud
+        self._before = before
         self.process: subprocess.Popen | None = None
         self._counted: dict[str, int] = {}
         self._read = 0  # bytes of the journal
@@ -33,7 +39,7 @@ class Simulator:
         self._counted = {}
         (self.folder / "camera").unlink(missing_ok=True)
         self.process = subprocess.Popen(
-            [PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed),
+            [*self._before, PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed),
              "--baud", str(self.baud), *(["--tcp", str(self.tcp)] if self.tcp else [])],
             cwd=ROOT, stdout=subprocess.DEVNULL,
         )  # fmt: skip
@@ -84,12 +90,11 @@ class Simulator:
 
 
 class ArmSimulator(Simulator):
-    """The museum arm's simulator as a process; `before`: the command that starts it, if any."""
+    """The museum arm's simulator as a process."""
 
     def __init__(self, folder: Path, before: tuple[str, ...] = (), **options: float) -> None:
-        self._before = before
         self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
-        super().__init__(folder)
+        super().__init__(folder, before=before)
 
     def start(self) -> None:
         self._counted = {}
@@ -189,8 +194,10 @@ class Child:
         return self.log.read_text(errors="replace")
 
 
-def worker(slug: str = "mercury", doom: tuple[str, str] | None = None, **env: str) -> Child:
-    """Start a robot's worker exactly as the supervisor does."""
+def worker(
+    slug: str = "mercury", doom: tuple[str, str] | None = None, before: tuple[str, ...] = (), **env: str
+) -> Child:
+    """Start a robot's worker exactly as the supervisor does; `before`: the command that starts it, if any."""
     from portal.processes import robot_processes
     from robots.models import Robot
 
@@ -198,7 +205,7 @@ def worker(slug: str = "mercury", doom: tuple[str, str] | None = None, **env: st
     argv = list(spec.argv)
     if doom:
         argv = [PYTHON, "-m", "tests.faults.doomed", *doom, "--", *argv[3:]]
-    return Child("worker", argv, **{**spec.env, **env})
+    return Child("worker", [*before, *argv], **{**spec.env, **env})
 
 
 def housekeeping() -> Child:

@@ -12,6 +12,7 @@ export interface Handlers {
 
 const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
+const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
 const DEAD_MS = 6000; // after this long another socket is opened
 
 export class Live {
@@ -86,8 +87,8 @@ export class Live {
       if (this.socket !== socket) return;
       this.set(false);
       if (event.code === 4404) return;
-      if (event.code === 4401 || event.code === 4403) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
-      const pause = Math.min(8000, 400 * 2 ** this.tries++) * (0.5 + Math.random());
+      if (event.code === 4401 || event.code === 4403 || event.code === FULL) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
+      const pause = (event.code === FULL ? FULL_MS : Math.min(8000, 400 * 2 ** this.tries++)) * (0.5 + Math.random());
       this.retry = window.setTimeout(() => this.open(), pause);
     };
   }

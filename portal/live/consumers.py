@@ -10,6 +10,7 @@ import json
 import logging
 from typing import Any
 
+from django.conf import settings
 from django.db import Error
 
 from portal.live.actions import Answer, act
@@ -27,6 +28,8 @@ from robots.models import Robot
 
 log = logging.getLogger(__name__)
 WAITING = 64
+FULL = 4503
+FULL_TEXT = "As many people watch this robot as the portal can serve. This page tries again."
 OUR_FAULT = "The portal failed at this request. Staff can find the reason in the log."
 
 
@@ -55,6 +58,9 @@ class RobotConsumer(Viewing):
                 return
             except Error as error:
                 await self.store_down(error)
+        if self.stranger() and hub().viewers(self.slug) >= settings.LIMITS["VIEWERS"]:
+            await self.close(FULL, FULL_TEXT)
+            return
         await self.view()
         if self.me:
             self.check_in()

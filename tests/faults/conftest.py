@@ -68,11 +68,11 @@ class Rig:
         Robot.objects.update(cycle=Cycle.OFFLINE)
         self._own_sim = self.wishes.simulator(folder)
 
-    def start_worker(self, doom=None, **env):
+    def start_worker(self, doom=None, before=(), **env):
         """Start a worker; a test that begins with one has simulator and workers of its own."""
         if not self.workers and self._own_sim is None:
             self.own()
-        child = worker(self.robot.slug, doom=doom, **env)
+        child = worker(self.robot.slug, doom=doom, before=before, **env)
         self.workers.append(child)
         return child
 

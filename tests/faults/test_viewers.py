@@ -20,7 +20,7 @@ from robots import bus
 from robots.messages import Changed, Notice
 from robots.models import Robot
 from tests.conftest import wait_for
-from tests.faults.here import heard, line
+from tests.faults.here import closed, heard, line
 
 OFFERS = {
     "none": None,
@@ -203,4 +203,21 @@ def test_a_redis_that_hangs_is_noticed_and_so_is_its_return(web, redis_server):
             pass
         bus.publish("mercury", Notice("again"))
         assert heard(one, "notice")["text"] == "again"
+    web.nothing_left()
+
+
+def test_more_strangers_than_a_robot_may_have_are_told_so_and_people_who_are_signed_in_are_not(
+    web, people, monkeypatch
+):
+    monkeypatch.setitem(settings.LIMITS, "VIEWERS", 3)
+    crowd = [Viewer(web) for _ in range(3)]
+    with line(web) as late:
+        assert closed(late) == (4503, "As many people watch this robot as the portal can serve. This page tries again.")
+    with line(web, people["ada"]) as known:
+        assert heard(known, "snapshot")["me"]["signed_in"]
+    for one in crowd:
+        one.close()
+    web.nothing_left()
+    with line(web) as again:
+        heard(again, "snapshot")
     web.nothing_left()

@@ -48,8 +48,14 @@ class Day:
         self.trial.each_step = self._visitors
 
     def run(self, seconds: float) -> None:
-        """Let so many seconds of the robot's time pass."""
+        """Let so many seconds of the robot's time pass; tell each hour how it goes."""
+        hour = 0
         while self.trial.now < seconds:
+            if self.trial.now >= 3600 * (hour + 1):
+                hour = int(self.trial.now // 3600)
+                seen = {name: self.count[name] for name in ("goals", "reached", "dropped", "recharges")}
+                places = self.trial.brain.mind.slam.map.count
+                print(f"hour {hour}: {seen}, {places} places, {time.process_time() / 60:.0f} CPU minutes", flush=True)
             before = self.trial.now
             doing = "charge" if self._needs else "goal" if self.goals else "explore"
             try:

@@ -62,8 +62,10 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     ada.page.locator("#schematic").focus()
     for _ in range(3):
         ada.page.keyboard.press("Shift+ArrowLeft")
+    expect(ada.page.locator("[data-command=go]")).to_have_attribute("aria-disabled", "false")
+    sent = Command.objects.count()
     ada.page.keyboard.press("Enter")
-    ada.page.wait_for_timeout(100)
+    wait_for(lambda: Command.objects.count() > sent, 10, "the command of the Enter key")
     ada.ladder()
     assert portal.sim.count("burst") == 1
     assert portal.sim.status()["pose"][0] < 0

@@ -92,7 +92,8 @@ class States:
         if not self._compact:
             return
         compact = None
-        if self._layout is not None and time.monotonic() - self._whole < WHOLE_S:
+        silent = self._owned.age(state) > WHOLE_S  # its stamp would soon be taken for a later one
+        if self._layout is not None and not silent and time.monotonic() - self._whole < WHOLE_S:
             compact = self._layout.encode(at_ms, state, latched, told)
         if compact is None:
             self._whole = time.monotonic()

@@ -9,7 +9,7 @@ const words = new TextDecoder();
 
 /** Decode a compact state; null for another layout. `nearMs`: server time, at most half a minute from the packet's. */
 export function compactState(data: Uint8Array, layout: CompactLayout, nearMs: number): StatePacket | null {
-  const modeBits = layout.modes.length.toString(2).length;
+  const modeBits = layout.modes.length ? layout.modes.length.toString(2).length : 0;
   const size = Math.ceil((26 + modeBits + layout.scales.reduce((sum, [, , bits]) => sum + bits, 0)) / 8);
   if (data.length < size || data[0] !== layout.mark) return null;
   let at = 8;

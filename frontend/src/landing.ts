@@ -16,7 +16,7 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
     }
     return picture;
   };
-  const live: Live = new Live(
+  new Live(
     card.dataset["live"] ?? "",
     {
       message(m: Message) {
@@ -33,10 +33,10 @@ for (const card of document.querySelectorAll<HTMLElement>("[data-live]")) {
         place().src = URL.createObjectURL(packet.jpeg);
         if (old.startsWith("blob:")) URL.revokeObjectURL(old);
       },
-      line(up: boolean) {
-        if (up) live.send({ t: "watch", cameras: [0], every_s: 1, compact: true });
-      },
+      line() {},
     },
     () => 15_000,
+    null,
+    () => ({ t: "watch", cameras: calm ? [] : [0], every_s: 1, compact: true }),
   );
 }

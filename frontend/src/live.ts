@@ -13,13 +13,15 @@ export interface Handlers {
 const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
+const OVERDUE_MS = 2000;
 const DEAD_MS = 6000; // after this long another socket is opened
 
 export class Live {
   /** Server time minus ours, ms. */
   offset = 0;
   latency: number | null = null;
-  private best = Infinity; // the least latency, which slowly grows
+  /** The least latency, which slowly grows, ms. */
+  best = Infinity;
   up = false;
   /** The number of sockets opened so far; it tells into which one a message went. */
   opened = 0;
@@ -33,7 +35,11 @@ export class Live {
   private doubted = 0;
   private probeAfter = PROBE_MS;
 
-  constructor(private slug: string, private handlers: Handlers, private pingEvery: () => number, private layout: CompactLayout | null = null) {
+  /** `wish` is what the page wants to watch from the beginning: a `watch` message. */
+  constructor(
+    private slug: string, private handlers: Handlers, private pingEvery: () => number,
+    private layout: CompactLayout | null = null, private wish: (() => object) | null = null,
+  ) {
     this.open();
     this.beat();
     setInterval(() => this.watch(), 250);
@@ -57,6 +63,17 @@ export class Live {
     return this.heard >= at;
   }
 
+  /** Whether the answer to a ping is missing for long. */
+  get overdue(): boolean {
+    const [oldest] = this.pings.values();
+    return oldest !== undefined && performance.now() - oldest > OVERDUE_MS;
+  }
+
+  /** Send a ping, unless the answer to one is still to come. */
+  check(): void {
+    if (!this.pings.size) this.ping();
+  }
+
   now(): number {
     return Date.now() + this.offset;
   }
@@ -73,11 +90,13 @@ export class Live {
     this.socket = null;
     before?.close();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/`);
+    const wish = this.wish ? `?watch=${encodeURIComponent(JSON.stringify(this.wish()))}` : "";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/${wish}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => {
       this.opened += 1;
+      this.pings.clear();
       this.hear();
       this.set(true);
       this.ping();
@@ -130,7 +149,7 @@ export class Live {
     const n = ++this.count;
     this.pings.set(n, performance.now());
     if (this.pings.size > 20) this.pings.clear();
-    this.send({ t: "ping", n });
+    if (!this.send({ t: "ping", n })) this.pings.delete(n);
   }
 
   private beat(): void {

@@ -6,19 +6,26 @@ export const PACES: readonly Pace[] = ["live", "stills", "states"];
 /** A picture that arrives older than this is late: at each pace another age, for a whole one takes its time. */
 const LATE_MS: Record<Pace, number> = { live: 1500, stills: 6000, states: Infinity };
 const WINDOW_MS: Record<Pace, number> = { live: 4000, stills: 20_000, states: 10_000 };
-const GOOD_MS = 700; // the answer of a ping on a line that may carry more
+const QUICK_MS = 700, SLOW_MS = 1500;
 const FIRST_HOLD_MS = 20_000, LONGEST_HOLD_MS = 320_000;
 
-/** Judges a line by the ages of what arrives; times are of one clock, in ms. */
+/** Whether an answer after `latency` (null: it is overdue) says that the line may carry more; `best` is its best. */
+export function quick(latency: number | null, best: number): boolean {
+  return latency !== null && latency < Math.min(SLOW_MS, Math.max(QUICK_MS, 2 * best));
+}
+
+/** Judges a line by the ages of what arrives and by the answers to pings; times are of one clock, in ms. */
 export class LineJudge {
   pace: Pace;
+  private top: Pace;
   private since: number; // when this pace began
   private hold = FIRST_HOLD_MS; // before more is tried; doubled when that failed
   private least = Infinity; // the least age in this window
   private windowAt: number;
 
-  constructor(now: number, pace: Pace = "live") {
-    this.pace = pace;
+  /** `top`: the most that is ever asked for. */
+  constructor(now: number, top: Pace = "live") {
+    this.pace = this.top = top;
     this.since = this.windowAt = now;
   }
 
@@ -27,28 +34,36 @@ export class LineJudge {
     this.least = Math.min(this.least, ageMs);
   }
 
-  /**
-   * Judge again; returns whether the pace has changed. `waiting`: pictures are expected, for the robot sends some;
-   * `latency`: of the last ping, null while its answer is missing for long.
-   */
-  judge(now: number, waiting: boolean, latency: number | null): boolean {
+  /** Whether nothing has arrived in time in this window; an answer to a ping tells why. */
+  get doubts(): boolean {
+    return this.least > LATE_MS[this.pace];
+  }
+
+  /** Judge again; returns whether the pace has changed. `waiting`: the robot sends pictures; `fast`: see `quick`. */
+  judge(now: number, waiting: boolean, fast: boolean): boolean {
     if (now - this.windowAt < WINDOW_MS[this.pace]) return false;
-    const late = waiting && this.least > LATE_MS[this.pace] && (this.least < Infinity || latency === null || latency > GOOD_MS);
+    const late = waiting && !fast && this.doubts;
     this.windowAt = now;
     this.least = Infinity;
-    const at = PACES.indexOf(this.pace);
-    if (late && at < PACES.length - 1) {
-      if (now - this.since < this.hold) this.hold = Math.min(LONGEST_HOLD_MS, this.hold * 2);
-      return this.go(PACES[at + 1]!, now);
-    }
-    if (now - this.since > LONGEST_HOLD_MS) this.hold = FIRST_HOLD_MS;
-    if (!late && at > 0 && latency !== null && latency < GOOD_MS && now - this.since >= this.hold) return this.go(PACES[at - 1]!, now);
-    return false;
+    if (late) return this.down(now);
+    if (this.pace === "live" && now - this.since > LONGEST_HOLD_MS) this.hold = FIRST_HOLD_MS;
+    const above = PACES[PACES.indexOf(this.pace) - 1];
+    if (!fast || above === undefined || this.pace === this.top || now - this.since < this.hold) return false;
+    return this.go(above, now);
+  }
+
+  /** Ask for less; returns whether that is possible. */
+  down(now: number): boolean {
+    const below = PACES[PACES.indexOf(this.pace) + 1];
+    if (below === undefined) return false;
+    if (now - this.since < this.hold) this.hold = Math.min(LONGEST_HOLD_MS, this.hold * 2);
+    return this.go(below, now);
   }
 
   private go(pace: Pace, now: number): boolean {
     this.pace = pace;
-    this.since = now;
+    this.since = this.windowAt = now;
+    this.least = Infinity;
     return true;
   }
 }

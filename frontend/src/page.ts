@@ -76,6 +76,8 @@ export class RobotPage {
 
   constructor() {
     const say = byId("say");
+    const saving = (navigator as { connection?: { saveData?: boolean } }).connection?.saveData ?? false;
+    this.watching = new Watching(() => this.live, saving);
     this.slug = this.page.dataset["slug"] ?? "";
     this.ladder = new Ladder(byId("ladder"), say);
     this.live = new Live(
@@ -86,10 +88,8 @@ export class RobotPage {
         line: (up) => this.gotLine(up),
       },
       () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
-      facts.compact,
+      facts.compact, () => this.watching.wish(),
     );
-    const saving = (navigator as { connection?: { saveData?: boolean } }).connection?.saveData ?? false;
-    this.watching = new Watching(this.live, saving);
     const pace = byId<HTMLSelectElement>("pace");
     pace.value = this.watching.choice;
     pace.addEventListener("change", () => this.watching.choose(pace.value));
@@ -213,10 +213,7 @@ export class RobotPage {
   }
 
   private gotLine(up: boolean): void {
-    if (up) {
-      this.watching.opened();
-      this.console?.watch?.();
-    }
+    if (up) this.console?.watch?.();
     this.draw();
   }
 

@@ -1,12 +1,15 @@
 /** What this page wants to see: which cameras, and how much of it, as the person chose or as the line allows. */
 import { kept } from "./kept.ts";
-import { LineJudge, type Pace, PACES } from "./pace.ts";
+import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
 
 /** The part of a socket that is used here. */
-interface Line { send(message: object): boolean; now(): number; readonly latency: number | null; readonly lost: boolean }
+interface Line {
+  send(message: object): boolean; now(): number; check(): void;
+  readonly latency: number | null; readonly best: number; readonly overdue: boolean; readonly lost: boolean;
+}
 interface Picture { camera: number; atMs: number }
 
 const SAID: Record<Pace, string> = {
@@ -20,10 +23,16 @@ export class Watching {
   private judge: LineJudge;
   private arrivals: number[] = []; // of the first wanted camera's pictures, performance.now
   private told = "";
+  private expected = false;
+  private fruitless = false; // nothing has arrived through this socket
 
-  constructor(private line: Line, saveData: boolean) {
+  constructor(private line: () => Line, private saveData: boolean) {
     this.chosen = PACES.find((pace) => pace === kept.get("pace")) ?? null;
-    this.judge = new LineJudge(performance.now(), saveData ? "stills" : "live");
+    this.judge = this.begin();
+  }
+
+  private begin(): LineJudge {
+    return new LineJudge(performance.now(), this.saveData ? "stills" : "live");
   }
 
   get pace(): Pace {
@@ -38,7 +47,7 @@ export class Watching {
   choose(choice: string): void {
     this.chosen = PACES.find((pace) => pace === choice) ?? null;
     kept.set("pace", this.choice);
-    this.judge = new LineJudge(performance.now());
+    this.judge = this.begin();
     this.tell();
   }
 
@@ -49,17 +58,21 @@ export class Watching {
     this.tell();
   }
 
-  /** A new socket sends the first camera, live. */
-  opened(): void {
-    this.told = JSON.stringify(this.wish([0], "live"));
-    this.tell();
+  /** What a new socket asks for; one that follows another through which no picture came asks for less. */
+  wish(): object {
+    if (this.fruitless && this.expected) this.judge.down(performance.now());
+    this.fruitless = true;
+    const wish = this.wished();
+    this.told = JSON.stringify(wish);
+    return wish;
   }
 
   arrived(picture: Picture): void {
     if (picture.camera !== this.cameras[0]) return;
     const now = performance.now();
+    this.fruitless = false;
     this.arrivals = [...this.arrivals.filter((at) => now - at < RATE_MS), now];
-    this.judge.arrived(this.line.now() - picture.atMs);
+    this.judge.arrived(this.line().now() - picture.atMs);
   }
 
   /** Pictures a second, over the last seconds; 0 for fewer than one in two seconds. */
@@ -72,16 +85,26 @@ export class Watching {
 
   /** Judge the line; `expected`: the robot sends pictures now. Returns what to say of it. */
   said(expected: boolean): string {
-    if (this.judge.judge(performance.now(), expected && !this.line.lost, this.line.lost ? null : this.line.latency)) this.tell();
+    const line = this.line();
+    this.expected = expected;
+    if (!line.lost) {
+      if (expected && this.judge.doubts) line.check();
+      const fast = quick(line.overdue ? null : line.latency, line.best);
+      if (this.judge.judge(performance.now(), expected, fast)) this.tell();
+    }
     return this.chosen === null ? SAID[this.judge.pace] : "";
   }
 
-  private wish(cameras: number[], pace: Pace): object {
-    return { t: "watch", cameras: pace === "states" ? [] : cameras, every_s: pace === "stills" ? STILLS_S : 0, compact: pace !== "live" };
+  private wished(): object {
+    const { pace } = this;
+    return {
+      t: "watch", cameras: pace === "states" ? [] : this.cameras, every_s: pace === "stills" ? STILLS_S : 0,
+      compact: pace !== "live",
+    };
   }
 
   private tell(): void {
-    const wish = this.wish(this.cameras, this.pace), written = JSON.stringify(wish);
-    if (written !== this.told && this.line.send(wish)) this.told = written;
+    const wish = this.wished(), written = JSON.stringify(wish);
+    if (written !== this.told && this.line().send(wish)) this.told = written;
   }
 }

@@ -1,48 +1,67 @@
 /** How much a page asks for, by what its line can carry. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { LineJudge, type Pace } from "../src/pace.ts";
+import { LineJudge, type Pace, quick } from "../src/pace.ts";
 
 const STEP_MS = 250;
 
-/** Let pictures arrive at the present pace with these ages; returns the paces of each second. */
-function run(judge: LineJudge, from: number, seconds: number, line: { age: (pace: Pace) => number | null; latency: number | null }): Pace[] {
+interface Slowness { age: (pace: Pace) => number | null; latency: (pace: Pace) => number | null }
+
+/** Let pictures arrive at the present pace with these ages, and pings be answered so; returns the paces of each second. */
+function run(judge: LineJudge, from: number, seconds: number, line: Slowness): Pace[] {
   const seen: Pace[] = [];
   let next = from;
-  for (let now = from; now < from + seconds * 1000; now += STEP_MS) {
+  for (let now = from; now < from + seconds * 1000; now += STEP_MS + (now % 7)) {
     const age = line.age(judge.pace);
     if (age !== null && now >= next && judge.pace !== "states") {
       judge.arrived(age);
       next = now + (judge.pace === "stills" ? 5000 : 100);
     }
-    judge.judge(now, true, line.latency);
-    if ((now - from) % 1000 === 0) seen.push(judge.pace);
+    judge.judge(now, true, quick(line.latency(judge.pace), 50));
+    while (seen.length <= (now - from) / 1000) seen.push(judge.pace);
   }
   return seen;
 }
 
-test("a good line stays live, also while the robot's camera sends nothing", () => {
-  assert.deepEqual(new Set(run(new LineJudge(0), 0, 600, { age: () => 200, latency: 50 })), new Set(["live"]));
-  assert.deepEqual(new Set(run(new LineJudge(0), 0, 600, { age: () => null, latency: 50 })), new Set(["live"]));
+const GOOD = { age: () => 200, latency: () => 50 };
+/** A line that carries stills, but not live pictures. */
+const NARROW = {
+  age: (pace: Pace) => (pace === "live" ? 9000 : 800), latency: (pace: Pace) => (pace === "live" ? 5000 : 300),
+};
+
+test("a good line stays live, also while the robot's camera sends nothing or its clock is behind", () => {
+  assert.deepEqual(new Set(run(new LineJudge(0), 0, 600, GOOD)), new Set(["live"]));
+  assert.deepEqual(new Set(run(new LineJudge(0), 0, 600, { ...GOOD, age: () => null })), new Set(["live"]));
+  assert.deepEqual(new Set(run(new LineJudge(0), 0, 600, { ...GOOD, age: () => 60_000 })), new Set(["live"]));
 });
 
 test("a line on which live pictures grow old gets one now and then, and more is tried less and less often", () => {
-  const seen = run(new LineJudge(0), 0, 1800, { age: (pace) => (pace === "live" ? 9000 : 800), latency: 300 });
+  const seen = run(new LineJudge(0), 0, 7200, NARROW);
   assert.ok(seen.indexOf("stills") <= 6, "soon");
   assert.ok(!seen.includes("states"));
-  const tries = seen.filter((pace, i) => pace === "live" && seen[i - 1] === "stills").length;
-  assert.ok(tries >= 3 && tries <= 9, `${tries} tries in half an hour`);
+  const tries = seen.flatMap((pace, i) => (pace === "live" && seen[i - 1] === "stills" ? [i] : []));
+  assert.ok(tries.length >= 10 && tries.length <= 30, `${tries.length} tries in two hours`);
+  assert.ok(tries.slice(-5).every((at, i, last) => i === 0 || at - last[i - 1]! > 300), "no more often than every five minutes at last");
 });
 
 test("a line that carries no picture in time gets states only", () => {
-  const seen = run(new LineJudge(0), 0, 300, { age: () => 20_000, latency: 5000 });
+  const seen = run(new LineJudge(0), 0, 300, { age: () => 20_000, latency: () => 5000 });
   assert.equal(seen.at(-1), "states");
   assert.ok(seen.indexOf("states") <= 40);
 });
 
-test("when the line is good again, pictures come back, live at last", () => {
-  const judge = new LineJudge(0);
-  run(judge, 0, 100, { age: () => 20_000, latency: null });
-  assert.equal(judge.pace, "states");
-  assert.equal(run(judge, 100_000, 400, { age: () => 150, latency: 40 }).at(-1), "live");
+test("when the line is good again, pictures come back, live at last, or as far as the person's browser wants", () => {
+  for (const top of ["live", "stills"] as const) {
+    const judge = new LineJudge(0, top);
+    run(judge, 0, 100, { age: () => 20_000, latency: () => null });
+    assert.equal(judge.pace, "states");
+    assert.equal(run(judge, 100_000, 400, GOOD).at(-1), top);
+  }
+});
+
+test("an answer is quick by the line's own best, within limits", () => {
+  assert.ok(quick(690, 20) && !quick(800, 20), "an ordinary line");
+  assert.ok(quick(900, 600) && !quick(1400, 600), "by satellite");
+  assert.ok(!quick(1600, 3000), "a line that was never quick");
+  assert.ok(!quick(null, 20), "no answer");
 });

@@ -10,7 +10,8 @@ from robots.clock import SYSTEM
 from robots.messages import read_picture, taken_ms
 
 NEXT_S = 5.0  # for a camera that nobody watched to send a picture
-FRESH_S = 2.0
+FRESH_S, SAME_S = 2.0, 1.0
+Taken = tuple[int, bytes] | None
 
 
 class Passed(Parts):
@@ -46,23 +47,37 @@ def passed(slug: str, camera: int) -> Passed:
     return found
 
 
-async def newest(slug: str, camera: int) -> tuple[int, bytes] | None:
+_newest: dict[tuple[int, str, int], asyncio.Task[Taken]] = {}
+
+
+async def newest(slug: str, camera: int) -> Taken:
     """Return the newest picture of a camera: when it was taken (ms since 1970) and the JPEG; None if there is none.
 
-    A camera that nobody watched is given time to begin.
+    A camera that nobody watched is given time to begin. Everybody who asks within a second gets the same picture.
     """
+    loop = asyncio.get_running_loop()
+    key = (id(loop), slug, camera)
+    asked = _newest.get(key)
+    if asked is None:
+        asked = _newest[key] = loop.create_task(_look(slug, camera))
+        asked.add_done_callback(lambda _: loop.call_later(SAME_S, _newest.pop, key, None))
+    return await asyncio.shield(asked)
+
+
+async def _look(slug: str, camera: int) -> Taken:
     viewer = Viewer(slug)
     viewer.cameras = frozenset({camera})
     hub().attach(viewer)
     since_ms = (SYSTEM.now().timestamp() - FRESH_S) * 1000
     try:
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(NEXT_S):
-                while camera not in viewer.frames or taken_ms(viewer.frames[camera]) < since_ms:
-                    await viewer.wake.wait()
-                    viewer.wake.clear()
-                    viewer.events.clear()
-        packet = viewer.frames.get(camera)
-        return (taken_ms(packet), read_picture(packet)) if packet is not None else None
+        async with asyncio.timeout(NEXT_S):
+            while camera not in viewer.frames or taken_ms(viewer.frames[camera]) < since_ms:
+                await viewer.wake.wait()
+                viewer.wake.clear()
+                viewer.events.clear()
+        packet = viewer.frames[camera]
+        return taken_ms(packet), read_picture(packet)
+    except TimeoutError:
+        return None
     finally:
         hub().detach(viewer)

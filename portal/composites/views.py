@@ -21,7 +21,7 @@ from portal.composites.parts import END, TYPE, Parts, watchers
 from portal.limits.counts import AddressCount
 from portal.live.audience import audience
 from portal.live.messages import CAMERAS
-from portal.live.threads import URGENT
+from portal.live.threads import Pool
 from robots import bus, description
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
@@ -30,7 +30,8 @@ from robots.grants import owner_alive
 from robots.models import Lease, Robot
 
 ABSENT = "There is no such picture.\n"
-LATEST_S = 2**40  # later is no time of a picture
+PICTURES = Pool("pictures", 2)
+LATEST_S = 2**37  # later is no time of a picture
 NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
 NO_PICTURE = "The camera sends no picture now; try again later.\n"
 OFFLINE = "This robot is offline now; try again later.\n"
@@ -69,11 +70,14 @@ async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponse
         return _refused(404, ABSENT)
     if not robot.alive:
         return _refused(503, OFFLINE)
-    found = await newest(slug, number)
+    with _addresses().one(request.META.get("REMOTE_ADDR", "")) as room:
+        if not room:
+            return _refused(429, TOO_MANY)
+        found = await newest(slug, number)
     if found is None:
         return _refused(503, NO_PICTURE)
     at_ms, jpeg = found
-    if not await URGENT.run(bus.keep_shot, slug, number, at_ms, jpeg):
+    if not await PICTURES.run(bus.keep_shot, slug, number, at_ms, jpeg):
         return HttpResponse(jpeg, content_type="image/jpeg", headers={"Cache-Control": "no-store"})
     to = reverse("shot", args=[slug, number, at_ms])
     return HttpResponseRedirect(to, headers={"Cache-Control": "public, max-age=1"})
@@ -83,19 +87,17 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
     """Send one picture; its address is never used for another one."""
     if request.method not in ("GET", "HEAD"):
         return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
-    etag, seconds = f'"{slug}-{number}-{at_ms}"', at_ms // 1000
-    headers = {"Cache-Control": "public, max-age=31536000, immutable", "ETag": etag}
-    if seconds < LATEST_S:
-        headers["Last-Modified"] = http_date(seconds)
-    unchanged = get_conditional_response(request, etag=etag, last_modified=min(seconds, LATEST_S))
-    if unchanged is not None:
-        for name, value in headers.items():
-            unchanged.headers[name] = value
-        return unchanged
-    jpeg = await URGENT.run(bus.shot, slug, number, at_ms) if number < CAMERAS and seconds < LATEST_S else None
+    seconds, jpeg = at_ms // 1000, None
+    if number < CAMERAS and seconds < LATEST_S:
+        jpeg = await PICTURES.run(bus.shot, slug, number, at_ms)
     if jpeg is None:
         return _refused(404, NOT_KEPT)
-    return HttpResponse(jpeg, content_type="image/jpeg", headers=headers)
+    etag = f'"{slug}-{number}-{at_ms}"'
+    answer = HttpResponse(jpeg, content_type="image/jpeg")
+    answer = get_conditional_response(request, etag=etag, last_modified=seconds, response=answer) or answer
+    answer.headers["Cache-Control"] = "public, max-age=31536000, immutable"
+    answer.headers["ETag"], answer.headers["Last-Modified"] = etag, http_date(seconds)
+    return answer
 
 
 @dataclass(frozen=True)

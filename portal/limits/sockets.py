@@ -20,6 +20,7 @@ UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
 FRAMES_S, FRAMES = 20.0, 200.0  # control frames and fragments a second, and at once
 FLUSH_S = 5.0  # for sending the last bytes before a close
 NO_TEXT, POLICY = 1007, 1008
+BEFORE = 64 * 1024  # bytes that may wait before an ordinary message has to
 AHEAD = 8 * 1024  # bytes that the system may hold unsent; more would only be old pictures on a slow line
 dropped: Counter[str] = Counter()  # sockets that this process has ended, by reason
 
@@ -33,12 +34,13 @@ def connections() -> AddressCount:
 class Ws(WebSocketsSansIOProtocol):
     """A socket with limits for pings and fragments, which also ends if its peer does not read.
 
-    Its connection is offered to the application (see `portal.live.direct`). The write buffer counts as full as soon as
-    something waits in it, so `writable` says that everything was taken.
+    Its connection is offered to the application (see `portal.live.direct`), for which it is free as long as nothing
+    waits to be written. The ordinary `send` waits only behind more than `BEFORE` bytes.
     """
 
     counted = ""
     deflates = False
+    _taken = True  # nothing waits to be written
     _broken = False  # by the peer; uvicorn would report later sends as errors of the application
     _room, _filled = FRAMES, 0.0
     _unread: asyncio.TimerHandle | None = None
@@ -50,7 +52,7 @@ class Ws(WebSocketsSansIOProtocol):
         super().connection_made(transport)
         if self.config.ws_per_message_deflate:
             self.conn.available_extensions = [DEFLATE]
-        transport.set_write_buffer_limits(high=0)
+        transport.set_write_buffer_limits(high=1, low=0)
         line = transport.get_extra_info("socket")
         if line is not None and hasattr(socket, "TCP_NOTSENT_LOWAT") and line.family != socket.AF_UNIX:
             line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, AHEAD)
@@ -65,7 +67,7 @@ class Ws(WebSocketsSansIOProtocol):
 
     def free(self) -> bool:
         """Return whether it is open, and everything written before has been taken by the network."""
-        return self.writable.is_set() and not self.gone()
+        return self._taken and not self.gone()
 
     def gone(self) -> bool:
         """Return whether nothing can be written any more."""
@@ -80,14 +82,15 @@ class Ws(WebSocketsSansIOProtocol):
         self._call = call
 
     def pause_writing(self) -> None:
-        """Give a peer that takes nothing a limited time."""
-        super().pause_writing()
+        """Something waits; give a peer that takes nothing a limited time."""
+        self._taken = False
         self._waiting = self.transport.get_write_buffer_size()
         self._look_later()
 
     def resume_writing(self) -> None:
         """The peer has taken everything."""
         super().resume_writing()
+        self._taken = True
         self._look_no_more()
         if self._call is not None:
             self._call()
@@ -119,6 +122,8 @@ class Ws(WebSocketsSansIOProtocol):
         if self._broken:
             raise ClientDisconnected
         await super().send(message)
+        if not self._taken and self.transport.get_write_buffer_size() > BEFORE:
+            self.writable.clear()
 
     def data_received(self, data: bytes) -> None:
         """Receive data; frames before the handshake is answered end the connection (RFC 6455, 4.1)."""

@@ -9,6 +9,7 @@ import contextlib
 import json
 import logging
 from typing import Any
+from urllib.parse import parse_qs
 
 from django.conf import settings
 from django.db import Error
@@ -52,16 +53,16 @@ class RobotConsumer(Viewing):
         self.slug = self.scope["url_route"]["kwargs"]["slug"]
         if not (self.stranger() and hub().viewers(self.slug)):  # one more watcher needs nothing from the database
             try:
-                self._held = await self.orm(self._held_kinds)
+                self._held = await self.orm(self._look)
             except Robot.DoesNotExist:
                 await self.close(NOT_FOUND)
                 return
             except Error as error:
                 await self.store_down(error)
-        if self.stranger() and hub().viewers(self.slug) >= settings.LIMITS["VIEWERS"]:
+        if self.stranger() and hub().strangers(self.slug) >= settings.LIMITS["VIEWERS"]:
             await self.close(FULL, FULL_TEXT)
             return
-        await self.view()
+        await self.view(self._wish())
         if self.me:
             self.check_in()
 
@@ -87,7 +88,17 @@ class RobotConsumer(Viewing):
             self._serving = True
             self.begin(self._serve())
 
-    def _held_kinds(self) -> frozenset[str]:
+    def _wish(self) -> Watch | None:
+        """Return what the page wants from the beginning, which stands in the socket's address."""
+        asked = parse_qs(self.scope.get("query_string", b"").decode("latin-1")).get("watch", [""])[0]
+        with contextlib.suppress(NotUnderstood):
+            wish = ROBOT.decode(asked)
+            return wish if isinstance(wish, Watch) else None
+        return None
+
+    def _look(self) -> frozenset[str]:
+        """Find out whether anybody is signed in; return the kinds of held motions. Raises Robot.DoesNotExist."""
+        self.nobody = not current_user(self.scope).is_authenticated
         robot = Robot.objects.get(slug=self.slug)
         try:
             return frozenset(c.kind for c in robot.spec().commands if c.held)

@@ -15,7 +15,7 @@ NAME = "farhand.connection"
 BITS, SETTINGS = 12, {"memLevel": 5}  # the window and memory of a compressor
 # No message depends on the one before it: a connection keeps no compressor, and a message compressed once suits all.
 DEFLATE = ServerPerMessageDeflateFactory(True, True, BITS, BITS, SETTINGS)
-KEPT = 256  # frames of the newest messages
+PICTURES, TEXTS = 16, 128  # frames that are kept, of the newest messages
 SMALL = 200  # bytes of a text that is not worth compressing
 
 
@@ -43,13 +43,13 @@ def connection_of(scope: dict[str, Any]) -> Connection | None:
     return offered
 
 
-@lru_cache(KEPT)
+@lru_cache(PICTURES)
 def binary_frame(data: bytes) -> bytes:
     """Return the frame of a binary message; the same object for the same message."""
     return Frame(Opcode.BINARY, data).serialize(mask=False)
 
 
-@lru_cache(KEPT)
+@lru_cache(TEXTS)
 def text_frames(text: str) -> tuple[bytes, bytes]:
     """Return the frame of a text message, plain and compressed; the same objects for the same message."""
     frame = Frame(Opcode.TEXT, text.encode())

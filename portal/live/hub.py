@@ -80,8 +80,7 @@ class Hub:
         At most one in `every_s` seconds of each; `compact`: states in few bytes.
         """
         with self._changing(viewer):
-            viewer.cameras, viewer.every_s, viewer.compact = cameras, every_s, compact
-            viewer.due.clear()
+            viewer.wish(cameras, every_s, compact)
         self._give_newest(viewer)
         if self.link:
             self._hold(self._mark_watched(viewer.slug))
@@ -105,7 +104,7 @@ class Hub:
     def _give_newest(self, viewer: Viewer) -> None:
         room = self._rooms.get(viewer.slug)
         for camera, data in room.newest.items() if room is not None else ():
-            if viewer.wants(camera):
+            if camera in viewer.cameras:  # it may be old, so the next one is not kept back for it
                 viewer.put_picture(camera, data)
 
     def _hold(self, coroutine: Any) -> None:
@@ -131,7 +130,12 @@ class Hub:
     def watchers(self, slug: str) -> int:
         """Return how many watch the robot in all web processes, as far as this one knows."""
         room = self._rooms.get(slug)
-        return max(room.count, len(room.viewers)) if room is not None else 0
+        return max(room.count, room.pages) if room is not None else 0
+
+    def strangers(self, slug: str) -> int:
+        """Return how many pages of people who are not signed in watch the robot in this process."""
+        room = self._rooms.get(slug)
+        return room.strangers if room is not None else 0
 
     def _channels(self, slug: str) -> list[str]:
         frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
@@ -143,11 +147,14 @@ class Hub:
             async with self._subscribing:  # the last caller sees the present state
                 if self._pubsub is None:
                     return
-                if slug not in self._rooms:
-                    await self._pubsub.unsubscribe(*self._channels(slug))
-                    return
-                self._awaited[slug] += 1
-                await self._pubsub.subscribe(*self._channels(slug))
+                room = self._rooms.get(slug)
+                async with asyncio.timeout(SILENT_S):  # a connection that died without a word
+                    if room is None:
+                        await self._pubsub.unsubscribe(*self._channels(slug))
+                        return
+                    self._awaited[slug] += 1
+                    room.asked = True
+                    await self._pubsub.subscribe(*self._channels(slug))
             await self._mark_watched(slug)
             if not self.streams.knows(slug):
                 await self._restore(slug)
@@ -162,7 +169,8 @@ class Hub:
             for stream in range(MOST):
                 kept.lrange(bus.stream_key(slug, stream), 0, -1)
             with contextlib.suppress(RedisError, OSError, ValueError):
-                self.streams.restore(slug, await kept.execute())
+                async with asyncio.timeout(SILENT_S):
+                    self.streams.restore(slug, await kept.execute())
         finally:
             self._restoring.discard(slug)
         if slug not in self._rooms:
@@ -186,12 +194,14 @@ class Hub:
         )
         try:
             pubsub = connection.pubsub()
-            await pubsub.subscribe(bus.sessions_channel())
+            async with asyncio.timeout(SILENT_S):
+                await pubsub.subscribe(bus.sessions_channel())
             # not before it is open: who asks while it opens would open a second one, which nobody reads
             self._redis, self._pubsub = connection, pubsub
             self._awaited.clear()
             for slug, room in list(self._rooms.items()):
                 room.heard.clear()
+                room.asked = False
                 self.streams.forget(slug)  # packets were missed
                 await self._follow(slug)
             await pubsub.ping()  # answered after all that was asked before
@@ -211,7 +221,7 @@ class Hub:
                 self._away = False
                 self._set_link(True)
                 for slug, room in self._rooms.items():
-                    if not self._awaited[slug]:
+                    if room.asked and not self._awaited[slug]:
                         room.heard.set()
 
     def _confirmed(self, channel: str) -> None:
@@ -286,7 +296,7 @@ class Hub:
         with contextlib.suppress(RedisError, OSError):
             now, _ = await store.time()  # of Redis: clocks of hosts differ
             both = store.pipeline(transaction=False)
-            both.hset(key, self._name, f"{len(room.viewers)} {now}")
+            both.hset(key, self._name, f"{room.pages} {now}")
             both.expire(key, 10 * COUNT_S)
             both.hgetall(key)
             *_, told = await both.execute()

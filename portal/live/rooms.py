@@ -28,13 +28,14 @@ class Viewer:
 
     __slots__ = (
         "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames", "link",
-        "resync", "seat", "slug", "state", "told", "trace", "wake",
+        "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
         self.slug, self.connection = slug, connection
         self.seat = Seat()  # counts what is sent
         self.direct = False
+        self.page = self.stranger = False  # a page shows it, of somebody who is not signed in
         self.trace = False
         self.link = True
         self.cameras = frozenset({0})  # the cameras that it wants
@@ -62,6 +63,13 @@ class Viewer:
         """Write a text message; only when it is `ready`."""
         plain, compressed = text_frames(text)
         self.write(compressed if self.connection and self.connection.deflates else plain)
+
+    def wish(self, cameras: frozenset[int], every_s: float, compact: bool) -> None:
+        """Change what it wants; pictures that wait and are wanted no more are dropped."""
+        self.cameras, self.every_s, self.compact = cameras, every_s, compact
+        self.due.clear()
+        for camera in self.frames.keys() - cameras:
+            del self.frames[camera]
 
     def wants(self, camera: int) -> bool:
         """Return whether it wants a new picture of that camera; then it is taken as given."""
@@ -93,20 +101,26 @@ class Room:
 
     def __init__(self) -> None:
         self.viewers: set[Viewer] = set()
+        self.pages = self.strangers = 0  # of these viewers
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
         self.count = 0  # how many watch in all web processes together, when it was last counted
+        self.asked = False  # the subscription was sent to Redis
         self.heard = asyncio.Event()  # Redis has confirmed that it sends what is told of this robot
 
     def add(self, viewer: Viewer) -> None:
         """Add a viewer."""
         self.viewers.add(viewer)
+        self.pages += viewer.page
+        self.strangers += viewer.stranger
         self.wanted.update(self._wants(viewer))
 
     def remove(self, viewer: Viewer) -> None:
         """Remove a viewer."""
         if viewer in self.viewers:
             self.viewers.remove(viewer)
+            self.pages -= viewer.page
+            self.strangers -= viewer.stranger
             self.wanted.subtract(self._wants(viewer))
 
     def watched(self) -> frozenset[str]:

@@ -13,6 +13,7 @@ from portal.live.audience import Seat, audience
 from portal.live.direct import binary_frame, connection_of
 from portal.live.hub import hub
 from portal.live.line import Line
+from portal.live.messages import Watch
 from portal.live.people import current_user, session_key
 from portal.live.rooms import Viewer, watchers_text
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
@@ -42,13 +43,16 @@ class Viewing(Line):
         self.grant = 0  # the grant of this person in the last snapshot; staff need none
         self.placed, self.operating, self.may_stop = False, False, False
         self._stale = asyncio.Event()
-        self._looking = False
+        self._looking = self.nobody = False
         self._freed = asyncio.Event()  # set whenever the connection has taken everything
         self._seat, self._leave = Seat(), contextlib.ExitStack()
 
-    async def view(self) -> Viewer:
-        """Start to watch: the snapshot first, then everything that comes."""
+    async def view(self, wish: Watch | None = None) -> Viewer:
+        """Start to watch: the snapshot first, then everything that comes, as far as it is wanted."""
         viewer = self.viewer = Viewer(self.slug, connection_of(self.scope))
+        viewer.page, viewer.stranger = True, self.stranger()
+        if wish is not None:
+            viewer.wish(frozenset(wish.cameras), wish.every_s, wish.compact)
         self._leave.callback(hub().detach, viewer)
         hub().attach(viewer)
         viewer.seat = self._seat = self._leave.enter_context(audience().one(self.slug))
@@ -100,7 +104,7 @@ class Viewing(Line):
             if self.stranger():
                 await self._tell_text(await snapshots().ask(self.slug, lambda: hub().link))
                 return
-            shown, sign_in = await self.orm(self._snapshot)
+            shown, sign_in = await self.orm(self._snapshot, hub().link)
         except Error as error:
             await self.store_down(error)
             return
@@ -111,8 +115,8 @@ class Viewing(Line):
         await self.send(json.dumps(shown))
 
     def stranger(self) -> bool:
-        """Return whether the socket was opened without a session; then nobody is signed in, and nobody will be."""
-        return not session_key(self.scope)
+        """Return whether nobody is signed in, and nobody will be: a sign-in makes a new session."""
+        return self.nobody or not session_key(self.scope)
 
     async def store_down(self, error: Exception) -> None:
         """Tell the page that the database is away, and try again soon."""
@@ -126,11 +130,12 @@ class Viewing(Line):
         self._looking = False
         self._stale.set()
 
-    def _snapshot(self) -> tuple[dict[str, Any], SignIn | None]:
+    def _snapshot(self, link: bool) -> tuple[dict[str, Any], SignIn | None]:
         user = current_user(self.scope)
-        shown = snapshot(self.slug, user, SYSTEM.now(), self.viewer.link if self.viewer else False)
+        shown = snapshot(self.slug, user, SYSTEM.now(), link)
         me = shown["me"]
         self.me, self.operating = user.pk or 0, bool(me["can"]["drive"])
+        self.nobody = not user.is_authenticated
         staff = bool(me.get("staff"))
         self.grant = 0 if staff else me["grant"]
         self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, even if this is out of date
@@ -144,41 +149,39 @@ class Viewing(Line):
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(RESYNC_S if not hub().link else 15.0):  # wait_for may lose a cancellation
                     await viewer.wake.wait()
-            viewer.link = hub().link
-            resync = await self._empty(viewer)
-            if resync or not viewer.link:
+            if not hub().link:
                 self._stale.set()
+            await self._empty(viewer)
 
-    async def _empty(self, viewer: Viewer) -> bool:
-        """Send everything in the mailbox, the newest of each kind; return whether a new snapshot is needed."""
-        resync = False
-        while True:
+    async def _empty(self, viewer: Viewer) -> None:
+        """Send everything in the mailbox, the newest of each kind; pictures of several cameras in turns."""
+        sent = True
+        while sent:
             await self._free()
             sent = False
+            if viewer.resync:
+                viewer.resync = False
+                self._stale.set()
             if viewer.state is not None:
                 state, viewer.state, sent = viewer.state, None, True
                 await self._tell_bytes(state)
             for packet in hub().streams.news(self.slug, viewer.told):
                 sent = True
                 await self._tell_bytes(packet)
-            resync |= viewer.resync
-            viewer.resync = False
             while viewer.events:
                 event, sent = viewer.events.popleft(), True
                 if isinstance(event, Changed):
-                    resync = True
+                    self._stale.set()
                 else:
                     await self._tell_text(msgspec.json.encode(event).decode())
             if viewer.counted:
                 viewer.counted, sent = False, True
                 await self._tell_text(watchers_text(hub().watchers(self.slug)))
-            while viewer.frames:
-                await self._free()
-                (_, frame), sent = viewer.frames.popitem(), True
+            await self._free()
+            if viewer.frames:
+                frame, sent = viewer.frames.pop(next(iter(viewer.frames))), True
                 await self._tell_bytes(frame)
-            if not sent:
-                viewer.wake.clear()
-                return resync
+        viewer.wake.clear()
 
     async def _free(self) -> None:
         """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits."""

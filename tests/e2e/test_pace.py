@@ -2,6 +2,7 @@
 
 import json
 import re
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from playwright.sync_api import expect
@@ -24,6 +25,7 @@ class Heard:
     def _opened(self, socket):
         if "/ws/robots/" not in socket.url:
             return
+        self.asked.append(json.loads(parse_qs(urlsplit(socket.url).query)["watch"][0]))
         socket.on("framereceived", self._received)
         socket.on("framesent", lambda data: self.asked.append(json.loads(data)))
 

@@ -115,7 +115,7 @@ class SandConsole extends Basics {
   }
 
   private key(event: KeyboardEvent): void {
-    const field = (event.target as HTMLElement).closest("input, textarea, button, a");
+    const field = (event.target as HTMLElement).closest("input, textarea, select, button, a");
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field) return;
     if (event.key === "?") return openKeys();
     const kinds: Record<string, string> = { u: "up", d: "down", a: "air" };

@@ -13,7 +13,7 @@ export interface Handlers {
 const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
-const OVERDUE_MS = 2000;
+const OVERDUE_MS = 2000, CHECK_MS = 2000;
 const DEAD_MS = 6000; // after this long another socket is opened
 
 export class Live {
@@ -30,6 +30,7 @@ export class Live {
   private retry = 0;
   private pings = new Map<number, number>();
   private count = 0;
+  private pinged = 0;
   private heard = 0;
   private downAt = performance.now();
   private doubted = 0;
@@ -69,9 +70,9 @@ export class Live {
     return oldest !== undefined && performance.now() - oldest > OVERDUE_MS;
   }
 
-  /** Send a ping, unless the answer to one is still to come. */
+  /** Send a ping, unless one was sent lately. */
   check(): void {
-    if (!this.pings.size) this.ping();
+    if (performance.now() - this.pinged > CHECK_MS) this.ping();
   }
 
   now(): number {
@@ -147,6 +148,7 @@ export class Live {
 
   private ping(): void {
     const n = ++this.count;
+    this.pinged = performance.now();
     this.pings.set(n, performance.now());
     if (this.pings.size > 20) this.pings.clear();
     if (!this.send({ t: "ping", n })) this.pings.delete(n);

@@ -19,6 +19,7 @@ export class LineJudge {
   pace: Pace;
   private top: Pace;
   private since: number; // when this pace began
+  private tried = false; // this pace was tried after a lower one
   private hold = FIRST_HOLD_MS; // before more is tried; doubled when that failed
   private least = Infinity; // the least age in this window
   private windowAt: number;
@@ -41,14 +42,16 @@ export class LineJudge {
 
   /** Judge again; returns whether the pace has changed. `waiting`: the robot sends pictures; `fast`: see `quick`. */
   judge(now: number, waiting: boolean, fast: boolean): boolean {
-    if (now - this.windowAt < WINDOW_MS[this.pace]) return false;
-    const late = waiting && !fast && this.doubts;
-    this.windowAt = now;
-    this.least = Infinity;
-    if (late) return this.down(now);
+    if (now - this.windowAt >= WINDOW_MS[this.pace]) {
+      const late = waiting && !fast && this.doubts;
+      this.windowAt = now;
+      this.least = Infinity;
+      if (late) return this.down(now);
+    }
     if (this.pace === "live" && now - this.since > LONGEST_HOLD_MS) this.hold = FIRST_HOLD_MS;
     const above = PACES[PACES.indexOf(this.pace) - 1];
     if (!fast || above === undefined || this.pace === this.top || now - this.since < this.hold) return false;
+    this.tried = true;
     return this.go(above, now);
   }
 
@@ -56,7 +59,8 @@ export class LineJudge {
   down(now: number): boolean {
     const below = PACES[PACES.indexOf(this.pace) + 1];
     if (below === undefined) return false;
-    if (now - this.since < this.hold) this.hold = Math.min(LONGEST_HOLD_MS, this.hold * 2);
+    if (this.tried && now - this.since < this.hold) this.hold = Math.min(LONGEST_HOLD_MS, this.hold * 2);
+    this.tried = false;
     return this.go(below, now);
   }
 

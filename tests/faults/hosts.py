@@ -6,28 +6,27 @@ import subprocess
 
 import pytest
 
-HERE, THERE = "10.203.7.1", "10.203.7.2"
-
 
 class Host:
-    """A namespace; `HERE` is our address as it sees us."""
-
-    name, ours, theirs = "farhand-host", "farhand-here", "farhand-there"
+    """A namespace; `here` is our address as it sees us. Test runs side by side have different ones."""
 
     def __init__(self):
+        number = os.getpid()
+        self.name, self.ours, self.theirs = f"fh{number}", f"fh{number}a", f"fh{number}b"
+        net, first = f"10.203.{number >> 6 & 255}", (number & 63) * 4
+        self.here, there = f"{net}.{first + 1}", f"{net}.{first + 2}"
+        self.before = ("ip", "netns", "exec", self.name)
         if os.geteuid() or not shutil.which("ip"):
             pytest.skip("namespaces need root and iproute2")
         self.close()
         if subprocess.run(["ip", "netns", "add", self.name], capture_output=True, check=False).returncode:
             pytest.skip("this system allows no namespaces")
         self._ip("link", "add", self.ours, "type", "veth", "peer", "name", self.theirs, "netns", self.name)
-        self._ip("addr", "add", f"{HERE}/30", "dev", self.ours)
-        self._ip("-n", self.name, "addr", "add", f"{THERE}/30", "dev", self.theirs)
+        self._ip("addr", "add", f"{self.here}/30", "dev", self.ours)
+        self._ip("-n", self.name, "addr", "add", f"{there}/30", "dev", self.theirs)
         for device in ("lo", self.theirs):
             self._ip("-n", self.name, "link", "set", device, "up")
         self.join()
-
-    before = ("ip", "netns", "exec", name)
 
     @staticmethod
     def _ip(*words):

@@ -10,7 +10,7 @@ from django.db import connection
 
 from robots.models import Robot
 from tests.conftest import wait_for
-from tests.faults.hosts import HERE, Host
+from tests.faults.hosts import Host
 from tests.faults.proxy import Proxy
 from tests.faults.test_viewers import Viewer
 from tests.rig import Simulator, Web, free_port
@@ -97,12 +97,12 @@ def test_a_worker_s_host_that_is_cut_off_stops_its_robot_and_serves_again_when_i
         "REDIS_URL": settings.REDIS_URL.removeprefix("unix://"),
         "DATABASE_URL": f"{db['HOST']}/.s.PGSQL.{db['PORT'] or 5432}",
     }
-    doors = {name: Proxy((HERE, free_port()), to) for name, to in stores.items()}
+    doors = {name: Proxy((host.here, free_port()), to) for name, to in stores.items()}
     env = {
-        "REDIS_URL": f"redis://{HERE}:{doors['REDIS_URL'].at[1]}/0",
-        "DATABASE_URL": f"postgres://{db['USER']}:@{HERE}:{doors['DATABASE_URL'].at[1]}/{db['NAME']}",
+        "REDIS_URL": f"redis://{host.here}:{doors['REDIS_URL'].at[1]}/0",
+        "DATABASE_URL": f"postgres://{db['USER']}:@{host.here}:{doors['DATABASE_URL'].at[1]}/{db['NAME']}",
     }
-    web = None
+    web = crowd = None
     try:
         rig.own()
         rig.sim.stop()
@@ -130,6 +130,8 @@ def test_a_worker_s_host_that_is_cut_off_stops_its_robot_and_serves_again_when_i
         assert owner.alive(), "the same process"
         assert rig.final(command).state in ("cancelled", "unknown", "failed")
     finally:
+        if crowd is not None:
+            crowd.close()
         if web is not None:
             web.kill()
         for child in rig.workers:

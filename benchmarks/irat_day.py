@@ -53,9 +53,12 @@ class Day:
         while self.trial.now < seconds:
             if self.trial.now >= 3600 * (hour + 1):
                 hour = int(self.trial.now // 3600)
-                seen = {name: self.count[name] for name in ("goals", "reached", "dropped", "recharges")}
+                spent = {name: round(s) for name, s in self.spent.items()}
                 places = self.trial.brain.mind.slam.map.count
-                print(f"hour {hour}: {seen}, {places} places, {time.process_time() / 60:.0f} CPU minutes", flush=True)
+                print(
+                    f"hour {hour}: {dict(self.count)}, {len(self.goals)} wait, {spent} s, {places} places, "
+                    f"{time.process_time() / 60:.0f} CPU minutes", flush=True,
+                )  # fmt: skip
             before = self.trial.now
             doing = "charge" if self._needs else "goal" if self.goals else "explore"
             try:

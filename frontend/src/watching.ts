@@ -48,6 +48,7 @@ export class Watching {
     this.chosen = PACES.find((pace) => pace === choice) ?? null;
     kept.set("pace", this.choice);
     this.judge = this.begin();
+    this.arrivals = [];
     this.tell();
   }
 

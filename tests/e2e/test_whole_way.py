@@ -37,7 +37,7 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     expect(ada.page.locator("#robot")).to_have_class(re.compile("operating"))
     bob.page.click("[data-do=join]")
     expect(bob.page.locator("#place")).to_contain_text("You are next")
-    assert re.match(r"\(1\) ", bob.page.title())
+    expect(bob.page).to_have_title(re.compile(r"^\(1\) "))
     expect(watcher.page.locator("#operator")).to_have_text("ada drives")
     expect(watcher.page.locator("#queue")).to_have_text("1 waiting")
 

@@ -49,8 +49,8 @@ def test_a_socket_needs_no_driver(unloadable, robot):
     from portal.live.consumers import RobotConsumer
 
     consumer = RobotConsumer()
-    consumer.slug = robot.slug
-    held = consumer._held_kinds()
+    consumer.slug, consumer.scope = robot.slug, {}
+    held = consumer._look()
     assert held == {"mercury": {"jog"}, "pa10": {"jog_joints", "jog_tool"}}[robot.driver]
 
 

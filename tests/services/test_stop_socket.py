@@ -24,7 +24,7 @@ def page(robot, people, monkeypatch):
         monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)
         made = consumers.RobotConsumer()
         made.slug, made.scope = robot.slug, {}
-        made._snapshot()
+        made._snapshot(True)
         return made
 
     return of

@@ -131,6 +131,9 @@ class Ws(WebSocketsSansIOProtocol):
             self.transport.abort()
             return
         super().data_received(data)
+        if not self.handshake_initiated and self.conn.handshake_exc is not None and not self.transport.is_closing():
+            self.transport.write(b"HTTP/1.1 400 Bad Request\r\nconnection: close\r\ncontent-length: 0\r\n\r\n")
+            self.transport.close()  # uvicorn would wait for ever
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Remove it from the count."""

@@ -65,6 +65,14 @@ def test_frames_sent_before_the_handshake_is_answered_end_the_connection(web, ca
     assert not [r for r in caplog.records if r.levelname == "ERROR"], caplog.text
 
 
+def test_an_address_that_is_too_long_is_refused_and_not_left_waiting(web):
+    with socket.create_connection(("127.0.0.1", web.port), timeout=5) as one:
+        one.sendall(handshake(web, path=f"/ws/robots/mercury/?watch={'x' * 9000}"))
+        assert one.recv(1000).startswith(b"HTTP/1.1 400 ")
+        assert not one.recv(1000)
+    web.nothing_left()
+
+
 def test_the_watch_keys_end_with_the_last_viewer(web):
     with line(web) as one:
         heard(one, "snapshot")

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 
-from portal.composites.parts import GONE_S, Parts, add, made
+from portal.composites.parts import GONE_S, Parts, shared
 from portal.live.hub import hub
 from portal.live.rooms import Viewer
 from robots.clock import SYSTEM
@@ -38,13 +38,9 @@ class Passed(Parts):
                 self.tell(read_picture(picture))
 
 
-def passed(slug: str, camera: int) -> Passed:
+def passed(slug: str, camera: int) -> Parts:
     """Return the pictures of a camera in the running event loop."""
-    found = made(slug, f"camera {camera}")
-    if not isinstance(found, Passed):
-        found = Passed(slug, camera)
-        add(found)
-    return found
+    return shared(slug, f"camera {camera}", lambda: Passed(slug, camera))
 
 
 _newest: dict[tuple[int, str, int], asyncio.Task[Taken]] = {}

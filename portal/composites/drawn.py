@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from django.db import Error
 
-from portal.composites.parts import GONE_S, Parts, add, made
+from portal.composites.parts import GONE_S, Parts, shared
 from portal.live.hub import hub
 from portal.live.rooms import Viewer
 from portal.live.threads import ANYBODY, Pool
@@ -97,13 +97,9 @@ class Drawn(Parts):
             log.warning("the composite of %s: %s", self.slug, error)
 
 
-def drawn(slug: str, spec: Spec, composite: Composite) -> Drawn:
+def drawn(slug: str, spec: Spec, composite: Composite) -> Parts:
     """Return the composite of the running event loop; one that nobody watches yet draws nothing."""
-    found = made(slug, composite.name)
-    if not isinstance(found, Drawn):
-        found = Drawn(slug, spec, composite)
-        add(found)
-    return found
+    return shared(slug, composite.name, lambda: Drawn(slug, spec, composite))
 
 
 def waiting_jobs(slug: str) -> list[dict[str, Any]]:

@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 
 from portal.live.hub import hub
@@ -87,14 +87,12 @@ class Parts(ABC):
 _made: dict[tuple[int, str, str], Parts] = {}
 
 
-def made(slug: str, name: str) -> Parts | None:
-    """Return the moving picture of that name in the running event loop, if somebody watches it."""
-    return _made.get((id(asyncio.get_running_loop()), slug, name))
-
-
-def add(parts: Parts) -> None:
-    """Have those who come later watch the same one."""
-    _made[parts._key] = parts
+def shared(slug: str, name: str, make: Callable[[], Parts]) -> Parts:
+    """Return the moving picture of that name in the running event loop; made now if nobody watches it yet."""
+    key = (id(asyncio.get_running_loop()), slug, name)
+    if key not in _made:
+        _made[key] = make()
+    return _made[key]
 
 
 def watchers(slug: str) -> int:

@@ -27,7 +27,7 @@ class Viewer:
     """
 
     __slots__ = (
-        "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames", "link",
+        "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames",
         "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "wake",
     )  # fmt: skip
 
@@ -37,7 +37,6 @@ class Viewer:
         self.direct = False
         self.page = self.stranger = False  # a page shows it, of somebody who is not signed in
         self.trace = False
-        self.link = True
         self.cameras = frozenset({0})  # the cameras that it wants
         self.every_s = 0.0  # between two pictures of a camera, at least
         self.due: dict[int, float] = {}  # from when on it wants the next one, if not each

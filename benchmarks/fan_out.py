@@ -19,7 +19,8 @@ import psutil
 from benchmarks.stage import cast, database, set_up, tell
 
 ROOT = Path(__file__).resolve().parent.parent
-WAYS = ("raw", "ours", "group", "group_pubsub")
+COMPARED, LAYERS = ("raw", "ours"), ("group", "group_pubsub")
+TURNS = 3  # of the compared ways, one after the other: what else runs on the machine affects both
 VIEWERS = [int(n) for n in os.environ.get("VIEWERS", "100,500,1000,2000").split(",")]
 SECONDS = float(os.environ.get("SECONDS_EACH", "10"))
 TIMES, SHARE = 20, 0.8  # times as cheap as group_send; share of the raw way
@@ -39,7 +40,7 @@ def main() -> None:
                 f"{one['us']:6.1f} us of the server each, delay {one['median_ms']:.1f} ms, 99 % {one['p99_ms']:.1f} ms, "
                 f"at most {one['most_ms']:.0f} ms, {one['kB']:.1f} kB a viewer"
             )
-    shares = {n: ways["raw"]["us"] / ways["ours"]["us"] for n, ways in found.items()}
+    shares = {n: ways["ours"]["of_raw"] for n, ways in found.items()}
     times = {n: ways["group"]["us"] / ways["ours"]["us"] for n, ways in found.items()}
     behind = max(ways["ours"]["most_ms"] for ways in found.values())
     holds = min(shares.values()) >= SHARE and min(times.values()) >= TIMES and behind <= BEHIND_MS
@@ -59,7 +60,12 @@ def main() -> None:
 
 
 def _all(viewers: int) -> dict[str, dict[str, float]]:
-    return {way: _measure(way, viewers) for way in WAYS}
+    """Return the middle one of some turns of the compared ways, judged turn by turn, and one of each other way."""
+    turns = [{way: _measure(way, viewers) for way in COMPARED} for _ in range(TURNS)]
+    for turn in turns:
+        turn["ours"]["of_raw"] = turn["raw"]["us"] / turn["ours"]["us"]
+    turns.sort(key=lambda turn: turn["ours"]["of_raw"])
+    return turns[TURNS // 2] | {way: _measure(way, viewers) for way in LAYERS}
 
 
 def _measure(way: str, viewers: int) -> dict[str, float]:

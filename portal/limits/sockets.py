@@ -39,8 +39,10 @@ class Ws(WebSocketsSansIOProtocol):
     """
 
     counted = ""
-    deflates = False
+    deflates = ready = False
+    _kept = False  # by the application
     _taken = True  # nothing waits to be written
+    _closed = False  # a close was sent, or the connection is lost
     _broken = False  # by the peer; uvicorn would report later sends as errors of the application
     _room, _filled = FRAMES, 0.0
     _unread: asyncio.TimerHandle | None = None
@@ -50,6 +52,7 @@ class Ws(WebSocketsSansIOProtocol):
     def connection_made(self, transport: Any) -> None:
         """Let little wait on the way to a slow peer."""
         super().connection_made(transport)
+        self.write = transport.write
         if self.config.ws_per_message_deflate:
             self.conn.available_extensions = [DEFLATE]
         transport.set_write_buffer_limits(high=1, low=0)
@@ -73,9 +76,24 @@ class Ws(WebSocketsSansIOProtocol):
         """Return whether nothing can be written any more."""
         return self.close_sent or self.transport.is_closing()
 
-    def write(self, frame: bytes) -> None:
-        """Write a whole frame."""
-        self.transport.write(frame)
+    def keep(self, waits: bool) -> None:
+        """Not be `ready` from now on, because something waits that comes before any frame; or nothing does."""
+        self._kept = waits
+        self._judge()
+
+    def _judge(self) -> None:
+        self.ready = self._taken and not self._kept and not self.gone()
+
+    @property
+    def close_sent(self) -> bool:
+        """Return whether nothing may be written any more; uvicorn sets it."""
+        return self._closed
+
+    @close_sent.setter
+    def close_sent(self, closed: bool) -> None:
+        self._closed = closed
+        if closed:
+            self.ready = False
 
     def when_free(self, call: Callable[[], None] | None) -> None:
         """Have this called whenever the connection becomes free again, and when it is gone."""
@@ -83,7 +101,7 @@ class Ws(WebSocketsSansIOProtocol):
 
     def pause_writing(self) -> None:
         """Something waits; give a peer that takes nothing a limited time."""
-        self._taken = False
+        self._taken = self.ready = False
         self._waiting = self.transport.get_write_buffer_size()
         self._look_later()
 
@@ -91,6 +109,7 @@ class Ws(WebSocketsSansIOProtocol):
         """The peer has taken everything."""
         super().resume_writing()
         self._taken = True
+        self._judge()
         self._look_no_more()
         if self._call is not None:
             self._call()
@@ -111,6 +130,11 @@ class Ws(WebSocketsSansIOProtocol):
             self.transport.abort()
         else:
             self._look_later()
+
+    def handle_close(self, event: Frame) -> None:
+        """Receive a close; nothing is written after its answer."""
+        super().handle_close(event)
+        self.ready = False
 
     def handle_parser_exception(self) -> None:
         """End the socket because of data that is not WebSocket."""
@@ -140,8 +164,10 @@ class Ws(WebSocketsSansIOProtocol):
         if self.counted:
             connections().leave(self.counted)
             self.counted = ""
+        self.ready = False
         self._look_no_more()
         super().connection_lost(exc)
+        self.close_sent = True
         if self._call is not None:  # who waits for it to become free must not wait for ever
             self._call()
 

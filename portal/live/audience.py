@@ -33,7 +33,7 @@ class Counted:
 
 @dataclass(eq=False)
 class Seat:
-    """One watcher; whoever sends adds to `sent_bytes`, which costs no call."""
+    """One watcher; whoever sends to it alone adds to `sent_bytes`."""
 
     sent_bytes: int = 0
 
@@ -44,7 +44,7 @@ class Audience:
     def __init__(self) -> None:
         self._here: dict[str, set[Seat]] = {}  # by robot
         self._most = Counter[str]()  # since the last time that it was written
-        self._sent = Counter[str]()  # to those who have gone
+        self._sent = Counter[str]()  # to those who have gone, and to several at once
         self._told = Counter[str]()  # most watchers that the counters of these five minutes have already
         self._slot: datetime | None = None
         self._task: asyncio.Task[None] | None = None
@@ -64,6 +64,10 @@ class Audience:
             seats.discard(seat)
             if not seats:
                 self._here.pop(slug, None)
+
+    def sent(self, slug: str, count: int) -> None:
+        """Count bytes that were sent to several watchers at once."""
+        self._sent[slug] += count
 
     def take(self, now: datetime) -> tuple[datetime, list[Counted]]:
         """Return the present five minutes and what is to be added to them; nothing of it is returned again."""

@@ -23,12 +23,16 @@ class Connection(Protocol):
     """A connection to which whole frames may be written."""
 
     deflates: bool  # a message compressed by `text_frames` suits it
+    ready: bool  # a frame may be written at once: it is free, and nothing waits before it
 
     def free(self) -> bool:
         """Return whether it is open, and everything written before has been taken by the network."""
 
     def gone(self) -> bool:
         """Return whether nothing can be written any more."""
+
+    def keep(self, waits: bool) -> None:
+        """Not be `ready` from now on, because something waits that comes before any frame; or nothing does."""
 
     def write(self, frame: bytes) -> None:
         """Write a whole frame."""

@@ -18,7 +18,6 @@ import redis.asyncio as aioredis
 from django.conf import settings
 from redis.exceptions import RedisError
 
-from portal.live.direct import binary_frame
 from portal.live.messages import CAMERAS
 from portal.live.rooms import Room, Viewer
 from portal.live.sessions import session_watch
@@ -52,11 +51,11 @@ class Hub:
 
     def attach(self, viewer: Viewer) -> None:
         """Add a viewer; the first one starts the reader."""
-        room = self._rooms.setdefault(viewer.slug, Room())
+        room = self._rooms.setdefault(viewer.slug, Room(viewer.slug))
         known = room.watched()
         room.add(viewer)
         self._give_newest(viewer)
-        viewer.wake.set()  # for the byte streams
+        viewer.wait()  # for the byte streams
         if not self._tasks:
             self._hold(self._read())
             self._hold(self._keep_watch())
@@ -269,12 +268,7 @@ class Hub:
     def _give_packet(self, slug: str, room: Room, data: bytes) -> None:
         if not self.streams.take(slug, data):
             self._hold(self._restore(slug))
-        for viewer in room.viewers:
-            if viewer.ready():
-                for packet in self.streams.news(slug, viewer.told):
-                    viewer.write(binary_frame(packet))
-            else:
-                viewer.wake.set()
+        room.give_packets(lambda viewer: self.streams.news(slug, viewer.told))
 
     async def _keep_watch(self) -> None:
         while True:

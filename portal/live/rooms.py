@@ -2,11 +2,12 @@
 
 import asyncio
 import time
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Iterable
 
 import msgspec
 
-from portal.live.audience import Seat
+from portal.live.audience import Seat, audience
 from portal.live.direct import Connection, binary_frame, text_frames
 from robots import bus
 from robots.messages import Changed, Event
@@ -22,19 +23,18 @@ def watchers_text(count: int) -> str:
 class Viewer:
     """One socket's mailbox: each camera's newest picture, the newest state, a few events.
 
-    With a `connection`, and once it is `direct`, whatever finds the mailbox empty and the connection free is written at
-    once. `wake` is set when something waits in the mailbox.
+    With a `connection`, whatever finds the mailbox empty and the connection free is written at once; not before the
+    mailbox was `emptied` for the first time. `wake` is set when something waits in the mailbox.
     """
 
     __slots__ = (
-        "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames",
+        "cameras", "compact", "connection", "counted", "due", "events", "every_s", "frames",
         "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
         self.slug, self.connection = slug, connection
-        self.seat = Seat()  # counts what is sent
-        self.direct = False
+        self.seat = Seat()  # counts what is sent to it alone
         self.page = self.stranger = False  # a page shows it, of somebody who is not signed in
         self.trace = False
         self.cameras = frozenset({0})  # the cameras that it wants
@@ -48,20 +48,29 @@ class Viewer:
         self.resync = False
         self.counted = False  # it was not told yet how many watch
         self.wake = asyncio.Event()
-
-    def ready(self) -> bool:
-        """Return whether a frame may be written at once: nothing waits before it."""
-        return self.direct and not self.wake.is_set() and self.connection is not None and self.connection.free()
+        if connection is not None:
+            connection.keep(True)
 
     def write(self, frame: bytes) -> None:
-        """Write a frame; only when it is `ready`."""
+        """Write a frame to the connection, which there must be."""
         self.seat.sent_bytes += len(frame)
         self.connection.write(frame)  # type: ignore[union-attr]
 
     def write_text(self, text: str) -> None:
-        """Write a text message; only when it is `ready`."""
+        """Write a text message to the connection, which there must be."""
         plain, compressed = text_frames(text)
         self.write(compressed if self.connection and self.connection.deflates else plain)
+
+    def wait(self) -> None:
+        """Something waits in the mailbox; nothing is written before it."""
+        if self.connection is not None:
+            self.connection.keep(True)
+        self.wake.set()
+
+    def emptied(self) -> None:
+        """Nothing waits in the mailbox."""
+        if self.connection is not None:
+            self.connection.keep(False)
 
     def wish(self, cameras: frozenset[int], every_s: float, compact: bool) -> None:
         """Change what it wants; pictures that wait and are wanted no more are dropped."""
@@ -87,19 +96,23 @@ class Viewer:
             self.events.clear()
             self.resync = True
         self.events.append(event)
-        self.wake.set()
+        self.wait()
 
     def put_picture(self, camera: int, data: bytes) -> None:
         """Replace the picture of a camera that waits."""
         self.frames[camera] = data
-        self.wake.set()
+        self.wait()
 
 
 class Room:
     """Those who watch one robot, and what they are given."""
 
-    def __init__(self) -> None:
+    def __init__(self, slug: str) -> None:
+        self.slug = slug
         self.viewers: set[Viewer] = set()
+        self.each = defaultdict[int, set[Viewer]](set)  # those that want each picture of a camera
+        self.some = defaultdict[int, set[Viewer]](set)  # those that want one of its pictures now and then
+        self.states = defaultdict[bool, set[Viewer]](set)  # those that want compact states, or whole ones
         self.pages = self.strangers = 0  # of these viewers
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
@@ -113,6 +126,8 @@ class Room:
         self.pages += viewer.page
         self.strangers += viewer.stranger
         self.wanted.update(self._wants(viewer))
+        for group in self._groups(viewer):
+            group.add(viewer)
 
     def remove(self, viewer: Viewer) -> None:
         """Remove a viewer."""
@@ -121,6 +136,12 @@ class Room:
             self.pages -= viewer.page
             self.strangers -= viewer.stranger
             self.wanted.subtract(self._wants(viewer))
+            for group in self._groups(viewer):
+                group.discard(viewer)
+
+    def _groups(self, viewer: Viewer) -> list[set[Viewer]]:
+        pictures = self.some if viewer.every_s else self.each
+        return [self.states[viewer.compact], *(pictures[camera] for camera in viewer.cameras)]
 
     def watched(self) -> frozenset[str]:
         """Return what somebody wants: names of cameras' streams, and `trace`."""
@@ -134,55 +155,74 @@ class Room:
             *["compact"] * viewer.compact,
         ]
 
+    def _write(self, viewers: Iterable[Viewer], frame: bytes) -> list[Viewer]:
+        """Write a frame to each connection that is ready for it; return the viewers to whom it was not written.
+
+        This is what every picture costs for every viewer, so it asks one flag and calls nothing else.
+        """
+        left, sent = [], 0
+        for viewer in viewers:
+            connection = viewer.connection
+            if connection is not None and connection.ready:
+                connection.write(frame)
+                sent += 1
+            else:
+                left.append(viewer)
+        if sent:
+            audience().sent(self.slug, sent * len(frame))
+        return left
+
+    def _write_text(self, viewers: Iterable[Viewer], text: str) -> list[Viewer]:
+        """Write a text message, as `_write` does."""
+        plain, compressed = text_frames(text)
+        sorts: tuple[list[Viewer], list[Viewer]] = ([], [])
+        for viewer in viewers:
+            sorts[viewer.connection is not None and viewer.connection.deflates].append(viewer)
+        return self._write(sorts[False], plain) + self._write(sorts[True], compressed)
+
     def give_picture(self, camera: int, data: bytes) -> None:
         """Give everybody who wants it a new picture."""
         self.newest[camera] = data
         frame = binary_frame(data)
-        for viewer in self.viewers:
-            if not viewer.wants(camera):
-                continue
-            if viewer.ready():
-                viewer.write(frame)
-            else:
-                viewer.put_picture(camera, data)
+        left = self._write(self.each[camera], frame)
+        if some := self.some[camera]:
+            left += self._write([viewer for viewer in some if viewer.wants(camera)], frame)
+        for viewer in left:
+            viewer.put_picture(camera, data)
 
     def give_state(self, data: bytes, compact: bool) -> None:
         """Give a new state to everybody who wants them in this form."""
-        frame = binary_frame(data)
-        for viewer in self.viewers:
-            if viewer.compact is not compact:
-                continue
-            if viewer.ready():
-                viewer.write(frame)
-            else:
-                viewer.state = data
-                viewer.wake.set()
+        for viewer in self._write(self.states[compact], binary_frame(data)):
+            viewer.state = data
+            viewer.wait()
 
     def give_event(self, event: Event, trace: bool) -> None:
         """Give everybody an event; a line of the trace only to those who want it."""
-        again = isinstance(event, Changed)
-        text = "" if again else msgspec.json.encode(event).decode()
+        viewers: Iterable[Viewer] = [v for v in self.viewers if v.trace] if trace else self.viewers
+        if not isinstance(event, Changed):
+            viewers = self._write_text(viewers, msgspec.json.encode(event).decode())
+        for viewer in viewers:
+            viewer.put_event(event)
+
+    def give_packets(self, news: Callable[[Viewer], list[bytes]]) -> None:
+        """Give everybody what is new for them of the byte streams."""
         for viewer in self.viewers:
-            if trace and not viewer.trace:
-                continue
-            if not again and viewer.ready():
-                viewer.write_text(text)
+            if viewer.connection is not None and viewer.connection.ready:
+                for packet in news(viewer):  # all of them: what follows a packet that is missing cannot be used
+                    viewer.write(binary_frame(packet))
             else:
-                viewer.put_event(event)
+                viewer.wait()
 
     def give_count(self, count: int) -> None:
         """Tell everybody how many watch, where that has changed."""
         if count == self.count:
             return
         self.count = count
-        for viewer in self.viewers:
-            if viewer.ready():
-                viewer.write_text(watchers_text(count))
-            else:
-                viewer.counted = True
-                viewer.wake.set()
+        for viewer in self._write_text(self.viewers, watchers_text(count)):
+            viewer.counted = True
+            viewer.wait()
 
     def wake(self) -> None:
         """Have everybody look into the mailbox."""
         for viewer in self.viewers:
-            viewer.wake.set()
+            viewer.wait()

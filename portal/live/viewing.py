@@ -61,7 +61,7 @@ class Viewing(Line):
             viewer.connection.when_free(self._freed.set)
         await hub().heard(self.slug)  # first, or what changes between snapshot and subscription would be missed
         await self.send_snapshot()
-        viewer.direct = viewer.counted = True
+        viewer.counted = True
         self.begin(self._forward(viewer))
         self.begin(self._resync())
         return viewer
@@ -156,7 +156,8 @@ class Viewing(Line):
     async def _empty(self, viewer: Viewer) -> None:
         """Send everything in the mailbox, the newest of each kind; pictures of several cameras in turns."""
         sent = True
-        while sent:
+        while sent or viewer.wake.is_set():
+            viewer.wake.clear()  # first, for something may come while this waits
             await self._free()
             sent = False
             if viewer.resync:
@@ -181,7 +182,7 @@ class Viewing(Line):
             if viewer.frames:
                 frame, sent = viewer.frames.pop(next(iter(viewer.frames))), True
                 await self._tell_bytes(frame)
-        viewer.wake.clear()
+        viewer.emptied()
 
     async def _free(self) -> None:
         """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits."""

@@ -190,7 +190,9 @@ class Visitor:
 
     def press(self, name, state="completed"):
         button = self.page.locator(f"[data-command={name}]")
-        for _ in range(3):  # on a busy machine a state may come late, just then; the page says so, and one presses again
+        for _ in range(
+            3
+        ):  # on a busy machine a state may come late, just then; the page says so, and one presses again
             expect(button).to_have_attribute("aria-disabled", "false")
             button.click()
             self.page.wait_for_timeout(60)

@@ -13,6 +13,8 @@ from hypothesis import settings as hypothesis_settings
 from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
 
+from tests.proof import Proof
+
 hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
 hypothesis_settings.load_profile("farhand")
 settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # people are made often here
@@ -262,3 +264,9 @@ def owned(robot):
         robot=robot, defaults={"epoch": 5, "expires_at": datetime.now(UTC) + timedelta(days=900)}
     )
     return lease
+
+
+@pytest.fixture
+def proof(request):
+    """The proof of the promise that a test is named after."""
+    return Proof.at(request.node)

@@ -63,6 +63,7 @@ PROMISES = {
     44: "A hostile client on a robot's wire changes nothing.",
     45: "A hostile socket leaves nothing behind.",
     46: "What a stranger may ask for delays no command, stop or presence.",
+    47: "The age that a page shows is the picture's true age.",
 }
 ELSEWHERE = {27: "No proof yet: [shorter soaks](soak.md)."}
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from robots.brownout import Brownout
+from simulators.common import stamp
 from simulators.common.faults import FaultBoard
 
 Take = Callable[[float], NDArray[np.uint8]]
@@ -122,7 +123,10 @@ class CameraServer:
             if self._faults.value("cam_freeze") and self._frozen is not None:
                 picture = self._frozen
             else:
+                begun = time.time()
                 picture = self._take(exposure)
+                if self._faults.value("cam_stamp"):
+                    picture = stamp.painted(picture, int(begun * 1000))
                 self._frozen = picture
                 self._count += 1
         if self._faults.value("cam_black"):

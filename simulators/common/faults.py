@@ -17,7 +17,7 @@ from typing import Any
 VERBS = frozenset(
     {
         "awol", "mute", "slow", "drop", "corrupt", "double", "double_ack", "limit_hit", "power_cycle",
-        "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "drift", "disturb",
+        "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "cam_stamp", "drift", "disturb",
         "slip", "restart", "stall", "ir_dead", "carried", "charge", "contacts_bent", "false_marker",
     }
 )  # fmt: skip

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state, velocities
 from robots.drivers.irat.protocol import BATTERY, CAMERA, CHARGER, ODOMETRY, RANGES, STATE, VELOCITIES, Status, Velocity
 from robots.files import replace_text
+from simulators.common import stamp
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
@@ -188,9 +189,12 @@ class Simulator:
             time.sleep(min(faults.value("cam_slow"), 5.0))
         if faults.value("cam_freeze") and self._frozen is not None:
             return self._frozen
+        begun = time.time()
         with self._lock:
             hull = self.world.plant.frame
         picture = self._eye.take(hull, int(faults.value("false_marker")))
+        if faults.value("cam_stamp"):
+            picture = stamp.painted(picture, int(begun * 1000))
         self.pictures += 1
         if faults.value("cam_flicker"):
             picture = (picture * (0.55, 1.0)[self.pictures % 2]).astype(np.uint8)

@@ -9,17 +9,10 @@ from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import EPOCHS, Hand
 from tests.drivers.pa10_wire import Terminal, allow, do
-from tests.faults.proof import Proof
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 
 HOME = (0.0, 0.42, 0.075)
 CORRIDOR = 50  # a place in the left arm of the U, heading away from the dock
-
-
-@pytest.fixture
-def proof(request):
-    """The proof of the promise that a test is named after."""
-    return Proof.at(request.node)
 
 
 @pytest.fixture(scope="session")

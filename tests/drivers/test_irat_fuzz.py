@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from tests.conftest import at_length, wait_for
 from tests.drivers.fuzzing import WILD, Watched, numbers, rounds, weighted
 from tests.drivers.irat_wire import EPOCHS, Hand
-from tests.faults.proof import Proof
+from tests.proof import Proof
 
 PARTS, A_ROUND = 5, 12
 COMMAND = "/irat/cmd_vel"

@@ -16,7 +16,7 @@ from robots.motion.pose import matrix
 from simulators.pa10 import scene
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import allow, do, journal
-from tests.faults.proof import Proof
+from tests.proof import Proof
 from tests.rig import ArmSimulator
 
 DOWN = {"roll": np.pi, "pitch": 0.0, "yaw": np.pi}

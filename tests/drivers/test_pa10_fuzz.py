@@ -16,7 +16,7 @@ from robots.drivers.pa10.protocol import Malformed, program
 from simulators.pa10.store import PROGRAMS
 from tests.conftest import at_length
 from tests.drivers.fuzzing import Watched, numbers, pieces, rounds, weighted
-from tests.faults.proof import Proof
+from tests.proof import Proof
 from tests.rig import ArmSimulator
 
 A_ROUND = 100  # lines, fewer than may wait for their answers

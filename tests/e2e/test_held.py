@@ -12,9 +12,9 @@ from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.models import Command, Robot
 from tests.conftest import BOTH_AT_LENGTH, wait_for
-from tests.faults.proof import Proof
 from tests.faults.proxy import Proxy
 from tests.faults.witness import Witness
+from tests.proof import Proof
 from tests.rig import Web, free_port
 
 pytestmark = pytest.mark.alone  # it judges by fractions of a second

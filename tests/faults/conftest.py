@@ -17,7 +17,6 @@ from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.faults.controls import Controls
 from tests.faults.here import WebHere
-from tests.faults.proof import Proof
 from tests.faults.proxy import Proxy
 from tests.faults.wishes import ROBOTS
 from tests.faults.witness import Witness
@@ -201,11 +200,6 @@ class Rig:
         for proxy in self.proxies:
             proxy.close()
         self._house.settle()
-
-
-@pytest.fixture
-def proof(request):
-    return Proof.at(request.node)
 
 
 @pytest.fixture

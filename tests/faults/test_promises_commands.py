@@ -99,7 +99,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
 
 def proof_only(proof):
     """Leave the slow rest of a proof to `make proofs`."""
-    from tests.faults.proof import FULL
+    from tests.proof import FULL
 
     if not FULL:
         pytest.skip("at small numbers two of the eight labels are killed")

@@ -20,7 +20,7 @@ from accounts.models import Attempt, Choice, Question
 from portal.live.snapshot import snapshot
 from portal.seeding import seed_clearance
 from robots.clock import SYSTEM
-from tests.faults.proof import Proof
+from tests.proof import Proof
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 LINK = re.compile(r"""(?:href|src|action|hx-get|data-[\w-]+)="([^"#]+)""")

@@ -364,7 +364,7 @@ class MotionMachine(RuleBasedStateMachine):
 @pytest.mark.service
 class TestMotion(TestCase):
     def test_promise_08_anything_in_any_order(self):
-        from tests.faults.proof import FULL, Proof
+        from tests.proof import FULL, Proof
 
         examples = 400 if FULL else 30 if "FARHAND_MUTANT" in os.environ else 15 if connection.vendor == "sqlite" else 8
         run_state_machine_as_test(

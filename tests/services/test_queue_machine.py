@@ -185,7 +185,7 @@ class TestQueue(TestCase):
         self.addCleanup(patch.undo)
 
     def test_promise_13_anything_in_any_order(self):
-        from tests.faults.proof import FULL, Proof
+        from tests.proof import FULL, Proof
 
         examples = 100 if FULL else 12 if connection.vendor == "sqlite" else 6
         run_state_machine_as_test(

@@ -8,6 +8,7 @@ import logging
 import re
 from collections import Counter
 from functools import cache
+from typing import NamedTuple
 
 import redis
 from celery import current_app
@@ -43,14 +44,29 @@ def frames_of(camera: int) -> str:
     return f"frames{camera or ''}"
 
 
-def watched_as(camera: int, every_s: float) -> str:
-    """Return what is watched by somebody who wants a camera's picture at most once in `every_s` seconds."""
+def video_of(camera: int) -> str:
+    """Return the name of a camera's video: `video` for the first, `video1`, `video2`..."""
+    return f"video{camera or ''}"
+
+
+def watched_as(camera: int, every_s: float, video: bool = False) -> str:
+    """Return what is watched by somebody who wants a camera's picture at most once in `every_s` seconds.
+
+    `video`: as video, where each picture is wanted.
+    """
+    if video and not every_s:
+        return video_of(camera)
     return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
 
 
 def frames_channel(slug: str, camera: int = 0) -> str:
     """Return the channel of a camera's pictures."""
     return f"farhand:{slug}:{frames_of(camera)}"
+
+
+def video_channel(slug: str, camera: int = 0) -> str:
+    """Return the channel of a camera's video."""
+    return f"farhand:{slug}:{video_of(camera)}"
 
 
 def state_channel(slug: str) -> str:
@@ -218,6 +234,11 @@ def publish_picture(slug: str, packet: bytes, camera: int = 0) -> bool:
     return _publish(frames_channel(slug, camera), packet)
 
 
+def publish_video(slug: str, packet: bytes, camera: int = 0) -> bool:
+    """Send a packet of video."""
+    return _publish(video_channel(slug, camera), packet)
+
+
 def publish_trace(slug: str, event: Event) -> bool:
     """Send a line of the wire trace."""
     return _publish(trace_channel(slug), encode(event))
@@ -276,11 +297,32 @@ def watched(slug: str, what: str = "frames") -> bool:
     return bool(connection().exists(watch_key(slug, what)))
 
 
-def how_watched(slug: str, camera: int) -> tuple[bool, bool]:
-    """Return whether somebody wants each picture of a camera, and one now and then. Raises redis.RedisError."""
-    keys = (watch_key(slug, watched_as(camera, every_s)) for every_s in (0.0, SLOW_S))
-    each, now_and_then = connection().mget(*keys)
-    return each is not None, now_and_then is not None
+class Wanted(NamedTuple):
+    """What somebody wants of a camera: each picture, one now and then, video, and a key picture of it at once."""
+
+    each: bool
+    now_and_then: bool
+    video: bool
+    key: bool
+
+
+def how_watched(slug: str, camera: int) -> Wanted:
+    """Return what somebody wants of a camera. Raises redis.RedisError."""
+    names = (watched_as(camera, 0.0), watched_as(camera, SLOW_S), video_of(camera), key_of(camera))
+    return Wanted(*(found is not None for found in connection().mget(*(watch_key(slug, name) for name in names))))
+
+
+def key_of(camera: int) -> str:
+    """Return what a web process asks for that needs a key picture of a camera's video."""
+    return f"{video_of(camera)}.key"
+
+
+def key_comes(slug: str, camera: int) -> None:
+    """Note that a key picture of a camera's video is on its way: nobody has to ask for it any more."""
+    try:
+        connection().delete(watch_key(slug, key_of(camera)))
+    except (redis.RedisError, OSError):
+        failures["watch"] += 1
 
 
 def shot_key(slug: str, camera: int, at_ms: int) -> str:

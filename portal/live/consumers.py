@@ -131,7 +131,8 @@ class RobotConsumer(Viewing):
                 return
             case Watch():
                 if self.viewer is not None:
-                    hub().choose(self.viewer, frozenset(message.cameras), message.every_s, message.compact)
+                    wanted = frozenset(message.cameras), message.every_s, message.compact, bool(message.video)
+                    hub().choose(self.viewer, *wanted)
                 return
             case Keep() | Released():
                 if message.seq == self._jog:

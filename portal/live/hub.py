@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import logging
 import secrets
+import time
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -74,14 +75,17 @@ class Hub:
             async with asyncio.timeout(HEARD_S):
                 await room.heard.wait()
 
-    def choose(self, viewer: Viewer, cameras: frozenset[int], every_s: float, compact: bool) -> None:
+    def choose(
+        self, viewer: Viewer, cameras: frozenset[int], every_s: float, compact: bool, video: bool = False
+    ) -> None:  # fmt: skip
         """Send the viewer the pictures of these cameras from now on, the newest of each at once.
 
-        At most one in `every_s` seconds of each; `compact`: states in few bytes.
+        At most one in `every_s` seconds of each; `compact`: states in few bytes; `video`: each picture, as video.
         """
         with self._changing(viewer):
-            viewer.wish(cameras, every_s, compact)
+            viewer.wish(cameras, every_s, compact, video)
         self._give_newest(viewer)
+        viewer.look()
         if self.link:
             self._hold(self._mark_watched(viewer.slug))
 
@@ -103,9 +107,18 @@ class Hub:
 
     def _give_newest(self, viewer: Viewer) -> None:
         room = self._rooms.get(viewer.slug)
-        for camera, data in room.newest.items() if room is not None else ():
+        if room is None:
+            return
+        for camera, data in room.newest.items():
+            if viewer.video and room.videos.flows(camera, time.monotonic()):
+                continue
             if camera in viewer.cameras:  # it may be old, so the next one is not kept back for it
                 viewer.put_picture(camera, data)
+
+    def video(self, viewer: Viewer) -> list[bytes]:
+        """Return packets of video that a viewer was not given yet, and note that it is."""
+        room = self._rooms.get(viewer.slug)
+        return room.videos.missing(viewer, time.monotonic()) if room is not None and viewer.video else []
 
     def _hold(self, coroutine: Any) -> None:
         task = asyncio.create_task(coroutine)
@@ -139,7 +152,8 @@ class Hub:
 
     def _channels(self, slug: str) -> list[str]:
         frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
-        return [*frames, *(f(slug) for f in CHANNELS)]
+        videos = [bus.video_channel(slug, camera) for camera in range(CAMERAS)]
+        return [*frames, *videos, *(f(slug) for f in CHANNELS)]
 
     async def _follow(self, slug: str) -> None:
         """Subscribe to a robot while it has viewers."""
@@ -254,6 +268,9 @@ class Hub:
             return
         if what.startswith("frames"):
             room.give_picture(int(what.removeprefix("frames") or 0), data)
+        elif what.startswith("video"):
+            if not room.give_video(data):
+                self._hold(self._ask_keys(slug))
         elif what == "stream":
             self._give_packet(slug, room, data)
         elif what in ("state", "compact"):
@@ -309,7 +326,12 @@ class Hub:
         room = self._rooms.get(slug)
         if room is None:
             return
-        for one in [*room.watched(), "state"]:
+        for one in [*room.watched(), "state", *room.keys()]:
+            await self._mark(bus.watch_key(slug, one))
+
+    async def _ask_keys(self, slug: str) -> None:
+        room = self._rooms.get(slug)
+        for one in room.keys() if room is not None else ():
             await self._mark(bus.watch_key(slug, one))
 
     async def _mark(self, key: str) -> None:

@@ -8,6 +8,7 @@ import msgspec
 
 from portal.live.audience import Seat
 from portal.live.direct import Connection, binary_frame, text_frames
+from portal.live.video import Given, Videos
 from robots import bus
 from robots.messages import Changed, Event
 
@@ -27,8 +28,8 @@ class Viewer:
     """
 
     __slots__ = (
-        "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames",
-        "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "wake",
+        "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames", "given",
+        "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "video", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
@@ -41,6 +42,8 @@ class Viewer:
         self.every_s = 0.0  # between two pictures of a camera, at least
         self.due: dict[int, float] = {}  # from when on it wants the next one, if not each
         self.compact = False  # it wants states in few bytes
+        self.video = False  # it can decode pictures that come as video, and wants each
+        self.given: dict[int, Given] = {}  # of each camera's video
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
         self.told: dict[int, tuple[list[bytes], int]] = {}  # of each byte stream: which key packet's, how many
@@ -63,16 +66,18 @@ class Viewer:
         plain, compressed = text_frames(text)
         self.write(compressed if self.connection and self.connection.deflates else plain)
 
-    def wish(self, cameras: frozenset[int], every_s: float, compact: bool) -> None:
+    def wish(self, cameras: frozenset[int], every_s: float, compact: bool, video: bool = False) -> None:
         """Change what it wants; pictures that wait and are wanted no more are dropped."""
         self.cameras, self.every_s, self.compact = cameras, every_s, compact
+        self.video = video and not every_s
         self.due.clear()
+        self.given.clear()
         for camera in self.frames.keys() - cameras:
             del self.frames[camera]
 
     def wants(self, camera: int) -> bool:
         """Return whether it wants a new picture of that camera; then it is taken as given."""
-        if camera not in self.cameras:
+        if camera not in self.cameras or self.video:
             return False
         if self.every_s:
             now = time.monotonic()
@@ -80,6 +85,14 @@ class Viewer:
                 return False
             self.due[camera] = now + self.every_s
         return True
+
+    def films(self, camera: int) -> bool:
+        """Return whether it wants a camera's pictures as video."""
+        return self.video and camera in self.cameras
+
+    def look(self) -> None:
+        """Have it look soon for video that it was not given yet."""
+        self.wake.set()
 
     def put_event(self, event: Event) -> None:
         """Queue an event; if the queue is full, ask for a new snapshot instead."""
@@ -103,6 +116,7 @@ class Room:
         self.pages = self.strangers = 0  # of these viewers
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
+        self.videos = Videos()
         self.count = 0  # how many watch in all web processes together, when it was last counted
         self.asked = False  # the subscription was sent to Redis
         self.heard = asyncio.Event()  # Redis has confirmed that it sends what is told of this robot
@@ -129,7 +143,7 @@ class Room:
     @staticmethod
     def _wants(viewer: Viewer) -> list[str]:
         return [
-            *(bus.watched_as(camera, viewer.every_s) for camera in viewer.cameras),
+            *(bus.watched_as(camera, viewer.every_s, viewer.video) for camera in viewer.cameras),
             *["trace"] * viewer.trace,
             *["compact"] * viewer.compact,
         ]
@@ -145,6 +159,16 @@ class Room:
                 viewer.write(frame)
             else:
                 viewer.put_picture(camera, data)
+
+    def give_video(self, data: bytes) -> bool:
+        """Give everybody who wants it the next packet of video; False if a key picture has to be asked for."""
+        return self.videos.give(data, self.viewers, time.monotonic())
+
+    def keys(self) -> list[str]:
+        """Return what has to be asked for so that everybody's video begins at once."""
+        now = time.monotonic()
+        missing = {c for v in self.viewers if v.video for c in v.cameras if not self.videos.flows(c, now)}
+        return [bus.key_of(camera) for camera in missing]
 
     def give_state(self, data: bytes, compact: bool) -> None:
         """Give a new state to everybody who wants them in this form."""

@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
 from workers.cameras.source import OfDriver
+from workers.cameras.video import QUANTIZER, Shot, Video
 
 log = logging.getLogger(__name__)
 EXPOSURE_S = 1 / 150  # if the robot names none
@@ -32,6 +34,10 @@ EXPOSURE_S = 1 / 150  # if the robot names none
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
     """Return the picture as JPEG."""
     return bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
+
+
+def _ms(at: datetime) -> int:
+    return int(at.timestamp() * 1000)
 
 
 def grey(picture: Picture) -> Picture:
@@ -46,6 +52,9 @@ class Pictures:
         self._robot, self._clock = robot, clock
         self._description = robot.description().get("camera", {})
         self.cameras = [Camera(robot, i, name, of_driver) for i, name in enumerate(views(robot.description()))]
+        quantizer = int(self._description.get("video_quantizer", QUANTIZER))
+        self.videos = [Video(robot.slug, camera.index, quantizer) for camera in self.cameras]
+        self._published_at = [-bus.SLOW_S] * len(self.cameras)  # as JPEG, each camera's newest
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
         self._stills = robot.spec().capability(Stills)
@@ -109,6 +118,8 @@ class Pictures:
             frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
             self.still_id = frame.pk if frame else 0
             self._publish(number, self.still_id, data, state, at)
+            if self.videos[0].running:
+                self.videos[0].take(Shot(shown, number, self.still_id, _ms(at)))
         finally:
             self._wanted.clear()
         bus.publish(self._robot.slug, Changed("frame"))
@@ -136,8 +147,8 @@ class Pictures:
         )  # fmt: skip
 
     def _publish(self, number: int, still: int, data: bytes, state: RobotState, at: Any, camera: int = 0) -> None:
-        at_ms = int(at.timestamp() * 1000)
-        bus.publish_picture(self._robot.slug, picture_packet(number, at_ms, still, state.joints, data, camera), camera)
+        packet = picture_packet(number, _ms(at), still, state.joints, data, camera)
+        bus.publish_picture(self._robot.slug, packet, camera)
 
     def live_once(self, state: RobotState | None, camera: int = 0, slow: bool = True) -> bool:
         """Send one live picture of a camera if somebody watches it. Return False if nobody does.
@@ -149,19 +160,31 @@ class Pictures:
         if (first and self._wanted.is_set()) or state is None:
             return True
         try:
-            each, now_and_then = bus.how_watched(self._robot.slug, camera)
-            if not (each or (slow and now_and_then)):
-                return False
+            wanted = bus.how_watched(self._robot.slug, camera)
         except (redis.RedisError, OSError):
+            return False
+        now = self._clock.monotonic()
+        late = now - self._published_at[camera] >= bus.SLOW_S  # beside video, which comes oftener
+        as_jpeg = wanted.each or (wanted.now_and_then and (slow or (wanted.video and late)))
+        if not (as_jpeg or wanted.video):
             return False
         try:
             with source.lock:
                 if first and self._wanted.is_set():
                     return True  # a still was started while this thread waited for the camera
                 picture = source.grab(self._stills.exposure_s if self._stills else EXPOSURE_S)
-                number, still = source.next(), self.still_id
+                number, still = source.next(), self.still_id if first else 0
         except CameraFault:
             return True
-        shown = self._corrected(picture)
-        self._publish(number, still if first else 0, jpeg(shown, 80), state, self._clock.now(), camera)
+        shown, at = self._corrected(picture), self._clock.now()
+        if wanted.video:
+            self._film(Shot(shown, number, still, _ms(at), wanted.key), camera)
+        if as_jpeg:
+            self._published_at[camera] = now
+            self._publish(number, still, jpeg(shown, 80), state, at, camera)
         return True
+
+    def _film(self, shot: Shot, camera: int) -> None:
+        if shot.key:
+            bus.key_comes(self._robot.slug, camera)
+        self.videos[camera].take(shot)

@@ -1,5 +1,6 @@
 /** Video of cameras, decoded by the browser (WebCodecs) where it can; where it cannot, pictures come as JPEG. */
 import type { PicturePacket, VideoPacket } from "./protocol.ts";
+import { Chain } from "./video_chain.ts";
 
 export const CODING = "vp8";
 /** Levels are of the full range, colours by ITU-R BT.601, which VP8 itself does not tell. */
@@ -10,24 +11,6 @@ const CONFIG: VideoDecoderConfig = {
 const OVERDUE_MS = 2000; // a picture that is not decoded for so long: the decoder does not work
 const SHOWN_MS = 200; // while newer ones wait, a picture is shown only so often
 const NONE = new Blob();
-
-/** Which packets can be decoded: a key picture, then each that changes the one before it. */
-export class Chain {
-  private run = 0;
-  private newest: number | null = null;
-
-  /** Whether this one can be decoded now; otherwise everything until the next key picture is left out. */
-  take(packet: Pick<VideoPacket, "run" | "number" | "follows">): boolean {
-    const follows = packet.follows === null || (packet.run === this.run && packet.follows === this.newest);
-    this.run = packet.run;
-    this.newest = follows ? packet.number : null;
-    return follows;
-  }
-
-  forget(): void {
-    this.newest = null;
-  }
-}
 
 /** The decoder of one camera. */
 class Reel {

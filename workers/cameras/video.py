@@ -18,8 +18,9 @@ from robots.contract.video import FARTHEST, GROUP_S, VideoPacket, pack
 from robots.vision.stability import Picture
 
 log = logging.getLogger(__name__)
-QUANTIZER = 32  # of VP8, from 0 (best) to 63, if the robot names none
-OPTIONS = {"deadline": "good", "cpu-used": "3", "noise-sensitivity": "1", "lag-in-frames": "0", "auto-alt-ref": "0"}
+QUANTIZER = 34  # of VP8, from 0 (best) to 63, if the robot names none
+OPTIONS = {"deadline": "good", "cpu-used": "3", "lag-in-frames": "0", "auto-alt-ref": "0"}
+FINE = 20  # with a coarser quantizer noise is filtered out first; a finer one keeps everything
 ENOUGH = 50_000_000  # bits a second, so that the quantizer alone decides
 NICER = 10
 IDLE_S = 10.0  # without a picture; then the encoder is given up
@@ -54,7 +55,8 @@ class Encoder:
         self._made.height, self._made.width = shape[:2]
         self._made.pix_fmt, self._made.time_base = "yuv420p", Fraction(1, 100)
         self._made.bit_rate, self._made.qmin, self._made.qmax = ENOUGH, quantizer, quantizer
-        self._made.gop_size, self._made.thread_count, self._made.options = 1_000_000, 1, OPTIONS
+        self._made.gop_size, self._made.thread_count = 1_000_000, 1
+        self._made.options = OPTIONS | {"noise-sensitivity": "1" if quantizer > FINE else "0"}
 
     def encode(self, picture: Picture, key: bool) -> tuple[bytes, bool]:
         """Return VP8's bytes of the next picture, and whether it stands alone. Raises av.FFmpegError.

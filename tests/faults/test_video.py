@@ -1,7 +1,6 @@
 """Video over sockets: newcomers, slow viewers, an owner whose encoder fails, and nothing encoded that nobody watches."""
 
 import json
-import os
 import time
 from itertools import pairwise
 from urllib.parse import quote
@@ -13,6 +12,7 @@ from robots.contract.video import VideoPacket, pack, unpack
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer
+from tests.rig import ROOT
 
 VIDEO, PICTURE = 4, 2
 WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp8"}
@@ -153,7 +153,7 @@ def test_an_owner_encodes_what_is_wanted_once_and_nothing_that_nobody_wants(rig,
 def test_an_owner_whose_encoder_fails_goes_on_with_jpeg(rig, web, ear, tmp_path):
     (tmp_path / "av").mkdir()
     (tmp_path / "av" / "__init__.py").write_text("raise ImportError('no encoder on this host')\n")
-    owner = rig.owner(PYTHONPATH=f"{tmp_path}:{os.getcwd()}")
+    owner = rig.owner(PYTHONPATH=f"{tmp_path}:{ROOT}")
     with line(web, path=PATH) as filmed, line(web) as plain:
         heard(filmed, "snapshot")
         assert {data[0] for data in pictures(plain, 8)} == {PICTURE}

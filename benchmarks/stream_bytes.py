@@ -47,11 +47,11 @@ def framed(packet: bytes) -> int:
 def as_jpeg(scene: Scene, pairs: list[Pair]) -> tuple[int, float]:
     """Return all bytes and the mean SSIM."""
     from robots.messages import picture_packet, read_picture
-    from workers.cameras.pictures import jpeg
+    from workers.cameras.steps import QUALITY, jpeg
 
     size, likeness = 0, []
     for number, (clear, seen) in enumerate(pairs, 1):
-        packet = picture_packet(number, 0, 1, (0.0,) * scene.joints, jpeg(seen, 80))
+        packet = picture_packet(number, 0, 1, (0.0,) * scene.joints, jpeg(seen, QUALITY))
         size += framed(packet)
         shown = cv2.imdecode(np.frombuffer(read_picture(packet), np.uint8), cv2.IMREAD_GRAYSCALE)
         likeness.append(ssim(clear, np.asarray(shown)))

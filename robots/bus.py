@@ -39,34 +39,39 @@ def events_channel(slug: str) -> str:
     return f"farhand:{slug}:events"
 
 
-def frames_of(camera: int) -> str:
-    """Return the name of a camera's stream: `frames` for the first, `frames1`, `frames2`..."""
-    return f"frames{camera or ''}"
+def frames_of(camera: int, coarse: bool = False) -> str:
+    """Return the name of a camera's stream: `frames` for the first, `frames1`, `frames2`...; `coarse`, `coarse1`..."""
+    return f"{'coarse' if coarse else 'frames'}{camera or ''}"
 
 
-def video_of(camera: int) -> str:
-    """Return the name of a camera's video: `video` for the first, `video1`, `video2`..."""
-    return f"video{camera or ''}"
+def video_of(camera: int, coarse: bool = False) -> str:
+    """Return the name of a camera's video: `video` for the first, `video1`, `video2`...; `coarsevideo`..."""
+    return f"{'coarse' if coarse else ''}video{camera or ''}"
 
 
-def watched_as(camera: int, every_s: float, video: bool = False) -> str:
+def key_of(camera: int, coarse: bool = False) -> str:
+    """Return what a web process asks for that needs a key picture of a camera's video."""
+    return f"{video_of(camera, coarse)}.key"
+
+
+def watched_as(camera: int, every_s: float, video: bool = False, coarse: bool = False) -> str:
     """Return what is watched by somebody who wants a camera's picture at most once in `every_s` seconds.
 
-    `video`: as video, where each picture is wanted.
+    `video`, `coarse`: as video, or in few bytes, where each picture is wanted.
     """
-    if video and not every_s:
-        return video_of(camera)
-    return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
+    if every_s:
+        return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
+    return video_of(camera, coarse) if video else frames_of(camera, coarse)
 
 
-def frames_channel(slug: str, camera: int = 0) -> str:
+def frames_channel(slug: str, camera: int = 0, coarse: bool = False) -> str:
     """Return the channel of a camera's pictures."""
-    return f"farhand:{slug}:{frames_of(camera)}"
+    return f"farhand:{slug}:{frames_of(camera, coarse)}"
 
 
-def video_channel(slug: str, camera: int = 0) -> str:
+def video_channel(slug: str, camera: int = 0, coarse: bool = False) -> str:
     """Return the channel of a camera's video."""
-    return f"farhand:{slug}:{video_of(camera)}"
+    return f"farhand:{slug}:{video_of(camera, coarse)}"
 
 
 def state_channel(slug: str) -> str:
@@ -229,14 +234,14 @@ def keep_stream(slug: str, stream: int) -> bool:
         return True  # it is asked again soon
 
 
-def publish_picture(slug: str, packet: bytes, camera: int = 0) -> bool:
+def publish_picture(slug: str, packet: bytes, camera: int = 0, coarse: bool = False) -> bool:
     """Send a picture."""
-    return _publish(frames_channel(slug, camera), packet)
+    return _publish(frames_channel(slug, camera, coarse), packet)
 
 
-def publish_video(slug: str, packet: bytes, camera: int = 0) -> bool:
+def publish_video(slug: str, packet: bytes, camera: int = 0, coarse: bool = False) -> bool:
     """Send a packet of video."""
-    return _publish(video_channel(slug, camera), packet)
+    return _publish(video_channel(slug, camera, coarse), packet)
 
 
 def publish_trace(slug: str, event: Event) -> bool:
@@ -298,29 +303,28 @@ def watched(slug: str, what: str = "frames") -> bool:
 
 
 class Wanted(NamedTuple):
-    """What somebody wants of a camera: each picture, one now and then, video, and a key picture of it at once."""
+    """What somebody wants of a camera, whole and coarse: each picture, video, a key picture of it; one now and then."""
 
-    each: bool
-    now_and_then: bool
-    video: bool
-    key: bool
+    each: bool = False
+    video: bool = False
+    key: bool = False
+    coarse: bool = False
+    coarse_video: bool = False
+    coarse_key: bool = False
+    now_and_then: bool = False
 
 
 def how_watched(slug: str, camera: int) -> Wanted:
     """Return what somebody wants of a camera. Raises redis.RedisError."""
-    names = (watched_as(camera, 0.0), watched_as(camera, SLOW_S), video_of(camera), key_of(camera))
+    names = [name(camera, coarse) for coarse in (False, True) for name in (frames_of, video_of, key_of)]
+    names.append(watched_as(camera, SLOW_S))
     return Wanted(*(found is not None for found in connection().mget(*(watch_key(slug, name) for name in names))))
 
 
-def key_of(camera: int) -> str:
-    """Return what a web process asks for that needs a key picture of a camera's video."""
-    return f"{video_of(camera)}.key"
-
-
-def key_comes(slug: str, camera: int) -> None:
+def key_comes(slug: str, camera: int, coarse: bool = False) -> None:
     """Note that a key picture of a camera's video is on its way: nobody has to ask for it any more."""
     try:
-        connection().delete(watch_key(slug, key_of(camera)))
+        connection().delete(watch_key(slug, key_of(camera, coarse)))
     except (redis.RedisError, OSError):
         failures["watch"] += 1
 

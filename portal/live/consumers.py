@@ -131,8 +131,7 @@ class RobotConsumer(Viewing):
                 return
             case Watch():
                 if self.viewer is not None:
-                    wanted = frozenset(message.cameras), message.every_s, message.compact, bool(message.video)
-                    hub().choose(self.viewer, *wanted)
+                    hub().choose(self.viewer, message)
                 return
             case Keep() | Released():
                 if message.seq == self._jog:

@@ -8,6 +8,7 @@ import msgspec
 
 from portal.live.audience import Seat
 from portal.live.direct import Connection, binary_frame, text_frames
+from portal.live.messages import Watch
 from portal.live.video import Given, Videos
 from robots import bus
 from robots.messages import Changed, Event
@@ -28,8 +29,8 @@ class Viewer:
     """
 
     __slots__ = (
-        "cameras", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames", "given",
-        "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "video", "wake",
+        "cameras", "coarse", "compact", "connection", "counted", "direct", "due", "events", "every_s", "frames",
+        "given", "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "video", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
@@ -42,7 +43,7 @@ class Viewer:
         self.every_s = 0.0  # between two pictures of a camera, at least
         self.due: dict[int, float] = {}  # from when on it wants the next one, if not each
         self.compact = False  # it wants states in few bytes
-        self.video = False  # it can decode pictures that come as video, and wants each
+        self.video = self.coarse = False  # it wants each picture as video, or in few bytes
         self.given: dict[int, Given] = {}  # of each camera's video
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
@@ -66,10 +67,11 @@ class Viewer:
         plain, compressed = text_frames(text)
         self.write(compressed if self.connection and self.connection.deflates else plain)
 
-    def wish(self, cameras: frozenset[int], every_s: float, compact: bool, video: bool = False) -> None:
+    def wish(self, wish: Watch) -> None:
         """Change what it wants; pictures that wait and are wanted no more are dropped."""
-        self.cameras, self.every_s, self.compact = cameras, every_s, compact
-        self.video = video and not every_s
+        cameras = self.cameras = frozenset(wish.cameras)
+        self.every_s, self.compact = wish.every_s, wish.compact
+        self.video, self.coarse = bool(wish.video) and not wish.every_s, wish.coarse and not wish.every_s
         self.due.clear()
         self.given.clear()
         for camera in self.frames.keys() - cameras:
@@ -116,7 +118,7 @@ class Room:
         self.pages = self.strangers = 0  # of these viewers
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
-        self.videos = Videos()
+        self.videos = {coarse: Videos() for coarse in (False, True)}
         self.count = 0  # how many watch in all web processes together, when it was last counted
         self.asked = False  # the subscription was sent to Redis
         self.heard = asyncio.Event()  # Redis has confirmed that it sends what is told of this robot
@@ -143,32 +145,41 @@ class Room:
     @staticmethod
     def _wants(viewer: Viewer) -> list[str]:
         return [
-            *(bus.watched_as(camera, viewer.every_s, viewer.video) for camera in viewer.cameras),
+            *(bus.watched_as(camera, viewer.every_s, viewer.video, viewer.coarse) for camera in viewer.cameras),
             *["trace"] * viewer.trace,
             *["compact"] * viewer.compact,
         ]
 
-    def give_picture(self, camera: int, data: bytes) -> None:
+    def give_picture(self, camera: int, data: bytes, coarse: bool = False) -> None:
         """Give everybody who wants it a new picture."""
-        self.newest[camera] = data
+        if not coarse:
+            self.newest[camera] = data
         frame = binary_frame(data)
         for viewer in self.viewers:
-            if not viewer.wants(camera):
+            if viewer.coarse is not coarse or not viewer.wants(camera):
                 continue
             if viewer.ready():
                 viewer.write(frame)
             else:
                 viewer.put_picture(camera, data)
 
-    def give_video(self, data: bytes) -> bool:
+    def give_video(self, data: bytes, coarse: bool) -> bool:
         """Give everybody who wants it the next packet of video; False if a key picture has to be asked for."""
-        return self.videos.give(data, self.viewers, time.monotonic())
+        viewers = (viewer for viewer in self.viewers if viewer.coarse is coarse)
+        return self.videos[coarse].give(data, viewers, time.monotonic())
 
-    def keys(self) -> list[str]:
+    def flows(self, viewer: Viewer, camera: int) -> bool:
+        """Return whether a viewer who wants video can be given it at once."""
+        return viewer.video and self.videos[viewer.coarse].flows(camera, time.monotonic())
+
+    def missing(self, viewer: Viewer) -> list[bytes]:
+        """Return packets of video that a viewer has to be given now, and note that it was."""
+        return self.videos[viewer.coarse].missing(viewer, time.monotonic()) if viewer.video else []
+
+    def keys(self) -> set[str]:
         """Return what has to be asked for so that everybody's video begins at once."""
-        now = time.monotonic()
-        missing = {c for v in self.viewers if v.video for c in v.cameras if not self.videos.flows(c, now)}
-        return [bus.key_of(camera) for camera in missing]
+        filmed = [(viewer, camera) for viewer in self.viewers if viewer.video for camera in viewer.cameras]
+        return {bus.key_of(camera, viewer.coarse) for viewer, camera in filmed if not self.flows(viewer, camera)}
 
     def give_state(self, data: bytes, compact: bool) -> None:
         """Give a new state to everybody who wants them in this form."""

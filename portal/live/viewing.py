@@ -52,7 +52,7 @@ class Viewing(Line):
         viewer = self.viewer = Viewer(self.slug, connection_of(self.scope))
         viewer.page, viewer.stranger = True, self.stranger()
         if wish is not None:
-            viewer.wish(frozenset(wish.cameras), wish.every_s, wish.compact, bool(wish.video))
+            viewer.wish(wish)
         self._leave.callback(hub().detach, viewer)
         hub().attach(viewer)
         viewer.seat = self._seat = self._leave.enter_context(audience().one(self.slug))

@@ -43,7 +43,7 @@ def test_a_newcomer_gets_the_group_since_the_last_key_picture_and_who_wants_jpeg
     with line(web, path=PATH) as first, line(web) as plain:
         heard(first, "snapshot")
         heard(plain, "snapshot")
-        assert bus.how_watched("mercury", 0) == (True, False, True, True)
+        assert bus.how_watched("mercury", 0) == bus.Wanted(each=True, video=True, key=True)
         sent = [packet(n, n in (1, 8)) for n in range(1, 13)]
         for one in sent:
             bus.publish_video("mercury", one)

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from portal.live.direct import binary_frame
+from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.video import LATE_MS, SILENT_S, Videos
 from robots.contract.video import FARTHEST, GROUP_S, Group, VideoPacket, pack, unpack
@@ -107,10 +108,10 @@ def test_a_slow_viewer_is_given_little_that_it_missed_and_otherwise_skips_to_the
 
 def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
     room, viewer = Room(), Viewer("mercury")
-    viewer.wish(frozenset({0}), 0.0, compact=False, video=True)
+    viewer.wish(Watch([0], video="vp8"))
     room.add(viewer)
     assert room.watched() == {"video"}
-    assert room.keys() == ["video.key"]
+    assert room.keys() == {"video.key"}
     videos, packets = Videos(), film(3, set())
     for packet in packets:
         assert videos.give(packet, [], 10.0)
@@ -127,13 +128,16 @@ def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
 
 def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():
     room = Room()
-    wishes = {(0.0, True): "video1", (0.0, False): "frames1", (5.0, True): "frames1.slow"}
-    for (every_s, video), name in wishes.items():
+    wishes = {
+        (0.0, "vp8", False): "video1", (0.0, "", False): "frames1", (5.0, "vp8", True): "frames1.slow",
+        (0.0, "vp8", True): "coarsevideo1", (0.0, "", True): "coarse1",
+    }  # fmt: skip
+    for (every_s, video, coarse), name in wishes.items():
         viewer = Viewer("arm")
-        viewer.wish(frozenset({1}), every_s, compact=False, video=video)
+        viewer.wish(Watch([1], every_s, video=video, coarse=coarse))
         room.add(viewer)
         assert room.watched() == {name}
-        assert viewer.films(1) is (name == "video1")
+        assert viewer.films(1) is name.endswith("video1")
         assert viewer.wants(1) is not viewer.films(1)
         room.remove(viewer)
 
@@ -202,7 +206,7 @@ def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape):
 
 def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():
     video = Video("rover", 0)
-    keys = [unpack(video.packet(Shot(scene(n), n, 0, 100 * n, key=n > 2))).key for n in range(1, 15)]
+    keys = [unpack(video.packet(Shot(scene(n), n, 0, 100 * n), asked=n > 2)).key for n in range(1, 15)]
     first = keys.index(True, 1)
     assert first * 0.1 >= KEYS_S
     assert [n for n, key in enumerate(keys) if key] == list(range(0, 14, first))
@@ -240,5 +244,5 @@ def test_a_failure_ends_the_video_for_a_while_and_nothing_else(monkeypatch, capl
         thread = video._thread
         assert thread is not None
         thread.join(0.05)
-    assert [unpack(packet).number for _, packet, _ in sent] == [3]
+    assert [unpack(packet).number for _, packet, *_ in sent] == [3]
     assert unpack(sent[0][1]).key

@@ -9,7 +9,7 @@ import logging
 import os
 import threading
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -31,16 +31,12 @@ PAUSE_S = 10.0  # after a failure
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture of shape (rows, columns), or (rows, columns, 3) in blue, green, red; number, still, ms taken.
-
-    `key`: somebody needs it to stand alone.
-    """
+    """A picture of shape (rows, columns), or (rows, columns, 3) in blue, green, red; number, still, ms taken."""
 
     picture: Picture
     number: int
     still: int
     at_ms: int
-    key: bool = False
 
 
 class Encoder:
@@ -76,10 +72,11 @@ class Encoder:
 class Video:
     """Takes pictures in any thread; encodes and sends the newest in its own."""
 
-    def __init__(self, slug: str, camera: int, quantizer: int = QUANTIZER) -> None:
-        self._slug, self._camera, self._quantizer = slug, camera, quantizer
+    def __init__(self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False) -> None:
+        self._slug, self._camera, self._quantizer, self._coarse = slug, camera, quantizer, coarse
         self._news = threading.Condition()
         self._shot: Shot | None = None
+        self._key = False  # somebody needs it to stand alone
         self._thread: threading.Thread | None = None
         self._paused_until = 0.0
         self._encoder: Encoder | None = None
@@ -90,45 +87,48 @@ class Video:
         """Tell whether pictures were taken lately."""
         return self._thread is not None
 
-    def take(self, shot: Shot) -> None:
-        """Encode this picture next, instead of one that still waits. Never waits."""
+    def take(self, shot: Shot, key: bool = False) -> None:
+        """Encode this picture next, instead of one that still waits; `key`: somebody needs it to stand alone."""
+        if key:
+            bus.key_comes(self._slug, self._camera, self._coarse)
         with self._news:
             waiting = self._shot
             if time.monotonic() < self._paused_until or (waiting is not None and waiting.number > shot.number):
                 return
-            self._shot = replace(shot, key=shot.key or (waiting is not None and waiting.key))
+            self._shot, self._key = shot, key or (self._key and waiting is not None)
             self._news.notify()
             if self._thread is None:
                 self._thread = threading.Thread(target=self._encode, daemon=True, name=f"video {self._camera}")
                 self._thread.start()
 
-    def _next(self) -> Shot | None:
-        """Return the next picture; None if none comes for a while: then the thread ends."""
+    def _next(self) -> tuple[Shot, bool] | None:
+        """Return the next picture, and whether it has to stand alone; None after a while: then the thread ends."""
         with self._news:
             self._news.wait_for(lambda: self._shot is not None, IDLE_S)
-            shot, self._shot = self._shot, None
+            shot, key, self._shot, self._key = self._shot, self._key, None, False
             if shot is None:
                 self._thread = self._encoder = None
-            return shot
+                return None
+            return shot, key
 
     def _encode(self) -> None:
         with contextlib.suppress(OSError, AttributeError):  # of this thread alone, on Linux
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICER)
-        while (shot := self._next()) is not None:
+        while (news := self._next()) is not None:
             try:
-                packet = self.packet(shot)
+                packet = self.packet(*news)
             except Exception:
                 log.exception("the video of camera %d failed; pictures go on as JPEG", self._camera)
                 with self._news:
                     self._paused_until = time.monotonic() + PAUSE_S
                     self._shot = self._thread = self._encoder = None
                 return
-            bus.publish_video(self._slug, packet, self._camera)
+            bus.publish_video(self._slug, packet, self._camera, self._coarse)
 
-    def packet(self, shot: Shot) -> bytes:
-        """Return the packet of the next picture. Raises av.FFmpegError."""
+    def packet(self, shot: Shot, asked: bool = False) -> bytes:
+        """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""
         since_s = (shot.at_ms - self._key_ms) / 1000
-        key = not 0 <= since_s < GROUP_S - EARLY_S or (shot.key and since_s >= KEYS_S)
+        key = not 0 <= since_s < GROUP_S - EARLY_S or (asked and since_s >= KEYS_S)
         key = key or not 0 < shot.number - self._last <= FARTHEST
         if self._encoder is None or self._encoder.shape != shot.picture.shape:
             self._encoder, self._run, key = Encoder(shot.picture.shape, self._quantizer), (self._run + 1) & 0xFF, True

@@ -8,6 +8,7 @@ import logging
 import re
 from collections import Counter
 from functools import cache
+from typing import NamedTuple
 
 import redis
 from celery import current_app
@@ -38,19 +39,39 @@ def events_channel(slug: str) -> str:
     return f"farhand:{slug}:events"
 
 
-def frames_of(camera: int) -> str:
-    """Return the name of a camera's stream: `frames` for the first, `frames1`, `frames2`..."""
-    return f"frames{camera or ''}"
+def frames_of(camera: int, coarse: bool = False) -> str:
+    """Return the name of a camera's stream: `frames` for the first, `frames1`, `frames2`...; `coarse`, `coarse1`..."""
+    return f"{'coarse' if coarse else 'frames'}{camera or ''}"
 
 
-def watched_as(camera: int, every_s: float) -> str:
-    """Return what is watched by somebody who wants a camera's picture at most once in `every_s` seconds."""
-    return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
+def video_of(camera: int, coarse: bool = False) -> str:
+    """Return the name of a camera's video: `video` for the first, `video1`, `video2`...; `coarsevideo`..."""
+    return f"{'coarse' if coarse else ''}video{camera or ''}"
 
 
-def frames_channel(slug: str, camera: int = 0) -> str:
+def key_of(camera: int, coarse: bool = False) -> str:
+    """Return what a web process asks for that needs a key picture of a camera's video."""
+    return f"{video_of(camera, coarse)}.key"
+
+
+def watched_as(camera: int, every_s: float, video: bool = False, coarse: bool = False) -> str:
+    """Return what is watched by somebody who wants a camera's picture at most once in `every_s` seconds.
+
+    `video`, `coarse`: as video, or in few bytes, where each picture is wanted.
+    """
+    if every_s:
+        return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
+    return video_of(camera, coarse) if video else frames_of(camera, coarse)
+
+
+def frames_channel(slug: str, camera: int = 0, coarse: bool = False) -> str:
     """Return the channel of a camera's pictures."""
-    return f"farhand:{slug}:{frames_of(camera)}"
+    return f"farhand:{slug}:{frames_of(camera, coarse)}"
+
+
+def video_channel(slug: str, camera: int = 0, coarse: bool = False) -> str:
+    """Return the channel of a camera's video."""
+    return f"farhand:{slug}:{video_of(camera, coarse)}"
 
 
 def state_channel(slug: str) -> str:
@@ -213,9 +234,14 @@ def keep_stream(slug: str, stream: int) -> bool:
         return True  # it is asked again soon
 
 
-def publish_picture(slug: str, packet: bytes, camera: int = 0) -> bool:
+def publish_picture(slug: str, packet: bytes, camera: int = 0, coarse: bool = False) -> bool:
     """Send a picture."""
-    return _publish(frames_channel(slug, camera), packet)
+    return _publish(frames_channel(slug, camera, coarse), packet)
+
+
+def publish_video(slug: str, packet: bytes, camera: int = 0, coarse: bool = False) -> bool:
+    """Send a packet of video."""
+    return _publish(video_channel(slug, camera, coarse), packet)
 
 
 def publish_trace(slug: str, event: Event) -> bool:
@@ -276,11 +302,31 @@ def watched(slug: str, what: str = "frames") -> bool:
     return bool(connection().exists(watch_key(slug, what)))
 
 
-def how_watched(slug: str, camera: int) -> tuple[bool, bool]:
-    """Return whether somebody wants each picture of a camera, and one now and then. Raises redis.RedisError."""
-    keys = (watch_key(slug, watched_as(camera, every_s)) for every_s in (0.0, SLOW_S))
-    each, now_and_then = connection().mget(*keys)
-    return each is not None, now_and_then is not None
+class Wanted(NamedTuple):
+    """What somebody wants of a camera, whole and coarse: each picture, video, a key picture of it; one now and then."""
+
+    each: bool = False
+    video: bool = False
+    key: bool = False
+    coarse: bool = False
+    coarse_video: bool = False
+    coarse_key: bool = False
+    now_and_then: bool = False
+
+
+def how_watched(slug: str, camera: int) -> Wanted:
+    """Return what somebody wants of a camera. Raises redis.RedisError."""
+    names = [name(camera, coarse) for coarse in (False, True) for name in (frames_of, video_of, key_of)]
+    names.append(watched_as(camera, SLOW_S))
+    return Wanted(*(found is not None for found in connection().mget(*(watch_key(slug, name) for name in names))))
+
+
+def key_comes(slug: str, camera: int, coarse: bool = False) -> None:
+    """Note that a key picture of a camera's video is on its way: nobody has to ask for it any more."""
+    try:
+        connection().delete(watch_key(slug, key_of(camera, coarse)))
+    except (redis.RedisError, OSError):
+        failures["watch"] += 1
 
 
 def shot_key(slug: str, camera: int, at_ms: int) -> str:

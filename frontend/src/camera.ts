@@ -54,6 +54,7 @@ export class CameraView {
   async show(packet: PicturePacket): Promise<void> {
     if (packet.number <= this.newest && this.newest - packet.number < 1000) return;
     this.newest = packet.number;
+    if (packet.image) return this.draw(packet.image, packet.atMs, packet.still);
     const bitmap = await createImageBitmap(packet.jpeg);
     if (packet.number < this.newest) return;
     this.draw(bitmap, packet.atMs, packet.still);
@@ -79,9 +80,9 @@ export class CameraView {
     this.atMs = this.stillId = 0;
   }
 
-  draw(image: ImageBitmap | HTMLImageElement, atMs: number, still: number): void {
-    const width = "naturalWidth" in image ? image.naturalWidth : image.width;
-    const height = "naturalHeight" in image ? image.naturalHeight : image.height;
+  draw(image: ImageBitmap | HTMLImageElement | VideoFrame, atMs: number, still: number): void {
+    const [width, height] = "naturalWidth" in image ? [image.naturalWidth, image.naturalHeight]
+      : "displayWidth" in image ? [image.displayWidth, image.displayHeight] : [image.width, image.height];
     if (this.canvas.width !== width) this.canvas.width = width;
     if (this.canvas.height !== height) this.canvas.height = height;
     this.context.drawImage(image, 0, 0);

@@ -1,12 +1,13 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
 import type { CompactLayout } from "./compact.ts";
-import { decode, type Message, type PicturePacket, type StatePacket, type StreamPacket } from "./protocol.ts";
+import { decode, type Message, type PicturePacket, type StatePacket, type StreamPacket, type VideoPacket } from "./protocol.ts";
 
 export interface Handlers {
   message(message: Message): void;
   state(packet: StatePacket): void;
   picture(packet: PicturePacket): void;
   stream?(packet: StreamPacket): void;
+  video?(packet: VideoPacket): void;
   line(up: boolean): void;
 }
 
@@ -125,6 +126,7 @@ export class Live {
       const packet = decode(data, this.layout, this.now());
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
+      else if ("vp8" in packet) this.handlers.video?.(packet);
       else if ("data" in packet) this.handlers.stream?.(packet);
       else this.handlers.state(packet);
       return;

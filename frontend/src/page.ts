@@ -2,6 +2,7 @@
 import { bannerWords, unconfirmed } from "./banner.ts";
 import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
 import { facts, settings } from "./facts.ts";
+import { Film } from "./film.ts";
 import type { KeepAlive } from "./jog.ts";
 import "./key_card.ts";
 import { Ladder } from "./ladder.ts";
@@ -10,7 +11,7 @@ import { Live } from "./live.ts";
 import { LogList } from "./log_list.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
-import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, Still, StreamPacket } from "./protocol.ts";
+import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, Still, StreamPacket, VideoPacket } from "./protocol.ts";
 import "./stop_in_view.ts";
 import { StopPress } from "./stop.ts";
 import { Streams } from "./streams.ts";
@@ -25,6 +26,8 @@ export interface Console {
   /** The socket is open (again): choose cameras if not only the first one is wanted. */
   watch?(): void;
   picture(packet: PicturePacket): void;
+  /** `picture` takes those of video too, which have an `image` instead of a `jpeg`. */
+  video?: boolean;
   state(packet: StatePacket): void;
   /** The next packet of a byte stream: a key packet holds everything, a delta what changed since the one before. */
   stream?(name: string, packet: StreamPacket): void;
@@ -72,6 +75,7 @@ export class RobotPage {
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private log = new LogList(byId("log"));
   private console: Console | null = null;
+  private film = new Film((packet) => this.showPicture(packet), () => this.watching.video(false));
   private streams = new Streams(facts.streams.map(({ name }) => name));
 
   constructor() {
@@ -84,7 +88,7 @@ export class RobotPage {
       this.slug,
       {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
-        stream: (p) => this.gotStream(p),
+        stream: (p) => this.gotStream(p), video: (p) => this.gotVideo(p),
         line: (up) => this.gotLine(up),
       },
       () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
@@ -102,6 +106,7 @@ export class RobotPage {
     this.on("release", () => this.live.send({ t: "release", checked: byId<HTMLInputElement>("checked").checked }));
     byId("console").addEventListener("keydown", (event) => this.stopKey(event));
     guard(() => this.operating && !this.snapshot?.turn?.staff);
+    document.addEventListener("visibilitychange", () => document.hidden || this.watching.again());
     setInterval(() => this.draw(), 250);
   }
 
@@ -109,6 +114,7 @@ export class RobotPage {
   begin(own: Partial<Console>): void {
     const console = (this.console = complete(own, this));
     if (this.live.up) console.watch?.();
+    if (console.video) void Film.possible().then((can) => can && this.watching.video(true));
     if (this.snapshot?.still) console.still(this.snapshot.still);
     if (this.state) console.state(this.state);
     for (const { name } of facts.streams) for (const packet of this.stream(name)) console.stream?.(name, packet);
@@ -213,13 +219,25 @@ export class RobotPage {
   }
 
   private gotLine(up: boolean): void {
-    if (up) this.console?.watch?.();
+    if (up) {
+      this.console?.watch?.();
+      this.watching.tell();
+    }
     this.draw();
   }
 
-  /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
+  private gotVideo(packet: VideoPacket): void {
+    this.watching.arrived(packet);
+    this.film.take(packet);
+  }
+
   private gotPicture(packet: PicturePacket): void {
     this.watching.arrived(packet);
+    this.showPicture(packet);
+  }
+
+  /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
+  private showPicture(packet: PicturePacket): void {
     const shown = this.console?.shown(packet.camera);
     if (this.calm.matches && !this.operating && shown && tooLively(packet, shown)) return;
     this.console?.picture(packet);

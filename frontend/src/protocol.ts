@@ -64,7 +64,11 @@ export interface StatePacket {
   /** The controller's own word for what it is doing. */
   mode: string;
 }
-export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob }
+/** A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty and joints are not told. */
+export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob; image?: VideoFrame }
+
+/** A packet of a camera's video: the number of the picture that it changes, null for one that stands alone. */
+export interface VideoPacket { camera: number; number: number; atMs: number; still: number; follows: number | null; run: number; vp8: Uint8Array<ArrayBuffer> }
 
 /** A packet of a byte stream: its number in the spec (from 0), and whether it contains everything or only changes. */
 export interface StreamPacket { stream: number; key: boolean; run: number; number: number; atMs: number; data: Uint8Array }
@@ -72,17 +76,26 @@ export interface StreamPacket { stream: number; key: boolean; run: number; numbe
 const STATE_HEAD = 16;
 const STREAM_HEAD = 16;
 const PICTURE_HEAD = 19;
+const VIDEO_HEAD = 20;
 const words = new TextDecoder();
 
 function floats(view: DataView, at: number, count: number): number[] {
   return Array.from({ length: count }, (_, i) => view.getFloat32(at + 4 * i, true));
 }
 
+function video(view: DataView<ArrayBuffer>): VideoPacket {
+  const number = view.getUint32(4, true), back = view.getUint8(3);
+  return {
+    camera: view.getUint8(1), run: view.getUint8(2), follows: back ? (number - back) >>> 0 : null, number,
+    atMs: Number(view.getBigInt64(8, true)), still: view.getUint32(16, true), vp8: new Uint8Array(view.buffer, VIDEO_HEAD),
+  };
+}
+
 /**
  * Decode a binary packet; null for one that is too short or of an unknown type. For compact states `layout` is the
  * robot's and `nearMs` a server time near theirs.
  */
-export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, nearMs = 0): StatePacket | PicturePacket | StreamPacket | null {
+export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, nearMs = 0): StatePacket | PicturePacket | StreamPacket | VideoPacket | null {
   const view = new DataView(data);
   if (data.byteLength > 0 && view.getUint8(0) >= 128) return layout && compactState(new Uint8Array(data), layout, nearMs);
   const type = data.byteLength >= STATE_HEAD ? view.getUint8(0) : 0;
@@ -91,6 +104,7 @@ export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, n
       stream: view.getUint8(2), key: (view.getUint8(1) & 1) !== 0, run: view.getUint8(3), number: view.getUint32(4, true),
       atMs: Number(view.getBigInt64(8, true)), data: new Uint8Array(data, STREAM_HEAD),
     };
+  if (type === 4) return data.byteLength > VIDEO_HEAD ? video(view) : null;
   if (type === 1) {
     const flags = view.getUint8(1), count = view.getUint8(14), rows = view.getUint8(15);
     const rest = STATE_HEAD + 4 * count * rows;

@@ -1,9 +1,11 @@
 /** What this page wants to see: which cameras, and how much of it, as the person chose or as the line allows. */
+import { CODING } from "./film.ts";
 import { kept } from "./kept.ts";
 import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
+const NO_VIDEO_MS = 4000; // nothing comes as video: the robot's encoder may have failed
 
 /** The part of a socket that is used here. */
 interface Line {
@@ -24,6 +26,8 @@ export class Watching {
   private arrivals: number[] = []; // of the first wanted camera's pictures, performance.now
   private told = "";
   private expected = false;
+  private film = false; // this page decodes video
+  private filmedSince = 0; // when it was asked for, or when a picture came last, performance.now; 0: not asked for
   private fruitless = false; // nothing has arrived through this socket
 
   constructor(private line: () => Line, private saveData: boolean) {
@@ -59,12 +63,25 @@ export class Watching {
     this.tell();
   }
 
+  /** Have pictures as video from now on, or no more. */
+  video(on: boolean): void {
+    this.film = on;
+    this.tell();
+  }
+
+  /** Have everything from the newest key picture on, as at first. */
+  again(): void {
+    if (!this.filmedSince) return;
+    this.told = "";
+    this.tell();
+  }
+
   /** What a new socket asks for; one that follows another through which no picture came asks for less. */
   wish(): object {
     if (this.fruitless && this.expected) this.judge.down(performance.now());
     this.fruitless = true;
     const wish = this.wished();
-    this.told = JSON.stringify(wish);
+    this.asked(JSON.stringify(wish));
     return wish;
   }
 
@@ -72,6 +89,7 @@ export class Watching {
     if (picture.camera !== this.cameras[0]) return;
     const now = performance.now();
     this.fruitless = false;
+    if (this.filmedSince) this.filmedSince = now;
     this.arrivals = [...this.arrivals.filter((at) => now - at < RATE_MS), now];
     this.judge.arrived(this.line().now() - picture.atMs);
   }
@@ -89,6 +107,7 @@ export class Watching {
     const line = this.line();
     this.expected = expected;
     if (!line.lost) {
+      if (expected && this.filmedSince && performance.now() - this.filmedSince > NO_VIDEO_MS) this.video(false);
       if (expected && this.judge.doubts) line.check();
       const fast = quick(line.overdue ? null : line.latency, line.best);
       if (this.judge.judge(performance.now(), expected, fast)) this.tell();
@@ -96,16 +115,26 @@ export class Watching {
     return this.chosen === null ? SAID[this.judge.pace] : "";
   }
 
+  private get filming(): boolean {
+    return this.film && this.pace === "live" && this.cameras.length > 0;
+  }
+
   private wished(): object {
     const { pace } = this;
     return {
       t: "watch", cameras: pace === "states" ? [] : this.cameras, every_s: pace === "stills" ? STILLS_S : 0,
-      compact: pace !== "live",
+      compact: pace !== "live", ...(this.filming ? { video: CODING } : {}),
     };
   }
 
-  private tell(): void {
+  /** Send what this page wants, if the server does not know it; a socket that is not open yet takes nothing. */
+  tell(): void {
     const wish = this.wished(), written = JSON.stringify(wish);
-    if (written !== this.told && this.line().send(wish)) this.told = written;
+    if (written !== this.told && this.line().send(wish)) this.asked(written);
+  }
+
+  private asked(written: string): void {
+    this.told = written;
+    this.filmedSince = this.filming ? performance.now() : 0;
   }
 }

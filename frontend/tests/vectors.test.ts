@@ -5,8 +5,9 @@ import { test } from "node:test";
 import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
 import type { CompactLayout } from "../src/compact.ts";
-import { decode, type StatePacket, type StreamPacket } from "../src/protocol.ts";
+import { decode, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
 import { Streams } from "../src/streams.ts";
+import { Chain } from "../src/video_chain.ts";
 import { FINAL, STAGES } from "../src/words.ts";
 
 const read = (name: string): unknown => JSON.parse(readFileSync(new URL(`../../tests/vectors/${name}.json`, import.meta.url), "utf-8"));
@@ -122,5 +123,28 @@ test("packets of byte streams are read as Python packs them, and deltas follow t
     }
     for (const [stream, shown] of Object.entries(one.shown))
       assert.deepEqual(streams.of(["first", "second", "third"][Number(stream)]!).map(({ data }) => hex(data)), shown, one.what);
+  }
+});
+
+interface Filmed {
+  what: string;
+  packets: { hex: string; camera: number; run: number; number: number; follows: number | null; at_ms: number; still: number; data: string; taken: boolean }[];
+}
+
+test("packets of video are read as Python packs them, and each is decoded only after the one that it changes", () => {
+  for (const one of read("video_packets") as Filmed[]) {
+    const chains = new Map<number, Chain>();
+    for (const packet of one.packets) {
+      const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
+      const found = decode(bytes.buffer) as VideoPacket;
+      assert.deepEqual(
+        [found.camera, found.run, found.number, found.follows, found.atMs, found.still, Buffer.from(found.vp8).toString("hex")],
+        [packet.camera, packet.run, packet.number, packet.follows, packet.at_ms, packet.still, packet.data], one.what,
+      );
+      for (let length = 0; length <= 20; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);
+      const chain = chains.get(packet.camera) ?? new Chain();
+      chains.set(packet.camera, chain);
+      assert.equal(chain.take(found), packet.taken, one.what);
+    }
   }
 });

@@ -131,7 +131,7 @@ class RobotConsumer(Viewing):
                 return
             case Watch():
                 if self.viewer is not None:
-                    hub().choose(self.viewer, frozenset(message.cameras), message.every_s, message.compact)
+                    hub().choose(self.viewer, message)
                 return
             case Keep() | Released():
                 if message.seq == self._jog:

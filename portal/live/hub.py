@@ -11,6 +11,7 @@ import logging
 import secrets
 from collections import Counter
 from collections.abc import Iterator
+from string import digits
 from typing import Any
 
 import msgspec
@@ -18,7 +19,7 @@ import redis.asyncio as aioredis
 from django.conf import settings
 from redis.exceptions import RedisError
 
-from portal.live.messages import CAMERAS
+from portal.live.messages import CAMERAS, Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
@@ -73,14 +74,12 @@ class Hub:
             async with asyncio.timeout(HEARD_S):
                 await room.heard.wait()
 
-    def choose(self, viewer: Viewer, cameras: frozenset[int], every_s: float, compact: bool) -> None:
-        """Send the viewer the pictures of these cameras from now on, the newest of each at once.
-
-        At most one in `every_s` seconds of each; `compact`: states in few bytes.
-        """
+    def choose(self, viewer: Viewer, wish: Watch) -> None:
+        """Send the viewer what it wishes from now on, the newest picture of each camera at once."""
         with self._changing(viewer):
-            viewer.wish(cameras, every_s, compact)
+            viewer.wish(wish)
         self._give_newest(viewer)
+        viewer.wait()
         if self.link:
             self._hold(self._mark_watched(viewer.slug))
 
@@ -102,9 +101,16 @@ class Hub:
 
     def _give_newest(self, viewer: Viewer) -> None:
         room = self._rooms.get(viewer.slug)
-        for camera, data in room.newest.items() if room is not None else ():
-            if camera in viewer.cameras:  # it may be old, so the next one is not kept back for it
+        if room is None:
+            return
+        for camera, data in room.newest.items():  # it may be old, so the next one is not kept back for it
+            if camera in viewer.cameras and not room.flows(viewer, camera):
                 viewer.put_picture(camera, data)
+
+    def video(self, viewer: Viewer) -> list[bytes]:
+        """Return packets of video that a viewer was not given yet, and note that it is."""
+        room = self._rooms.get(viewer.slug)
+        return room.missing(viewer) if room is not None else []
 
     def _hold(self, coroutine: Any) -> None:
         task = asyncio.create_task(coroutine)
@@ -137,8 +143,9 @@ class Hub:
         return room.strangers if room is not None else 0
 
     def _channels(self, slug: str) -> list[str]:
-        frames = [bus.frames_channel(slug, camera) for camera in range(CAMERAS)]
-        return [*frames, *(f(slug) for f in CHANNELS)]
+        steps = [(camera, coarse) for camera in range(CAMERAS) for coarse in (False, True)]
+        pictures = [name(slug, *step) for name in (bus.frames_channel, bus.video_channel) for step in steps]
+        return [*pictures, *(f(slug) for f in CHANNELS)]
 
     async def _follow(self, slug: str) -> None:
         """Subscribe to a robot while it has viewers."""
@@ -251,8 +258,12 @@ class Hub:
         room = self._rooms.get(slug)
         if room is None:
             return
-        if what.startswith("frames"):
-            room.give_picture(int(what.removeprefix("frames") or 0), data)
+        kind = what.rstrip(digits)
+        if kind in ("frames", "coarse"):
+            room.give_picture(int(what.removeprefix(kind) or 0), data, kind == "coarse")
+        elif kind in ("video", "coarsevideo"):
+            if not room.give_video(data, kind == "coarsevideo"):
+                self._hold(self._ask_keys(slug))
         elif what == "stream":
             self._give_packet(slug, room, data)
         elif what in ("state", "compact"):
@@ -303,7 +314,12 @@ class Hub:
         room = self._rooms.get(slug)
         if room is None:
             return
-        for one in [*room.watched(), "state"]:
+        for one in [*room.watched(), "state", *room.keys()]:
+            await self._mark(bus.watch_key(slug, one))
+
+    async def _ask_keys(self, slug: str) -> None:
+        room = self._rooms.get(slug)
+        for one in room.keys() if room is not None else ():
             await self._mark(bus.watch_key(slug, one))
 
     async def _mark(self, key: str) -> None:

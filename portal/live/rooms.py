@@ -9,10 +9,14 @@ import msgspec
 
 from portal.live.audience import Seat, audience
 from portal.live.direct import Connection, binary_frame, text_frames
+from portal.live.messages import Watch
+from portal.live.video import Given, Videos
 from robots import bus
+from robots.contract.video import unpack
 from robots.messages import Changed, Event
 
 EVENTS = 100
+Step = tuple[int, bool]  # a camera, and whether its pictures are coarse
 
 
 def watchers_text(count: int) -> str:
@@ -28,8 +32,8 @@ class Viewer:
     """
 
     __slots__ = (
-        "cameras", "compact", "connection", "counted", "due", "events", "every_s", "frames",
-        "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "wake",
+        "cameras", "coarse", "compact", "connection", "counted", "due", "events", "every_s", "frames",
+        "given", "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "video", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
@@ -41,6 +45,8 @@ class Viewer:
         self.every_s = 0.0  # between two pictures of a camera, at least
         self.due: dict[int, float] = {}  # from when on it wants the next one, if not each
         self.compact = False  # it wants states in few bytes
+        self.video = self.coarse = False  # it wants each picture as video, or in few bytes
+        self.given: dict[int, Given] = {}  # of each camera's video
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
         self.told: dict[int, tuple[list[bytes], int]] = {}  # of each byte stream: which key packet's, how many
@@ -72,23 +78,31 @@ class Viewer:
         if self.connection is not None:
             self.connection.keep(False)
 
-    def wish(self, cameras: frozenset[int], every_s: float, compact: bool) -> None:
+    def wish(self, wish: Watch) -> None:
         """Change what it wants; pictures that wait and are wanted no more are dropped."""
-        self.cameras, self.every_s, self.compact = cameras, every_s, compact
+        cameras = self.cameras = frozenset(wish.cameras)
+        self.every_s, self.compact = wish.every_s, wish.compact
+        self.video, self.coarse = bool(wish.video) and not wish.every_s, wish.coarse and not wish.every_s
         self.due.clear()
+        self.given.clear()
         for camera in self.frames.keys() - cameras:
             del self.frames[camera]
 
     def wants(self, camera: int) -> bool:
-        """Return whether it wants a new picture of that camera; then it is taken as given."""
-        if camera not in self.cameras:
+        """Return whether the next picture of a camera is due, of which it wants one now and then; taken as given."""
+        now = time.monotonic()
+        if now < self.due.get(camera, 0.0):
             return False
-        if self.every_s:
-            now = time.monotonic()
-            if now < self.due.get(camera, 0.0):
-                return False
-            self.due[camera] = now + self.every_s
+        self.due[camera] = now + self.every_s
         return True
+
+    def films(self, camera: int) -> bool:
+        """Return whether it wants a camera's pictures as video."""
+        return self.video and camera in self.cameras
+
+    def ready(self) -> bool:
+        """Return whether a frame may be written at once."""
+        return self.connection is not None and self.connection.ready
 
     def put_event(self, event: Event) -> None:
         """Queue an event; if the queue is full, ask for a new snapshot instead."""
@@ -110,12 +124,14 @@ class Room:
     def __init__(self, slug: str) -> None:
         self.slug = slug
         self.viewers: set[Viewer] = set()
-        self.each = defaultdict[int, set[Viewer]](set)  # those that want each picture of a camera
-        self.some = defaultdict[int, set[Viewer]](set)  # those that want one of its pictures now and then
+        self.each = defaultdict[Step, set[Viewer]](set)  # those that want each picture, by camera and step
+        self.film = defaultdict[Step, set[Viewer]](set)  # those that want it as video
+        self.some = defaultdict[int, set[Viewer]](set)  # those that want a camera's picture now and then
         self.states = defaultdict[bool, set[Viewer]](set)  # those that want compact states, or whole ones
         self.pages = self.strangers = 0  # of these viewers
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
+        self.videos = {coarse: Videos() for coarse in (False, True)}
         self.count = 0  # how many watch in all web processes together, when it was last counted
         self.asked = False  # the subscription was sent to Redis
         self.heard = asyncio.Event()  # Redis has confirmed that it sends what is told of this robot
@@ -140,8 +156,12 @@ class Room:
                 group.discard(viewer)
 
     def _groups(self, viewer: Viewer) -> list[set[Viewer]]:
-        pictures = self.some if viewer.every_s else self.each
-        return [self.states[viewer.compact], *(pictures[camera] for camera in viewer.cameras)]
+        if viewer.every_s:
+            pictures = [self.some[camera] for camera in viewer.cameras]
+        else:
+            each = self.film if viewer.video else self.each
+            pictures = [each[camera, viewer.coarse] for camera in viewer.cameras]
+        return [self.states[viewer.compact], *pictures]
 
     def watched(self) -> frozenset[str]:
         """Return what somebody wants: names of cameras' streams, and `trace`."""
@@ -150,7 +170,7 @@ class Room:
     @staticmethod
     def _wants(viewer: Viewer) -> list[str]:
         return [
-            *(bus.watched_as(camera, viewer.every_s) for camera in viewer.cameras),
+            *(bus.watched_as(camera, viewer.every_s, viewer.video, viewer.coarse) for camera in viewer.cameras),
             *["trace"] * viewer.trace,
             *["compact"] * viewer.compact,
         ]
@@ -180,15 +200,33 @@ class Room:
             sorts[viewer.connection is not None and viewer.connection.deflates].append(viewer)
         return self._write(sorts[False], plain) + self._write(sorts[True], compressed)
 
-    def give_picture(self, camera: int, data: bytes) -> None:
+    def give_picture(self, camera: int, data: bytes, coarse: bool = False) -> None:
         """Give everybody who wants it a new picture."""
-        self.newest[camera] = data
+        if not coarse:
+            self.newest[camera] = data
         frame = binary_frame(data)
-        left = self._write(self.each[camera], frame)
-        if some := self.some[camera]:
+        left = self._write(self.each[camera, coarse], frame)
+        if not coarse and (some := self.some[camera]):
             left += self._write([viewer for viewer in some if viewer.wants(camera)], frame)
         for viewer in left:
             viewer.put_picture(camera, data)
+
+    def give_video(self, data: bytes, coarse: bool) -> bool:
+        """Give everybody who wants it the next packet of video; False if a key picture has to be asked for."""
+        return self.videos[coarse].give(data, self.film[unpack(data).camera, coarse], time.monotonic())
+
+    def flows(self, viewer: Viewer, camera: int) -> bool:
+        """Return whether a viewer who wants video can be given it at once."""
+        return viewer.video and self.videos[viewer.coarse].flows(camera, time.monotonic())
+
+    def missing(self, viewer: Viewer) -> list[bytes]:
+        """Return packets of video that a viewer has to be given now, and note that it was."""
+        return self.videos[viewer.coarse].missing(viewer, time.monotonic()) if viewer.video else []
+
+    def keys(self) -> set[str]:
+        """Return what has to be asked for so that everybody's video begins at once."""
+        now, filmed = time.monotonic(), [step for step, viewers in self.film.items() if viewers]
+        return {bus.key_of(*step) for step in filmed if not self.videos[step[1]].flows(step[0], now)}
 
     def give_state(self, data: bytes, compact: bool) -> None:
         """Give a new state to everybody who wants them in this form."""
@@ -207,7 +245,7 @@ class Room:
     def give_packets(self, news: Callable[[Viewer], list[bytes]]) -> None:
         """Give everybody what is new for them of the byte streams."""
         for viewer in self.viewers:
-            if viewer.connection is not None and viewer.connection.ready:
+            if viewer.ready():
                 for packet in news(viewer):  # all of them: what follows a packet that is missing cannot be used
                     viewer.write(binary_frame(packet))
             else:

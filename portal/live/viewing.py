@@ -52,7 +52,7 @@ class Viewing(Line):
         viewer = self.viewer = Viewer(self.slug, connection_of(self.scope))
         viewer.page, viewer.stranger = True, self.stranger()
         if wish is not None:
-            viewer.wish(frozenset(wish.cameras), wish.every_s, wish.compact)
+            viewer.wish(wish)
         self._leave.callback(hub().detach, viewer)
         hub().attach(viewer)
         viewer.seat = self._seat = self._leave.enter_context(audience().one(self.slug))
@@ -179,6 +179,9 @@ class Viewing(Line):
                 viewer.counted, sent = False, True
                 await self._tell_text(watchers_text(hub().watchers(self.slug)))
             await self._free()
+            if packets := hub().video(viewer):
+                sent = True
+                await self._tell_together(packets)
             if viewer.frames:
                 frame, sent = viewer.frames.pop(next(iter(viewer.frames))), True
                 await self._tell_bytes(frame)
@@ -197,6 +200,14 @@ class Viewing(Line):
             await self.send(bytes_data=data)
         elif not self.viewer.connection.gone():
             self.viewer.write(binary_frame(data))
+
+    async def _tell_together(self, packets: list[bytes]) -> None:
+        """Send several messages, over a connection in one go: what comes meanwhile waits behind them."""
+        if self.viewer is None or self.viewer.connection is None:
+            for packet in packets:
+                await self.send(bytes_data=packet)
+        elif not self.viewer.connection.gone():
+            self.viewer.write(b"".join(map(binary_frame, packets)))
 
     async def _tell_text(self, text: str) -> None:
         await self._free()

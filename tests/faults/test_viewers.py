@@ -33,12 +33,12 @@ OFFERS = {
 class Viewer:
     """A viewer who reads only when told, through a small receive buffer."""
 
-    def __init__(self, web, offer="none", buffer=4096):
+    def __init__(self, web, offer="none", buffer=4096, query=""):
         self.line = socket.socket()
         self.line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer)
         self.line.connect(("127.0.0.1", web.port))
         self.line.settimeout(10)
-        where = parse_uri(f"ws://localhost:{web.port}/ws/robots/mercury/")
+        where = parse_uri(f"ws://localhost:{web.port}/ws/robots/mercury/{query}")
         extensions = [OFFERS[offer]] if OFFERS[offer] else None
         self.wire = ClientProtocol(where, origin=f"http://localhost:{web.port}", extensions=extensions, max_size=None)
         self.wire.send_request(self.wire.connect())
@@ -67,8 +67,11 @@ class Viewer:
     def texts(self):
         return [bytes(f.data).decode() for f in self.received if f.opcode is Opcode.TEXT]
 
+    def binary(self):
+        return [bytes(f.data) for f in self.received if f.opcode is Opcode.BINARY]
+
     def pictures(self):
-        return [bytes(f.data) for f in self.received if f.opcode is Opcode.BINARY and f.data[0] == 2]
+        return [data for data in self.binary() if data[0] == 2]
 
     def close(self):
         self.line.close()

@@ -9,6 +9,8 @@ from robots.contract.channels import Scalar
 from robots.contract.compact import Layout
 from robots.contract.session import RobotState
 from robots.contract.streams import Chain, StreamPacket, pack, unpack
+from robots.contract.video import Group, VideoPacket
+from robots.contract.video import pack as pack_video
 from robots.description import load
 from robots.drivers.errors import OutOfWorkspace
 from robots.drivers.irat.spec import spec as irat
@@ -29,7 +31,7 @@ def read(name):
 
 
 PACKETS, COMPACT = read("state_packets"), read("compact_states")
-STREAMS = read("stream_packets")
+STREAMS, VIDEO = read("stream_packets"), read("video_packets")
 PLANE, PROGRAMS = read("mercury_plane"), read("pa10_programs")
 ARM, DESCRIPTION = scara(PLANE), load("mercury")
 
@@ -106,3 +108,16 @@ def test_a_compact_state_is_packed_as_the_browser_reads_it(one):
     assert json.loads(json.dumps(layout.facts())) == one["layout"]
     state = RobotState(0.0, tuple(one["joints"]), (), one["moving"], True, mode=one["mode"])
     assert layout.encode(one["at_ms"], state, one["stopped"], one["told"]).hex() == one["hex"]
+
+
+@pytest.mark.parametrize("one", VIDEO, ids=lambda one: one["what"])
+def test_video_is_packed_and_followed_as_the_browser_reads_it(one):
+    groups = {}
+    for told in one["packets"]:
+        back = 0 if told["follows"] is None else (told["number"] - told["follows"]) % 2**32
+        number = told["number"] + (2**32 if back > told["number"] else 0)
+        packet = VideoPacket(
+            told["camera"], number, told["at_ms"], told["still"], bytes.fromhex(told["data"]), told["follows"], told["run"]
+        )  # fmt: skip
+        assert pack_video(packet).hex() == told["hex"]
+        assert groups.setdefault(told["camera"], Group()).add(pack_video(packet)) is told["taken"]

@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +20,20 @@ from robots.contract.session import RobotState
 from robots.description import views
 from robots.drivers.errors import CameraFault
 from robots.files import replaced
-from robots.messages import Changed, picture_packet
+from robots.messages import Changed
 from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
 from workers.cameras.source import OfDriver
+from workers.cameras.steps import Steps, jpeg
+from workers.cameras.video import Shot
 
 log = logging.getLogger(__name__)
 EXPOSURE_S = 1 / 150  # if the robot names none
 
 
-def jpeg(picture: Picture, quality: int = 88) -> bytes:
-    """Return the picture as JPEG."""
-    return bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
+def _ms(at: datetime) -> int:
+    return int(at.timestamp() * 1000)
 
 
 def grey(picture: Picture) -> Picture:
@@ -46,6 +48,8 @@ class Pictures:
         self._robot, self._clock = robot, clock
         self._description = robot.description().get("camera", {})
         self.cameras = [Camera(robot, i, name, of_driver) for i, name in enumerate(views(robot.description()))]
+        quantizer = self._description.get("video_quantizer")
+        self._steps = [Steps(robot.slug, camera.index, quantizer) for camera in self.cameras]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
         self._stills = robot.spec().capability(Stills)
@@ -108,7 +112,7 @@ class Pictures:
             at = self._clock.now()
             frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
             self.still_id = frame.pk if frame else 0
-            self._publish(number, self.still_id, data, state, at)
+            self._steps[0].still(Shot(shown, number, self.still_id, _ms(at)), data, state.joints)
         finally:
             self._wanted.clear()
         bus.publish(self._robot.slug, Changed("frame"))
@@ -135,10 +139,6 @@ class Pictures:
             difference=round(verdict.difference, 3), tries=verdict.tries,
         )  # fmt: skip
 
-    def _publish(self, number: int, still: int, data: bytes, state: RobotState, at: Any, camera: int = 0) -> None:
-        at_ms = int(at.timestamp() * 1000)
-        bus.publish_picture(self._robot.slug, picture_packet(number, at_ms, still, state.joints, data, camera), camera)
-
     def live_once(self, state: RobotState | None, camera: int = 0, slow: bool = True) -> bool:
         """Send one live picture of a camera if somebody watches it. Return False if nobody does.
 
@@ -149,19 +149,23 @@ class Pictures:
         if (first and self._wanted.is_set()) or state is None:
             return True
         try:
-            each, now_and_then = bus.how_watched(self._robot.slug, camera)
-            if not (each or (slow and now_and_then)):
-                return False
+            wanted = bus.how_watched(self._robot.slug, camera)
         except (redis.RedisError, OSError):
             return False
+        if not any(wanted._replace(now_and_then=wanted.now_and_then and slow)):
+            return False
+        steps, now = self._steps[camera], self._clock.monotonic()
+        due = steps.due(wanted, slow, now)
+        if not any((due.jpeg, due.video, due.coarse, due.coarse_video)):
+            return True
         try:
             with source.lock:
                 if first and self._wanted.is_set():
                     return True  # a still was started while this thread waited for the camera
                 picture = source.grab(self._stills.exposure_s if self._stills else EXPOSURE_S)
-                number, still = source.next(), self.still_id
+                number, still = source.next(), self.still_id if first else 0
         except CameraFault:
             return True
         shown = self._corrected(picture)
-        self._publish(number, still if first else 0, jpeg(shown, 80), state, self._clock.now(), camera)
+        steps.send(due, Shot(shown, number, still, _ms(self._clock.now())), state.joints, now)
         return True

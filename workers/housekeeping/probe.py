@@ -20,8 +20,8 @@ from robots.description import views
 from robots.drivers.errors import CameraFault, RobotError
 from robots.installed import simulator_module
 from robots.models import Lease, Robot, frame_name
-from workers.cameras.pictures import jpeg
 from workers.cameras.source import DriverCamera, open_camera
+from workers.cameras.steps import jpeg
 
 log = logging.getLogger(__name__)
 FIRST_S = 5.0  # until a camera behind a driver shows its first picture

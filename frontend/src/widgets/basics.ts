@@ -8,6 +8,7 @@ import { byId } from "../svg.ts";
 import { say } from "../parts.ts";
 
 export class Basics implements Console {
+  readonly video = true;
   protected camera: CameraView;
 
   constructor(protected page: RobotPage, camera?: CameraView) {
@@ -64,6 +65,7 @@ export function complete(own: Partial<Console>, page: RobotPage): Console {
     const from = own[part] ? own : basics;
     whole[part] = (from[part] as (...given: unknown[]) => unknown).bind(from);
   }
+  whole["video"] = own.video ?? !own.picture; // a picture of its own may know JPEG alone
   if (own.stream) whole["stream"] = own.stream.bind(own);
   return whole as unknown as Console;
 }

@@ -30,6 +30,7 @@ const ASKED_FOR: Record<string, string> = { joint: "go", position: "go", program
 const replaceable = new Set(facts.commands.filter((c) => c.replaceable).map((c) => c.kind));
 
 class ArmConsole implements Console, Judge {
+  readonly video = true;
   private cameras: CameraView[];
   private chosen = 0;
   private view: ArmView | null = null;

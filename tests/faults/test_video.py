@@ -1,0 +1,164 @@
+"""Video over sockets: newcomers, slow viewers, an owner whose encoder fails, and nothing encoded that nobody watches."""
+
+import json
+import time
+from itertools import pairwise
+from urllib.parse import quote
+
+import pytest
+
+from robots import bus
+from robots.contract.video import VideoPacket, pack, unpack
+from tests.conftest import wait_for
+from tests.faults.here import heard, line
+from tests.faults.test_viewers import Viewer
+from tests.rig import ROOT
+
+VIDEO, PICTURE = 4, 2
+WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp8"}
+ASKED = "?watch=" + quote(json.dumps(WISH))
+PATH = f"/ws/robots/mercury/{ASKED}"
+
+
+def packet(number, key=False, size=400, run=1):
+    return pack(VideoPacket(0, number, 100 * number, 0, bytes(size), None if key else number - 1, run))
+
+
+def pictures(one, many, seconds=10):
+    """Return the next packets of pictures that a socket gets, of either kind."""
+    found, until = [], time.monotonic() + seconds
+    while len(found) < many:
+        data = one.recv(timeout=max(0.01, until - time.monotonic()))
+        if isinstance(data, bytes) and data[0] in (VIDEO, PICTURE):
+            found.append(data)
+    return found
+
+
+def whole(packets):
+    told = [unpack(data) for data in packets]
+    return told[0].key and all(b.key or (b.follows == a.number and b.run == a.run) for a, b in pairwise(told))
+
+
+def test_a_newcomer_gets_the_group_since_the_last_key_picture_and_who_wants_jpeg_nothing_of_it(web):
+    with line(web, path=PATH) as first, line(web) as plain:
+        heard(first, "snapshot")
+        heard(plain, "snapshot")
+        assert bus.how_watched("mercury", 0) == bus.Wanted(each=True, video=True, key=True)
+        sent = [packet(n, n in (1, 8)) for n in range(1, 13)]
+        for one in sent:
+            bus.publish_video("mercury", one)
+        assert pictures(first, 12) == sent
+        with line(web, path=PATH) as late:
+            assert pictures(late, 5) == sent[7:]
+            bus.publish_video("mercury", packet(13))
+            assert pictures(late, 1) == pictures(first, 1) == [packet(13)]
+        bus.publish_picture("mercury", b"\x02" + bytes(50))
+        assert pictures(plain, 1)[0][0] == PICTURE, "video never came before it"
+        bus.publish_video("mercury", packet(14))
+        assert pictures(first, 1) == [packet(14)], "no JPEG came before it"
+    web.nothing_left()
+
+
+def test_a_page_changes_between_video_and_jpeg_on_the_same_socket(web):
+    with line(web) as one:
+        heard(one, "snapshot")
+        for n in range(1, 5):
+            bus.publish_video("mercury", packet(n, n == 1))
+        one.send(json.dumps(WISH))
+        assert pictures(one, 4) == [packet(n, n == 1) for n in range(1, 5)]
+        one.send(json.dumps(WISH))
+        assert pictures(one, 4)[0] == packet(1, True), "the whole group again, for a decoder that begins again"
+        one.send(json.dumps(WISH | {"every_s": 5}))
+        wait_for(lambda: bus.how_watched("mercury", 0).now_and_then, 5, "the other wish")
+        bus.publish_video("mercury", packet(5))
+        bus.publish_picture("mercury", b"\x02" + bytes(50))
+        assert pictures(one, 1)[0][0] == PICTURE
+        one.send(json.dumps(WISH | {"video": "h265"}))
+        assert heard(one, "answer")["code"] == "bad_request"
+    web.nothing_left()
+
+
+def test_a_viewer_who_reads_slowly_is_never_given_a_picture_without_those_that_it_changes(web):
+    slow = Viewer(web, query=ASKED)
+    for n in range(1, 301):
+        bus.publish_video("mercury", packet(n, n % 20 == 1, size=6000))
+        time.sleep(0.004)
+        if n % 10 == 0:
+            slow.read(30_000)  # a fifth of what is sent
+    slow.until_quiet()
+    seen = [data for data in slow.binary() if data[0] == VIDEO]
+    assert whole(seen)
+    assert 20 < len(seen) < 150, "no backlog"
+    assert sum(unpack(data).key for data in seen) > 2, "it skips to the next key picture"
+    bus.publish_video("mercury", packet(301, True))
+    slow.until(lambda: slow.binary()[-1] == packet(301, True))
+    slow.close()
+    web.nothing_left()
+
+
+def test_after_a_packet_was_missed_a_key_picture_is_asked_for(web):
+    with line(web, path=PATH) as one:
+        heard(one, "snapshot")
+        bus.publish_video("mercury", packet(1, True))
+        assert pictures(one, 1) == [packet(1, True)]
+        bus.key_comes("mercury", 0)
+        assert not bus.how_watched("mercury", 0).key
+        bus.publish_video("mercury", packet(3))
+        wait_for(lambda: bus.how_watched("mercury", 0).key, 5, "the request")
+        bus.publish_video("mercury", packet(4))
+        bus.publish_video("mercury", packet(5, True))
+        assert pictures(one, 1) == [packet(5, True)]
+    web.nothing_left()
+
+
+class Ear:
+    """What an owner sends of its camera, whoever gets it."""
+
+    def __init__(self):
+        self._ear = bus.listener().pubsub(ignore_subscribe_messages=True)
+        self._ear.subscribe(bus.video_channel("mercury"), bus.frames_channel("mercury"))
+
+    def during(self, seconds):
+        found, until = [], time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            if message := self._ear.get_message(timeout=left):
+                found.append(message["data"])
+        return found
+
+    def close(self):
+        self._ear.close()
+
+
+@pytest.fixture
+def ear():
+    made = Ear()
+    yield made
+    made.close()
+
+
+def test_an_owner_encodes_what_is_wanted_once_and_nothing_that_nobody_wants(rig, web, ear):
+    rig.owner()
+    with line(web, path=PATH) as one, line(web, path=PATH) as two:
+        assert whole(pictures(one, 6))
+        assert unpack(pictures(two, 1)[0]).number > 0
+        ear.during(1.0)
+        sent = ear.during(3.0)
+        assert {data[0] for data in sent} == {VIDEO}, "no JPEG is made that nobody wants"
+        numbers = [unpack(data).number for data in sent]
+        assert numbers == sorted(set(numbers)), "once for both"
+        assert sum(unpack(data).key for data in sent) in (1, 2)
+    wait_for(lambda: ear.during(1.5) == [], 15, "an idle camera")
+
+
+def test_an_owner_whose_encoder_fails_goes_on_with_jpeg(rig, web, ear, tmp_path):
+    (tmp_path / "av").mkdir()
+    (tmp_path / "av" / "__init__.py").write_text("raise ImportError('no encoder on this host')\n")
+    owner = rig.owner(PYTHONPATH=f"{tmp_path}:{ROOT}")
+    with line(web, path=PATH) as filmed, line(web) as plain:
+        heard(filmed, "snapshot")
+        assert {data[0] for data in pictures(plain, 8)} == {PICTURE}
+        assert VIDEO not in {data[0] for data in ear.during(2.0)}
+        filmed.send(json.dumps(WISH | {"video": ""}))
+        assert {data[0] for data in pictures(filmed, 4)} == {PICTURE}
+    assert owner.alive()
+    assert "pictures go on as JPEG" in owner.said()

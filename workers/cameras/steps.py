@@ -1,0 +1,83 @@
+"""The ways in which one camera's live pictures are sent: whole or coarse, as JPEG or video; made once, if wanted."""
+
+from typing import NamedTuple
+
+import cv2
+
+from robots import bus
+from robots.messages import picture_packet
+from robots.vision.stability import Picture
+from workers.cameras.video import QUANTIZER, Shot, Video
+
+QUALITY, COARSE_QUALITY = 80, 20  # of JPEG
+COARSER = 50  # VP8's quantizer of coarse video, at least
+COARSE_S = 0.2  # between two coarse pictures, about
+
+
+def jpeg(picture: Picture, quality: int = 88) -> bytes:
+    """Return the picture as JPEG."""
+    return bytes(cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
+
+
+class Due(NamedTuple):
+    """What has to be made of the next picture; `keys`: which video has to begin anew."""
+
+    jpeg: bool
+    video: bool
+    coarse: bool
+    coarse_video: bool
+    key: bool
+    coarse_key: bool
+
+
+class Steps:
+    """What is sent of one camera. Times are those of one clock (s)."""
+
+    def __init__(self, slug: str, camera: int, quantizer: int | None) -> None:
+        self._slug, self._camera = slug, camera
+        fine = QUANTIZER if quantizer is None else quantizer
+        self._video = Video(slug, camera, fine)
+        self._coarse_video = Video(slug, camera, max(fine, COARSER), coarse=True)
+        self._jpeg_at = self._coarse_at = float("-inf")
+        self._coarse = False  # somebody wants coarse JPEG, when it was last looked
+
+    def due(self, wanted: bus.Wanted, slow: bool, now: float) -> Due:
+        """Return what has to be made of a picture taken now. `slow`: it is time for those who want one now and then."""
+        if wanted.video or wanted.coarse or wanted.coarse_video:  # which come oftener, so the caller cannot know
+            slow = slow or now - self._jpeg_at >= bus.SLOW_S
+        self._coarse = wanted.coarse
+        coarse = now - self._coarse_at >= 0.9 * COARSE_S
+        return Due(
+            wanted.each or (slow and wanted.now_and_then), wanted.video, wanted.coarse and coarse,
+            wanted.coarse_video and coarse, wanted.key, wanted.coarse_key,
+        )  # fmt: skip
+
+    def send(self, due: Due, shot: Shot, joints: tuple[float, ...], now: float) -> None:
+        """Make and send what is due."""
+        if due.jpeg:
+            self._jpeg_at = now
+            self._publish(shot, joints, QUALITY, coarse=False)
+        if due.coarse:
+            self._publish(shot, joints, COARSE_QUALITY, coarse=True)
+        if due.coarse or due.coarse_video:
+            self._coarse_at = now
+        if due.video:
+            self._video.take(shot, due.key)
+        if due.coarse_video:
+            self._coarse_video.take(shot, due.coarse_key)
+
+    def still(self, shot: Shot, data: bytes, joints: tuple[float, ...]) -> None:
+        """Send a stored picture, whose JPEG is `data`, to everybody who watches."""
+        bus.publish_picture(self._slug, self._packet(shot, joints, data), self._camera)
+        if self._coarse:
+            self._publish(shot, joints, COARSE_QUALITY, coarse=True)
+        for video in (self._video, self._coarse_video):
+            if video.running:
+                video.take(shot)
+
+    def _packet(self, shot: Shot, joints: tuple[float, ...], data: bytes) -> bytes:
+        return picture_packet(shot.number, shot.at_ms, shot.still, joints, data, self._camera)
+
+    def _publish(self, shot: Shot, joints: tuple[float, ...], quality: int, coarse: bool) -> None:
+        packet = self._packet(shot, joints, jpeg(shot.picture, quality))
+        bus.publish_picture(self._slug, packet, self._camera, coarse)

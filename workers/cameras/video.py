@@ -1,0 +1,140 @@
+"""The video of one camera, encoded once for all who watch it, while somebody does.
+
+The encoder has a thread of its own, which yields to all others, and drops pictures that come faster than it can encode.
+PyAV encodes without Python's lock. What fails here ends the video for a while; JPEG pictures do not depend on it.
+"""
+
+import contextlib
+import logging
+import os
+import threading
+import time
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from robots import bus
+from robots.contract.video import FARTHEST, GROUP_S, VideoPacket, pack
+from robots.vision.stability import Picture
+
+log = logging.getLogger(__name__)
+QUANTIZER = 34  # of VP8, from 0 (best) to 63, if the robot names none
+OPTIONS = {"deadline": "good", "cpu-used": "3", "lag-in-frames": "0", "auto-alt-ref": "0"}
+FINE = 20  # with a coarser quantizer noise is filtered out first; a finer one keeps everything
+ENOUGH = 50_000_000  # bits a second, so that the quantizer alone decides
+NICER = 10
+IDLE_S = 10.0  # without a picture; then the encoder is given up
+KEYS_S = 0.5  # between two key pictures that were asked for, at least
+EARLY_S = 0.1  # a key picture may come so much before its time rather than after it
+PAUSE_S = 10.0  # after a failure
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A picture of shape (rows, columns), or (rows, columns, 3) in blue, green, red; number, still, ms taken."""
+
+    picture: Picture
+    number: int
+    still: int
+    at_ms: int
+
+
+class Encoder:
+    """VP8 of constant quality, for pictures of one size."""
+
+    def __init__(self, shape: tuple[int, ...], quantizer: int = QUANTIZER) -> None:
+        import av  # noqa: PLC0415 - 12 MB that a robot whose video nobody watches need not keep
+
+        self._av: Any = av
+        self.shape, self._count = shape, 0
+        self._made: Any = av.CodecContext.create("libvpx", "w")
+        self._made.height, self._made.width = shape[:2]
+        self._made.pix_fmt, self._made.time_base = "yuv420p", Fraction(1, 100)
+        self._made.bit_rate, self._made.qmin, self._made.qmax = ENOUGH, quantizer, quantizer
+        self._made.gop_size, self._made.thread_count = 1_000_000, 1
+        self._made.options = OPTIONS | {"noise-sensitivity": "1" if quantizer > FINE else "0"}
+
+    def encode(self, picture: Picture, key: bool) -> tuple[bytes, bool]:
+        """Return VP8's bytes of the next picture, and whether it stands alone. Raises av.FFmpegError.
+
+        Levels are of the full range, colours by ITU-R BT.601: the browser is told so.
+        """
+        form = "gray" if picture.ndim == 2 else "bgr24"
+        raw = self._av.VideoFrame.from_ndarray(picture, format=form)
+        frame = raw.reformat(format="yuv420p", dst_colorspace="ITU601", dst_color_range="JPEG")
+        frame.pts, self._count = self._count, self._count + 1
+        if key:
+            frame.pict_type = self._av.video.frame.PictureType.I
+        (packet,) = self._made.encode(frame)
+        return bytes(packet), bool(packet.is_keyframe)
+
+
+class Video:
+    """Takes pictures in any thread; encodes and sends the newest in its own."""
+
+    def __init__(self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False) -> None:
+        self._slug, self._camera, self._quantizer, self._coarse = slug, camera, quantizer, coarse
+        self._news = threading.Condition()
+        self._shot: Shot | None = None
+        self._key = False  # somebody needs it to stand alone
+        self._thread: threading.Thread | None = None
+        self._paused_until = 0.0
+        self._encoder: Encoder | None = None
+        self._run, self._last, self._key_ms = os.urandom(1)[0], 0, 0
+
+    @property
+    def running(self) -> bool:
+        """Tell whether pictures were taken lately."""
+        return self._thread is not None
+
+    def take(self, shot: Shot, key: bool = False) -> None:
+        """Encode this picture next, instead of one that still waits; `key`: somebody needs it to stand alone."""
+        if key:
+            bus.key_comes(self._slug, self._camera, self._coarse)
+        with self._news:
+            waiting = self._shot
+            if time.monotonic() < self._paused_until or (waiting is not None and waiting.number > shot.number):
+                return
+            self._shot, self._key = shot, key or (self._key and waiting is not None)
+            self._news.notify()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._encode, daemon=True, name=f"video {self._camera}")
+                self._thread.start()
+
+    def _next(self) -> tuple[Shot, bool] | None:
+        """Return the next picture, and whether it has to stand alone; None after a while: then the thread ends."""
+        with self._news:
+            self._news.wait_for(lambda: self._shot is not None, IDLE_S)
+            shot, key, self._shot, self._key = self._shot, self._key, None, False
+            if shot is None:
+                self._thread = self._encoder = None
+                return None
+            return shot, key
+
+    def _encode(self) -> None:
+        with contextlib.suppress(OSError, AttributeError):  # of this thread alone, on Linux
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICER)
+        while (news := self._next()) is not None:
+            try:
+                packet = self.packet(*news)
+            except Exception:
+                log.exception("the video of camera %d failed; pictures go on as JPEG", self._camera)
+                with self._news:
+                    self._paused_until = time.monotonic() + PAUSE_S
+                    self._shot = self._thread = self._encoder = None
+                return
+            bus.publish_video(self._slug, packet, self._camera, self._coarse)
+
+    def packet(self, shot: Shot, asked: bool = False) -> bytes:
+        """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""
+        since_s = (shot.at_ms - self._key_ms) / 1000
+        key = not 0 <= since_s < GROUP_S - EARLY_S or (asked and since_s >= KEYS_S)
+        key = key or not 0 < shot.number - self._last <= FARTHEST
+        if self._encoder is None or self._encoder.shape != shot.picture.shape:
+            self._encoder, self._run, key = Encoder(shot.picture.shape, self._quantizer), (self._run + 1) & 0xFF, True
+        data, stands_alone = self._encoder.encode(shot.picture, key)
+        follows = None if stands_alone else self._last
+        self._last = shot.number
+        if stands_alone:
+            self._key_ms = shot.at_ms
+        return pack(VideoPacket(self._camera, shot.number, shot.at_ms, shot.still, data, follows, self._run))

@@ -15,9 +15,10 @@ from typing import Any
 import redis.asyncio as aioredis
 import uvloop
 
+from robots.messages import PICTURE_HEAD
+
 SIZE, EVERY_S = 6000, 0.1  # bytes of a picture, as the iRat's; seconds between two
 CHANNEL = "farhand:mercury:frames"
-HEAD = struct.Struct("!BQd")  # kind of the message (a picture), number, time of publication
 GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455
 LAYERS = {"group": "RedisChannelLayer", "group_pubsub": "RedisPubSubChannelLayer"}
 
@@ -38,7 +39,7 @@ def layer_of(way: str, store: str) -> Any:
 
 async def publish(way: str, store: str) -> None:
     """Publish a picture ten times a second until standard input ends."""
-    picture, n = bytes(SIZE - HEAD.size), 0
+    picture, n = bytes(SIZE - PICTURE_HEAD.size), 0
     layer = layer_of(way, store) if way in LAYERS else None
     client = aioredis.Redis.from_url(store)
     due = time.monotonic()
@@ -46,7 +47,7 @@ async def publish(way: str, store: str) -> None:
         due = max(due + EVERY_S, time.monotonic())
         await asyncio.sleep(due - time.monotonic())
         n += 1
-        data = HEAD.pack(2, n, time.monotonic()) + picture
+        data = PICTURE_HEAD.pack(2, 0, n, int(time.time() * 1000), 0, 0) + picture
         if layer is not None:
             await layer.group_send("pictures", {"type": "picture", "data": data})
         else:

@@ -51,7 +51,7 @@ def _measure(stack: ExitStack) -> dict[str, float | list[int]]:
     stack.callback(redis.stop)
     web, url = stack.enter_context(server("ours", settings.REDIS_URL))
     stack.callback(child("_fans", "publish", "ours", settings.REDIS_URL).kill)
-    crowd = child("_crowd", url, str(VIEWERS), str(MINUTES * 60), str(CHANGES), talk=True)
+    crowd = child("_crowd", url, str(VIEWERS), str(MINUTES * 60), "--changes", str(CHANGES), talk=True)
     stack.callback(crowd.kill)
     samples: list[int] = []
     over = threading.Event()

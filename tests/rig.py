@@ -225,10 +225,10 @@ def free_port() -> int:
 class Web(Child):
     """The web process."""
 
-    def __init__(self, **env: str) -> None:
+    def __init__(self, port: int | None = None, **env: str) -> None:
         from portal.processes import web_process
 
-        self.port = free_port()
+        self.port = port or free_port()
         spec = web_process("127.0.0.1", self.port)
         super().__init__("web", list(spec.argv), **{**spec.env, **env})
         self.url = f"http://localhost:{self.port}"

@@ -1,19 +1,15 @@
 """From the simulated camera's exposure to the pixels on a page: the true age of a picture, beside the age shown."""
 
-import json
-import subprocess
-import sys
-from pathlib import Path
+import contextlib
 
 import pytest
 from playwright.sync_api import expect
 
 from simulators.common import stamp
 from tests.conftest import at_length
+from tests.crowd import MANY, Crowd
 from tests.rig import Web
 
-ROOT = Path(__file__).resolve().parents[2]
-MANY = {"FARHAND_SOCKETS_PER_ADDRESS": "5000", "FARHAND_CONNECTIONS_PER_ADDRESS": "5000"}
 # Reads the stamp from the pixels each time that the page has drawn; [true age in ms, age by the picture's own time] each.
 SAMPLE = """async ({seconds, cell, columns, rows}) => {
   const canvas = document.getElementById("picture"), seen = [], end = performance.now() + seconds * 1000;
@@ -36,45 +32,25 @@ SAMPLE = """async ({seconds, cell, columns, rows}) => {
 }"""
 
 
-class Crowd:
-    """Viewers in a process of their own."""
-
-    def __init__(self, web, number, seconds):
-        argv = [sys.executable, "-m", "benchmarks._crowd", f"{web.url}/ws/robots/mercury/", str(number), str(seconds)]
-        pipe = subprocess.PIPE
-        self._process = subprocess.Popen(argv, cwd=ROOT, text=True, stdin=pipe, stdout=pipe)
-        for _ in ("the first", "all"):
-            assert "joined" in self.said()
-
-    def said(self):
-        self._process.stdin.write("\n")
-        self._process.stdin.flush()
-        return json.loads(self._process.stdout.readline())
-
-    def end(self):
-        with self._process:  # closes its pipes
-            self._process.kill()
-
-
 @pytest.mark.alone
 @pytest.mark.parametrize("viewers", [1, at_length(100), at_length(1000)])
 def test_promise_47_the_age_shown_is_the_true_age(portal, visitor, proof, viewers):
     seconds = proof.count("seconds of watching", 6, 20)
     web = Web(**MANY)
     portal.sim.fault("cam_stamp")
-    crowd = Crowd(web, viewers - 1, seconds + 60) if viewers > 1 else None
     try:
-        page = visitor().page
-        page.goto(f"{web.url}/robots/mercury/")
-        expect(page.locator("#age")).to_contain_text("a second")
-        page.wait_for_timeout(1000)
-        seen = page.evaluate(
-            SAMPLE, {"seconds": seconds, "cell": stamp.CELL, "columns": stamp.COLUMNS, "rows": stamp.ROWS}
-        )
+        with Crowd(web.url, viewers - 1, seconds + 60) if viewers > 1 else contextlib.nullcontext() as crowd:
+            if crowd:
+                crowd.begin()
+            page = visitor().page
+            page.goto(f"{web.url}/robots/mercury/")
+            expect(page.locator("#age")).to_contain_text("a second")
+            page.wait_for_timeout(1000)
+            seen = page.evaluate(
+                SAMPLE, {"seconds": seconds, "cell": stamp.CELL, "columns": stamp.COLUMNS, "rows": stamp.ROWS}
+            )
     finally:
         portal.sim.clear()
-        if crowd:
-            crowd.end()
         web.kill()
     true = sorted(age for age, _ in seen)
     assert len(true) > seconds, true

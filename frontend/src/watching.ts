@@ -15,7 +15,7 @@ interface Line {
 interface Picture { camera: number; atMs: number }
 
 const SAID: Record<Pace, string> = {
-  live: "", stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
+  live: "", coarse: "Slow connection: the pictures are coarse.", stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
   states: "Very slow connection: only measured values, no new pictures.",
 };
 
@@ -116,14 +116,14 @@ export class Watching {
   }
 
   private get filming(): boolean {
-    return this.film && this.pace === "live" && this.cameras.length > 0;
+    return this.film && (this.pace === "live" || this.pace === "coarse") && this.cameras.length > 0;
   }
 
   private wished(): object {
     const { pace } = this;
     return {
       t: "watch", cameras: pace === "states" ? [] : this.cameras, every_s: pace === "stills" ? STILLS_S : 0,
-      compact: pace !== "live", ...(this.filming ? { video: CODING } : {}),
+      compact: pace !== "live", ...(this.filming ? { video: CODING } : {}), ...(pace === "coarse" ? { coarse: true } : {}),
     };
   }
 

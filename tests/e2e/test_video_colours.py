@@ -1,4 +1,4 @@
-"""Video on a page with several cameras: each in its own canvas, in its own colours and size."""
+"""Video on a page with several cameras, each in its own canvas, colours and size; and a robot that sends none."""
 
 import threading
 import time
@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from robots import bus
+from robots.messages import picture_packet
 from tests.conftest import wait_for
+from tests.e2e.test_pace import Heard
+from workers.cameras.steps import jpeg
 from workers.cameras.video import Shot, Video
 
 STRIPES = {0: ((250, 20, 10), (60, 200, 40), (255, 255, 255)), 1: ((10, 30, 250), (0, 0, 0), (240, 220, 20))}
@@ -75,3 +78,16 @@ def test_each_camera_is_shown_in_its_own_colours_and_place(cameras, bare, visito
                 15,
                 f"the colours of camera {camera}",
             )
+
+
+def test_a_page_whose_robot_sends_no_video_goes_back_to_jpeg(bare, visitor):
+    page = visitor().page
+    heard, slug = Heard(page), bare.robot.slug
+    page.goto(f"/robots/{slug}/")
+    wait_for(lambda: page.wait_for_timeout(100) or "video" in heard.wishes()[-1], 10, "a wish for video")
+    wait_for(lambda: page.wait_for_timeout(100) or "video" not in heard.wishes()[-1], 15, "a wish for JPEG")
+    picture = jpeg(np.full((165, 192), 200, np.uint8))
+    bus.publish_picture(slug, picture_packet(1, int(time.time() * 1000), 0, (), picture))
+    page.wait_for_function(
+        "() => document.getElementById('picture').getContext('2d').getImageData(9, 9, 1, 1).data[0] > 190"
+    )

@@ -1,9 +1,11 @@
 """Moving pictures of the simulators' cameras: what the scene looks like, and what the robot's worker gets of it.
 
-The first has no noise of a sensor in it and was never compressed; the second has both, the robot's own JPEG included.
+The first has no noise of a sensor in it (with NOISE=1 it has) and was never compressed; the second has both, the
+robot's own JPEG included.
 """
 
 import io
+import os
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,6 +20,7 @@ from robots.description import load, views
 
 Picture = np.ndarray
 Pair = tuple[Picture, Picture]  # the scene, and what the worker gets; blue, green, red, or grey
+NOISE = bool(os.environ.get("NOISE"))
 CAMERA_QUALITY = 94  # of simulators.common.camera_server
 MERCURY_S, ARM_RAD_S = 0.002, 0.5
 TURN_EVERY_S = 6.0  # an operator who looks before the next move
@@ -58,7 +61,7 @@ def _mercury(every_s: float) -> Callable[[int], list[Pair]]:
         for poses in _moves(rng, every_s, int(0.25 / MERCURY_S), int(exposure / MERCURY_S) + 1):
             seen = camera.expose(bed, poses, exposure, rng)
             camera.NOISE = 0.0
-            found.append((camera.expose(bed, poses, exposure, rng), _seen(seen)))
+            found.append((seen if NOISE else camera.expose(bed, poses, exposure, rng), _seen(seen)))
             camera.NOISE = noise
             if len(found) == many:
                 return found
@@ -108,8 +111,9 @@ def _irat(many: int) -> list[Pair]:
             tick(seconds)
             if trial.world.now >= begun + len(found) * every_s:
                 hull = trial.world.plant.frame
-                seen = cv2.imdecode(np.frombuffer(jpeg(eye.take(hull)), np.uint8), cv2.IMREAD_COLOR)
-                found.append((clear.take(hull)[:, :, ::-1], np.asarray(seen)))
+                raw = eye.take(hull)
+                seen = cv2.imdecode(np.frombuffer(jpeg(raw), np.uint8), cv2.IMREAD_COLOR)
+                found.append(((raw if NOISE else clear.take(hull))[:, :, ::-1], np.asarray(seen)))
             if len(found) == many:
                 raise _Enough
 
@@ -148,7 +152,8 @@ def _arm(view: str) -> Callable[[int], list[Pair]]:
             mujoco.mj_camlight(model, data)
             clear = renderer.take(data, view)
             grain = rng.integers(-cameras.NOISE, cameras.NOISE, clear.shape, dtype=np.int16, endpoint=True)
-            found.append((clear[:, :, ::-1], _seen(np.clip(clear + grain, 0, 255).astype(np.uint8))))
+            raw = np.clip(clear + grain, 0, 255).astype(np.uint8)
+            found.append(((raw if NOISE else clear)[:, :, ::-1], _seen(raw)))
         return found
 
     return take

@@ -1,11 +1,11 @@
-/** How much a page asks for: live pictures, one now and then, or only states; by what the line can carry. */
+/** How much a page asks for: live pictures, coarse ones, one now and then, or only states; by what the line can carry. */
 
-export type Pace = "live" | "stills" | "states";
-export const PACES: readonly Pace[] = ["live", "stills", "states"];
+export type Pace = "live" | "coarse" | "stills" | "states";
+export const PACES: readonly Pace[] = ["live", "coarse", "stills", "states"];
 
 /** A picture that arrives older than this is late: at each pace another age, for a whole one takes its time. */
-const LATE_MS: Record<Pace, number> = { live: 1500, stills: 6000, states: Infinity };
-const WINDOW_MS: Record<Pace, number> = { live: 4000, stills: 20_000, states: 10_000 };
+const LATE_MS: Record<Pace, number> = { live: 1500, coarse: 1500, stills: 6000, states: Infinity };
+const WINDOW_MS: Record<Pace, number> = { live: 4000, coarse: 4000, stills: 20_000, states: 10_000 };
 const QUICK_MS = 700, SLOW_MS = 1500;
 const FIRST_HOLD_MS = 20_000, LONGEST_HOLD_MS = 320_000;
 

@@ -5,7 +5,8 @@ import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
-const NO_VIDEO_MS = 4000; // nothing comes as video: the robot's encoder may have failed
+const NO_VIDEO_MS = 4000; // nothing comes as video: the robot's encoder may have failed,
+const REST_MS = 60_000; //   so JPEG is asked for for so long
 
 /** The part of a socket that is used here. */
 interface Line {
@@ -15,7 +16,7 @@ interface Line {
 interface Picture { camera: number; atMs: number }
 
 const SAID: Record<Pace, string> = {
-  live: "", stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
+  live: "", coarse: "Slow connection: the pictures are coarse.", stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
   states: "Very slow connection: only measured values, no new pictures.",
 };
 
@@ -27,6 +28,7 @@ export class Watching {
   private told = "";
   private expected = false;
   private film = false; // this page decodes video
+  private restsUntil = 0; // it does without video, performance.now
   private filmedSince = 0; // when it was asked for, or when a picture came last, performance.now; 0: not asked for
   private fruitless = false; // nothing has arrived through this socket
 
@@ -107,23 +109,26 @@ export class Watching {
     const line = this.line();
     this.expected = expected;
     if (!line.lost) {
-      if (expected && this.filmedSince && performance.now() - this.filmedSince > NO_VIDEO_MS) this.video(false);
+      const now = performance.now();
       if (expected && this.judge.doubts) line.check();
       const fast = quick(line.overdue ? null : line.latency, line.best);
-      if (this.judge.judge(performance.now(), expected, fast)) this.tell();
+      if (expected && fast && this.filmedSince && now - this.filmedSince > NO_VIDEO_MS) this.restsUntil = now + REST_MS;
+      this.judge.judge(now, expected, fast);
+      this.tell();
     }
     return this.chosen === null ? SAID[this.judge.pace] : "";
   }
 
   private get filming(): boolean {
-    return this.film && this.pace === "live" && this.cameras.length > 0;
+    if (!this.film || performance.now() < this.restsUntil) return false;
+    return (this.pace === "live" || this.pace === "coarse") && this.cameras.length > 0;
   }
 
   private wished(): object {
     const { pace } = this;
     return {
       t: "watch", cameras: pace === "states" ? [] : this.cameras, every_s: pace === "stills" ? STILLS_S : 0,
-      compact: pace !== "live", ...(this.filming ? { video: CODING } : {}),
+      compact: pace !== "live", ...(this.filming ? { video: CODING } : {}), ...(pace === "coarse" ? { coarse: true } : {}),
     };
   }
 

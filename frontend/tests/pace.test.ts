@@ -26,8 +26,10 @@ function run(judge: LineJudge, from: number, seconds: number, line: Slowness): P
 const GOOD = { age: () => 200, latency: () => 50 };
 /** A line that carries stills, but not live pictures. */
 const NARROW = {
-  age: (pace: Pace) => (pace === "live" ? 9000 : 800), latency: (pace: Pace) => (pace === "live" ? 5000 : 300),
+  age: (pace: Pace) => (pace === "stills" ? 800 : 9000), latency: (pace: Pace) => (pace === "live" || pace === "coarse" ? 5000 : 300),
 };
+/** A line that carries coarse pictures, but not whole ones. */
+const MIDDLE = { age: (pace: Pace) => (pace === "live" ? 9000 : 500), latency: (pace: Pace) => (pace === "live" ? 5000 : 300) };
 
 test("a good line stays live, also while the robot's camera sends nothing or its clock is behind", () => {
   assert.deepEqual(new Set(run(new LineJudge(0), 0, 600, GOOD)), new Set(["live"]));
@@ -37,11 +39,19 @@ test("a good line stays live, also while the robot's camera sends nothing or its
 
 test("a line on which live pictures grow old gets one now and then, and more is tried less and less often", () => {
   const seen = run(new LineJudge(0), 0, 7200, NARROW);
-  assert.ok(seen.indexOf("stills") <= 6, "soon");
+  assert.ok(seen.indexOf("stills") <= 11, "soon");
   assert.ok(!seen.includes("states"));
-  const tries = seen.flatMap((pace, i) => (pace === "live" && seen[i - 1] === "stills" ? [i] : []));
+  const tries = seen.flatMap((pace, i) => (pace === "coarse" && seen[i - 1] === "stills" ? [i] : []));
   assert.ok(tries.length >= 10 && tries.length <= 30, `${tries.length} tries in two hours`);
   assert.ok(tries.slice(-5).every((at, i, last) => i === 0 || at - last[i - 1]! > 300), "no more often than every five minutes at last");
+});
+
+test("a line that carries coarse pictures gets those, and whole ones are tried less and less often", () => {
+  const seen = run(new LineJudge(0), 0, 3600, MIDDLE);
+  assert.ok(seen.indexOf("coarse") <= 6, "soon");
+  assert.ok(!seen.includes("stills"));
+  const tries = seen.filter((pace, i) => pace === "live" && seen[i - 1] === "coarse").length;
+  assert.ok(tries >= 6 && tries <= 20, `${tries} tries in an hour`);
 });
 
 test("a line that carries no picture in time gets states only", () => {

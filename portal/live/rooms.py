@@ -10,7 +10,7 @@ import msgspec
 from portal.live.audience import Seat, audience
 from portal.live.direct import Connection, binary_frame, text_frames
 from portal.live.messages import Watch
-from portal.live.video import Given, Videos
+from portal.live.video import JOIN_S, NEXT, Given, Videos
 from robots import bus
 from robots.contract.video import unpack
 from robots.messages import Changed, Event
@@ -33,7 +33,7 @@ class Viewer:
 
     __slots__ = (
         "cameras", "coarse", "compact", "connection", "counted", "due", "events", "every_s", "frames",
-        "given", "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "video", "wake",
+        "given", "joins_from", "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "video", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
@@ -47,6 +47,7 @@ class Viewer:
         self.compact = False  # it wants states in few bytes
         self.video = self.coarse = False  # it wants each picture as video, or in few bytes
         self.given: dict[int, Given] = {}  # of each camera's video
+        self.joins_from = 0.0  # when it may be given all since the last key picture
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None
         self.told: dict[int, tuple[list[bytes], int]] = {}  # of each byte stream: which key packet's, how many
@@ -84,7 +85,10 @@ class Viewer:
         self.every_s, self.compact = wish.every_s, wish.compact
         self.video, self.coarse = bool(wish.video) and not wish.every_s, wish.coarse and not wish.every_s
         self.due.clear()
-        self.given.clear()
+        now = time.monotonic()  # whoever asks again and again does not get whole groups again and again
+        self.given = {} if now >= self.joins_from else dict.fromkeys(cameras, NEXT)
+        if self.video:
+            self.joins_from = now + JOIN_S
         for camera in self.frames.keys() - cameras:
             del self.frames[camera]
 

@@ -12,8 +12,10 @@ from robots.contract.video import GROUP_S, Group, unpack
 
 LATE_MS = 500  # what a viewer has missed may be so long
 SILENT_S = GROUP_S + 0.5  # after which nothing that is kept belongs to what comes next
+JOIN_S = 1.0  # between two times that a viewer is given all since the last key picture, at least
 Given = tuple[list[bytes], int]  # of which group a viewer was given packets, and how many
 NOTHING: Given = ([], 0)
+NEXT: Given = ([], -1)  # it has to wait for the next key picture
 
 
 class Watcher(Protocol):
@@ -59,6 +61,10 @@ class Videos:
         frame = binary_frame(data)
         for viewer in viewers:
             held, count = viewer.given.get(camera, NOTHING)
+            if count < 0:
+                if before:
+                    continue
+                viewer.given[camera] = NOTHING
             if viewer.ready() and (not before or (held is packets and count == before)):
                 viewer.write(frame)
                 viewer.given[camera] = (packets, before + 1)
@@ -74,7 +80,7 @@ class Videos:
                 continue
             held, count = viewer.given.get(camera, NOTHING)
             begun = count if held is group.packets else 0
-            if begun == len(group.packets) or not self.flows(camera, now):
+            if begun == len(group.packets) or count < 0 or not self.flows(camera, now):
                 continue
             if camera not in viewer.given or group.times[-1] - group.times[begun] <= LATE_MS:
                 found += group.packets[begun:]

@@ -27,10 +27,12 @@ class Filmed(Heard):
 
     def __init__(self, page):
         super().__init__(page)
-        self.packets = []
+        self.packets, self.sizes = [], {VIDEO: [], PICTURE: []}
 
     def _received(self, data):
         super()._received(data)
+        if isinstance(data, bytes) and data[0] in self.sizes:
+            self.sizes[data[0]].append(len(data))
         if isinstance(data, bytes) and data[0] == VIDEO:
             self.packets.append(unpack(data))
 
@@ -53,6 +55,52 @@ def test_live_pictures_come_as_video_and_the_browser_decodes_them(portal, visito
     after = page.evaluate(LEVELS)
     assert after["at"] > before["at"]
     assert heard.count(PICTURE) == jpegs, "no JPEG comes beside the video"
+
+
+@pytest.mark.parametrize("decodes", [True, False], ids=["video", "JPEG"])
+def test_coarse_pictures_take_a_fraction_and_are_as_large(portal, visitor, decodes):
+    someone = visitor()
+    page, heard = someone.page, Filmed(someone.page)
+    if not decodes:
+        page.add_init_script("delete globalThis.VideoDecoder")
+    kind = VIDEO if decodes else PICTURE
+    page.goto("/robots/mercury/")
+    wait_for(lambda: page.wait_for_timeout(100) or heard.count(kind) >= 20, 20, "whole pictures")
+    whole, many = sum(heard.sizes[kind]), heard.count(kind)
+    page.select_option("#pace", "coarse")
+    page.wait_for_timeout(1000)
+    heard.sizes[kind].clear()
+    wait_for(lambda: page.wait_for_timeout(100) or len(heard.sizes[kind]) >= 16, 20, "coarse pictures")
+    assert heard.wishes()[-1].get("coarse") is True
+    assert ("video" in heard.wishes()[-1]) is decodes
+    assert sum(heard.sizes[kind]) / len(heard.sizes[kind]) < 0.5 * whole / many
+    expect(page.locator("#age")).to_have_text(AGE)
+    shown = page.evaluate(LEVELS)
+    assert (shown["width"], shown["height"]) == (192, 165)
+    assert shown["levels"] > 10
+
+
+def test_a_tab_that_nobody_sees_decodes_nothing_and_goes_on_when_it_is_seen(portal, visitor):
+    someone = visitor()
+    page, heard = someone.page, Filmed(someone.page)
+    page.add_init_script(
+        "globalThis.decoded = 0; const decode = VideoDecoder.prototype.decode;"
+        "VideoDecoder.prototype.decode = function (chunk) { decoded += 1; return decode.call(this, chunk); };"
+        "globalThis.seen = (yes) => {"
+        " Object.defineProperty(document, 'hidden', { configurable: true, get: () => !yes });"
+        " document.dispatchEvent(new Event('visibilitychange')); };"
+    )
+    page.goto("/robots/mercury/")
+    wait_for(lambda: page.wait_for_timeout(100) or len(heard.packets) >= 5, 20, "video")
+    page.evaluate("seen(false)")
+    before, packets = page.evaluate("decoded"), len(heard.packets)
+    wait_for(
+        lambda: page.wait_for_timeout(100) or len(heard.packets) >= packets + 6, 10, "packets that come all the same"
+    )
+    assert page.evaluate("decoded") == before
+    page.evaluate("seen(true)")
+    wait_for(lambda: page.wait_for_timeout(100) or page.evaluate("decoded") > before, 5, "pictures again")
+    expect(page.locator("#age")).to_have_text(AGE)
 
 
 def test_a_browser_without_a_decoder_gets_jpeg(portal, visitor):

@@ -7,6 +7,7 @@ from urllib.parse import quote
 
 import pytest
 
+from portal.live.video import JOIN_S
 from robots import bus
 from robots.contract.video import VideoPacket, pack, unpack
 from tests.conftest import wait_for
@@ -66,11 +67,19 @@ def test_a_page_changes_between_video_and_jpeg_on_the_same_socket(web):
             bus.publish_video("mercury", packet(n, n == 1))
         one.send(json.dumps(WISH))
         assert pictures(one, 4) == [packet(n, n == 1) for n in range(1, 5)]
+        for _ in range(20):
+            one.send(json.dumps(WISH))
+        one.send(json.dumps({"t": "ping", "n": 5}))
+        while "pong" not in (said := one.recv(timeout=10)):
+            assert isinstance(said, str), "not as often as it asks"
+        time.sleep(JOIN_S)
         one.send(json.dumps(WISH))
-        assert pictures(one, 4)[0] == packet(1, True), "the whole group again, for a decoder that begins again"
+        assert pictures(one, 4) == [packet(n, n == 1) for n in range(1, 5)], "the whole group again"
+        bus.publish_video("mercury", packet(5))
+        assert pictures(one, 1) == [packet(5)]
         one.send(json.dumps(WISH | {"every_s": 5}))
         wait_for(lambda: bus.how_watched("mercury", 0).now_and_then, 5, "the other wish")
-        bus.publish_video("mercury", packet(5))
+        bus.publish_video("mercury", packet(6))
         bus.publish_picture("mercury", b"\x02" + bytes(50))
         assert pictures(one, 1)[0][0] == PICTURE
         one.send(json.dumps(WISH | {"video": "h265"}))

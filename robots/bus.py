@@ -24,6 +24,7 @@ PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
+SOME_S = 0.2  # of recordings
 SHOT_S = 60  # a live picture with an address of its own
 STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
 
@@ -45,7 +46,7 @@ def frames_of(camera: int) -> str:
 
 def watched_as(camera: int, every_s: float) -> str:
     """Return what is watched by somebody who wants a camera's picture at most once in `every_s` seconds."""
-    return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
+    return frames_of(camera) + (".slow" if every_s >= SLOW_S else ".some" if every_s >= SOME_S else "")
 
 
 def frames_channel(slug: str, camera: int = 0) -> str:
@@ -276,11 +277,14 @@ def watched(slug: str, what: str = "frames") -> bool:
     return bool(connection().exists(watch_key(slug, what)))
 
 
-def how_watched(slug: str, camera: int) -> tuple[bool, bool]:
-    """Return whether somebody wants each picture of a camera, and one now and then. Raises redis.RedisError."""
-    keys = (watch_key(slug, watched_as(camera, every_s)) for every_s in (0.0, SLOW_S))
-    each, now_and_then = connection().mget(*keys)
-    return each is not None, now_and_then is not None
+def how_watched(slug: str, camera: int) -> float | None:
+    """Return the least time (s) between two pictures of a camera that somebody wants; 0.0: each one, None: nobody.
+
+    Raises redis.RedisError.
+    """
+    paces = (0.0, SOME_S, SLOW_S)
+    marked = connection().mget(*(watch_key(slug, watched_as(camera, every_s)) for every_s in paces))
+    return next((every_s for every_s, mark in zip(paces, marked, strict=True) if mark is not None), None)
 
 
 def shot_key(slug: str, camera: int, at_ms: int) -> str:

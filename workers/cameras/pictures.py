@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from workers.cameras.source import OfDriver
 
 log = logging.getLogger(__name__)
 EXPOSURE_S = 1 / 150  # if the robot names none
+EARLY_S = 0.02  # a picture may come so much before its time
 
 
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
@@ -46,6 +48,7 @@ class Pictures:
         self._robot, self._clock = robot, clock
         self._description = robot.description().get("camera", {})
         self.cameras = [Camera(robot, i, name, of_driver) for i, name in enumerate(views(robot.description()))]
+        self._sent = [-inf for _ in self.cameras]  # when each camera's last live picture was begun
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
         self._stills = robot.spec().capability(Stills)
@@ -139,21 +142,20 @@ class Pictures:
         at_ms = int(at.timestamp() * 1000)
         bus.publish_picture(self._robot.slug, picture_packet(number, at_ms, still, state.joints, data, camera), camera)
 
-    def live_once(self, state: RobotState | None, camera: int = 0, slow: bool = True) -> bool:
-        """Send one live picture of a camera if somebody watches it. Return False if nobody does.
-
-        `slow`: it is time for a picture for those who want one only now and then.
-        """
+    def live_once(self, state: RobotState | None, camera: int = 0) -> bool:
+        """Send one live picture of a camera if somebody wants one now. Return False if nobody will soon."""
         source = self.cameras[camera]
         first = camera == 0
         if (first and self._wanted.is_set()) or state is None:
             return True
+        now = self._clock.monotonic()
         try:
-            each, now_and_then = bus.how_watched(self._robot.slug, camera)
-            if not (each or (slow and now_and_then)):
-                return False
+            every_s = bus.how_watched(self._robot.slug, camera)
         except (redis.RedisError, OSError):
             return False
+        if every_s is None or now - self._sent[camera] < every_s - EARLY_S:
+            return every_s is not None and every_s < bus.SLOW_S
+        self._sent[camera] = now
         try:
             with source.lock:
                 if first and self._wanted.is_set():

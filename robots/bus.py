@@ -312,6 +312,16 @@ def shot(slug: str, camera: int, at_ms: int) -> bytes | None:
     return found
 
 
+def drop_shot(slug: str, camera: int, at_ms: int) -> bool:
+    """Remove a live picture that is kept. Return False if Redis did not answer."""
+    try:
+        connection().delete(shot_key(slug, camera, at_ms))
+    except (redis.RedisError, OSError):
+        failures["shot"] += 1
+        return False
+    return True
+
+
 def watchers_key(slug: str) -> str:
     """Return the hash that holds how many watch a robot in each web process, and when that was counted (s)."""
     return f"farhand:{slug}:watchers"

@@ -26,8 +26,9 @@ export class Watching {
   private expected = false;
   private fruitless = false; // nothing has arrived through this socket
 
-  constructor(private line: () => Line, private saveData: boolean) {
-    this.chosen = PACES.find((pace) => pace === kept.get("pace")) ?? null;
+  /** `whole`: everything is wanted, whatever was chosen for live pictures. */
+  constructor(private line: () => Line, private saveData: boolean, whole = false) {
+    this.chosen = whole ? "live" : PACES.find((pace) => pace === kept.get("pace")) ?? null;
     this.judge = this.begin();
   }
 

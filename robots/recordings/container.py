@@ -181,7 +181,7 @@ def _complete(file: IO[bytes]) -> bool:
         raise ValueError("not a recording") from error
     try:
         summary = reader.get_summary()
-    except TORN:
+    except (*TORN, OSError):  # too short to have one
         return False
     return summary is not None and bool(summary.chunk_indexes)
 

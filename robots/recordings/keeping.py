@@ -21,6 +21,7 @@ MB = 1_000_000
 RECORDED = (GrantKind.TURN, GrantKind.JOB)
 LIVE = ".tape"  # while it is written
 BUSY = ".new"  # while it is written again
+OLD = ".old"  # what a recorder that was killed has left, while it is copied
 LATE_MS = 2000  # around a picture that is taken out, as much is taken out of the camera's other pictures
 
 
@@ -101,6 +102,18 @@ def remove(recording: Recording, reason: str) -> bool:
     forget_movies(Movie.objects.filter(recording=recording))
     recording.refresh_from_db()
     return True
+
+
+def settle_restored(now: datetime) -> None:
+    """After a restore: what was being recorded, or whose file was left out of the backup, has no file."""
+    Recording.objects.filter(state=RecordingState.RUNNING).update(
+        state=RecordingState.REMOVED, ended_at=now, reason="It was being recorded when the backup was made."
+    )
+    for recording in Recording.objects.filter(state__in=SHOWN):
+        if not path_of(recording).exists():
+            Recording.objects.filter(pk=recording.pk).update(
+                state=RecordingState.REMOVED, size=0, reason="Its file was not in the backup."
+            )
 
 
 def forget_movies(movies: Iterable[Movie]) -> int:

@@ -52,6 +52,12 @@ GET = {
     "robots/<slug:slug>/camera/<int:number>.mjpg": ("/robots/mercury/camera/9.mjpg", everybody(ABSENT)),
     "robots/<slug:slug>/camera/<int:number>.jpg": ("/robots/mercury/camera/9.jpg", everybody(ABSENT)),
     "robots/<slug:slug>/camera/<int:number>/<int:at_ms>.jpg": ("/robots/mercury/camera/0/1.jpg", everybody(ABSENT)),
+    "robots/<slug:slug>/recordings/": ("/robots/mercury/recordings/", everybody(OK)),
+    # who sees one that exists: test_recordings.py
+    "recordings/<str:key>/": ("/recordings/none/", everybody(ABSENT)),
+    "recordings/<str:key>/file.mcap": ("/recordings/none/file.mcap", everybody(ABSENT)),
+    "recordings/<str:key>/<int:version>/index.json": ("/recordings/none/1/index.json", everybody(ABSENT)),
+    "recordings/<str:key>/<int:version>/<int:number>.bin": ("/recordings/none/1/0.bin", everybody(ABSENT)),
     "jobs/<str:key>/": ("/jobs/none/", everybody(ABSENT)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),
@@ -205,7 +211,7 @@ def test_promise_35_admin_by_roles(robot, roles, clients):
 ACTIONS = [
     ("operatorlog/entry", "publish"), ("operatorlog/entry", "feature"), ("queueing/turn", "end"),
     ("queueing/ticket", "remove"), ("robots/incident", "close"), ("robots/program", "take_in"),
-    ("accounts/clearance", "withdraw"), ("accounts/clearance", "lift"),
+    ("robots/recording", "remove"), ("robots/frame", "take_down"), ("accounts/clearance", "withdraw"), ("accounts/clearance", "lift"),
 ]  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """The page with a robot's newest recordings."""
 
 from dataclasses import dataclass
+from datetime import timedelta
 
 from django.http import HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, render
@@ -9,7 +10,8 @@ from django.views.decorators.http import require_safe
 
 from portal.recordings import access
 from queueing.jobs.kinds import offers_turns
-from robots.models import Recording, Robot
+from robots.clock import SYSTEM
+from robots.models import Movie, Recording, Robot
 from robots.recordings.models import SHOWN
 
 LISTED, LOOKED = 20, 60
@@ -41,5 +43,11 @@ def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
         about = access.about(recording)
         if about is not None and not about.quiet and not about.hidden:
             found.append(Listed(recording, about))
-    context = {"robot": robot, "found": found[:LISTED], "turns": offers_turns(robot)}
+    lapses = Movie.objects.filter(robot=robot, day__isnull=False).order_by("-day", "kind")[:LISTED]
+    yesterday = (SYSTEM.now() - timedelta(days=1)).date()
+    context = {"lapses": lapses, "yesterday": yesterday} | {
+        "robot": robot,
+        "found": found[:LISTED],
+        "turns": offers_turns(robot),
+    }
     return render(request, "recordings/list.html", context)

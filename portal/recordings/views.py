@@ -16,6 +16,7 @@ from portal.consoles.console import console_of
 from portal.pages.errors import software_missing
 from portal.pages.views import console_facts
 from portal.recordings import access
+from portal.recordings.exports import offered
 from portal.recordings.serving import ranged
 from robots import description
 from robots.models import Recording, Robot
@@ -34,7 +35,7 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     robot = recording.robot
     context: dict[str, Any] = {
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
-        "view": recording.shown, "movies": _movies(recording), "replaying": True,
+        "view": recording.shown, "movies": offered(recording), "replaying": True,
     }  # fmt: skip
     if recording.shown:
         try:
@@ -55,10 +56,6 @@ def _facts(recording: Recording, about: access.About | None) -> dict[str, Any]:
         "slices": f"{recording.get_absolute_url()}{recording.version}/",
         "slug": recording.robot.slug, "name": recording.robot.name, "who": about.who if about else "",
     }  # fmt: skip
-
-
-def _movies(recording: Recording) -> list[Any]:
-    return list(recording.movies.filter(version=recording.version).order_by("kind"))
 
 
 def _readable(request: HttpRequest, key: str, version: int) -> Recording:

@@ -24,6 +24,7 @@ from robots.grants import stage_event
 from robots.messages import Changed, CommandStage, Event, Notice, decode
 from robots.models import Command, Grant, Recording, RecordingState
 from robots.recordings import keeping
+from workers.recorder.movies import MovieMaker
 from workers.recorder.taping import NO_ROOM, Taping
 
 log = logging.getLogger(__name__)
@@ -62,6 +63,7 @@ class Recorder:
         self._offset = timedelta(0)  # the database's time minus ours
         self._looked = self._marked = self._answered = -1e9
         self._soon = self._left = True
+        self._movies: MovieMaker | None = None
 
     def run(self, over: Callable[[], bool]) -> None:
         """Record until `over`; Redis or a database that is away is waited for."""
@@ -142,6 +144,8 @@ class Recorder:
         for one in [one for one in self._ending if one.taping.written.is_set()]:
             self._settle(one)
             self._ending.remove(one)
+        self._movies = self._movies or MovieMaker(self._clock)
+        self._movies.look()
         if self._left and not self.running and not self._ending:
             self._settle_left()
             self._left = False
@@ -279,6 +283,8 @@ class Recorder:
 
     def _end_all(self) -> None:
         """The recorder stops: its files are closed, the rows say so; recordings of open grants go on with the next."""
+        if self._movies is not None:
+            self._movies.close()
         for one in [*self.running.values(), *self._ending]:
             one.taping.close()
         for one in [*self.running.values(), *self._ending]:

@@ -5,16 +5,18 @@ import shutil
 from collections.abc import Iterable
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
 from django.db.models import Q, Sum
 
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
-from robots.recordings import container
 from robots.recordings.models import SHOWN, keep_days
 from robots.states import GrantKind
+
+if TYPE_CHECKING:
+    from robots.recordings.container import Message
 
 FOLDER, MOVIES = "recordings", "movies"  # beside the pictures
 MB = 1_000_000
@@ -159,6 +161,8 @@ def _rewrite(recording: Recording, spans: list[dict[str, Any]]) -> None:
 
 def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
     """Copy the messages that `wanted` accepts to a whole new file. Return how many. Raises OSError, ValueError."""
+    from robots.recordings import container  # noqa: PLC0415 - the libraries of files; few processes need them
+
     count, tape = 0, container.Tape(new, container.about(path))
     try:
         for message in container.messages(path):
@@ -173,8 +177,10 @@ def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
     return count
 
 
-def taken_out(message: container.Message, spans: list[dict[str, Any]]) -> bool:
+def taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
     """Return whether a message is a picture in one of the spans."""
+    from robots.recordings import container  # noqa: PLC0415 - see copy
+
     if not message.topic.startswith(container.CAMERA):
         return False
     try:

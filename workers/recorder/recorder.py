@@ -9,7 +9,7 @@ import socket
 import time
 from collections.abc import Callable, Iterable
 from datetime import timedelta
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import redis
@@ -25,13 +25,16 @@ from robots.messages import Changed, CommandStage, Event, Notice, decode
 from robots.models import Command, Grant, Recording, RecordingState
 from robots.recordings import keeping
 from workers.recorder.movies import MovieMaker
-from workers.recorder.taping import NO_ROOM, Taping
+
+if TYPE_CHECKING:
+    from workers.recorder.taping import Taping
 
 log = logging.getLogger(__name__)
 LOOK_S = 2.0  # between two looks at the database; an event of a robot makes it look at once
 SOON_S = 0.1  # the least time between two looks
 MARK_S = 1.5  # between two marks that pictures are wanted; a mark counts for four seconds
 LISTEN_S = 0.25  # while something is recorded
+NO_ROOM = "The server's disk had no room for it."
 INTERRUPTED = "The recorder was interrupted."
 GONE_S = 7.0  # Redis answers each ping; after this silence it is taken for gone
 
@@ -39,7 +42,7 @@ GONE_S = 7.0  # Redis answers each ping; after this silence it is taken for gone
 class _Running:
     """One recording: its row, what writes it, and the commands whose arguments were told."""
 
-    def __init__(self, row: Recording, grant: Grant, taping: Taping, cameras: int) -> None:
+    def __init__(self, row: Recording, grant: Grant, taping: "Taping", cameras: int) -> None:
         self.row, self.grant, self.taping, self.cameras = row, grant, taping, cameras
         self.slug = grant.robot.slug
         self.told: set[int] = set()
@@ -186,6 +189,8 @@ class Recorder:
 
     @staticmethod
     def _taped(row: Recording, grant: Grant) -> _Running:
+        from workers.recorder.taping import Taping  # noqa: PLC0415 - loaded when the first recording begins
+
         robot = grant.robot
         spec, cameras = robot.spec(), len(views(robot.description()))
         units = {channel.name: channel.unit for channel in spec.packed()}

@@ -256,6 +256,7 @@ class FrameAdmin(Kept):
         """Remove the chosen pictures with all that shows them."""
         for frame in queryset.select_related("robot"):
             name = str(frame)
+            self.log_deletions(request, Frame.objects.filter(pk=frame.pk))
             try:
                 changed = services.take_down(frame, request.user)
             except (OSError, ValueError) as error:

@@ -104,9 +104,6 @@ def part(request: HttpRequest, key: str, version: int, number: int) -> HttpRespo
     """Return a slice: the packets of five seconds."""
     from robots.recordings.timeline import read_slice  # noqa: PLC0415 - see _index
 
-    refused = _limited(request)
-    if refused is not None:
-        return refused
     recording = _readable(request, key, version)
     known = _index(recording)
     if number >= len(known["needs"]):

@@ -55,6 +55,16 @@ def test_pictures_are_thinned_and_everything_else_is_kept(tmp_path):
     assert not (tmp_path / "a.tape").exists()
 
 
+def test_a_still_is_never_thinned_out(tmp_path):
+    one = taping(tmp_path / "s.mcap")
+    for n, still in enumerate([0, 0, 41, 41, 41, 42, 0]):  # seven pictures in 70 ms
+        one.picture(0, n * S // 100, picture_packet(n, n, still, (), JPEG))
+    one.picture(0, S, b"\x02")
+    assert ended(one).whole
+    told = [m.told() for m in messages(tmp_path / "s.mcap") if m.topic == "camera/0"]
+    assert [(t["number"], t["still"]) for t in told] == [(0, 0), (2, 41), (5, 42)]
+
+
 def test_a_disk_that_hangs_blocks_nobody_and_what_is_left_out_is_counted(tmp_path):
     free = threading.Event()
 

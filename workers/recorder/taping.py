@@ -15,6 +15,7 @@ from typing import Any
 
 from robots.contract.spec import Spec
 from robots.contract.streams import unpack
+from robots.messages import PICTURE_HEAD
 from robots.recordings.budget import picture_every_s
 from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, Tape, messages
 from robots.recordings.packets import picture_of, state_told
@@ -61,14 +62,18 @@ class Taping:
         self._closing = False
         self._pictured: dict[int, int] = {}  # when each camera's last picture was put, ns
         self._every_s = picture_every_s(0, limit, cameras)
+        self._still = 0  # the newest stored picture that was put
         self.end = End()
         self.written = threading.Event()
         self._thread = threading.Thread(target=self._write, name=path.stem, daemon=True)
         self._thread.start()
 
     def picture(self, camera: int, at_ns: int, data: bytes) -> None:
-        """Take a picture's packet, unless its camera's last one was put too lately."""
-        if at_ns - self._pictured.get(camera, -(10**18)) + EARLY_NS < min(self._every_s, 10**6) * 1e9:
+        """Take a picture's packet, unless its camera's last one was put too lately; a new still always."""
+        still = PICTURE_HEAD.unpack_from(data)[4] if len(data) > PICTURE_HEAD.size else 0
+        new = still != 0 and still != self._still
+        self._still = still or self._still
+        if not new and at_ns - self._pictured.get(camera, -(10**18)) + EARLY_NS < min(self._every_s, 10**6) * 1e9:
             return
         if self._put(f"{CAMERA}{camera}", at_ns, data, PICTURES_WAIT):
             self._pictured[camera] = at_ns

@@ -43,9 +43,14 @@ export function momentOf(items: readonly Item[], at: number): Moment {
 export class Slices {
   private kept = new Map<number, Promise<Item[]>>();
   private ready = new Map<number, Item[]>();
+  private address: string;
+  private needs: readonly number[];
 
   /** `needs`: for each slice the earliest that has to be read with it. */
-  constructor(private address: string, private needs: readonly number[]) {}
+  constructor(address: string, needs: readonly number[]) {
+    this.address = address;
+    this.needs = needs;
+  }
 
   of(at: number): number {
     return Math.min(this.needs.length - 1, Math.max(0, Math.floor(at / SLICE_MS)));

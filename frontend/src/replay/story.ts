@@ -14,7 +14,13 @@ export interface Mark { at: number; text: string; bad: boolean }
 const SHOWN = 8;
 
 export class Story {
-  constructor(private index: Index, private about: About) {}
+  private index: Index;
+  private about: About;
+
+  constructor(index: Index, about: About) {
+    this.index = index;
+    this.about = about;
+  }
 
   /** The stages and events between two moments, without the first. */
   between(from: number, to: number): { commands: Stage[]; events: Told[] } {

@@ -196,6 +196,7 @@ def taken_out(message: "Message", spans: list[dict[str, Any]]) -> bool:
 def room() -> bool:
     """Return whether the disk has room for recordings."""
     try:
+        Path(settings.MEDIA_ROOT).mkdir(parents=True, exist_ok=True)  # a portal without cameras has none yet
         return shutil.disk_usage(settings.MEDIA_ROOT).free > int(settings.RECORDING["FREE_MB"]) * MB
     except OSError:
         return False

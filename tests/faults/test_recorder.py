@@ -155,6 +155,21 @@ def test_a_disk_that_is_full_ends_the_recording_and_the_turn_goes_on(rig, record
 
 
 @pytest.mark.length
+def test_what_became_of_a_motion_after_the_turns_end_is_told_too(rig, recorder):
+    rig.owner()
+    rig.slow()
+    recorder()
+    rig.grant()
+    wait_for(running, 20, "the recording")
+    far = rig.issue("move", x=-0.2, y=0.30)
+    rig.moving()
+    row = ended(rig)
+    rig.final(far)
+    _, stages = told(row)
+    assert far.state != "completed" and [s["state"] for s in stages if s["id"] == far.pk][-1] == far.state
+
+
+@pytest.mark.length
 def test_where_the_disk_has_no_room_nothing_is_recorded(rig, recorder):
     rig.owner()
     recorder(FARHAND_RECORDING_FREE_MB=str(10**9))

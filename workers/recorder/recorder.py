@@ -36,6 +36,7 @@ MARK_S = 1.5  # between two marks that pictures are wanted; a mark counts for fo
 LISTEN_S = 0.25  # while something is recorded
 NO_ROOM = "The server's disk had no room for it."
 INTERRUPTED = "The recorder was interrupted."
+REST_S = 4.0  # that commands of an ended grant may take to end
 GONE_S = 7.0  # Redis answers each ping; after this silence it is taken for gone
 
 
@@ -45,7 +46,8 @@ class _Running:
     def __init__(self, row: Recording, grant: Grant, taping: "Taping", cameras: int) -> None:
         self.row, self.grant, self.taping, self.cameras = row, grant, taping, cameras
         self.slug = grant.robot.slug
-        self.told: set[int] = set()
+        self.told: dict[int, str] = {}  # the stage of each command that was told last
+        self.over_at: float | None = None  # when its grant was found ended
 
     def channels(self) -> list[str]:
         """Return the channels beside the robot's events."""
@@ -139,8 +141,9 @@ class Recorder:
         self._hear(bus.events_channel(slug) for slug in keeping.slugs_recorded())
         grants = {grant.pk: grant for grant in keeping.to_record()}
         self._refused &= grants.keys()
-        for pk in [pk for pk in self.running if pk not in grants or self.running[pk].taping.written.is_set()]:
-            self._end(self.running.pop(pk))
+        for pk, one in list(self.running.items()):
+            if one.taping.written.is_set() or (pk not in grants and self._rests(one)):
+                self._end(self.running.pop(pk))
         for grant in grants.values():
             if grant.pk not in self.running and grant.pk not in self._refused:
                 self._begin(grant)
@@ -200,6 +203,15 @@ class Recorder:
         taping = Taping(keeping.path_of(row), told, spec, cameras, limit, keeping.room)
         return _Running(row, grant, taping, cameras)
 
+    def _rests(self, one: _Running) -> bool:
+        """Tell what the bus did not of an ended grant's commands. Return whether all have ended, or took too long."""
+        one.over_at = self._clock.monotonic() if one.over_at is None else one.over_at
+        rows = list(Command.objects.filter(grant=one.grant).select_related("issued_by").order_by("id"))
+        for row in rows:
+            if one.told.get(row.pk) != row.state:
+                self._tell_command(one, stage_event(row), row)
+        return all(row.final for row in rows) or self._clock.monotonic() - one.over_at > REST_S
+
     def _before(self, one: _Running) -> None:
         """Take what the bus keeps of byte streams, so that deltas have something to stand on."""
         for stream in range(MOST):
@@ -240,8 +252,9 @@ class Recorder:
     def _tell_command(self, one: _Running, stage: CommandStage, row: Command | None = None) -> None:
         """Record a stage; the first of a command with its arguments, where the database answers."""
         told = msgspec.to_builtins(stage)
-        if stage.id not in one.told:
-            one.told.add(stage.id)
+        known = stage.id in one.told
+        one.told[stage.id] = stage.state
+        if not known:
             try:
                 row = row or Command.objects.select_related("issued_by").filter(pk=stage.id).first()
             except Error:

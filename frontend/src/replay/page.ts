@@ -10,6 +10,7 @@ import { type About, type Index, type Mark, Story } from "./story.ts";
 
 const FAILED = "The recording could not be read. Check your connection, and choose a time again.";
 const WIDE = 1000; // of the drawing of marks
+const STEP_MS = 500;
 
 const about = JSON.parse(byId("replay-facts").textContent ?? "{}") as About;
 const button = byId<HTMLButtonElement>("replay-play"), range = byId<HTMLInputElement>("replay-at");
@@ -21,7 +22,8 @@ function draw(): void {
   if (!player) return;
   const { at, length } = player;
   say(button, player.playing ? "Pause" : "Play");
-  if (Number(range.value) !== at) range.value = String(at);
+  const step = at >= length ? Number(range.max) : Math.round(at / STEP_MS) * STEP_MS;
+  if (Number(range.value) !== step) range.value = String(step);
   const words = `${clock(Math.floor(at / 1000))} of ${clock(Math.floor(length / 1000))}`;
   range.setAttribute("aria-valuetext", words);
   say(time, words);
@@ -66,7 +68,7 @@ async function begin(handlers: Handlers, opened: (player: Player) => void): Prom
   const index = (await answer.json()) as Index, story = new Story(index, about);
   player = new Player(index, about.slices, story, draw, () => say(said, FAILED));
   opened(player);
-  range.max = String(player.length);
+  range.max = String(Math.ceil(player.length / STEP_MS) * STEP_MS); // the last step is the end itself
   show(story.marks(), player.length);
   for (const control of [button, range, speed]) control.disabled = false;
   player.attach(handlers);

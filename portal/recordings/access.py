@@ -73,4 +73,6 @@ def words_for(recording: Recording) -> str:
         return "It is being recorded."
     if recording.state == RecordingState.REMOVED:
         return f"The recording was removed. {recording.reason}".strip()
-    return f"Kept until {recording.kept_until:%-d %B %Y}.{' ' + recording.reason if recording.reason else ''}"
+    left_out = "The disk was too slow: some pictures were left out." if recording.dropped else ""
+    said = (f"Kept until {recording.kept_until:%-d %B %Y}.", recording.reason, left_out)
+    return " ".join(part for part in said if part)

@@ -139,6 +139,21 @@ def test_the_page_of_a_recording_for_everybody(portal, visitor, recording, look)
     assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
 
 
+def test_on_a_slow_line_it_says_that_it_loads(portal, visitor, recording):
+    one = visitor()
+    page = one.page
+    held = []
+    page.route("**/2.bin", lambda route: held.append(route))
+    page.goto(recording.get_absolute_url())
+    shows(page, 0)
+    expect(page.locator("#replay-said")).to_be_empty()
+    page.locator("#replay-at").fill("12000")
+    expect(page.locator("#replay-said")).to_have_text("Loading…")
+    held[0].continue_()
+    shows(page, 12)
+    expect(page.locator("#replay-said")).to_be_empty()
+
+
 def test_without_its_slices_the_page_says_so_and_tries_again(portal, visitor, recording):
     one = visitor()
     one.allowed = ("503", "net::")

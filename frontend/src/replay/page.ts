@@ -9,6 +9,7 @@ import { Player } from "./player.ts";
 import { type About, type Index, type Mark, Story } from "./story.ts";
 
 const FAILED = "The recording could not be read. Check your connection, and choose a time again.";
+const LOADING = "Loading…", LONG_MS = 500;
 const WIDE = 1000; // of the drawing of marks
 const STEP_MS = 500;
 
@@ -16,7 +17,7 @@ const about = JSON.parse(byId("replay-facts").textContent ?? "{}") as About;
 const button = byId<HTMLButtonElement>("replay-play"), range = byId<HTMLInputElement>("replay-at");
 const speed = byId<HTMLSelectElement>("replay-speed"), said = byId("replay-said"), time = byId("replay-time");
 let player: Player | null = null;
-let moved = 0;
+let moved = 0, loading = 0;
 
 function draw(): void {
   if (!player) return;
@@ -27,8 +28,17 @@ function draw(): void {
   const words = `${clock(Math.floor(at / 1000))} of ${clock(Math.floor(length / 1000))}`;
   range.setAttribute("aria-valuetext", words);
   say(time, words);
-  if (player.waiting !== (said.dataset["waiting"] === "yes")) said.dataset["waiting"] = player.waiting ? "yes" : "no";
+  tellWaiting(player.waiting);
   follow(at);
+}
+
+/** Say that it loads, if that takes long. */
+function tellWaiting(waiting: boolean): void {
+  if (waiting && !loading) loading = window.setTimeout(() => say(said, LOADING), LONG_MS);
+  if (waiting || !loading) return;
+  clearTimeout(loading);
+  loading = 0;
+  if (said.textContent === LOADING) say(said, "");
 }
 
 /** Mark in the list what was last. */

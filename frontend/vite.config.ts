@@ -27,7 +27,7 @@ export default defineConfig({
     rollupOptions: {
       preserveEntrySignatures: "exports-only",
       input: [
-        "src/site.ts", "src/plain.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts", "src/pause.ts", "src/v1/console.ts",
+        "src/site.ts", "src/plain.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts", "src/pause.ts", "src/replay/page.ts", "src/v1/console.ts",
         ...consoles,
       ],
     },

@@ -17,8 +17,10 @@ from django.db import connection, models, transaction
 from django.db.migrations.recorder import MigrationRecorder
 
 from robots.clock import SYSTEM
+from robots.recordings.keeping import BUSY, FOLDER, LIVE, MOVIES, OLD
 
-LEFT_OUT = {"contenttypes.contenttype", "auth.permission", "sessions.session"}
+LEFT_OUT = {"contenttypes.contenttype", "auth.permission", "sessions.session", "robots.movie"}
+UNFINISHED = {".part", LIVE, BUSY, OLD}
 
 
 class ArchiveError(Exception):
@@ -36,10 +38,12 @@ def counts() -> dict[str, int]:
     return {m._meta.label_lower: m._default_manager.count() for m in kept_models()}
 
 
-def _media(folder: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield path and content of each file under `folder`."""
+def _media(folder: Path, without: frozenset[str] = frozenset()) -> Iterator[tuple[str, bytes]]:
+    """Yield path and content of each file under `folder`; not of what can be made again, nor of a half-written one."""
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and path.suffix != ".part" and path.relative_to(folder).parts[0][:1] != ".":
+        first = path.relative_to(folder).parts[0]
+        whole = path.is_file() and path.suffix not in UNFINISHED
+        if whole and first[:1] != "." and first not in without | {MOVIES}:
             yield str(path.relative_to(folder)), path.read_bytes()
 
 
@@ -64,8 +68,9 @@ def _one_moment() -> Iterator[None]:
             yield
 
 
-def write(path: Path) -> dict[str, Any]:
-    """Write the archive to `path`; return its manifest. Raises ArchiveError."""
+def write(path: Path, recordings: bool = True) -> dict[str, Any]:
+    """Write the archive to `path`, with or without recordings' files; return its manifest. Raises ArchiveError."""
+    without = frozenset() if recordings else frozenset({FOLDER})
     folder = Path(settings.MEDIA_ROOT)
     part = path.with_name(path.name + ".part")
     try:
@@ -77,7 +82,7 @@ def write(path: Path) -> dict[str, Any]:
                     serializers.serialize("jsonl", query, use_natural_foreign_keys=True, stream=rows)
                 applied = MigrationRecorder(connection).applied_migrations()
                 manifest["migrations"] = sorted(f"{app}.{name}" for app, name in applied)
-            for name, data in _media(folder):
+            for name, data in _media(folder, without):
                 manifest["media"][name] = hashlib.sha256(data).hexdigest()
                 _add(tar, f"media/{name}", data)
             rows.seek(0)

@@ -56,6 +56,11 @@ def housekeeping_process() -> ProcessSpec:
     )  # fmt: skip
 
 
+def recorder_process() -> ProcessSpec:
+    """Return the process that records turns and jobs; no robot waits for it."""
+    return ProcessSpec("recorder", (PYTHON, "-m", "workers.recorder"), {"FARHAND_ROLE": "recorder"}, rank=4)
+
+
 def robot_processes(robot: Robot) -> list[ProcessSpec]:
     """Return a robot's worker, and its simulator if its address names one."""
     kind, _, name = robot.address.partition(":")

@@ -22,6 +22,7 @@ from portal.archive import ArchiveError, counts
 from robots.clock import SYSTEM
 from robots.grants import end_grant
 from robots.models import Command, Grant, Lease, Robot
+from robots.recordings import keeping
 from robots.states import COMMAND_RUNNING, CommandState, Cycle, GrantEnd
 
 EPOCHS_AHEAD = 1_000_000  # no worker before the restore can have had a later epoch
@@ -56,6 +57,7 @@ def read(path: Path, replace: bool = False) -> dict[str, Any]:
                 with _put_back_on_error(media), transaction.atomic():
                     _load(Path(rows) / "rows.jsonl", manifest)
                     _swap(media)
+                    keeping.settle_restored(SYSTEM.now())
             except (*BAD, CommandError, DeserializationError, DatabaseError) as error:
                 raise ArchiveError(f"The rows of {path} cannot be loaded, nothing was changed: {error}") from error
     finally:

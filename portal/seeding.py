@@ -11,7 +11,7 @@ from operatorlog.models import SurveyQuestion
 from queueing.services import queue_of
 from robots import description
 from robots.clock import SYSTEM
-from robots.models import Program, Robot
+from robots.models import Program, Records, Robot
 from robots.states import Cycle
 
 SURVEY = (
@@ -57,6 +57,7 @@ def add_robot(driver: str) -> Robot:
     robot = Robot.objects.create(
         slug=about.get("slug", driver), name=about["name"], tagline=about["tagline"], driver=driver,
         address=f"sim:{driver}", enabled=True, cycle=Cycle.HANDOVER,
+        records=Records.WORK,
     )  # fmt: skip
     queue_of(robot)
     seed_clearance(robot)

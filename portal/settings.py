@@ -212,7 +212,13 @@ ACCOUNT_RATE_LIMITS = {
     "reauthenticate": "10/m/user",
 }
 # of what guests may send and ask; "key" is the account, of guests the network address (portal/pages/jobs.py)
-RATE_LIMITS = {"survey": "30/m/ip,300/h/ip", "statistics": "120/m/ip", "ask": "30/5m/key"}
+RATE_LIMITS = {
+    "survey": "30/m/ip,300/h/ip",
+    "statistics": "120/m/ip",
+    "ask": "30/5m/key",
+    "movie": "10/h/ip",
+    "replay": "600/m/ip",
+}
 ACCOUNT_DEFAULT_HTTP_PROTOCOL = "https" if PUBLIC else "http"
 # uvicorn puts the address and scheme from a trusted proxy into the request, so that REMOTE_ADDR is right
 # everywhere; nothing else reads X-Forwarded-For or X-Forwarded-Proto
@@ -254,6 +260,13 @@ WHITENOISE_ALLOW_ALL_ORIGINS = False
 MEDIA_URL = "/media/"
 MEDIA_ROOT = Path(env.str("FARHAND_MEDIA", str(VAR / "media")))
 FRAME_KEEP_DAYS = env.int("FARHAND_FRAME_KEEP_DAYS", 30)
+RECORDING = {  # sizes in MB of 1,000,000 bytes
+    "MB": env.int("FARHAND_RECORDING_MB", 64),  # of one turn or job
+    "LIMIT_MB": env.int("FARHAND_RECORDINGS_MB", 4000),  # of a robot together
+    "KEEP_DAYS": env.int("FARHAND_RECORDING_KEEP_DAYS", 30),
+    "FREE_MB": env.int("FARHAND_RECORDING_FREE_MB", 1000),  # less free on the disk: nothing is recorded
+    "MOVIE_KEEP_DAYS": env.int("FARHAND_MOVIE_KEEP_DAYS", 3),
+}
 
 CONTENT_SECURITY_POLICY = {
     "DIRECTIVES": {

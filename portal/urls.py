@@ -14,6 +14,8 @@ from portal.classic import views as classic
 from portal.composites import views as streams
 from portal.pages import health, jobs, programs, views
 from portal.pages.places import my_places
+from portal.recordings import exports, listing
+from portal.recordings import views as recordings
 from portal.statistics import views as statistics
 
 admin.site.site_header = "Farhand"
@@ -40,6 +42,17 @@ urlpatterns = [
     path("robots/<slug:slug>/camera/<int:number>.jpg", streams.snapshot, name="snapshot"),
     path("robots/<slug:slug>/camera/<int:number>/<int:at_ms>.jpg", streams.shot, name="shot"),
     path("jobs/<str:key>/", jobs.job_page, name="job"),
+    path("robots/<slug:slug>/recordings/", listing.recordings_of, name="recordings"),
+    path("robots/<slug:slug>/time-lapse/", exports.ask_lapse, name="ask-lapse"),
+    path("robots/<slug:slug>/time-lapse/<str:day>.mp4", exports.lapse, {"kind": "mp4"}),
+    path("robots/<slug:slug>/time-lapse/<str:day>.webm", exports.lapse, {"kind": "webm"}),
+    path("recordings/<str:key>/", recordings.replay, name="recording"),
+    path("recordings/<str:key>/file.mcap", recordings.download, name="recording-file"),
+    path("recordings/<str:key>/movie/", exports.ask_movie, name="ask-movie"),
+    path("recordings/<str:key>/movie.mp4", exports.movie, {"kind": "mp4"}),
+    path("recordings/<str:key>/movie.webm", exports.movie, {"kind": "webm"}),
+    path("recordings/<str:key>/<int:version>/index.json", recordings.index, name="recording-index"),
+    path("recordings/<str:key>/<int:version>/<int:number>.bin", recordings.part, name="recording-part"),
     path("classic/<slug:slug>/", classic.enter, name="classic"),
     path("classic/<slug:slug>/<str:token>/", classic.page, name="classic-page"),
     path("classic/<slug:slug>/<str:name>.gif", pictures.picture, name="classic-picture"),

@@ -23,10 +23,16 @@ from robots.history import Guarded, Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
 from robots.plain import whole
+from robots.recordings.admin import MovieAdmin, RecordingAdmin
 from robots.verbs import VERBS
 
+__all__ = (
+    "CommandAdmin", "FrameAdmin", "GrantAdmin", "IncidentAdmin", "MovieAdmin", "ProgramAdmin", "RecordingAdmin",
+    "RobotAdmin", "RobotForm",
+)  # fmt: skip
 OF_STILLS = ("stability_threshold", "delivery_exposure_s")
 SETTINGS = ("speed", *OF_STILLS, "turn_s")
+RECORDING = ("records", "recordings_keep_days", "recordings_limit_mb")
 
 
 class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -38,7 +44,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         model = Robot
         fields = (
             "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera",
-            *SETTINGS, "boxes",
+            *SETTINGS, *RECORDING, "boxes",
         )  # fmt: skip
 
     def clean_boxes(self) -> list[dict[str, Any]]:
@@ -69,6 +75,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
         ("Connection", {"fields": ("driver", "address", "camera")}),
         ("Settings", {"fields": SETTINGS}),
+        ("Recording", {"fields": RECORDING}),
         ("Forbidden boxes", {"fields": ("boxes",), "classes": ("boxes-field",)}),
         ("State", {"fields": ("enabled", "cycle", "reason", "lockout_note")}),
     )
@@ -242,6 +249,20 @@ class FrameAdmin(Kept):
 
     list_display = ("id", "robot", "taken_at", "verdict", "difference", "tries", "shown")
     list_filter = ("robot", "verdict")
+    actions = ("take_down",)
+
+    @admin.action(description="Take down: from entries, recordings and addresses", permissions=["act"])
+    def take_down(self, request: HttpRequest, queryset: Any) -> None:
+        """Remove the chosen pictures with all that shows them."""
+        for frame in queryset.select_related("robot"):
+            name = str(frame)
+            self.log_deletions(request, Frame.objects.filter(pk=frame.pk))
+            try:
+                changed = services.take_down(frame, request.user)
+            except (OSError, ValueError) as error:
+                messages.error(request, f"{name} was not taken down: a recording cannot be written again ({error}).")
+            else:
+                messages.success(request, f"{name} was taken down; recordings changed: {changed}.")
 
     @admin.display(description="Picture")
     def shown(self, frame: Frame) -> SafeString:

@@ -25,6 +25,7 @@ PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
+SOME_S = 0.2  # of recordings
 SHOT_S = 60  # a live picture with an address of its own
 STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
 
@@ -60,7 +61,7 @@ def watched_as(camera: int, every_s: float, video: bool = False, coarse: bool = 
     `video`, `coarse`: as video, or in few bytes, where each picture is wanted.
     """
     if every_s:
-        return f"{frames_of(camera)}.slow" if every_s >= SLOW_S else frames_of(camera)
+        return frames_of(camera) + (".slow" if every_s >= SLOW_S else ".some" if every_s >= SOME_S else "")
     return video_of(camera, coarse) if video else frames_of(camera, coarse)
 
 
@@ -303,7 +304,10 @@ def watched(slug: str, what: str = "frames") -> bool:
 
 
 class Wanted(NamedTuple):
-    """What somebody wants of a camera, whole and coarse: each picture, video, a key picture of it; one now and then."""
+    """What somebody wants of a camera, whole and coarse: each picture, video, a key picture of it.
+
+    `some`: one picture in `SOME_S` seconds; `now_and_then`: one in `SLOW_S` seconds.
+    """
 
     each: bool = False
     video: bool = False
@@ -311,13 +315,14 @@ class Wanted(NamedTuple):
     coarse: bool = False
     coarse_video: bool = False
     coarse_key: bool = False
+    some: bool = False
     now_and_then: bool = False
 
 
 def how_watched(slug: str, camera: int) -> Wanted:
     """Return what somebody wants of a camera. Raises redis.RedisError."""
     names = [name(camera, coarse) for coarse in (False, True) for name in (frames_of, video_of, key_of)]
-    names.append(watched_as(camera, SLOW_S))
+    names += [watched_as(camera, SOME_S), watched_as(camera, SLOW_S)]
     return Wanted(*(found is not None for found in connection().mget(*(watch_key(slug, name) for name in names))))
 
 
@@ -352,6 +357,16 @@ def shot(slug: str, camera: int, at_ms: int) -> bytes | None:
         failures["shot"] += 1
         return None
     return found
+
+
+def drop_shot(slug: str, camera: int, at_ms: int) -> bool:
+    """Remove a live picture that is kept. Return False if Redis did not answer."""
+    try:
+        connection().delete(shot_key(slug, camera, at_ms))
+    except (redis.RedisError, OSError):
+        failures["shot"] += 1
+        return False
+    return True
 
 
 def watchers_key(slug: str) -> str:

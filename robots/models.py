@@ -14,8 +14,14 @@ from django.db.models import Q
 from robots import description
 from robots.contract.find import spec_of
 from robots.contract.spec import Spec
+from robots.recordings.models import Movie, Recording, RecordingState, Records
 from robots.rules import a_turn, camera_addresses, positive, robot_address
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane
+
+__all__ = (
+    "Command", "Frame", "Grant", "Incident", "Lease", "Movie", "Program", "Recording", "RecordingState", "Records",
+    "Robot", "Usage", "frame_name",
+)  # fmt: skip
 
 
 class Robot(models.Model):
@@ -70,6 +76,16 @@ class Robot(models.Model):
     probe_asked_at = models.DateTimeField(null=True, blank=True, editable=False)  # while a test is asked for
     probe_begun_at = models.DateTimeField(null=True, blank=True, editable=False)  # while it runs
     clearance_required = models.BooleanField(default=True)
+    records = models.CharField(
+        max_length=4, choices=Records, default=Records.OFF, db_default=Records.OFF,
+        help_text="Pictures, states, commands and events, shown to everybody who may see the turn or job.",
+    )  # fmt: skip
+    recordings_keep_days = models.PositiveSmallIntegerField(
+        null=True, blank=True, help_text="Days until recordings are removed; empty: default."
+    )
+    recordings_limit_mb = models.PositiveIntegerField(
+        null=True, blank=True, help_text="All recordings together; the oldest are removed first. Empty: default."
+    )
 
     class Meta:
         ordering = ("name",)

@@ -5,6 +5,7 @@ from celery.worker import state
 
 from robots import bus, probes, services
 from robots.clock import SYSTEM
+from robots.recordings import keeping
 from workers import bootstep
 from workers.housekeeping.clean import old_frames
 
@@ -27,9 +28,9 @@ def probe() -> None:
 
 @shared_task(name="robots.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
-    """Remove old pictures that nothing refers to, and old counters. Return how many."""
+    """Remove old pictures that nothing refers to, old recordings and old counters. Return how many."""
     now = SYSTEM.now()
-    return old_frames(now) + services.forget_old_usage(now)
+    return old_frames(now) + keeping.clean(now) + services.forget_old_usage(now)
 
 
 @shared_task(name="robots.online", ignore_result=True, max_retries=0)

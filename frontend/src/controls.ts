@@ -11,6 +11,7 @@ export interface Facts {
 export function blocked(f: Facts): string {
   const s = f.snapshot;
   if (!f.lineUp || !s) return "The connection is lost; the page tries to connect again. Your turn is kept for 20 seconds.";
+  if (s.replay) return "This is a recording.";
   if (!s.link) return "The live link to the robot is down; nothing moves until it is back. Your turn is kept.";
   if (!s.me.can.drive) return s.robot.turns === false ? "Nobody drives this robot; everybody can ask it for a job." : notOperating(s.me);
   if (s.robot.state === "fault") return `The robot has a fault: ${s.robot.why}`;

@@ -12,6 +12,11 @@ export class Ladder {
 
   constructor(private list: HTMLElement, private live: HTMLElement) {}
 
+  /** Forget everything: a recording is shown from another moment on. */
+  clear(): void {
+    this.rows.clear();
+  }
+
   reset(commands: CommandInfo[]): void {
     for (const c of commands) this.rows.set(`${c.grant}/${c.seq}`, c);
     this.draw();

@@ -7,7 +7,7 @@ import type { KeepAlive } from "./jog.ts";
 import "./key_card.ts";
 import { Ladder } from "./ladder.ts";
 import { guard } from "./leaving.ts";
-import { Live } from "./live.ts";
+import { type Line, openLine, replaying } from "./line.ts";
 import { LogList } from "./log_list.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
@@ -58,7 +58,7 @@ export class RobotPage {
   snapshot: Snapshot | null = null;
   state: StatePacket | null = null;
   readonly slug: string;
-  readonly live: Live;
+  readonly live: Line;
   readonly ladder: Ladder;
   /** Called with the answer of a preview, on pages that ask for one. */
   onPlan: ((answer: PlanAnswer) => void) | null = null;
@@ -81,10 +81,10 @@ export class RobotPage {
   constructor() {
     const say = byId("say");
     const saving = (navigator as { connection?: { saveData?: boolean } }).connection?.saveData ?? false;
-    this.watching = new Watching(() => this.live, saving);
+    this.watching = new Watching(() => this.live, saving, replaying());
     this.slug = this.page.dataset["slug"] ?? "";
     this.ladder = new Ladder(byId("ladder"), say);
-    this.live = new Live(
+    this.live = openLine(
       this.slug,
       {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
@@ -239,7 +239,7 @@ export class RobotPage {
   /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
   private showPicture(packet: PicturePacket): void {
     const shown = this.console?.shown(packet.camera);
-    if (this.calm.matches && !this.operating && shown && tooLively(packet, shown)) return;
+    if (this.calm.matches && !this.operating && !replaying() && shown && tooLively(packet, shown)) return;
     this.console?.picture(packet);
   }
 
@@ -282,6 +282,7 @@ export class RobotPage {
       this.seq = s.turn.next_seq - 1;
       this.console?.turn();
     } else if (s.turn) this.seq = Math.max(this.seq, s.turn.next_seq - 1);
+    if (s.replay) this.ladder.clear();
     this.ladder.reset(s.commands);
     this.place.changed(s);
     if (s.still && s.still.id !== hadStill) this.console?.still(s.still);

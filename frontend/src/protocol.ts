@@ -21,6 +21,8 @@ export interface StopShown { confirmed: boolean; since_ms: number | null; rests_
 export interface JobInfo { id: number; kind: string; state: string; args: Record<string, number>; ahead: number; wait_s: [number, number] | null }
 export interface Snapshot {
   t: "snapshot"; now_ms: number; link: boolean; store: string;
+  /** It is of a recording: nothing can be commanded. */
+  replay?: boolean;
   robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean };
   stopped: boolean; operator: string | null; queue: number;
   /** In the order in which they will be served. */

@@ -32,8 +32,9 @@ export class Watching {
   private filmedSince = 0; // when it was asked for, or when a picture came last, performance.now; 0: not asked for
   private fruitless = false; // nothing has arrived through this socket
 
-  constructor(private line: () => Line, private saveData: boolean) {
-    this.chosen = PACES.find((pace) => pace === kept.get("pace")) ?? null;
+  /** `whole`: everything is wanted, whatever was chosen for live pictures. */
+  constructor(private line: () => Line, private saveData: boolean, whole = false) {
+    this.chosen = whole ? "live" : PACES.find((pace) => pace === kept.get("pace")) ?? null;
     this.judge = this.begin();
   }
 

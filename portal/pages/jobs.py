@@ -190,6 +190,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     context = {
         "job": job, "asked": _in_words(job), "open": job.state in OPEN_JOB, "ahead": ahead,
         "may_cancel": may_cancel(job, asker),
+        "grants": grants,
         "commands": Command.objects.filter(grant__in=grants).order_by("id"),
         "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
         "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],

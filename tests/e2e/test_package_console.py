@@ -6,14 +6,16 @@ import pytest
 from playwright.sync_api import expect
 
 from accounts.models import Clearance, User
+from portal.processes import recorder_process
 from portal.seeding import add_robot
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
 from robots import bus
 from robots.clock import SYSTEM
-from robots.models import Command, Lease
+from robots.models import Command, Lease, Recording
 from tests.conftest import wait_for
 from tests.e2e.small import SmallPortal
+from tests.rig import Child
 
 SLIDER, DIAL = "#turntable-goal", "#turntable"
 STABLE = (
@@ -96,6 +98,29 @@ def test_a_mission_of_the_package_is_a_job_and_its_idle_behaviour_yields_to_it(p
     assert Command.objects.filter(kind="sway", pk__lt=tour.pk, ended_at__lte=tour.ended_at).exists()
     expect(page.locator("#ladder")).to_contain_text("Tour")
     expect(page.locator(DIAL)).not_to_have_attribute("data-angle", "0.0")
+
+
+def test_its_console_shows_a_recording_of_a_job_too(portal, visitor):
+    spec = recorder_process()
+    recorder = Child("recorder", list(spec.argv), **spec.env, FARHAND_RECORDING_FREE_MB="1")
+    try:
+        ada = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
+        Clearance.objects.create(user=ada, robot=portal.robot, granted_at=SYSTEM.now())
+        wait_for(lambda: swaying(), 30, "the table sways while nobody asks")
+        job = ask(portal.robot, Asker(user=ada), "tour", {"stops": 2}, SYSTEM.now())
+        wait_for(lambda: Recording.objects.exclude(state="running").exists(), 60, "the recording")
+    finally:
+        recorder.kill()
+    page = visitor().page
+    page.goto(job.get_absolute_url())
+    page.get_by_role("link", name="Replay").click()
+    expect(page.locator("#replay-list")).to_contain_text("Tour")
+    expect(page.locator("#replay-at")).to_be_enabled()
+    page.locator("#replay-at").press("End")
+    expect(page.locator(DIAL)).to_have_attribute("data-trail", re.compile(r"^\d+$"))
+    expect(page.locator(DIAL)).not_to_have_attribute("data-angle", "0.0")
+    expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
+    expect(page.locator("[data-command=turn]")).to_be_hidden()
 
 
 def swaying():

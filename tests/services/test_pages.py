@@ -89,7 +89,7 @@ def test_staff_run_the_robot_from_its_page(robot, people, owned, client):
 
 def test_an_admin_adds_a_robot_on_one_page(robot, people, client, admin_user):
     client.force_login(admin_user)
-    data = {"name": "Second", "slug": "second", "driver": "mercury", "address": "sim:mercury", "clearance_required": "on"}  # fmt: skip
+    data = {"name": "Second", "slug": "second", "driver": "mercury", "address": "sim:mercury", "clearance_required": "on", "records": "off"}  # fmt: skip
     bad = client.post("/admin/robots/robot/add/", data | {"driver": "nothere"})
     assert b"no driver named" in bad.content
     bad = client.post("/admin/robots/robot/add/", data | {"address": "http://x"})

@@ -52,6 +52,18 @@ GET = {
     "robots/<slug:slug>/camera/<int:number>.mjpg": ("/robots/mercury/camera/9.mjpg", everybody(ABSENT)),
     "robots/<slug:slug>/camera/<int:number>.jpg": ("/robots/mercury/camera/9.jpg", everybody(ABSENT)),
     "robots/<slug:slug>/camera/<int:number>/<int:at_ms>.jpg": ("/robots/mercury/camera/0/1.jpg", everybody(ABSENT)),
+    "robots/<slug:slug>/recordings/": ("/robots/mercury/recordings/", everybody(OK)),
+    # who sees one that exists: test_recordings.py
+    "recordings/<str:key>/": ("/recordings/none/", everybody(ABSENT)),
+    "recordings/<str:key>/movie/": ("/recordings/none/movie/", everybody(METHOD)),
+    "recordings/<str:key>/movie.mp4": ("/recordings/none/movie.mp4", everybody(ABSENT)),
+    "recordings/<str:key>/movie.webm": ("/recordings/none/movie.webm", everybody(ABSENT)),
+    "robots/<slug:slug>/time-lapse/": ("/robots/mercury/time-lapse/", everybody(METHOD)),
+    "robots/<slug:slug>/time-lapse/<str:day>.mp4": ("/robots/mercury/time-lapse/2026-01-01.mp4", everybody(ABSENT)),
+    "robots/<slug:slug>/time-lapse/<str:day>.webm": ("/robots/mercury/time-lapse/x.webm", everybody(ABSENT)),
+    "recordings/<str:key>/file.mcap": ("/recordings/none/file.mcap", everybody(ABSENT)),
+    "recordings/<str:key>/<int:version>/index.json": ("/recordings/none/1/index.json", everybody(ABSENT)),
+    "recordings/<str:key>/<int:version>/<int:number>.bin": ("/recordings/none/1/0.bin", everybody(ABSENT)),
     "jobs/<str:key>/": ("/jobs/none/", everybody(ABSENT)),
     "classic/<slug:slug>/": ("/classic/mercury/", everybody(MOVED)),
     "classic/<slug:slug>/<str:token>/": ("/classic/mercury/x/", everybody(OK)),
@@ -109,6 +121,8 @@ POST = [
     ("/robots/mercury/clearance/", {"attempt": "1"}, everybody(MOVED)),
     ("/classic/mercury/x/", {"do": "stop"}, everybody(MOVED)),
     ("/robots/mercury/jobs/", {"kind": "go", "arg-x": "0"}, everybody(MOVED)),
+    ("/recordings/none/movie/", {"kind": "mp4"}, everybody(ABSENT)),
+    ("/robots/mercury/time-lapse/", {"day": "x", "kind": "mp4"}, everybody(MOVED)),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),
     ("/turns/{turn}/", {"text": "x"}, {**everybody(NO), "anonymous": MOVED, "operator": 422}),
     ("/admin/robots/robot/{robot}/do/lock_out/", {"note": "x"}, only("robot_staff", "superuser", status=MOVED, else_=MOVED)),
@@ -205,7 +219,7 @@ def test_promise_35_admin_by_roles(robot, roles, clients):
 ACTIONS = [
     ("operatorlog/entry", "publish"), ("operatorlog/entry", "feature"), ("queueing/turn", "end"),
     ("queueing/ticket", "remove"), ("robots/incident", "close"), ("robots/program", "take_in"),
-    ("accounts/clearance", "withdraw"), ("accounts/clearance", "lift"),
+    ("robots/recording", "remove"), ("robots/frame", "take_down"), ("accounts/clearance", "withdraw"), ("accounts/clearance", "lift"),
 ]  # fmt: skip
 
 

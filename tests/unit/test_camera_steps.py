@@ -4,18 +4,18 @@ from collections import Counter
 
 import pytest
 
-from robots.bus import Wanted
+from robots.bus import SOME_S, Wanted
 from workers.cameras.steps import COARSE_S, Steps
 
 EVERY_S, SECONDS = 0.05, 10.0
 WAYS = ("jpeg", "video", "coarse", "coarse_video")
 
 
-def made(wanted, slow=lambda n: False):
+def made(wanted):
     """Return how many of each are made in `SECONDS`, while the camera could give twenty pictures a second."""
     steps, counted = Steps("rover", 0, None), Counter()
     for n in range(round(SECONDS / EVERY_S)):
-        due = steps.due(wanted, slow(n), n * EVERY_S)
+        due = steps.due(wanted, n * EVERY_S)
         if any((due.jpeg, due.video, due.coarse, due.coarse_video)):
             note(steps, due, n * EVERY_S)
         counted.update(way for way in WAYS if getattr(due, way))
@@ -45,6 +45,9 @@ ALL, COARSE, SECONDLY = round(SECONDS / EVERY_S), SECONDS / COARSE_S, SECONDS
         (Wanted(coarse=True), {"coarse": COARSE}),
         (Wanted(coarse_video=True, coarse=True), {"coarse": COARSE, "coarse_video": COARSE}),
         (Wanted(coarse_video=True, now_and_then=True), {"coarse_video": COARSE, "jpeg": SECONDLY}),
+        (Wanted(now_and_then=True), {"jpeg": SECONDLY}),
+        (Wanted(some=True, now_and_then=True), {"jpeg": SECONDS / SOME_S}),
+        (Wanted(some=True, coarse=True), {"jpeg": SECONDS / SOME_S, "coarse": COARSE}),
         (Wanted(key=True, coarse_key=True), {}),
     ],
     ids=lambda one: "+".join(f for f in one._fields if getattr(one, f)) or "nothing" if isinstance(one, Wanted) else "",
@@ -56,10 +59,6 @@ def test_each_way_is_made_as_often_as_somebody_wants_it(wanted, counts):
         assert abs(found[way] - count) <= 2, way
 
 
-def test_who_wants_one_now_and_then_alone_gets_it_when_the_camera_says_so():
-    assert made(Wanted(now_and_then=True), slow=lambda n: n % 20 == 0) == {"jpeg": ALL / 20}
-
-
 def test_a_key_picture_that_is_asked_for_is_one_of_the_right_video():
-    due = Steps("rover", 0, 8).due(Wanted(video=True, coarse_video=True, coarse_key=True), False, 1.0)
+    due = Steps("rover", 0, 8).due(Wanted(video=True, coarse_video=True, coarse_key=True), 1.0)
     assert (due.key, due.coarse_key) == (False, True)

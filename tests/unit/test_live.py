@@ -33,7 +33,7 @@ def taken(clock, seconds, grab_s=0.0, every_s=0.1, level=0):
     """Return when pictures were taken."""
     at, end = [], clock.t + seconds
 
-    def live_once(state, camera, slow):
+    def live_once(state, camera):
         at.append(clock.t)
         clock.t += grab_s
         owned.running = clock.t < end

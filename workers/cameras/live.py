@@ -1,6 +1,5 @@
 """The loop that sends a camera's live pictures while somebody watches it."""
 
-from robots import bus
 from robots.brownout import Brownout
 from workers.cameras.pictures import Pictures
 from workers.owned import OwnedRobot
@@ -11,7 +10,6 @@ LEAST_S, LOOK_S = 0.01, 0.5
 def send_live(owned: OwnedRobot, pictures: Pictures, brownout: Brownout, camera: int = 0) -> None:
     """Send pictures of camera number `camera` at its rate until the owner ends."""
     clock, sent = owned.clock, owned.clock.monotonic()
-    last = sent - bus.SLOW_S
     while owned.running:
         due = sent + brownout.every_s(pictures.every_s)
         clock.sleep(min(max(due - clock.monotonic(), LEAST_S), LOOK_S))
@@ -19,7 +17,5 @@ def send_live(owned: OwnedRobot, pictures: Pictures, brownout: Brownout, camera:
         if now < due:
             continue  # the rate may have changed: the machine is less busy now
         sent = due if now - due < pictures.every_s else now
-        if pictures.live_once(owned.driver.latest(), camera, slow=now - last >= bus.SLOW_S):
-            last = now
-        else:
+        if not pictures.live_once(owned.driver.latest(), camera):
             clock.sleep(LOOK_S)

@@ -139,25 +139,21 @@ class Pictures:
             difference=round(verdict.difference, 3), tries=verdict.tries,
         )  # fmt: skip
 
-    def live_once(self, state: RobotState | None, camera: int = 0, slow: bool = True) -> bool:
-        """Send one live picture of a camera if somebody watches it. Return False if nobody does.
-
-        `slow`: it is time for a picture for those who want one only now and then.
-        """
+    def live_once(self, state: RobotState | None, camera: int = 0) -> bool:
+        """Send one live picture of a camera if somebody wants one now. Return False if nobody will soon."""
         source = self.cameras[camera]
         first = camera == 0
         if (first and self._wanted.is_set()) or state is None:
             return True
+        now = self._clock.monotonic()
         try:
             wanted = bus.how_watched(self._robot.slug, camera)
         except (redis.RedisError, OSError):
             return False
-        if not any(wanted._replace(now_and_then=wanted.now_and_then and slow)):
-            return False
-        steps, now = self._steps[camera], self._clock.monotonic()
-        due = steps.due(wanted, slow, now)
+        steps = self._steps[camera]
+        due = steps.due(wanted, now)
         if not any((due.jpeg, due.video, due.coarse, due.coarse_video)):
-            return True
+            return any(wanted._replace(now_and_then=False))
         try:
             with source.lock:
                 if first and self._wanted.is_set():

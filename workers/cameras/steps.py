@@ -12,6 +12,7 @@ from workers.cameras.video import QUANTIZER, Shot, Video
 QUALITY, COARSE_QUALITY = 80, 20  # of JPEG
 COARSER = 50  # VP8's quantizer of coarse video, at least
 COARSE_S = 0.2  # between two coarse pictures, about
+EARLY_S = 0.02  # a picture may come so much before its time
 
 
 def jpeg(picture: Picture, quality: int = 88) -> bytes:
@@ -41,16 +42,17 @@ class Steps:
         self._jpeg_at = self._coarse_at = float("-inf")
         self._coarse = False  # somebody wants coarse JPEG, when it was last looked
 
-    def due(self, wanted: bus.Wanted, slow: bool, now: float) -> Due:
-        """Return what has to be made of a picture taken now. `slow`: it is time for those who want one now and then."""
-        if wanted.video or wanted.coarse or wanted.coarse_video:  # which come oftener, so the caller cannot know
-            slow = slow or now - self._jpeg_at >= bus.SLOW_S
+    def due(self, wanted: bus.Wanted, now: float) -> Due:
+        """Return what has to be made of a picture taken now."""
+        since = now - self._jpeg_at + EARLY_S
+        jpeg = (
+            wanted.each or (wanted.some and since >= bus.SOME_S) or (wanted.now_and_then and since >= bus.SLOW_S)
+        )  # fmt: skip
         self._coarse = wanted.coarse
         coarse = now - self._coarse_at >= 0.9 * COARSE_S
         return Due(
-            wanted.each or (slow and wanted.now_and_then), wanted.video, wanted.coarse and coarse,
-            wanted.coarse_video and coarse, wanted.key, wanted.coarse_key,
-        )  # fmt: skip
+            jpeg, wanted.video, wanted.coarse and coarse, wanted.coarse_video and coarse, wanted.key, wanted.coarse_key
+        )
 
     def send(self, due: Due, shot: Shot, joints: tuple[float, ...], now: float) -> None:
         """Make and send what is due."""

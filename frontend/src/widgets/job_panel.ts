@@ -34,6 +34,7 @@ export class JobPanel {
   whyNot(): string {
     const s = this.page.snapshot;
     if (!s || this.page.live.lost) return "The connection is lost; the page tries to connect again.";
+    if (s.replay) return "This is a recording.";
     if (!s.me.can.ask) return s.me.signed_in ? "Pass the clearance test of this robot first." : `Sign in to ask for a ${this.words.noun}.`;
     return this.asking ? `Your ${this.words.noun} is on its way to the portal.` : "";
   }

@@ -16,12 +16,13 @@ class Command(BaseCommand):
     def add_arguments(self, parser: CommandParser) -> None:
         """Add the file argument."""
         parser.add_argument("file", type=Path)
+        parser.add_argument("--without-recordings", action="store_true", help="leave out the files of recordings")
 
     def handle(self, *args: Any, **options: Any) -> None:
         """Write the backup, and print how much it contains."""
         try:
-            manifest = write(options["file"])
+            manifest = write(options["file"], not options["without_recordings"])
         except ArchiveError as error:
             raise CommandError(str(error)) from error
         rows, media = sum(manifest["rows"].values()), len(manifest["media"])
-        self.stdout.write(f"{options['file']}: {rows} rows, {media} pictures. Sessions are left out.")
+        self.stdout.write(f"{options['file']}: {rows} rows, {media} pictures and recordings. Sessions are left out.")

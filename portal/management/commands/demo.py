@@ -17,7 +17,7 @@ from django.core.management.base import BaseCommand, CommandParser
 from django.db import close_old_connections
 
 from portal.privacy import tighten
-from portal.processes import enabled_processes, housekeeping_process, redis_process, web_process
+from portal.processes import enabled_processes, housekeeping_process, recorder_process, redis_process, web_process
 from portal.seeding import seed
 from portal.supervisor import Supervisor, tidy_line
 
@@ -39,7 +39,7 @@ class Command(BaseCommand):
         begun = time.monotonic()
         tighten(settings.VAR)
         password = _apart(_prepare)
-        fixed = [web_process(host, port), housekeeping_process()]
+        fixed = [web_process(host, port), housekeeping_process(), recorder_process()]
         if "REDIS_URL" not in os.environ:
             fixed.insert(0, redis_process())
 

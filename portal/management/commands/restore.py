@@ -29,6 +29,6 @@ class Command(BaseCommand):
             raise CommandError(str(error)) from error
         rows, media = sum(manifest["rows"].values()), len(manifest["media"])
         self.stdout.write(
-            f"restored {rows} rows and {media} pictures of {manifest['made_at']}; counts and hashes are equal. "
-            "Open turns were ended; robots are put in order before anybody drives them."
+            f"restored {rows} rows and {media} pictures and recordings of {manifest['made_at']}; counts and hashes "
+            "are equal. Open turns were ended; robots are put in order before anybody drives them."
         )

@@ -1,0 +1,118 @@
+/** The page of a recording: the bar to move in time, and the list of moments to jump to. */
+import "./replay.css";
+import { replayWith } from "../line.ts";
+import type { Handlers } from "../live.ts";
+import { say } from "../parts.ts";
+import { byId, shape } from "../svg.ts";
+import { clock } from "../words.ts";
+import { Player } from "./player.ts";
+import { type About, type Index, type Mark, Story } from "./story.ts";
+
+const FAILED = "The recording could not be read. Check your connection, and choose a time again.";
+const LOADING = "Loading…", LONG_MS = 500;
+const WIDE = 1000; // of the drawing of marks
+const STEP_MS = 500;
+
+const about = JSON.parse(byId("replay-facts").textContent ?? "{}") as About;
+const button = byId<HTMLButtonElement>("replay-play"), range = byId<HTMLInputElement>("replay-at");
+const speed = byId<HTMLSelectElement>("replay-speed"), said = byId("replay-said"), time = byId("replay-time");
+let player: Player | null = null;
+let moved = 0, loading = 0;
+
+function draw(): void {
+  if (!player) return;
+  const { at, length } = player;
+  say(button, player.playing ? "Pause" : "Play");
+  const step = at >= length ? Number(range.max) : Math.round(at / STEP_MS) * STEP_MS;
+  if (Number(range.value) !== step) range.value = String(step);
+  const words = `${clock(Math.floor(at / 1000))} of ${clock(Math.floor(length / 1000))}`;
+  range.setAttribute("aria-valuetext", words);
+  say(time, words);
+  tellWaiting(player.waiting);
+  follow(at);
+}
+
+/** Say that it loads, if that takes long. */
+function tellWaiting(waiting: boolean): void {
+  if (waiting && !loading) loading = window.setTimeout(() => say(said, LOADING), LONG_MS);
+  if (waiting || !loading) return;
+  clearTimeout(loading);
+  loading = 0;
+  if (said.textContent === LOADING) say(said, "");
+}
+
+/** Mark in the list what was last. */
+function follow(at: number): void {
+  const list = byId("replay-list");
+  let last: Element | null = null;
+  for (const item of list.querySelectorAll<HTMLElement>("button")) {
+    if (Number(item.dataset["at"]) > at) break;
+    last = item;
+  }
+  const current = list.querySelector("[aria-current]");
+  if (current === last) return;
+  current?.removeAttribute("aria-current");
+  last?.setAttribute("aria-current", "true");
+}
+
+function show(marks: readonly Mark[], length: number): void {
+  const drawing = byId<SVGSVGElement>("replay-marks");
+  byId("replay-list").replaceChildren(...marks.map(({ at, text, bad }) => {
+    const x = length ? (WIDE * at) / length : 0;
+    shape(drawing, "rect", { x: Math.min(WIDE - 3, x), y: 0, width: 3, height: 10, class: bad ? "bad" : "" });
+    const item = document.createElement("li"), jump = document.createElement("button"), when = document.createElement("span");
+    jump.type = "button";
+    jump.dataset["at"] = String(at);
+    jump.className = bad ? "linklike bad" : "linklike";
+    when.textContent = clock(Math.floor(at / 1000));
+    jump.append(when, ` ${text}`);
+    jump.addEventListener("click", () => void player?.seek(at));
+    item.append(jump);
+    return item;
+  }));
+}
+
+async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
+  const answer = await fetch(about.index);
+  if (!answer.ok) throw new Error(`index: ${answer.status}`);
+  const index = (await answer.json()) as Index, story = new Story(index, about);
+  player = new Player(index, about.slices, story, draw, () => say(said, FAILED));
+  opened(player);
+  range.max = String(Math.ceil(player.length / STEP_MS) * STEP_MS); // the last step is the end itself
+  show(story.marks(), player.length);
+  for (const control of [button, range, speed]) control.disabled = false;
+  player.attach(handlers);
+  draw();
+}
+
+button.addEventListener("click", () => {
+  say(said, "");
+  player?.play(!player.playing);
+});
+range.addEventListener("input", () => {
+  say(said, "");
+  clearTimeout(moved);
+  const at = Number(range.value);
+  moved = window.setTimeout(() => void player?.seek(at), 30); // while it is dragged many come
+});
+speed.addEventListener("change", () => {
+  if (player) player.speed = Number(speed.value);
+});
+
+/** Stands in for the player until the index has come, and passes on what the console asks for. */
+replayWith((_, handlers) => {
+  let inner: Player | null = null;
+  let wish: object | null = null;
+  begin(handlers, (made) => {
+    inner = made;
+    if (wish) made.send(wish);
+  }).catch(() => say(said, FAILED));
+  return {
+    up: true, lost: false, lostMs: 0, opened: 1, latency: null, best: Infinity, overdue: false,
+    now: () => inner?.now() ?? 0, heardSince: () => false, check: () => undefined,
+    send: (message) => {
+      if ("t" in message && message.t === "watch") wish = message;
+      return inner?.send(message) ?? wish === message;
+    },
+  };
+});

@@ -1,0 +1,95 @@
+/** The packets of a recording, read in slices of a few seconds when they are needed. */
+import { decode, type PicturePacket, type StatePacket, type StreamPacket } from "../protocol.ts";
+
+export const SLICE_MS = 5000;
+const HEAD = 8;
+const KEPT = 24; // slices in memory
+
+/** A packet, and when it arrived (ms since the beginning). */
+export interface Item { at: number; packet: StatePacket | PicturePacket | StreamPacket }
+/** What everything looked like at a moment: the newest state, picture of each camera, and chain of each byte stream. */
+export interface Moment { state: Item | null; pictures: Map<number, Item>; chains: Map<number, Item[]> }
+
+/** Take a slice apart; what cannot be decoded is left out. */
+export function unpack(data: ArrayBuffer): Item[] {
+  const view = new DataView(data), items: Item[] = [];
+  for (let at = 0; at + HEAD <= data.byteLength; ) {
+    const length = view.getUint32(at, true), ms = view.getUint32(at + 4, true), end = at + HEAD + length;
+    if (end > data.byteLength) break;
+    const packet = decode(data.slice(at + HEAD, end));
+    if (packet) items.push({ at: ms, packet });
+    at = end;
+  }
+  return items;
+}
+
+/** What was known at a moment; `items` reach back to everything that is needed. Before its first picture a camera shows that one. */
+export function momentOf(items: readonly Item[], at: number): Moment {
+  const moment: Moment = { state: null, pictures: new Map(), chains: new Map() };
+  for (const item of items) {
+    const { packet } = item, late = item.at > at;
+    if ("jpeg" in packet) {
+      if (!late || !moment.pictures.has(packet.camera)) moment.pictures.set(packet.camera, item);
+    } else if (late) {
+      if (!("data" in packet)) moment.state ??= item;
+    } else if ("data" in packet) {
+      if (packet.key) moment.chains.set(packet.stream, [item]);
+      else moment.chains.get(packet.stream)?.push(item);
+    } else moment.state = item;
+  }
+  return moment;
+}
+
+export class Slices {
+  private kept = new Map<number, Promise<Item[]>>();
+  private ready = new Map<number, Item[]>();
+  private address: string;
+  private needs: readonly number[];
+
+  /** `needs`: for each slice the earliest that has to be read with it. */
+  constructor(address: string, needs: readonly number[]) {
+    this.address = address;
+    this.needs = needs;
+  }
+
+  of(at: number): number {
+    return Math.min(this.needs.length - 1, Math.max(0, Math.floor(at / SLICE_MS)));
+  }
+
+  /** The items of a slice if they are here. */
+  now(number: number): Item[] | undefined {
+    return this.ready.get(number);
+  }
+
+  /** Read a slice; beyond the end there is nothing. */
+  async read(number: number): Promise<Item[]> {
+    if (number >= this.needs.length) return [];
+    let reading = this.kept.get(number);
+    if (!reading) {
+      reading = this.fetched(number);
+      this.kept.set(number, reading);
+      reading.catch(() => this.kept.delete(number));
+    }
+    return reading;
+  }
+
+  /** Everything that is needed to show a moment. */
+  async until(at: number): Promise<Item[]> {
+    const last = this.of(at), first = this.needs[last] ?? last;
+    const parts = await Promise.all(Array.from({ length: last - first + 1 }, (_, i) => this.read(first + i)));
+    return parts.flat();
+  }
+
+  private async fetched(number: number): Promise<Item[]> {
+    const answer = await fetch(`${this.address}${number}.bin`);
+    if (!answer.ok) throw new Error(`slice ${number}: ${answer.status}`);
+    const items = unpack(await answer.arrayBuffer());
+    this.ready.set(number, items);
+    for (const old of this.ready.keys())
+      if (this.ready.size > KEPT && old !== number) {
+        this.ready.delete(old);
+        this.kept.delete(old);
+      }
+    return items;
+  }
+}

@@ -1,0 +1,78 @@
+"""Who may see a recording: as much as may be seen of the turn or the job that it shows."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from django.http import Http404
+
+from operatorlog.models import Entry, Visibility
+from queueing.models import Job, Turn
+from robots.models import Recording, RecordingState
+
+NONE = "There is no such recording."
+
+
+@dataclass(frozen=True)
+class About:
+    """The turn or the job of a recording. `quiet`: search engines are asked to leave it out."""
+
+    title: str
+    who: str
+    url: str
+    quiet: bool
+    hidden: bool
+
+
+def about(recording: Recording) -> About | None:
+    """Return what a recording shows; None if its turn or job was deleted."""
+    turn = Turn.objects.select_related("user").filter(grant=recording.grant_id).first()
+    if turn is not None:
+        hidden = Entry.objects.filter(turn=turn, visibility=Visibility.HIDDEN).exists()
+        name = turn.user.get_username()
+        return About(f"Turn of {name}", name, turn.get_absolute_url(), False, hidden)
+    job = Job.objects.select_related("user").filter(runs__grant=recording.grant_id).first()
+    if job is not None:
+        return About(
+            f"{job.kind.capitalize()} (a job)", job.shown_name, job.get_absolute_url(), job.user is None, False
+        )
+    return None
+
+
+def may_see(recording: Recording, found: About | None, user: Any) -> bool:
+    """Return whether this person may replay it: staff always, others unless its log entry was hidden by a moderator.
+
+    A recording whose turn or job was deleted is for staff alone.
+    """
+    if user.has_perm("robots.view_recording") or user.has_perm("robots.change_robot"):
+        return True
+    if found is None:
+        return False
+    return not found.hidden or recording.grant.holder_id == getattr(user, "pk", 0)
+
+
+def visible(key: str, user: Any, shown: bool = True) -> tuple[Recording, About | None]:
+    """Return the recording at an address, and what it shows. `shown`: it has to have a file. Raises Http404."""
+    recording = Recording.objects.select_related("robot", "grant").filter(key=key).first()
+    if recording is None or (shown and not recording.shown):
+        raise Http404(NONE)
+    found = about(recording)
+    if not may_see(recording, found, user):
+        raise Http404(NONE)
+    return recording, found
+
+
+def to_offer(grants: Any, user: Any) -> list[Recording]:
+    """Return the recordings of these grants of which a page may tell this person: ready, running or removed."""
+    found = Recording.objects.filter(grant__in=grants).select_related("robot", "grant").order_by("id")
+    return [one for one in found if may_see(one, about(one), user)]
+
+
+def words_for(recording: Recording) -> str:
+    """Return what to say of a recording in one sentence."""
+    if recording.state == RecordingState.RUNNING:
+        return "It is being recorded."
+    if recording.state == RecordingState.REMOVED:
+        return f"The recording was removed. {recording.reason}".strip()
+    left_out = "The disk was too slow: some pictures were left out." if recording.dropped else ""
+    said = (f"Kept until {recording.kept_until:%-d %B %Y}.", recording.reason, left_out)
+    return " ".join(part for part in said if part)

@@ -1,0 +1,136 @@
+"""Pages of recordings: the replay, its index and its slices, and the file."""
+
+from dataclasses import asdict
+from typing import Any
+
+import msgspec
+from allauth.core.internal.ratelimit import consume
+from django.conf import settings
+from django.core.cache import cache
+from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
+from django.shortcuts import render
+from django.views.decorators.cache import never_cache
+from django.views.decorators.http import require_safe
+
+from portal.consoles.console import console_of
+from portal.pages.errors import software_missing
+from portal.pages.views import console_facts
+from portal.recordings import access
+from portal.recordings.exports import offered
+from portal.recordings.serving import ranged
+from robots import description
+from robots.models import Recording, Robot
+from robots.recordings import keeping
+
+MCAP = "application/octet-stream"
+FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
+TOO_MANY = "Too much is asked for from your network; try again in a minute.\n"
+
+
+@never_cache
+@require_safe
+def replay(request: HttpRequest, key: str) -> HttpResponse:
+    """Show a recording: the robot's console without controls, and a bar to move in time."""
+    recording, about = access.visible(key, request.user, shown=False)
+    robot = recording.robot
+    context: dict[str, Any] = {
+        "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
+        "view": recording.shown, "movies": offered(recording), "replaying": True,
+    }  # fmt: skip
+    if recording.shown:
+        try:
+            described, console = robot.description(), console_of(robot.driver)
+            context |= {"description_json": console_facts(robot, False), "views": description.views(described)}
+        except (LookupError, ImportError, OSError):
+            return software_missing(request, robot.name)
+        context |= {**asdict(console), "replay_json": _facts(recording, about)}
+    answer = render(request, "recordings/replay.html", context)
+    if about is None or about.quiet or about.hidden:
+        answer["X-Robots-Tag"] = "noindex, nofollow"
+    return answer
+
+
+def _facts(recording: Recording, about: access.About | None) -> dict[str, Any]:
+    return {
+        "index": f"{recording.get_absolute_url()}{recording.version}/index.json",
+        "slices": f"{recording.get_absolute_url()}{recording.version}/",
+        "slug": recording.robot.slug, "name": recording.robot.name, "who": about.who if about else "",
+    }  # fmt: skip
+
+
+def _readable(request: HttpRequest, key: str, version: int) -> Recording:
+    recording, _ = access.visible(key, request.user)
+    if version != recording.version:
+        raise Http404("The recording was changed; reload its page.")
+    return recording
+
+
+def _limited(request: HttpRequest) -> HttpResponse | None:
+    if consume(request, app="farhand", action="replay", config=settings.RATE_LIMITS, limit_get=True):
+        return None
+    return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
+
+
+def _index(recording: Recording) -> Any:
+    """Return the index of a recording, kept for a while. Raises Http404."""
+    from robots.recordings.timeline import read_index  # noqa: PLC0415 - the reader is loaded when it is needed
+
+    name = f"recording-index:{recording.pk}:{recording.version}"
+    kept = cache.get(name)
+    if isinstance(kept, str):
+        return msgspec.json.decode(kept)
+    try:
+        found = msgspec.to_builtins(read_index(keeping.path_of(recording)))
+    except (OSError, ValueError) as error:
+        raise Http404("The recording cannot be read.") from error
+    cache.set(name, msgspec.json.encode(found).decode(), 600)
+    return found
+
+
+@require_safe
+def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
+    """Return what happened when, as JSON."""
+    refused = _limited(request)
+    if refused is not None:
+        return refused
+    found = _index(_readable(request, key, version))
+    answer = HttpResponse(msgspec.json.encode(found), content_type="application/json")
+    answer["Cache-Control"] = FOR_GOOD
+    return answer
+
+
+@require_safe
+def part(request: HttpRequest, key: str, version: int, number: int) -> HttpResponse:
+    """Return a slice: the packets of five seconds."""
+    from robots.recordings.timeline import read_slice  # noqa: PLC0415 - see _index
+
+    recording = _readable(request, key, version)
+    known = _index(recording)
+    if number >= len(known["needs"]):
+        raise Http404("The recording is shorter.")
+    joints, channels = _names(recording.robot)
+    try:
+        data = read_slice(keeping.path_of(recording), known["began_ms"], number, joints, channels)
+    except (OSError, ValueError) as error:
+        raise Http404("The recording cannot be read.") from error
+    return HttpResponse(data, content_type=MCAP, headers={"Cache-Control": FOR_GOOD})
+
+
+def _names(robot: Robot) -> tuple[tuple[str, ...], list[str]]:
+    try:
+        spec = robot.spec()
+    except LookupError as error:
+        raise Http404("The robot's software is not installed.") from error
+    return spec.joints, [channel.name for channel in spec.packed()]
+
+
+@never_cache
+@require_safe
+def download(request: HttpRequest, key: str) -> HttpResponseBase:
+    """Return the recording's file, for programs that read MCAP."""
+    refused = _limited(request)
+    if refused is not None:
+        return refused
+    recording, _ = access.visible(key, request.user)
+    name = f"{recording.robot.slug}-{recording.began_at:%Y%m%d-%H%M%S}.mcap"
+    return ranged(request, keeping.path_of(recording), MCAP, name)

@@ -1,0 +1,122 @@
+"""Rows of recordings and of the movies made from them."""
+
+import secrets
+from datetime import datetime, timedelta
+
+from django.conf import settings
+from django.db import models
+from django.db.models import Q
+
+
+class Records(models.TextChoices):
+    """What of a robot is recorded."""
+
+    OFF = "off", "Nothing"
+    WORK = "work", "Turns and jobs"
+
+
+class RecordingState(models.TextChoices):
+    """The states of a recording; all but the first are final."""
+
+    RUNNING = "running", "Being recorded"
+    READY = "ready", "Ready"
+    CUT = "cut", "Cut short"
+    REMOVED = "removed", "Removed"
+
+
+SHOWN = (RecordingState.READY, RecordingState.CUT)
+
+
+def new_key() -> str:
+    """Return the random part of an address."""
+    return secrets.token_urlsafe(18)
+
+
+class Recording(models.Model):
+    """What a robot did under one grant: a file with pictures, states, commands and events on one clock."""
+
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="recordings")
+    grant = models.OneToOneField("robots.Grant", models.CASCADE, related_name="recording")
+    key = models.CharField(max_length=32, unique=True, default=new_key, editable=False)
+    state = models.CharField(max_length=8, choices=RecordingState, default=RecordingState.RUNNING)
+    reason = models.CharField(max_length=200, blank=True, help_text="Why it was cut short or removed, or has gaps.")
+    began_at = models.DateTimeField()
+    ended_at = models.DateTimeField(null=True, blank=True)
+    file = models.CharField(max_length=160)
+    size = models.BigIntegerField(default=0, help_text="Bytes.")
+    dropped = models.PositiveIntegerField(default=0, help_text="Messages left out because the disk was too slow.")
+    version = models.PositiveIntegerField(default=1, help_text="Grows when pictures are taken out.")
+    taken_out = models.JSONField(default=list, blank=True, help_text="Spans of pictures to take out at the end.")
+    host = models.CharField(max_length=80, blank=True, help_text="Where its recorder runs.")
+
+    class Meta:
+        ordering = ("-id",)
+        indexes = [models.Index(fields=["robot", "began_at"], name="recordings_by_time")]
+
+    def __str__(self) -> str:
+        return f"recording {self.pk}"
+
+    def get_absolute_url(self) -> str:
+        """Return the address of its page."""
+        return f"/recordings/{self.key}/"
+
+    @property
+    def shown(self) -> bool:
+        """Return whether there is a file to replay."""
+        return self.state in SHOWN
+
+    @property
+    def kept_until(self) -> datetime:
+        """Return when it is removed."""
+        return self.began_at + timedelta(days=keep_days(self.robot))
+
+
+def keep_days(robot: "models.Model") -> int:
+    """Return for how many days recordings of a robot are kept."""
+    days: int | None = getattr(robot, "recordings_keep_days", None)
+    return settings.RECORDING["KEEP_DAYS"] if days is None else days
+
+
+class Movie(models.Model):
+    """A movie of a recording, or a time-lapse of a robot's day, made on demand and kept for some days."""
+
+    class Kind(models.TextChoices):
+        """The containers, each with the codec that browsers play in it."""
+
+        MP4 = "mp4", "MP4 (H.264)"
+        WEBM = "webm", "WebM (VP9)"
+
+    class State(models.TextChoices):
+        """From the request to the file."""
+
+        WAITING = "waiting", "Waiting to be made"
+        MAKING = "making", "Being made"
+        READY = "ready", "Ready"
+        FAILED = "failed", "Failed"
+
+    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="movies")
+    recording = models.ForeignKey(Recording, models.CASCADE, null=True, blank=True, related_name="movies")
+    day = models.DateField(null=True, blank=True, help_text="Of a time-lapse (UTC).")
+    sources = models.JSONField(default=list, blank=True, help_text="The recordings of a time-lapse.")
+    kind = models.CharField(max_length=4, choices=Kind)
+    version = models.PositiveIntegerField(default=1, help_text="Of its recording.")
+    state = models.CharField(max_length=8, choices=State, default=State.WAITING)
+    reason = models.CharField(max_length=200, blank=True)
+    asked_at = models.DateTimeField()
+    begun_at = models.DateTimeField(null=True, blank=True)
+    ready_at = models.DateTimeField(null=True, blank=True)
+    size = models.BigIntegerField(default=0)
+
+    class Meta:
+        ordering = ("-id",)
+        constraints = [
+            models.UniqueConstraint(
+                fields=["recording", "kind", "version"], condition=Q(recording__isnull=False), name="a_movie_once"
+            ),
+            models.UniqueConstraint(
+                fields=["robot", "day", "kind"], condition=Q(day__isnull=False), name="a_time_lapse_once"
+            ),
+        ]
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.pk}"

@@ -1,0 +1,112 @@
+"""Movies of recordings and time-lapses of days: asked for, made one at a time, kept for some days."""
+
+from datetime import date, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+from django.conf import settings
+from django.db import IntegrityError, transaction
+
+from robots.drivers.errors import BadRequest
+from robots.models import Frame, Movie, Recording, Robot
+from robots.recordings import keeping
+from robots.recordings.models import SHOWN
+
+WAITING = 20  # movies that may wait to be made
+LAPSE_HZ, LAPSE_S = 12, 10.0  # pictures a second of a time-lapse, and seconds of the day between them
+FRAMES = 2000  # stored pictures of a day at most
+Kind, State = Movie.Kind, Movie.State
+
+
+def ask(recording: Recording, kind: str, now: datetime) -> Movie:
+    """Return the movie of a recording; a new one waits to be made. Raises BadRequest."""
+    if not recording.shown:
+        raise BadRequest("There is no recording of which a movie could be made.")
+    same = {"recording": recording, "kind": _kind(kind), "version": recording.version}
+    return _asked(same, Movie(robot=recording.robot, asked_at=now, **same))
+
+
+def ask_day(robot: Robot, day: date, kind: str, recordings: list[Recording], now: datetime) -> Movie:
+    """Return the time-lapse of a robot's day (UTC), of these recordings and the pictures stored then.
+
+    Raises BadRequest.
+    """
+    if day >= now.date():
+        raise BadRequest("A time-lapse is made of a day that is over (UTC).")
+    if not recordings and not frames_of(robot, day):
+        raise BadRequest("Nothing is kept of that day.")
+    same = {"robot": robot, "day": day, "kind": _kind(kind)}
+    return _asked(same, Movie(asked_at=now, sources=[recording.pk for recording in recordings], **same))
+
+
+def _kind(kind: str) -> str:
+    if kind not in Kind.values:
+        raise BadRequest("A movie is MP4 or WebM.")
+    return kind
+
+
+def _asked(same: dict[str, Any], new: Movie) -> Movie:
+    found = Movie.objects.filter(**same).first()
+    if found is not None and found.state != State.FAILED:
+        return found
+    if Movie.objects.filter(state=State.WAITING).count() >= WAITING:
+        raise BadRequest("Too many movies wait to be made; ask again in some minutes.")
+    try:
+        with transaction.atomic():
+            if found is not None:
+                found.delete()
+            new.save()
+    except IntegrityError:  # asked for twice at once
+        return Movie.objects.get(**same)
+    return new
+
+
+def frames_of(robot: Robot, day: date) -> list[Path]:
+    """Return the files of the pictures that were stored on a day."""
+    found = Frame.objects.filter(robot=robot, taken_at__date=day).order_by("taken_at")
+    media = Path(settings.MEDIA_ROOT)
+    return [media / name for name in found.values_list("file", flat=True)[:FRAMES]]
+
+
+def claim(now: datetime) -> Movie | None:
+    """Return the next movie to make, and note that it is being made."""
+    for movie in Movie.objects.filter(state=State.WAITING).select_related("recording", "robot").order_by("id"):
+        if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(state=State.MAKING, begun_at=now):
+            return movie
+    return None
+
+
+def again(before: datetime) -> None:
+    """Have movies made that were begun before that time by who is gone."""
+    Movie.objects.filter(state=State.MAKING, begun_at__lt=before).update(state=State.WAITING, begun_at=None)
+
+
+def plan_of(movie: Movie) -> dict[str, Any]:
+    """Return what the program that makes movies has to read; no files if nothing is left."""
+    if movie.recording is not None:
+        files = [keeping.path_of(movie.recording)] if movie.recording.shown else []
+        return {"hz": 5, "files": [str(path) for path in files if path.exists()]}
+    assert movie.day is not None
+    kept = Recording.objects.filter(pk__in=movie.sources, state__in=SHOWN)
+    timed = [(recording.began_at, keeping.path_of(recording)) for recording in kept]
+    stills = Frame.objects.filter(robot=movie.robot, taken_at__date=movie.day)[:FRAMES]
+    timed += [(frame.taken_at, Path(settings.MEDIA_ROOT) / frame.file) for frame in stills]
+    there = [str(path) for _, path in sorted(timed) if path.exists()]
+    return {"hz": LAPSE_HZ, "every_s": LAPSE_S, "files": there}
+
+
+def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:
+    """Note that a movie is ready, or why it is not. `made`: its file, which is moved to its place."""
+    done = Movie.objects.filter(pk=movie.pk, state=State.MAKING)
+    if made is None:
+        done.update(state=State.FAILED, reason=reason[:200])
+        return
+    path, size = keeping.movie_path(movie), made.stat().st_size
+    made.replace(path)
+    if not done.update(state=State.READY, ready_at=now, size=size, reason=""):
+        path.unlink(missing_ok=True)  # pictures of it were taken down meanwhile
+
+
+def stale(movie: Movie, now: datetime) -> bool:
+    """Return whether the movie was not made for long after it was asked for: nobody makes movies now."""
+    return movie.state in (State.WAITING, State.MAKING) and now - movie.asked_at > timedelta(minutes=15)

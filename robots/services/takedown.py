@@ -1,0 +1,37 @@
+"""What staff take off the portal: stored pictures, with all that shows them, and recordings."""
+
+from pathlib import Path
+from typing import Any
+
+from django.conf import settings
+from django.db import transaction
+
+from robots import bus
+from robots.messages import Changed
+from robots.models import Frame, Recording
+from robots.permissions import need_staff
+from robots.recordings import keeping
+
+
+def take_down(frame: Frame, user: Any) -> int:
+    """Remove a stored picture from log entries, recordings, movies and our addresses. Return of how many recordings.
+
+    Of recordings, everything goes that shows the same pose, or was taken by that camera within two seconds of it.
+    Raises NotStaff; OSError if a recording cannot be written again, and the picture stays.
+    """
+    need_staff(user)
+    robot, at = frame.robot, frame.taken_at
+    changed = keeping.take_out_pictures(robot, at, frame.pk)
+    (Path(settings.MEDIA_ROOT) / frame.file).unlink(missing_ok=True)
+    bus.drop_shot(robot.slug, 0, int(at.timestamp() * 1000))
+    with transaction.atomic():
+        frame.delete()
+        for what in ("frame", "log"):
+            bus.publish_on_commit(robot.slug, Changed(what))
+    return changed
+
+
+def remove_recording(recording: Recording, user: Any) -> bool:
+    """Remove a recording's file and its movies. Return False if that was done before. Raises NotStaff."""
+    need_staff(user)
+    return keeping.remove(recording, "Staff removed it.")

@@ -1,0 +1,169 @@
+"""A recording in the browser: play, move in time by mouse and keyboard, jump to a command; two widths, both schemes."""
+
+import cv2
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from robots.clock import SYSTEM
+from robots.contract.session import RobotState
+from robots.messages import picture_packet, state_packet
+from robots.models import RecordingState
+from robots.recordings import keeping
+from robots.recordings.container import Tape
+from robots.recordings.packets import picture_of, state_told
+from tests.conftest import wait_for
+from tests.e2e.conftest import session
+from tests.e2e.test_axe import LOOKS
+
+SECONDS = 24
+NAMES = ("q1", "q2", "q3", "q4")
+# how bright the middle of the picture is
+GREY = "() => { const c = document.getElementById('picture'); return c.getContext('2d').getImageData(90, 80, 1, 1).data[0]; }"
+
+
+@pytest.fixture
+def portal(bare):
+    return bare
+
+
+def grey(second):
+    return 10 * second
+
+
+def jpeg(level):
+    return cv2.imencode(".jpg", np.full((165, 192), level, np.uint8))[1].tobytes()
+
+
+@pytest.fixture
+def recording(portal):
+    """Half a minute of a turn: each second the picture is brighter; a command at 5 s that fails at 8 s."""
+    ada = portal.person("ada", "mercury")
+    turn = portal.drive(ada, "mercury")
+    portal.end(turn)
+    row = keeping.begin(turn.grant, "here", SYSTEM.now())
+    path, began = keeping.path_of(row), int(row.began_at.timestamp() * 1000)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tape = Tape(path, {})
+    for tick in range(SECONDS * 4):
+        ms, second = began + 250 * tick, tick // 4
+        state = RobotState(0.0, (0.1 * second, 1.8, 0.0, 0.0), (), False, True, mode=f"second {second}")
+        tape.put("state", ms * 10**6, state_told(state_packet(tick, ms, state, False), NAMES, ()))
+        if tick % 4 == 0:
+            tape.put("camera/0", ms * 10**6, picture_of(picture_packet(second, ms, 0, (), jpeg(grey(second)))))
+    for ms, stage, reason in ((5000, "queued", ""), (8000, "failed", "It slipped.")):
+        told = {"id": 7, "seq": 1, "grant": turn.grant_id, "kind": "down", "state": stage, "reason": reason,
+                "at_ms": began + ms, "result": {}, "progress": {}}  # fmt: skip
+        tape.put("commands", (began + ms) * 10**6, told)
+    tape.close()
+    keeping.finish(row, RecordingState.READY, "", SYSTEM.now())
+    row.turn = turn
+    return row
+
+
+def shows(page, second):
+    """Wait until picture and readings are of a second."""
+    wait_for(lambda: abs(page.evaluate(GREY) - grey(second)) < 6, 15, f"the picture of second {second}")
+    expect(page.locator("#replay-time")).to_contain_text(f"0:{second:02} of 0:23")
+
+
+def test_a_recording_is_played_and_moved_in_time_by_mouse_and_keyboard(portal, visitor, recording):
+    one = visitor()
+    page = one.page
+    sent = []
+    page.on("websocket", lambda socket: sent.append(socket.url))
+    page.goto(recording.turn.get_absolute_url())
+    page.get_by_role("link", name="Replay").click()
+    shows(page, 0)
+    play, bar = page.locator("#replay-play"), page.locator("#replay-at")
+    play.click()
+    expect(play).to_have_text("Pause")
+    shows(page, 2)
+    play.click()
+    expect(play).to_have_text("Play")
+    page.locator("#replay-list button", has_text="Failed").click()
+    shows(page, 8)
+    expect(page.locator("#ladder li").first).to_have_attribute("data-state", "failed")
+    expect(page.locator("#ladder")).to_contain_text("It slipped.")
+    bar.focus()
+    page.keyboard.press("End")
+    shows(page, 23)
+    page.keyboard.press("Home")  # back: what was not yet given is not listed
+    shows(page, 0)
+    expect(page.locator("#ladder li")).to_have_count(0)
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    shows(page, 6)
+    assert bar.get_attribute("aria-valuetext") == "0:06 of 0:23"
+    expect(page.locator("#ladder li").first).to_have_attribute("data-state", "queued")
+    bar.fill("17000")
+    shows(page, 17)
+    page.locator("#replay-speed").select_option("8")
+    play.click()
+    shows(page, 23)
+    expect(play).to_have_text("Play")
+    assert not [url for url in sent if "/ws/robots/" in url], "nothing is asked of the robot itself"
+
+
+def test_nothing_can_be_commanded_from_a_recording(portal, visitor, recording):
+    operator = visitor()
+    session(operator, recording.turn.user)
+    portal.drive(recording.turn.user, "mercury")  # even by somebody who drives the robot now
+    page = operator.page
+    page.goto(recording.get_absolute_url())
+    shows(page, 0)
+    expect(page.locator("#controls")).to_be_hidden()
+    expect(page.locator("[data-command=stop]")).to_be_hidden()
+    page.locator("#screen").click(position={"x": 50, "y": 50})
+    page.locator("#screen").press("s")
+    shows(page, 0)
+    from robots.models import Command
+
+    assert not Command.objects.exists()
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_the_page_of_a_recording_for_everybody(portal, visitor, recording, look):
+    one = visitor(**look)
+    page = one.page
+    page.goto(recording.get_absolute_url())
+    shows(page, 0)
+    one.axe("replay")
+    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+    boxes = page.locator("#replay button, #replay select, #replay input, #replay-list button").evaluate_all(
+        "(all) => all.map((e) => e.getBoundingClientRect()).map((b) => Math.min(b.width, b.height))"
+    )
+    assert min(boxes) >= 24
+    page.goto("/robots/mercury/recordings/")
+    one.axe("recordings")
+    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+
+
+def test_on_a_slow_line_it_says_that_it_loads(portal, visitor, recording):
+    one = visitor()
+    page = one.page
+    held = []
+    page.route("**/2.bin", lambda route: held.append(route))
+    page.goto(recording.get_absolute_url())
+    shows(page, 0)
+    expect(page.locator("#replay-said")).to_be_empty()
+    page.locator("#replay-at").fill("12000")
+    expect(page.locator("#replay-said")).to_have_text("Loading…")
+    held[0].continue_()
+    shows(page, 12)
+    expect(page.locator("#replay-said")).to_be_empty()
+
+
+def test_without_its_slices_the_page_says_so_and_tries_again(portal, visitor, recording):
+    one = visitor()
+    one.allowed = ("503", "net::")
+    page = one.page
+    page.route("**/3.bin", lambda route: route.fulfill(status=503, body=""))
+    page.goto(recording.get_absolute_url())
+    shows(page, 0)
+    page.locator("#replay-at").fill("17000")
+    expect(page.locator("#replay-said")).to_contain_text("could not be read")
+    page.unroute("**/3.bin")
+    page.locator("#replay-at").fill("17500")
+    shows(page, 17)
+    expect(page.locator("#replay-said")).to_be_empty()

@@ -1,0 +1,190 @@
+"""Movies of recordings and time-lapses: who may have them made, how many, what is in them, and when they go."""
+
+import json
+import subprocess
+import sys
+from datetime import timedelta
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from operatorlog.models import Entry, Visibility
+from queueing.models import Turn
+from robots.clock import SYSTEM
+from robots.drivers.errors import BadRequest
+from robots.messages import picture_packet
+from robots.models import Movie, Recording, RecordingState
+from robots.recordings import keeping, movies
+from robots.recordings.container import Tape
+from robots.recordings.packets import picture_of
+from tests.conftest import wait_for
+from workers.recorder.movies import MovieMaker
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+LONG_AGO = timedelta(days=2)
+
+
+@pytest.fixture(autouse=True)
+def media(settings, tmp_path):
+    settings.MEDIA_ROOT = tmp_path / "media"
+    settings.MEDIA_ROOT.mkdir()
+    settings.RECORDING = settings.RECORDING | {"FREE_MB": 1}
+    return settings.MEDIA_ROOT
+
+
+def jpeg(grey):
+    return cv2.imencode(".jpg", np.full((164, 193), grey, np.uint8))[1].tobytes()
+
+
+def made(grant, pictures=((0, 0), (500, 100), (1000, 200)), age=timedelta()):
+    """Return a recording with pictures: (ms after its beginning, grey)."""
+    recording = keeping.begin(grant, "here", SYSTEM.now() - age)
+    path, began = keeping.path_of(recording), int(recording.began_at.timestamp() * 1000)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tape = Tape(path, {})
+    for n, (ms, grey) in enumerate(pictures):
+        data = jpeg(grey) if grey is not None else b"no picture"
+        tape.put("camera/0", (began + ms) * 10**6, picture_of(picture_packet(n, began + ms, 0, (), data)))
+    tape.close()
+    keeping.finish(recording, RecordingState.READY, "", recording.began_at + timedelta(seconds=5))
+    return recording
+
+
+@pytest.fixture
+def recording(roles):
+    return made(Turn.objects.get().grant)
+
+
+def let_make(movie):
+    """Have the program make it, as the recorder does."""
+    maker = MovieMaker(SYSTEM)
+    maker.look()
+
+    def done():
+        maker.look()
+        movie.refresh_from_db()
+        return movie.state in (Movie.State.READY, Movie.State.FAILED)
+
+    wait_for(done, 60, "the movie")
+    return movie
+
+
+def shown(path):
+    """Return when each picture of a movie is shown (s), and how bright its middle is."""
+    with av.open(str(path)) as movie:
+        assert movie.streams.video[0].codec_context.name in ("h264", "vp9")
+        return [(float(f.time), int(f.to_ndarray(format="gray")[80, 90])) for f in movie.decode(video=0)]
+
+
+@pytest.mark.parametrize("kind", ["mp4", "webm"])
+def test_a_movie_shows_each_picture_when_it_was_taken(recording, client, kind):
+    address = f"{recording.get_absolute_url()}movie.{kind}"
+    assert client.get(address).status_code == 404
+    client.post(f"{recording.get_absolute_url()}movie/", {"kind": kind})
+    movie = let_make(Movie.objects.get())
+    assert movie.state == Movie.State.READY, movie.reason
+    found = shown(keeping.movie_path(movie))
+    assert [round(at, 2) for at, _ in found] == [0.0, 0.5, 1.0]
+    assert all(abs(grey - wanted) < 12 for (_, grey), wanted in zip(found, (0, 100, 200), strict=True))
+    answer = client.get(address)
+    assert answer.status_code == 200 and answer["Content-Type"] == f"video/{kind}"
+    assert client.get(address, headers={"Range": "bytes=0-99"}).status_code == 206
+    page = client.get(recording.get_absolute_url()).content.decode()
+    assert address in page
+
+
+def test_pictures_that_are_broken_are_left_out_and_a_pause_is_shortened(roles):
+    movie = movies.ask(
+        made(Turn.objects.get().grant, ((0, 10), (400, None), (800, 50), (60_000, 90))), "mp4", SYSTEM.now()
+    )
+    assert let_make(movie).state == Movie.State.READY
+    assert [round(at, 1) for at, _ in shown(keeping.movie_path(movie))] == [0.0, 0.8, 5.8]
+
+
+def test_a_recording_without_pictures_makes_no_movie(roles, client):
+    recording = made(Turn.objects.get().grant, ())
+    movie = let_make(movies.ask(recording, "webm", SYSTEM.now()))
+    assert movie.state == Movie.State.FAILED and movie.reason
+    assert movie.reason in client.get(recording.get_absolute_url()).content.decode()
+
+
+def test_a_time_lapse_has_a_picture_in_ten_seconds_and_leaves_out_what_is_hidden(roles, client):
+    turn = Turn.objects.get()
+    recording = made(turn.grant, [(ms, 120) for ms in range(0, 60_000, 1000)], LONG_AGO)
+    day = recording.began_at.date()
+    asked = {"day": str(day), "kind": "mp4"}
+    assert client.post("/robots/mercury/time-lapse/", asked).status_code == 302
+    movie = let_make(Movie.objects.get())
+    assert len(shown(keeping.movie_path(movie))) == 6
+    address = f"/robots/mercury/time-lapse/{day}.mp4"
+    assert client.get(address).status_code == 200
+    assert address in client.get("/robots/mercury/recordings/").content.decode()
+    Entry.objects.create(
+        turn=turn, author=turn.user, robot=turn.robot, text="x", written_at=SYSTEM.now(), visibility=Visibility.HIDDEN
+    )
+    assert client.get(address).status_code == 404
+    Movie.objects.all().delete()
+    client.post("/robots/mercury/time-lapse/", asked)
+    assert not Movie.objects.exists(), "nothing else is kept of that day"
+
+
+def test_bad_wishes_are_refused_with_a_sentence(recording, client):
+    now = SYSTEM.now()
+    with pytest.raises(BadRequest, match="MP4 or WebM"):
+        movies.ask(recording, "exe", now)
+    with pytest.raises(BadRequest, match="over"):
+        movies.ask_day(recording.robot, now.date(), "mp4", [recording], now)
+    with pytest.raises(BadRequest, match="Nothing is kept"):
+        movies.ask_day(recording.robot, now.date() - timedelta(days=9), "mp4", [], now)
+    for data in ({"kind": "../x"}, {}):
+        answer = client.post(f"{recording.get_absolute_url()}movie/", data, follow=True)
+        assert "MP4 or WebM" in answer.content.decode()
+    answer = client.post("/robots/mercury/time-lapse/", {"day": "yesterday", "kind": "mp4"}, follow=True)
+    assert "Choose a day" in answer.content.decode()
+    assert not Movie.objects.exists()
+
+
+def test_one_movie_of_a_kind_and_no_more_than_can_be_made(recording, client, settings):
+    now = SYSTEM.now()
+    assert movies.ask(recording, "mp4", now) == movies.ask(recording, "mp4", now)
+    settings.RATE_LIMITS = settings.RATE_LIMITS | {"movie": "1/h/ip"}
+    client.post(f"{recording.get_absolute_url()}movie/", {"kind": "mp4"})
+    answer = client.post(f"{recording.get_absolute_url()}movie/", {"kind": "webm"}, follow=True)
+    assert "too many movies" in answer.content.decode() and Movie.objects.count() == 1
+    for n in range(movies.WAITING):
+        Movie.objects.create(robot=recording.robot, day=now.date() - timedelta(days=9 + n), kind="mp4", asked_at=now)
+    with pytest.raises(BadRequest, match="Too many"):
+        movies.ask(recording, "webm", now)
+
+
+def test_what_a_maker_began_and_did_not_finish_is_made_by_the_next(recording):
+    movie = movies.ask(recording, "mp4", SYSTEM.now())
+    first = MovieMaker(SYSTEM)
+    first.look()
+    first.close()
+    movie.refresh_from_db()
+    assert movie.state == Movie.State.MAKING
+    assert let_make(movie).state == Movie.State.READY
+    assert [p.name for p in keeping.movie_path(movie).parent.iterdir()] == [f"{movie.pk}.mp4"]
+
+
+def test_movies_go_with_their_recording_and_after_some_days(recording):
+    movie = let_make(movies.ask(recording, "mp4", SYSTEM.now()))
+    path = keeping.movie_path(movie)
+    assert path.exists()
+    assert keeping.clean(SYSTEM.now() + timedelta(days=2)) == 0
+    assert keeping.clean(SYSTEM.now() + timedelta(days=4)) == 1
+    assert not path.exists()
+    movie = let_make(movies.ask(recording, "mp4", SYSTEM.now()))
+    keeping.remove(Recording.objects.get(), "Staff removed it.")
+    assert not keeping.movie_path(movie).exists() and not Movie.objects.exists()
+
+
+def test_a_program_that_is_given_rubbish_fails_and_leaves_the_robot_alone(tmp_path):
+    (tmp_path / "x.mcap").write_bytes(b"rubbish")
+    plan = json.dumps({"hz": 5, "files": [str(tmp_path / "x.mcap")]})
+    argv = [sys.executable, "-m", "robots.recordings.movie", "mp4", str(tmp_path / "x.part")]
+    done = subprocess.run(argv, input=plan, capture_output=True, text=True, check=False)
+    assert done.returncode != 0

@@ -1,0 +1,79 @@
+"""Makes the movies that are asked for, one at a time, each in a process of the lowest priority."""
+
+import json
+import logging
+import subprocess
+import sys
+from datetime import timedelta
+from pathlib import Path
+
+from django.conf import settings
+
+from robots.clock import Clock
+from robots.models import Movie
+from robots.recordings import keeping, movies
+
+log = logging.getLogger(__name__)
+LONGEST_S = 600.0
+PROGRAM = (sys.executable, "-m", "robots.recordings.movie")
+
+
+class MovieMaker:
+    """Looks for movies that wait; `look` returns at once."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._movie: Movie | None = None
+        self._process: subprocess.Popen[str] | None = None
+        self._part = Path()
+        self._begun = 0.0
+        movies.again(clock.now() + timedelta(days=1))  # of who made movies here before
+
+    def look(self) -> None:
+        """Take what has been made, and begin the next."""
+        if self._movie is not None and self._process is not None:
+            if self._process.poll() is None:
+                if self._clock.monotonic() - self._begun > LONGEST_S:
+                    self._process.kill()
+                return
+            self._take(self._movie, self._process)
+            self._movie = self._process = None
+        movie = movies.claim(self._clock.now())
+        if movie is not None:
+            self._begin(movie)
+
+    def _begin(self, movie: Movie) -> None:
+        plan = movies.plan_of(movie)
+        if not plan["files"] or not keeping.room():
+            why = "Nothing of it is kept any more." if not plan["files"] else "The server's disk has no room for it."
+            movies.finish(movie, None, why, self._clock.now())
+            return
+        self._part = keeping.movie_path(movie).with_suffix(".part")
+        self._part.parent.mkdir(parents=True, exist_ok=True)
+        self._process = subprocess.Popen(  # noqa: S603 - our own program
+            [*PROGRAM, movie.kind, str(self._part)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL, text=True, cwd=settings.BASE_DIR,
+        )  # fmt: skip
+        assert self._process.stdin is not None
+        with self._process.stdin as plan_in:
+            plan_in.write(json.dumps(plan))
+        self._movie, self._begun = movie, self._clock.monotonic()
+
+    def _take(self, movie: Movie, process: "subprocess.Popen[str]") -> None:
+        assert process.stdout is not None
+        with process.stdout as said:
+            count = said.read().strip()
+        good = process.returncode == 0 and count.isdigit() and int(count) > 0 and self._part.exists()
+        why = "It has no pictures." if process.returncode == 0 else "It could not be made."
+        movies.finish(movie, self._part if good else None, why, self._clock.now())
+        self._part.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """End what is being made; it is begun again later."""
+        if self._process is None:
+            return
+        self._process.kill()
+        self._process.wait(5)
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+        self._part.unlink(missing_ok=True)

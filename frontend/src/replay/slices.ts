@@ -17,7 +17,7 @@ export function unpack(data: ArrayBuffer): Item[] {
     const length = view.getUint32(at, true), ms = view.getUint32(at + 4, true), end = at + HEAD + length;
     if (end > data.byteLength) break;
     const packet = decode(data.slice(at + HEAD, end));
-    if (packet) items.push({ at: ms, packet });
+    if (packet && !("vp8" in packet)) items.push({ at: ms, packet }); // recordings hold whole pictures
     at = end;
   }
   return items;

@@ -43,7 +43,10 @@ class MapSettings:
     loops: int = 20  # of relaxation, after each change of the experience
     correction: float = 0.5
     still_s: float = 10.0  # a link counts at most so long a rest
-    carried_m: float = 0.8  # a link that disagrees with the map by more is not made
+    sure_m: float = 0.2  # a place that disagrees with the map by more is another one that looks alike,
+    drift: float = 0.05  # more by this for each metre of the way between, and by what the odometry may bend,
+    carried_m: float = 0.8  # but never by more than this
+    carried_after: int = 5  # such places, one after another, after which the robot must have been carried
     most: int = 10_000  # experiences, and templates
     square_m: float = 0.05  # pruning keeps one experience a square of this side
     headings: int = 12  # and of each of so many headings

@@ -128,27 +128,38 @@ class RatSlam:
         same = held.current >= 0 and held.views[held.current] == self.view
         if same and self.cells.distances(held.places[held.current]) <= beyond:
             return False, False, verdict
-        others = np.flatnonzero(held.views[: held.count] == self.view)
-        others = others[others != held.current]
-        if len(others):
-            apart = self.cells.distances(held.places[others])
-            nearest = int(np.argmin(apart))
-            if apart[nearest] < beyond:
-                index = int(others[nearest])
-                offset = self._offset(held.places[index])
-                met = held.meet(index, offset)
-                if self.settings.calibrate:
-                    turned, gone, facing = held.odometer[index].tolist()
-                    self.odometry.visited(turned, gone, offset[2] - facing)
-                self._counted(offset[2])
-                self._changed()
-                return False, met, verdict
+        index, fits = self._met()
+        if index >= 0:
+            offset = self._offset(held.places[index])
+            met = held.meet(index, offset, fits)
+            if self.settings.calibrate:
+                turned, gone, facing = held.odometer[index].tolist()
+                self.odometry.visited(turned, gone, offset[2] - facing)
+            self._counted(offset[2])
+            self._changed()
+            return False, met, verdict
         if held.count >= self.settings.map.most:
             return False, False, "full"
         held.create(self.view, self.cells.best)
         self._counted(0.0)
         self._changed()
         return True, False, verdict
+
+    def _met(self) -> tuple[int, bool]:
+        """Return the index of the nearest experience of the current view that fits the map; -1 if there is none.
+
+        After several in turn that do not fit one counts, with False: the robot was carried elsewhere.
+        """
+        held = self.map
+        others = np.flatnonzero(held.views[: held.count] == self.view)
+        others = others[others != held.current]
+        apart = self.cells.distances(held.places[others])
+        order = np.argsort(apart, kind="stable")
+        near: list[int] = others[order][apart[order] < self.settings.map.new_beyond].tolist()
+        for index in near:
+            if held.fits(index, self._offset(held.places[index]), math.sqrt(self.odometry.b)):
+                return index, True
+        return (near[0], False) if near and held.refuse() else (-1, True)
 
     def _counted(self, facing: float) -> None:
         """Note at the current experience what the odometry has counted, for the next visit."""

@@ -49,7 +49,8 @@ class MapSettings:
     carried_after: int = 5  # such places, one after another, after which the robot must have been carried
     most: int = 10_000  # experiences, and templates
     square_m: float = 0.05  # pruning keeps one experience a square of this side
-    headings: int = 12  # and of each of so many headings
+    headings: int = 24  # and of each of so many headings
+    same_m: float = 1.0  # two that are pruned to one are linked over at most so long a way
     prune_each: int = 200  # new experiences between two prunings
 
 

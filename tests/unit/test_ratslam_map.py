@@ -202,10 +202,14 @@ def test_two_places_that_overlap_on_a_wrong_map_both_stay():
     assert pruned(held, frozenset(), lambda kept: None)[0] == {10: 0}
 
 
-def test_of_two_alike_the_one_last_visited_stays():
-    held = driven([(0.3, 0.0, 99), (0.0, 0.0, 99), (0.3, 0.0, 99), (0.3, 0.0, 1), (0.3, 0.0, 0)])
-    held.poses[2] = held.poses[1]  # two experiences at one place; the older was met again
+def test_of_two_alike_the_older_stays_unless_it_was_not_recognised_for_long():
+    held = driven([(0.3, 0.0, 99), (0.0, 0.0, 99), (0.3, 0.0, 99)], MapSettings(stale_after=2))
+    assert standing(held, frozenset())[1:3].tolist() == [2, 2], "the newer was arrived at one later"
+    held.meet(1, HERE)
     assert standing(held, frozenset())[1:3].tolist() == [1, 1]
+    held.meet(0, HERE)
+    held.meet(3, HERE)
+    assert standing(held, frozenset())[1:3].tolist() == [1, 1], "both were not"
 
 
 @settings(max_examples=40, deadline=None)

@@ -2,9 +2,10 @@
 
 Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the
 density of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by
-where the map has the two. Ours: the one last visited stays, because it looks as the place looks now, and two are one
-place only if a short way over links leads from one to the other. Where the map is not right yet, two places may
-overlap; those stay apart until the robot has closed the loop.
+where the map has the two. Ours: the oldest stays, because what was measured to and from it is kept, while each link
+that is handed on gets the map's error, too; unless it was not recognised for long, when the place looks otherwise now.
+And two are one place only if a short way over links leads from one to the other. Where the map is not right yet, two
+places may overlap; those stay apart until the robot has closed the loop.
 """
 
 import heapq
@@ -24,14 +25,14 @@ SHORT_M = 0.01  # a shorter link is mostly a turn
 def alike(held: ExperienceMap, protected: frozenset[int]) -> list[list[int]]:
     """Return the experiences (indices) of each square and heading, the most wanted first.
 
-    What is protected comes first, then the last visited.
+    What is protected comes first, then what was visited lately, then the oldest.
     """
     kept, n = held.settings, held.count
     poses = held.poses[:n]
     squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
     headings = np.floor(poses[:, 2] / (2 * np.pi) * kept.headings).astype(np.int64) % kept.headings
-    needed = needs(held, protected)
-    order = np.lexsort((-held.visited[:n], ~needed, headings, squares[:, 1], squares[:, 0]))
+    needed, stale = needs(held, protected), held.visited[:n] <= held.arrivals - kept.stale_after
+    order = np.lexsort((held.ids[:n], stale, ~needed, headings, squares[:, 1], squares[:, 0]))
     keys = np.column_stack([squares, headings])[order]
     return [part.tolist() for part in np.split(order, np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1)]
 

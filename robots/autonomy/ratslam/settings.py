@@ -50,6 +50,7 @@ class MapSettings:
     most: int = 10_000  # experiences, and templates
     square_m: float = 0.05  # pruning keeps one experience a square of this side
     headings: int = 24  # and of each of so many headings
+    stale_after: int = 20_000  # arrivals at other experiences (an hour of driving) after which one gives way to a newer
     same_m: float = 1.0  # two that are pruned to one are linked over at most so long a way
     prune_each: int = 200  # new experiences between two prunings
 

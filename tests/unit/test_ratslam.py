@@ -71,6 +71,25 @@ def test_the_robot_knows_where_it_is_in_the_second_round(drive):
     assert aligned(found, np.array(drive.truth[half:])) < 0.08
 
 
+def test_one_sighting_of_a_place_far_away_moves_nobody_but_several_in_turn_do():
+    """The pose cells, a ring of 0.2 m, may fit by chance; a robot that was carried sees one known place after another."""
+    world, slam, route = World(), RatSlam(), list(laps(1))
+    made = Drive(slam, 1, world, each=5).made
+    half = len(route) // 2
+    there = min(made, key=lambda i: math.dist(made[i], route[half][:2]))
+    slam.cells.cells[:] = 0.0
+    slam.cells.inject(tuple(slam.map.places[there]), 1.0)
+    before, jumps = slam.map.pose(), []
+    for n, (x, y, facing, v, w) in enumerate(route[half : half + 150]):
+        step = slam.step(n * DT, world.picture(x, y, facing) if n % 5 == 0 else None, v, w, DT)
+        if math.dist(before[:2], step.pose[:2]) > 0.3:
+            jumps.append((step.experience, made[step.experience], slam.map.next_id - len(made)))
+        before = step.pose
+    (jump,) = jumps
+    assert jump[2] >= 4, "until then it made experiences where the map had it"
+    assert math.dist(jump[1], route[half][:2]) < 0.5
+
+
 @pytest.mark.parametrize(
     ("picture", "verdict"),
     [

@@ -22,17 +22,18 @@ Ways = list[dict[int, tuple[Pose, float]]]  # for each experience, those it is l
 SHORT_M = 0.01  # a shorter link is mostly a turn
 
 
-def alike(held: ExperienceMap, protected: frozenset[int]) -> list[list[int]]:
+def alike(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int]) -> list[list[int]]:
     """Return the experiences (indices) of each square and heading, the most wanted first.
 
-    What is protected comes first, then what was visited lately, then the oldest.
+    What is protected comes first, then what is wanted, then what was visited lately, then the oldest.
     """
     kept, n = held.settings, held.count
     poses = held.poses[:n]
     squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
     headings = np.floor(poses[:, 2] / (2 * np.pi) * kept.headings).astype(np.int64) % kept.headings
     needed, stale = needs(held, protected), held.visited[:n] <= held.arrivals - kept.stale_after
-    order = np.lexsort((held.ids[:n], stale, ~needed, headings, squares[:, 1], squares[:, 0]))
+    chosen = np.isin(held.ids[:n], np.array(sorted(wanted), np.int64))
+    order = np.lexsort((held.ids[:n], stale, ~chosen, ~needed, headings, squares[:, 1], squares[:, 0]))
     keys = np.column_stack([squares, headings])[order]
     return [part.tolist() for part in np.split(order, np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1)]
 
@@ -45,10 +46,10 @@ def needs(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]:
     return needed
 
 
-def standing(held: ExperienceMap, protected: frozenset[int]) -> Numbers:
+def standing(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int] = frozenset()) -> Numbers:
     """Return for each experience the index of the one that stays for it: its own, if it stays."""
     stand, needed, ways = np.arange(held.count), needs(held, protected), _ways(held)
-    for group in alike(held, protected):
+    for group in alike(held, protected, wanted):
         stay: list[int] = []
         for index in group:
             heir = None if needed[index] or not stay else _near(ways, index, stay, held.settings.same_m)
@@ -135,14 +136,18 @@ def contract(held: ExperienceMap, stand: Numbers) -> None:
 
 
 def pruned(
-    held: ExperienceMap, protected: frozenset[int], keep_views: Callable[[Numbers], None]
+    held: ExperienceMap,
+    protected: frozenset[int],
+    keep_views: Callable[[Numbers], None],
+    wanted: frozenset[int] = frozenset(),
 ) -> tuple[dict[int, int], dict[int, int]]:
     """Prune the map, and the templates that no experience uses any more by `keep_views`.
 
+    protected: ids that stay; wanted: ids that stay before others of their place.
     Return for the id of each experience that went the id of the one that stays where it was, and the new number of
     each template that is left.
     """
-    stand = standing(held, protected)
+    stand = standing(held, protected, wanted)
     gone = np.flatnonzero(stand != np.arange(held.count))
     heirs = dict(zip(held.ids[gone].tolist(), held.ids[stand[gone]].tolist(), strict=True))
     contract(held, stand)

@@ -43,7 +43,7 @@ class Step:
 class RatSlam:
     """The robot's map and its place on it. Not for several threads at once.
 
-    `keep`: ids of goals, which pruning never removes, nor places from where the dock was seen, which are in `docks`.
+    `keep`: ids of goals, which pruning never removes. `docks`: from where the dock was seen; pruning keeps one a place.
     """
 
     def __init__(self, settings: Settings | None = None, map_number: int = 1) -> None:
@@ -186,8 +186,9 @@ class RatSlam:
         self.told.note(self.map, self.sequence)
 
     def prune(self) -> int:
-        """Keep one experience a square and heading, and all of `keep` and `docks`; return how many went."""
-        heirs, numbers = pruned(self.map, self.keep | self.docks.places.keys(), self.views.keep)
+        """Keep one experience a square and heading, and all of `keep`; return how many went."""
+        heirs, numbers = pruned(self.map, self.keep, self.views.keep, frozenset(self.docks.places))
+        self.docks.inherit(heirs)
         self.view = numbers.get(self.view, -1)
         self.told = Told(self.sequence)
         self.heirs |= heirs

@@ -92,9 +92,11 @@ def test_a_place_that_looks_alike_is_told_from_a_loop_that_closes():
     held.poses[20, :2] = held.poses[5, :2]  # 0.5 m from the first one, from which it drove 2 m
     assert held.fits(0, HERE, 0.25) and not held.fits(0, HERE, 0.01)
     assert not held.fits(0, (-0.4, 0.0, 0.0), 0.25)  # 0.9 m
+    held.poses[20, 2] += 0.6  # the blank wall of a dead end looks alike from many sides
+    assert held.fits(0, HERE, 0.25) and not held.fits(19, (0.1, 0.0, 0.0), 0.25)
 
 
-def test_only_several_sightings_in_turn_tell_that_the_robot_was_carried():
+def test_only_several_sightings_in_turn_tell_that_the_map_is_wrong():
     held = straight()
     assert not any(held.refuse() for _ in range(4))
     held.meet(18, HERE)  # it is where the map has it

@@ -107,26 +107,36 @@ class ExperienceMap:
     def fits(self, index: int, offset: Pose, bend_sd: float) -> bool:
         """Tell whether the robot may be at `offset` from an experience, by the map.
 
-        Else it is another place that looks alike: it is farther from where the map has the robot than odometry that
-        bends by so much (rad/m, standard deviation) drifts on the way over links between the two.
+        Else it is another place that looks alike: it is farther from where the map has the robot, or turned otherwise,
+        than odometry that bends by so much (rad/m, standard deviation) drifts on the way over links between the two.
         """
-        kept, there = self.settings, composed(self.pose_of(index), offset)
-        apart = math.dist(self.pose()[:2], there[:2])
-        if apart <= kept.sure_m or apart > kept.carried_m:
-            return apart <= kept.sure_m
+        kept = self.settings
+        apart, turned = self.off(index, offset)
+        if apart <= kept.sure_m and turned <= kept.sure_rad:
+            return True
         m = self.linked
         way, _ = shortest(
             self.sources[:m], self.targets[:m], self.measured[:m, 0].copy(), self.count, self.current, index, LEAST_M
         )
         way += math.hypot(*self.since[:2])
-        return apart <= kept.sure_m + kept.drift * way + SURE_SD * bend_sd * way * way / 2
+        bent = SURE_SD * bend_sd * way
+        return (
+            apart <= min(kept.sure_m + kept.drift * way + bent * way / 2, kept.carried_m)
+            and turned <= kept.sure_rad + kept.drift * way + bent
+        )
+
+    def off(self, index: int, offset: Pose) -> tuple[float, float]:
+        """Return how far (m) and turned (rad) `offset` from an experience is from where the map has the robot."""
+        x, y, facing = composed(self.pose_of(index), offset)
+        here = self.pose()
+        return math.dist(here[:2], (x, y)), abs(wrapped(facing - here[2]))
 
     def refuse(self) -> bool:
-        """Count a sighting that does not fit; tell whether so many did not that the robot must have been carried."""
+        """Count a sighting that does not fit; tell whether so many in turn did not that the map is wrong."""
         if not self.refused:
             self.refused_from = self.next_id
         self.refused += 1
-        return self.refused >= self.settings.carried_after
+        return self.refused >= self.settings.wrong_after
 
     def meet(self, index: int, offset: Pose, link: bool = True) -> bool:
         """Come back to an experience; the robot stands at `offset` from it. Tell whether this made a new link.

@@ -128,10 +128,9 @@ class RatSlam:
         same = held.current >= 0 and held.views[held.current] == self.view
         if same and self.cells.distances(held.places[held.current]) <= beyond:
             return False, False, verdict
-        index, fits = self._met()
+        index, offset, link = self._met()
         if index >= 0:
-            offset = self._offset(held.places[index])
-            met = held.meet(index, offset, fits)
+            met = held.meet(index, offset, link)
             if self.settings.calibrate:
                 turned, gone, facing = held.odometer[index].tolist()
                 self.odometry.visited(turned, gone, offset[2] - facing)
@@ -145,10 +144,11 @@ class RatSlam:
         self._changed()
         return True, False, verdict
 
-    def _met(self) -> tuple[int, bool]:
-        """Return the index of the nearest experience of the current view that fits the map; -1 if there is none.
+    def _met(self) -> tuple[int, Pose, bool]:
+        """Return the experience (index) that the robot has come to, -1 if to none; its offset; whether to link it.
 
-        After several in turn that do not fit one counts, with False: the robot was carried elsewhere.
+        It is the nearest by the pose cells that fits the map. After several in turn that do not fit one that does not
+        counts, too: the map is wrong, and the link will mend it; or the robot was carried elsewhere, and there is none.
         """
         held = self.map
         others = np.flatnonzero(held.views[: held.count] == self.view)
@@ -156,10 +156,13 @@ class RatSlam:
         apart = self.cells.distances(held.places[others])
         order = np.argsort(apart, kind="stable")
         near: list[int] = others[order][apart[order] < self.settings.map.new_beyond].tolist()
-        for index in near:
-            if held.fits(index, self._offset(held.places[index]), math.sqrt(self.odometry.b)):
-                return index, True
-        return (near[0], False) if near and held.refuse() else (-1, True)
+        offsets = [self._offset(held.places[index]) for index in near]
+        for index, offset in zip(near, offsets, strict=True):
+            if held.fits(index, offset, math.sqrt(self.odometry.b)):
+                return index, offset, True
+        if not near or not held.refuse():
+            return -1, (0.0, 0.0, 0.0), False
+        return near[0], offsets[0], held.off(near[0], offsets[0])[0] <= self.settings.map.carried_m
 
     def _counted(self, facing: float) -> None:
         """Note at the current experience what the odometry has counted, for the next visit."""

@@ -89,7 +89,9 @@ class Day:
             self._dice.uniform(float(low), float(high)) for low, high in zip(known.min(0), known.max(0), strict=True)
         )
         found = nearest(held.map, x, y)
-        if found is not None and len(self.goals) < QUEUE:
+        if found is not None and self.trial.brain.mind.in_dock(found):
+            self.count["clicks at the dock"] += 1
+        elif found is not None and len(self.goals) < QUEUE:
             self.count["goals"] += 1
             self.goals.append(place(self.trial, found))
 

@@ -134,6 +134,20 @@ def test_a_goal_that_is_not_there_is_refused_with_a_sentence(mind, more, words):
     assert answer.cleared == ("map_number" in more)
 
 
+def test_a_place_at_the_dock_is_refused_as_a_goal(mind):
+    """There the low guides of the dock are: only docking leads to it."""
+    walk(mind, 40)
+    held, number = mind.slam.map, mind.slam.map_number
+    (before,) = mind.take(Aim(1, number, 0.0, 0.0, int(held.ids[held.count - 1])))
+    assert not before.refusal, "the dock was not seen yet"
+    for index in range(held.count - 3, held.count):  # it is 1 m up the page
+        mind.slam.docks.saw(int(held.ids[index]), 1.0 - 0.07 - float(held.poses[index, 1]), 0.0)
+    (near,) = mind.take(Aim(2, number, 0.0, 0.0, int(held.ids[held.count - 1])))
+    (far_away,) = mind.take(Aim(3, number, 0.0, 0.0, int(held.ids[0])))
+    assert "only to charge" in near.refusal and not near.cleared
+    assert not far_away.refusal
+
+
 def test_an_empty_map_has_no_goals(mind):
     (answer,) = mind.take(Aim(3, mind.slam.map_number, 0.0, 0.0))
     assert answer.refusal

@@ -9,7 +9,7 @@ import pytest
 from robots.autonomy.ratslam.routes import index_of
 from robots.autonomy.ratslam.storage import load
 from robots.drivers.errors import GaveUp, HardwareFault, Held
-from robots.drivers.irat.brain.messages import Clear, Forget
+from robots.drivers.irat.brain.messages import Care, Clear, Forget
 from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.roaming import MapCleared
 from simulators.irat.maze import DOCK
@@ -101,14 +101,16 @@ def test_bent_contacts_are_told_after_twelve_tries(tmp_path):
 
 
 @pytest.mark.length
-@pytest.mark.parametrize("seed", [1, 2])
-def test_it_maps_its_maze_closes_loops_and_reaches_places(tmp_path, seed):
+@pytest.mark.parametrize(("seed", "pruning"), [(1, False), (2, True)], ids=["cleared", "pruned"])
+def test_it_maps_its_maze_closes_loops_and_reaches_places(tmp_path, seed, pruning):
     trial = Trial(tmp_path, seed=seed, width=WIDTH)
+    trial.brain.call(lambda number: Care(number, pruning))
     explore(trial, 420)
     slam = trial.brain.mind.slam
     assert slam.map.count > 300
     assert slam.map.linked > slam.map.count + 5, "links beside those from each place to the next: loops"
     assert error_of(trial) < 0.25
+    assert (slam.map.count < slam.map.next_id / 2) == pruning
     for number in (slam.map.count // 4, slam.map.count // 2):
         goal = int(slam.map.ids[number])
         trial.roaming.goal(place(trial, goal), free, silent)

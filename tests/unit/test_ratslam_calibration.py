@@ -12,6 +12,8 @@ from robots.autonomy.ratslam.calibration import Calibration
 from robots.autonomy.ratslam.experiences import START, ExperienceMap
 from robots.autonomy.ratslam.settings import MapSettings
 
+HERE = (0.0, 0.0, 0.0)
+
 
 def rounds(found, scale, bend, count, dice, false=0.0, way=4.0):
     """Drive rounds of `way` m, seeing one place again after each; a share of the sightings is of another place."""
@@ -60,17 +62,48 @@ def test_a_round_too_long_to_count_its_whole_turns_is_not_used_at_first():
     assert not found.visited(found.turned - 0.1, found.gone - 0.2, 0.1)  # too short to tell anything
 
 
-def test_a_robot_that_was_carried_makes_no_link_through_the_walls():
+def straight(count=20):
     held = ExperienceMap(MapSettings())
-    held.create(0, (0.0, 0.0, 0.0))
-    for n in range(1, 20):
+    held.create(0, HERE)
+    for n in range(1, count):
         held.move(0.1, 0.0, 1.0)
-        held.create(n, (0.0, 0.0, 0.0))
+        held.create(n, HERE)
+    return held
+
+
+def test_a_robot_that_was_carried_makes_no_link_through_the_walls():
+    held = straight()
     before = held.poses[:20].copy()
-    assert not held.meet(2, (0.0, 0.0, 0.0))  # 1.7 m away by the map, and it has not driven
+    assert not held.fits(2, HERE, 0.0)  # 1.7 m away by the map, and it has not driven
+    assert not held.meet(2, HERE, link=False)
     assert (held.linked, held.current) == (19, 2)
     held.relax()
     np.testing.assert_allclose(held.poses[:20], before, atol=1e-9)
     held.move(0.5, 0.0, 1.0)
-    assert held.meet(8, (0.0, 0.0, 0.0))  # 0.1 m off: drift, and the loop is closed
+    assert held.fits(8, HERE, 0.0)  # 0.1 m off: drift, and the loop is closed
+    assert held.meet(8, HERE)
     assert math.dist(held.pose()[:2], START[:2]) == pytest.approx(0.8, abs=0.1)
+
+
+def test_a_place_that_looks_alike_is_told_from_a_loop_that_closes():
+    """0.5 m off is much for a way of 0.5 m, and what odometry that is not calibrated drifts on one of 2 m."""
+    held = straight(21)
+    assert not held.fits(15, HERE, 0.25)
+    held.poses[20, :2] = held.poses[5, :2]  # 0.5 m from the first one, from which it drove 2 m
+    assert held.fits(0, HERE, 0.25) and not held.fits(0, HERE, 0.01)
+    assert not held.fits(0, (-0.4, 0.0, 0.0), 0.25)  # 0.9 m
+    held.poses[20, 2] += 0.6  # the blank wall of a dead end looks alike from many sides
+    assert held.fits(0, HERE, 0.25) and not held.fits(19, (0.1, 0.0, 0.0), 0.25)
+
+
+def test_only_several_sightings_in_turn_tell_that_the_map_is_wrong():
+    held = straight()
+    assert not any(held.refuse() for _ in range(4))
+    held.meet(18, HERE)  # it is where the map has it
+    assert not any(held.refuse() for _ in range(4))
+    held.create(30, HERE)
+    held.create(31, HERE)
+    held.meet(20, HERE)  # made since then, so this tells nothing
+    assert held.refuse()
+    held.meet(2, HERE, link=False)
+    assert not held.refuse()

@@ -5,6 +5,8 @@ import math
 import pytest
 
 from robots.autonomy.ratslam.docks import DockPlaces
+from robots.autonomy.ratslam.experiences import ExperienceMap
+from robots.autonomy.ratslam.settings import MapSettings
 
 
 def seen(*sightings):
@@ -45,3 +47,23 @@ def test_before_the_first_experience_nothing_is_remembered():
 def test_what_no_camera_sees_is_refused(z, theta):
     with pytest.raises(ValueError, match="must lie between"):
         DockPlaces().saw(1, z, theta)
+
+
+def test_sightings_go_to_the_one_that_stays_in_the_place_of_one_that_was_pruned():
+    docks = seen((1, 2, 0.5, 0.3), (2, 1, 0.4, -0.1), (3, 4, 0.6, 0.2))
+    docks.inherit({1: 7, 2: 3, 5: 6})
+    assert set(docks.places) == {7, 3}
+    assert (docks.places[7].times, docks.places[7].theta) == (2, 0.3)
+    assert (docks.places[3].times, docks.places[3].z, docks.places[3].theta) == (5, 0.4, -0.1)
+
+
+def test_where_the_dock_is_follows_from_a_few_sightings_from_near():
+    held = ExperienceMap(MapSettings())
+    held.create(0, (0.0, 0.0, 0.0))  # faces up the page
+    for n in range(1, 6):
+        held.move(0.1, 0.0, 1.0)
+        held.create(n, (0.0, 0.0, 0.0))
+    docks = seen((0, 3, 0.9, 0.0), (3, 1, 0.55, 0.0), (4, 2, 0.45, 0.0), (77, 2, 0.3, 0.0))
+    assert docks.where(held, 0.07) is None
+    docks.saw(5, 0.35, 0.1)
+    assert docks.where(held, 0.07) == pytest.approx((0.0, 0.92), abs=0.01)

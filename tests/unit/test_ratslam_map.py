@@ -12,6 +12,7 @@ from robots.autonomy.ratslam.angles import wrapped
 from robots.autonomy.ratslam.experiences import START, ExperienceMap, composed, inverted
 from robots.autonomy.ratslam.pruning import contract, pruned, standing
 from robots.autonomy.ratslam.relaxing import sine_cosine
+from robots.autonomy.ratslam.routes import plan
 from robots.autonomy.ratslam.settings import MapSettings
 from robots.autonomy.ratslam.stream import Told
 
@@ -149,33 +150,66 @@ def test_pruning_leaves_one_a_place_connected_and_keeps_what_is_protected(moves,
         assert pruned(held, protected, dropped.append)[0] == {}
 
 
-def test_links_that_are_handed_on_add_up_what_was_measured():
+def twice(count=20, apart=0.04):
+    """Return a map of a corridor that was driven twice, seen as the same at its two ends alone."""
+    held = driven([(apart, 0.0, 99)] * (count - 1))
+    held.poses[:count] = [composed((0.01, 0.0, 0.1), (apart * n, 0.01, 0.0)) for n in range(count)]
+    held.meet(0, (0.01, 0.01, 0.0), link=False)
+    for n in range(1, count):
+        held.move(apart, 0.0, 0.5)
+        _ = held.meet(count - 1, (0.01, 0.01, 0.0)) if n == count - 1 else held.create(100 + n, HERE)
+        held.relax()
+    return held
+
+
+def test_pruning_keeps_every_link_short_and_as_long_as_it_took():
+    """The links of a drive that goes are those of the later one beside it, not one from end to end."""
+    held = twice()
+    first, last = held.pose_of(0), held.pose_of(19)
+    length, took = math.dist(first[:2], last[:2]), plan(held, 0).seconds
+    pruned(held, frozenset({0, 19}), lambda kept: None)
+    assert held.count < 24
+    assert held.measured[: held.linked, 0].max() < 0.05 * math.sqrt(8)
+    assert held.poses[0] == pytest.approx(first) and plan(held, 0).seconds == pytest.approx(took, rel=0.25)
+    for _ in range(50):
+        held.relax()
+    ends = held.poses[[0, int(np.flatnonzero(held.ids[: held.count] == 19)[0])], :2]
+    assert math.dist(*ends) == pytest.approx(length, abs=0.01)
+
+
+def test_a_link_that_is_handed_on_leads_where_it_led():
     held = driven([(0.3, 0.2, 99)] * 8)
-    stays = np.ones(held.count, bool)
-    stays[3:6] = False
-    contract(held, stays)
-    assert (held.count, held.linked) == (6, 5)
-    assert sorted(held.durations[: held.linked].tolist()) == [0.5, 0.5, 0.5, 0.5, 2.0]
+    stand = np.arange(held.count)
+    stand[3] = 4
+    contract(held, stand)
+    assert (held.count, held.linked) == (8, 7)
     for n in range(held.linked):
         on, to = held.pose_of(int(held.sources[n])), held.pose_of(int(held.targets[n]))
         seen = composed(inverted(on), to)
         assert held.measured[n] == pytest.approx((math.hypot(*seen[:2]), math.atan2(seen[1], seen[0]), seen[2]))
+    assert sorted(held.durations[: held.linked].tolist())[-1] == pytest.approx(1.0, abs=0.02)
 
 
-def test_two_places_that_overlap_on_a_wrong_map_are_not_linked_by_pruning():
-    """Two ends of a corridor that the map, wrongly, shows at one place: the way between them stays as long as it is."""
+def test_two_places_that_overlap_on_a_wrong_map_both_stay():
+    """Two ends of a corridor that the map, wrongly, shows at one place; once a loop tells that they are one, one goes."""
     held = driven([(0.3, 0.0, 99)] * 10)
     held.poses[10] = held.poses[0]
-    pruned(held, frozenset(), lambda kept: None)
-    assert 0 not in held.ids[: held.count] and 10 in held.ids[: held.count]
-    assert held.durations[: held.linked].sum() >= 4.5
-    assert all(held.durations[: held.linked] <= 1.0)
+    assert pruned(held, frozenset(), lambda kept: None)[0] == {}
+    held.move(0.01, 0.0, 0.5)
+    held.meet(0, HERE)
+    held.move(0.3, 0.0, 0.5)
+    held.meet(1, HERE)
+    assert pruned(held, frozenset(), lambda kept: None)[0] == {10: 0}
 
 
-def test_of_two_alike_the_one_last_visited_stays():
-    held = driven([(0.3, 0.0, 99), (0.0, 0.0, 99), (0.3, 0.0, 99), (0.3, 0.0, 1), (0.3, 0.0, 0)])
-    held.poses[2] = held.poses[1]  # two experiences at one place; the older was met again
+def test_of_two_alike_the_older_stays_unless_it_was_not_recognised_for_long():
+    held = driven([(0.3, 0.0, 99), (0.0, 0.0, 99), (0.3, 0.0, 99)], MapSettings(stale_after=2))
+    assert standing(held, frozenset())[1:3].tolist() == [2, 2], "the newer was arrived at one later"
+    held.meet(1, HERE)
     assert standing(held, frozenset())[1:3].tolist() == [1, 1]
+    held.meet(0, HERE)
+    held.meet(3, HERE)
+    assert standing(held, frozenset())[1:3].tolist() == [1, 1], "both were not"
 
 
 @settings(max_examples=40, deadline=None)

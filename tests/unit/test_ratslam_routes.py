@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.autonomy.ratslam.experiences import ExperienceMap
+from robots.autonomy.ratslam.experiences import ExperienceMap, composed, inverted
 from robots.autonomy.ratslam.pruning import pruned
-from robots.autonomy.ratslam.routes import SHORTEST_S, Guide, nearest, plan
+from robots.autonomy.ratslam.routes import FINE_M, SHORTEST_S, Guide, nearest, plan
 from robots.autonomy.ratslam.settings import MapSettings
 
 HERE = (0.0, 0.0, 0.0)
@@ -88,12 +88,31 @@ def test_a_click_that_is_no_place_is_refused(bad):
             nearest(line(3), x, y)
 
 
-def test_the_waypoint_is_the_last_experience_of_the_route_within_twenty_centimetres():
+def test_the_waypoint_is_the_last_point_of_the_route_within_twenty_centimetres():
     held = line(20)
     guide = Guide(0)
     seen = guide.look(held)
-    assert seen.waypoint == 19 - 3 and not seen.reached
-    assert abs(seen.bearing) == pytest.approx(math.pi) and seen.distance == pytest.approx(0.15)
+    assert seen.waypoint == 19 - 4 and not seen.reached
+    assert abs(seen.bearing) == pytest.approx(math.pi) and 0.2 - FINE_M <= seen.distance < 0.2
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.21, 0.9), st.floats(-0.06, 0.06))
+def test_links_longer_than_the_robot_looks_ahead_are_followed_to_the_next_experience(apart, beside):
+    """As on a pruned map: beside an experience that it has passed the robot is led on, not back to it."""
+    held = line(5, apart)
+    guide, gone = Guide(0), 0.0
+    held.move(0.0, math.pi / 2, 1.0)
+    held.move(beside, 0.0, 1.0)
+    while not (seen := guide.look(held)).reached:
+        held.move(0.0, seen.bearing, 0.1)
+        held.move(0.02, 0.0, 0.1)
+        gone += 0.02
+        assert gone < 4 * apart + 0.5
+        pose = held.pose()
+        near = int(np.argmin(np.hypot(*(held.poses[:5, :2] - pose[:2]).T)))
+        if math.dist(held.poses[near, :2], pose[:2]) < 0.05:
+            held.current, held.since = near, composed(inverted(held.pose_of(near)), pose)
 
 
 def test_a_waypoint_is_not_taken_across_a_wall():

@@ -1,14 +1,19 @@
 """Where on the map the dock was seen from (section 3.5): learnt while roaming, tried in turn when needed."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from robots.autonomy.ratslam.checks import bounded
+from robots.autonomy.ratslam.experiences import ExperienceMap
+from robots.autonomy.ratslam.routes import index_of
 
 SURE = 3  # sightings; one of fewer may be another thing that looked like the marker
 AHEAD_RAD = math.radians(30)  # within this of the dock's axis a try goes well
 FARTHEST_M = 5.0
+BEFORE_M = 0.6  # the dock is straight ahead of who sees it from nearer
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,26 @@ class DockPlaces:
         """Return the most promising place that was not tried yet: sure, before the dock, near; None without any."""
         left = {i: place for i, place in self.places.items() if i not in set(tried)}
         return min(left, key=lambda i: (*self._worth(left[i]), i), default=None)
+
+    def inherit(self, heirs: Mapping[int, int]) -> None:
+        """Hand the sightings of each experience that was pruned to the one that stayed in its place."""
+        for old in self.places.keys() & heirs.keys():
+            place, known = self.places.pop(old), self.places.get(heirs[old])
+            if known is not None:
+                place = replace(min(place, known, key=lambda p: abs(p.theta)), times=place.times + known.times)
+            self.places[heirs[old]] = place
+
+    def where(self, held: ExperienceMap, ahead_m: float) -> tuple[float, float] | None:
+        """Return where on the map the dock is (x, y; m), None before a few sightings from near.
+
+        ahead_m: how far the camera is ahead of the robot's origin.
+        """
+        near = [(index_of(held, i), place.z) for i, place in self.places.items() if place.z < BEFORE_M]
+        seen = [(*held.pose_of(index), z + ahead_m) for index, z in near if index >= 0]
+        if len(seen) < SURE:
+            return None
+        x, y, facing, far = np.array(seen).T
+        return float(np.median(x + far * np.cos(facing))), float(np.median(y + far * np.sin(facing)))
 
     @staticmethod
     def _worth(place: DockPlace) -> tuple[bool, bool, float]:

@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 from robots.autonomy.ratslam.angles import wrapped
 from robots.autonomy.ratslam.relaxing import relax
 from robots.autonomy.ratslam.settings import MapSettings
+from robots.autonomy.ratslam.shortest import shortest
 
 Pose = tuple[float, float, float]
+SURE_SD = 3.0  # standard deviations
+LEAST_M = 1e-4  # of a link
 START: Pose = (0.0, 0.0, math.pi / 2)  # the first experience faces up the page
 Columns = tuple[tuple[str, tuple[int, ...], type], ...]
 NODES: Columns = (
@@ -57,6 +60,7 @@ class ExperienceMap:
         # the robot since the current experience: x, y (m), facing (rad) in that one's frame; seconds, and those at rest
         self.since: Pose = (0.0, 0.0, 0.0)
         self.seconds = self.still = 0.0
+        self.refused, self.refused_from = 0, 0  # sightings in turn that do not fit the map; the next id at the first
         self.pairs: set[tuple[int, int]] = set()
         self._room(NODES, 64, 0)
         self._room(LINKS, 64, 0)
@@ -100,14 +104,49 @@ class ExperienceMap:
         self._arrive(index, (0.0, 0.0, 0.0))
         return index
 
-    def meet(self, index: int, offset: Pose) -> bool:
+    def fits(self, index: int, offset: Pose, bend_sd: float) -> bool:
+        """Tell whether the robot may be at `offset` from an experience, by the map.
+
+        Else it is another place that looks alike: it is farther from where the map has the robot, or turned otherwise,
+        than odometry that bends by so much (rad/m, standard deviation) drifts on the way over links between the two.
+        """
+        kept = self.settings
+        apart, turned = self.off(index, offset)
+        if apart <= kept.sure_m and turned <= kept.sure_rad:
+            return True
+        m = self.linked
+        way, _ = shortest(
+            self.sources[:m], self.targets[:m], self.measured[:m, 0].copy(), self.count, self.current, index, LEAST_M
+        )
+        way += math.hypot(*self.since[:2])
+        bent = SURE_SD * bend_sd * way
+        return (
+            apart <= min(kept.sure_m + kept.drift * way + bent * way / 2, kept.carried_m)
+            and turned <= kept.sure_rad + kept.drift * way + bent
+        )
+
+    def off(self, index: int, offset: Pose) -> tuple[float, float]:
+        """Return how far (m) and turned (rad) `offset` from an experience is from where the map has the robot."""
+        x, y, facing = composed(self.pose_of(index), offset)
+        here = self.pose()
+        return math.dist(here[:2], (x, y)), abs(wrapped(facing - here[2]))
+
+    def refuse(self) -> bool:
+        """Count a sighting that does not fit; tell whether so many in turn did not that the map is wrong."""
+        if not self.refused:
+            self.refused_from = self.next_id
+        self.refused += 1
+        return self.refused >= self.settings.wrong_after
+
+    def meet(self, index: int, offset: Pose, link: bool = True) -> bool:
         """Come back to an experience; the robot stands at `offset` from it. Tell whether this made a new link.
 
-        None is made that disagrees with the map by more than `carried_m`: the robot was carried, or its wheels slipped.
+        `link`: False if the robot was carried there, or its wheels slipped.
         """
         before = self.linked
-        there = composed(self.pose_of(index), offset)
-        self._arrive(index, offset, math.dist(self.pose()[:2], there[:2]) <= self.settings.carried_m)
+        if not link or self.ids[index] < self.refused_from:
+            self.refused = 0  # what was made since the first that did not fit tells nothing
+        self._arrive(index, offset, link)
         return self.linked > before
 
     def _arrive(self, index: int, offset: Pose, link: bool = True) -> None:

@@ -1,13 +1,16 @@
 """Keeps a map small enough for days: of the experiences that stand and face alike, one stays.
 
 Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the
-density of experiences bounded. Which one stays is ours: the one last visited, because it looks as the place looks now.
-One that goes hands its links to the nearest experience that it is linked with, never to one that only lies beside it on
-the map: where the map is not right yet, that may be another place.
+density of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by
+where the map has the two. Ours: the oldest stays, because what was measured to and from it is kept, while each link
+that is handed on gets the map's error, too; unless it was not recognised for long, when the place looks otherwise now.
+And two are one place only if a short way over links leads from one to the other. Where the map is not right yet, two
+places may overlap; those stay apart until the robot has closed the loop.
 """
 
+import heapq
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,26 +19,62 @@ from robots.autonomy.ratslam.experiences import LINKS, NODES, ExperienceMap, Pos
 
 Numbers = NDArray[np.int64]
 Ways = list[dict[int, tuple[Pose, float]]]  # for each experience, those it is linked with: seen where, and how long (s)
+SHORT_M = 0.01  # a shorter link is mostly a turn
 
 
-def standing(held: ExperienceMap, protected: frozenset[int]) -> Numbers:
-    """Return for each experience the index of the one that stays for it: its own, if it stays.
+def alike(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int]) -> list[list[int]]:
+    """Return the experiences (indices) of each square and heading, the most wanted first.
 
-    The last visited of each square and heading stays, and what is protected.
+    What is protected comes first, then what is wanted, then what was visited lately, then the oldest.
     """
     kept, n = held.settings, held.count
     poses = held.poses[:n]
     squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
     headings = np.floor(poses[:, 2] / (2 * np.pi) * kept.headings).astype(np.int64) % kept.headings
-    _, group = np.unique(np.column_stack([squares, headings]), axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    needed: NDArray[np.bool_] = np.isin(held.ids[:n], np.array(sorted(protected), np.int64))
+    needed, stale = needs(held, protected), held.visited[:n] <= held.arrivals - kept.stale_after
+    chosen = np.isin(held.ids[:n], np.array(sorted(wanted), np.int64))
+    order = np.lexsort((held.ids[:n], stale, ~chosen, ~needed, headings, squares[:, 1], squares[:, 0]))
+    keys = np.column_stack([squares, headings])[order]
+    return [part.tolist() for part in np.split(order, np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1)]
+
+
+def needs(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]:
+    """Tell of each experience whether it stays in any case: it is protected, or the current one."""
+    needed: NDArray[np.bool_] = np.isin(held.ids[: held.count], np.array(sorted(protected), np.int64))
     if held.current >= 0:
         needed[held.current] = True
-    order = np.lexsort((held.visited[:n], needed))  # the most wanted last
-    best = np.zeros(group.max(initial=-1) + 1, np.int64)
-    best[group[order]] = order
-    return np.where(needed, np.arange(n), best[group])
+    return needed
+
+
+def standing(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int] = frozenset()) -> Numbers:
+    """Return for each experience the index of the one that stays for it: its own, if it stays."""
+    stand, needed, ways = np.arange(held.count), needs(held, protected), _ways(held)
+    for group in alike(held, protected, wanted):
+        stay: list[int] = []
+        for index in group:
+            heir = None if needed[index] or not stay else _near(ways, index, stay, held.settings.same_m)
+            if heir is None:
+                stay.append(index)
+            else:
+                stand[index] = heir
+    return stand
+
+
+def _near(ways: Ways, begin: int, wanted: Iterable[int], within: float) -> int | None:
+    """Return the first of `wanted` in the order of the way over links, None if none is within so many metres."""
+    ends, far, heap = set(wanted), {begin: 0.0}, [(0.0, begin)]
+    while heap:
+        gone, index = heapq.heappop(heap)
+        if index in ends:
+            return index
+        if gone > far[index]:
+            continue
+        for other, (seen, _) in ways[index].items():
+            through = gone + math.hypot(seen[0], seen[1])
+            if through <= within and through < far.get(other, math.inf):
+                far[other] = through
+                heapq.heappush(heap, (through, other))
+    return None
 
 
 def _ways(held: ExperienceMap) -> Ways:
@@ -49,26 +88,37 @@ def _ways(held: ExperienceMap) -> Ways:
     return found
 
 
-def _merge(ways: Ways, gone: int) -> None:
-    """Hand the links of an experience to the nearest one that it is linked with; what they measured is added up."""
-    links = ways[gone]
-    heir = min(links, key=lambda other: (math.hypot(*links[other][0][:2]), other))
-    onto, seconds = links.pop(heir)
-    del ways[heir][gone]
-    for other, (seen, long) in links.items():
+def _pace(held: ExperienceMap) -> float:
+    """Return how long a metre takes (s), the median of all links that are one."""
+    far = held.measured[: held.linked, 0] > SHORT_M
+    paces = held.durations[: held.linked][far] / held.measured[: held.linked, 0][far]
+    return float(np.median(paces)) if len(paces) else 0.0
+
+
+def _merge(ways: Ways, gone: int, heir: int, apart: Pose, pace: float) -> None:
+    """Hand the links of an experience to the one that stays, which sees it at `apart`.
+
+    A link that gets longer by a metre takes longer by `pace` (s/m), and back. Of two between the same experiences the
+    one that was there stays.
+    """
+    for other, (seen, seconds) in ways[gone].items():
         del ways[other][gone]
-        through = composed(inverted(seen), onto), long + seconds  # the heir as seen from the other one
-        if heir not in ways[other] or ways[other][heir][1] > through[1]:
-            ways[other][heir] = through
-            ways[heir][other] = inverted(through[0]), through[1]
+        if other == heir or heir in ways[other]:
+            continue
+        now = composed(apart, seen)
+        was_m, now_m = math.hypot(*seen[:2]), math.hypot(*now[:2])
+        seconds = max(seconds + pace * (now_m - was_m), pace * now_m / 2)
+        ways[heir][other], ways[other][heir] = (now, seconds), (inverted(now), seconds)
     ways[gone] = {}
 
 
-def contract(held: ExperienceMap, stays: NDArray[np.bool_]) -> None:
-    """Remove what does not stay; all that is left is linked as before, if more loosely."""
-    ways = _ways(held)
+def contract(held: ExperienceMap, stand: Numbers) -> None:
+    """Remove each experience that another stands for; who was linked with it is linked with that one."""
+    ways, stays, pace = _ways(held), stand == np.arange(held.count), _pace(held)
     for index in np.flatnonzero(~stays).tolist():
-        _merge(ways, index)
+        heir = int(stand[index])
+        apart = composed(inverted(held.pose_of(heir)), held.pose_of(index))
+        _merge(ways, index, heir, apart, pace)
     left = np.flatnonzero(stays)
     renumbered = (np.cumsum(stays) - 1).tolist()
     for name, _, _ in NODES:
@@ -86,17 +136,21 @@ def contract(held: ExperienceMap, stays: NDArray[np.bool_]) -> None:
 
 
 def pruned(
-    held: ExperienceMap, protected: frozenset[int], keep_views: Callable[[Numbers], None]
+    held: ExperienceMap,
+    protected: frozenset[int],
+    keep_views: Callable[[Numbers], None],
+    wanted: frozenset[int] = frozenset(),
 ) -> tuple[dict[int, int], dict[int, int]]:
     """Prune the map, and the templates that no experience uses any more by `keep_views`.
 
+    protected: ids that stay; wanted: ids that stay before others of their place.
     Return for the id of each experience that went the id of the one that stays where it was, and the new number of
     each template that is left.
     """
-    stand = standing(held, protected)
+    stand = standing(held, protected, wanted)
     gone = np.flatnonzero(stand != np.arange(held.count))
     heirs = dict(zip(held.ids[gone].tolist(), held.ids[stand[gone]].tolist(), strict=True))
-    contract(held, stand == np.arange(held.count))
+    contract(held, stand)
     used = np.unique(held.views[: held.count])
     keep_views(used)
     held.views[: held.count] = np.searchsorted(used, held.views[: held.count])

@@ -43,7 +43,7 @@ class Step:
 class RatSlam:
     """The robot's map and its place on it. Not for several threads at once.
 
-    `keep`: ids of goals, which pruning never removes, nor places from where the dock was seen, which are in `docks`.
+    `keep`: ids of goals, which pruning never removes. `docks`: from where the dock was seen; pruning keeps one a place.
     """
 
     def __init__(self, settings: Settings | None = None, map_number: int = 1) -> None:
@@ -128,27 +128,41 @@ class RatSlam:
         same = held.current >= 0 and held.views[held.current] == self.view
         if same and self.cells.distances(held.places[held.current]) <= beyond:
             return False, False, verdict
-        others = np.flatnonzero(held.views[: held.count] == self.view)
-        others = others[others != held.current]
-        if len(others):
-            apart = self.cells.distances(held.places[others])
-            nearest = int(np.argmin(apart))
-            if apart[nearest] < beyond:
-                index = int(others[nearest])
-                offset = self._offset(held.places[index])
-                met = held.meet(index, offset)
-                if self.settings.calibrate:
-                    turned, gone, facing = held.odometer[index].tolist()
-                    self.odometry.visited(turned, gone, offset[2] - facing)
-                self._counted(offset[2])
-                self._changed()
-                return False, met, verdict
+        index, offset, link = self._met()
+        if index >= 0:
+            met = held.meet(index, offset, link)
+            if self.settings.calibrate:
+                turned, gone, facing = held.odometer[index].tolist()
+                self.odometry.visited(turned, gone, offset[2] - facing)
+            self._counted(offset[2])
+            self._changed()
+            return False, met, verdict
         if held.count >= self.settings.map.most:
             return False, False, "full"
         held.create(self.view, self.cells.best)
         self._counted(0.0)
         self._changed()
         return True, False, verdict
+
+    def _met(self) -> tuple[int, Pose, bool]:
+        """Return the experience (index) that the robot has come to, -1 if to none; its offset; whether to link it.
+
+        It is the nearest by the pose cells that fits the map. After several in turn that do not fit one that does not
+        counts, too: the map is wrong, and the link will mend it; or the robot was carried elsewhere, and there is none.
+        """
+        held = self.map
+        others = np.flatnonzero(held.views[: held.count] == self.view)
+        others = others[others != held.current]
+        apart = self.cells.distances(held.places[others])
+        order = np.argsort(apart, kind="stable")
+        near: list[int] = others[order][apart[order] < self.settings.map.new_beyond].tolist()
+        offsets = [self._offset(held.places[index]) for index in near]
+        for index, offset in zip(near, offsets, strict=True):
+            if held.fits(index, offset, math.sqrt(self.odometry.b)):
+                return index, offset, True
+        if not near or not held.refuse():
+            return -1, (0.0, 0.0, 0.0), False
+        return near[0], offsets[0], held.off(near[0], offsets[0])[0] <= self.settings.map.carried_m
 
     def _counted(self, facing: float) -> None:
         """Note at the current experience what the odometry has counted, for the next visit."""
@@ -175,8 +189,9 @@ class RatSlam:
         self.told.note(self.map, self.sequence)
 
     def prune(self) -> int:
-        """Keep one experience a square and heading, and all of `keep` and `docks`; return how many went."""
-        heirs, numbers = pruned(self.map, self.keep | self.docks.places.keys(), self.views.keep)
+        """Keep one experience a square and heading, and all of `keep`; return how many went."""
+        heirs, numbers = pruned(self.map, self.keep, self.views.keep, frozenset(self.docks.places))
+        self.docks.inherit(heirs)
         self.view = numbers.get(self.view, -1)
         self.told = Told(self.sequence)
         self.heirs |= heirs

@@ -23,9 +23,10 @@ from robots.autonomy.ratslam.settings import Settings
 from robots.autonomy.ratslam.slam import RatSlam
 from robots.files import replaced
 
-FORMAT = 1
+FORMAT = 2
 VIEWS = ("decay", "places")
 TOLD = ("poses", "nodes_at", "links_at")
+HELD = ("current", "next_id", "arrivals", "refused", "refused_from", "since", "seconds", "still")
 
 
 class BadMap(ValueError):
@@ -56,7 +57,7 @@ def save(slam: RatSlam, path: Path) -> None:
         "pruned_at": slam.pruned_at,
         "best": slam.cells.best,
         "whole_since": told.whole_since,
-        **{name: getattr(held, name) for name in ("current", "next_id", "arrivals", "since", "seconds", "still")},
+        **{name: getattr(held, name) for name in HELD},
     }
     arrays["rest"] = np.frombuffer(json.dumps(rest).encode(), np.uint8)
     with replaced(path, sync=True) as out:
@@ -141,8 +142,9 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     for number, place in rest["docks"].items():
         slam.docks.places[int(number)] = DockPlace(int(place["times"]), float(place["z"]), float(place["theta"]))
     slam.cells.best, held.since = _three(rest["best"]), _three(rest["since"])
-    held.current, held.next_id, held.arrivals = (int(rest[name]) for name in ("current", "next_id", "arrivals"))
-    held.seconds, held.still = float(rest["seconds"]), float(rest["still"])
+    for name in HELD:
+        if name != "since":
+            setattr(held, name, type(getattr(held, name))(rest[name]))
     ends = np.concatenate([held.sources[: held.linked], held.targets[: held.linked], [held.current]])
     seen = np.concatenate([held.views[: held.count], [slam.view]])
     ids = np.concatenate([held.ids[: held.count], [held.next_id]])

@@ -2,6 +2,7 @@
 
 import copy
 import logging
+import math
 import threading
 import time
 from collections.abc import Iterator
@@ -28,6 +29,10 @@ FIND_EACH = 4  # pictures, of which one is searched for the dock while nobody lo
 CLEARED = "The map was cleared, so this place is no longer known."
 NO_PLACE = "No place on the map is within 0.1 m of this click."
 NO_WAY = "No way to this place is known."
+IN_DOCK = "This place is at the dock, where the robot goes only to charge."
+IN_DOCK_M = (
+    0.42  # to it a robot that does not dock comes no nearer than 0.52 m (wheels, steering); a goal reaches 0.1 m
+)
 
 
 class Mind:
@@ -40,7 +45,7 @@ class Mind:
         self.slam = self._restored()
         self._guide: Guide | None = None
         self._map_stream, self._cell_stream = MapStream(), CellStream()
-        self._markers = dock_markers()
+        self._markers, self._ahead = dock_markers(), float(described("irat")["camera"]["ahead"])
         self._pictures, self._saved = 0, time.monotonic()
 
     def _kept(self) -> tuple[int, float, bool]:
@@ -106,7 +111,15 @@ class Mind:
             return Answer(wanted.number, CLEARED, cleared=True)
         stands = self.slam.standing(wanted.experience)
         goal = stands if index_of(held, stands) >= 0 else nearest(held, wanted.x, wanted.y)
+        if goal is not None and self.in_dock(goal):
+            return Answer(wanted.number, IN_DOCK)
         return Answer(wanted.number, NO_PLACE) if goal is None else self._to(wanted.number, goal)
+
+    def in_dock(self, experience: int) -> bool:
+        """Tell whether an experience is where only docking leads."""
+        held, where = self.slam.map, self.slam.docks.where(self.slam.map, self._ahead)
+        x, y, _ = held.pose_of(index_of(held, experience))
+        return where is not None and math.dist((x, y), where) < IN_DOCK_M
 
     def _to(self, number: int, goal: int) -> Answer:
         route = plan(self.slam.map, goal)

@@ -1,9 +1,10 @@
 """Rows and files of recordings: begun, finished, removed, and pictures taken out of them."""
 
 import contextlib
+import logging
 import shutil
 from collections.abc import Iterable
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +19,14 @@ from robots.states import GrantKind
 if TYPE_CHECKING:
     from robots.recordings.container import Message
 
+log = logging.getLogger(__name__)
 FOLDER, MOVIES = "recordings", "movies"  # beside the pictures
 MB = 1_000_000
 RECORDED = (GrantKind.TURN, GrantKind.JOB)
 LIVE = ".tape"  # while it is written
 BUSY = ".new"  # while it is written again
 OLD = ".old"  # what a recorder that was killed has left, while it is copied
+ALONE = timedelta(hours=1)  # after which nobody waits for a recorder any more that has not finished
 LATE_MS = 2000  # around a picture that is taken out, as much is taken out of the camera's other pictures
 
 
@@ -91,6 +94,19 @@ def finish(recording: Recording, state: RecordingState, reason: str, now: dateti
     recording.refresh_from_db()
     if recording.taken_out and recording.shown:
         _rewrite(recording, recording.taken_out)
+
+
+def salvage(recording: Recording) -> None:
+    """Finish a recording whose recorder was killed and whose grant has ended, with all that can be read of its file."""
+    live = live_path(recording)
+    try:
+        if live.exists():
+            copy(live, path_of(recording))
+            live.unlink()
+    except (OSError, ValueError) as error:
+        log.warning("%s is lost: %s", recording, error)
+    ended = recording.grant.ended_at or recording.began_at
+    finish(recording, RecordingState.CUT, "The recorder was interrupted.", ended)
 
 
 def remove(recording: Recording, reason: str) -> bool:
@@ -208,6 +224,9 @@ def clean(now: datetime) -> int:
     Return how many.
     """
     removed = 0
+    gone = Recording.objects.filter(state=RecordingState.RUNNING, grant__ended_at__lt=now - ALONE)
+    for recording in gone.select_related("grant", "robot"):
+        salvage(recording)
     for robot in Robot.objects.filter(recordings__state__in=SHOWN).distinct():
         removed += _clean_robot(robot, now)
     ages = settings.RECORDING["MOVIE_KEEP_DAYS"] * 86_400

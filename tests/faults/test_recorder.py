@@ -1,6 +1,7 @@
 """The recorder as a process: a turn is recorded, and whatever becomes of the recorder, the robot works on."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -152,6 +153,22 @@ def test_a_disk_that_is_full_ends_the_recording_and_the_turn_goes_on(rig, record
     assert row.state in (RecordingState.CUT, RecordingState.REMOVED) and "could not be written" in row.reason
     if row.state == RecordingState.CUT:
         assert told(row)[0], "what was written as a whole is readable"
+
+
+@pytest.mark.length
+def test_a_frozen_recorder_holds_nobody_up_and_goes_on(rig, recorder):
+    rig.owner()
+    child = recorder()
+    rig.grant()
+    wait_for(running, 20, "the recording")
+    child.signal(signal.SIGSTOP)
+    for kind in ("down", "up"):
+        assert rig.final(rig.issue(kind)).state == "completed"
+    child.signal(signal.SIGCONT)
+    assert rig.final(rig.issue("down")).state == "completed"
+    row = ended(rig)
+    assert row.state == RecordingState.READY
+    assert [s["kind"] for s in told(row)[1] if s["state"] == "completed"] == ["down", "up", "down"]
 
 
 @pytest.mark.length

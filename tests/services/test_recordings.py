@@ -195,6 +195,26 @@ def test_files_that_no_row_names_are_removed_when_they_are_old(roles, media):
     assert not stray.exists() and keeping.path_of(recording).exists()
 
 
+@pytest.mark.parametrize("left", [True, False])
+def test_what_a_recorder_left_that_never_came_back_is_finished_by_housekeeping(roles, left):
+    turn = Turn.objects.get()
+    recording = keeping.begin(turn.grant, "a host that burnt down", SYSTEM.now())
+    if left:
+        written(recording)
+        whole = keeping.path_of(recording).read_bytes()
+        keeping.live_path(recording).write_bytes(whole[: len(whole) // 2 * 2 - 40])  # without its end
+        keeping.path_of(recording).unlink()
+    end_grant(turn.grant, GrantEnd.FINISHED, "", SYSTEM.now())
+    keeping.clean(SYSTEM.now())
+    recording.refresh_from_db()
+    assert recording.state == RecordingState.RUNNING, "its recorder may come back"
+    keeping.clean(SYSTEM.now() + timedelta(hours=2))
+    recording.refresh_from_db()
+    assert recording.state == (RecordingState.CUT if left else RecordingState.REMOVED)
+    assert "interrupted" in recording.reason
+    assert keeping.path_of(recording).exists() == left and not keeping.live_path(recording).exists()
+
+
 def frame_at(robot, at):
     return Frame.objects.create(robot=robot, taken_at=at, file="frames/mercury/x.jpg")
 

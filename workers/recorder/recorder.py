@@ -35,7 +35,6 @@ SOON_S = 0.1  # the least time between two looks
 MARK_S = 1.5  # between two marks that pictures are wanted; a mark counts for four seconds
 LISTEN_S = 0.25  # while something is recorded
 NO_ROOM = "The server's disk had no room for it."
-INTERRUPTED = "The recorder was interrupted."
 REST_S = 4.0  # that commands of an ended grant may take to end
 GONE_S = 7.0  # Redis answers each ping; after this silence it is taken for gone
 
@@ -290,14 +289,7 @@ class Recorder:
     def _settle_left(self) -> None:
         """Finish what this host's recorder had begun when it was killed, and whose grant has ended since."""
         for row in keeping.left_by(self._host):
-            live, path = keeping.live_path(row), keeping.path_of(row)
-            try:
-                if live.exists():
-                    keeping.copy(live, path)
-                    live.unlink()
-            except (OSError, ValueError) as error:
-                log.warning("%s is lost: %s", row, error)
-            keeping.finish(row, RecordingState.CUT, INTERRUPTED, row.grant.ended_at or self._clock.now())
+            keeping.salvage(row)
 
     def _end_all(self) -> None:
         """The recorder stops: its files are closed, the rows say so; recordings of open grants go on with the next."""

@@ -5,6 +5,7 @@ import { test } from "node:test";
 import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
 import type { CompactLayout } from "../src/compact.ts";
+import { type Box, objectsAfter, type Placed } from "../src/objects.ts";
 import { decode, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
 import { Streams } from "../src/streams.ts";
 import { Chain } from "../src/video_chain.ts";
@@ -147,4 +148,24 @@ test("packets of video are read as Python packs them, and each is decoded only a
       assert.equal(chain.take(found), packet.taken, one.what);
     }
   }
+});
+
+test("objects are read as Python packs them, deltas change what was known, and nothing else is read", () => {
+  const { box, packets } = read("object_packets") as {
+    box: Box; packets: { what: string; key: boolean; hex: string; read: Record<string, number[]> }[];
+  };
+  let known = new Map<number, Placed>();
+  for (const { what, key, hex, read: wanted } of packets) {
+    const bytes = Uint8Array.from(Buffer.from(hex, "hex")), before = new Map(known);
+    const after = objectsAfter(known, bytes, key, box)!;
+    assert.deepEqual(known, before, what);
+    assert.deepEqual([...after.keys()].sort((a, b) => a - b).map(String), Object.keys(wanted), what);
+    for (const [number, { place, rotation }] of after) near([...place, ...rotation], wanted[number]!);
+    if (bytes.length) assert.equal(objectsAfter(known, bytes.subarray(1), key, box), null, what);
+    known = after;
+  }
+  const beyond = new Uint8Array(12).fill(255);
+  beyond[0] = 1; // x is no longer all ones, the rest is
+  beyond[1] = 0;
+  assert.equal(objectsAfter(known, beyond, false, box), null);
 });

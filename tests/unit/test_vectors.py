@@ -7,6 +7,7 @@ import pytest
 
 from robots.contract.channels import Scalar
 from robots.contract.compact import Layout
+from robots.contract.objects import Box, Placed, Told
 from robots.contract.session import RobotState
 from robots.contract.streams import Chain, StreamPacket, pack, unpack
 from robots.contract.video import Group, VideoPacket
@@ -121,3 +122,16 @@ def test_video_is_packed_and_followed_as_the_browser_reads_it(one):
         )  # fmt: skip
         assert pack_video(packet).hex() == told["hex"]
         assert groups.setdefault(told["camera"], Group()).add(pack_video(packet)) is told["taken"]
+
+
+def test_objects_are_packed_as_the_browser_reads_them():
+    vectors = read("object_packets")
+    writer, reader = (Told(Box(**{k: tuple(v) for k, v in vectors["box"].items()})) for _ in range(2))
+    for one in vectors["packets"]:
+        objects = {int(n): Placed(tuple(told[:3]), tuple(told[3:])) for n, told in one["objects"].items()}
+        data = writer.key(objects) if one["key"] else writer.delta(objects)
+        assert data.hex() == one["hex"], one["what"]
+        found = reader.take(data, one["key"]).objects
+        assert {str(n): [*p.place, *p.rotation] for n, p in found.items()} == {
+            n: pytest.approx(told, abs=1e-8) for n, told in one["read"].items()
+        }

@@ -7,6 +7,7 @@ export { CameraView } from "../camera.ts";
 export { blocked } from "../controls.ts";
 export { Jog, named } from "../jog.ts";
 export { facts } from "../facts.ts";
+export { objectsAfter } from "../objects.ts";
 export { RobotPage } from "../page.ts";
 export { allow, refusal, say } from "../parts.ts";
 export { shape } from "../svg.ts";

@@ -159,6 +159,7 @@ def test_an_owner_encodes_what_is_wanted_once_and_nothing_that_nobody_wants(rig,
     wait_for(lambda: ear.during(1.5) == [], 15, "an idle camera")
 
 
+@pytest.mark.length
 def test_an_owner_whose_encoder_fails_goes_on_with_jpeg(rig, web, ear, tmp_path):
     (tmp_path / "av").mkdir()
     (tmp_path / "av" / "__init__.py").write_text("raise ImportError('no encoder on this host')\n")

@@ -1,0 +1,34 @@
+"""A page whose web process dies goes on with another one by itself, and its operator keeps the turn."""
+
+import re
+
+from playwright.sync_api import expect
+
+from robots.models import Command
+from tests.conftest import wait_for
+from tests.faults.proxy import Proxy
+from tests.rig import Web, free_port
+
+
+def test_a_page_whose_web_process_is_killed_goes_on_with_another(portal, visitor):
+    webs = [Web(), Web()]
+    proxy = Proxy(("127.0.0.1", free_port()), ("127.0.0.1", webs[0].port))
+    try:
+        ada = visitor().cleared("ada", None)
+        ada.allowed = ("WebSocket connection to", "ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE")
+        page = ada.page
+        page.goto(f"http://localhost:{proxy.at[1]}/robots/mercury/")
+        page.click("[data-do=join]")
+        page.locator("[data-do=accept]").press("Enter")
+        expect(page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false")
+        webs[0].kill()
+        expect(page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "true")
+        proxy.to = ("127.0.0.1", webs[1].port)
+        expect(page.locator("#age")).to_have_text(re.compile(r"^Picture [01]\.\d s old"), timeout=30_000)
+        expect(page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false", timeout=30_000)
+        ada.press("down")
+        assert wait_for(lambda: Command.objects.filter(kind="down", state="completed").first(), 20, "the motion")
+    finally:
+        proxy.close()
+        for web in webs:
+            web.kill()

@@ -26,7 +26,7 @@ from robots import bus, services, verbs
 from robots.clock import SYSTEM
 from robots.contract.spec import ANYONE, CommandKind
 from robots.drivers.errors import BadRequest, NotPermitted
-from robots.models import Command, Incident, Program
+from robots.models import Command, Frame, Incident, Program, Recording
 from robots.states import GrantEnd
 from tests.services.conftest import ROLES
 
@@ -135,6 +135,8 @@ ROWS = {
         ROBOT_STAFF,
         lambda do, w: do(Incident.objects.create(robot=w.robot, at=SYSTEM.now()), w.user),
     ),
+    "robots.take_down": (ROBOT_STAFF, lambda do, w: do(Frame.objects.create(robot=w.robot, file="frames/x.jpg", width=1, height=1, taken_at=SYSTEM.now()), w.user)),
+    "robots.remove_recording": (ROBOT_STAFF, lambda do, w: do(Recording.objects.create(robot=w.robot, grant=turn(w).grant, began_at=SYSTEM.now()), w.user)),
     "robots.visible": (ANYBODY, lambda do, w: list(do(w.robot, w.user))),
     "robots.one": (OPERATOR, lambda do, w: refuse(BadRequest, do, w.robot, w.user, program(w).pk)),
     "robots.save": (

@@ -88,7 +88,7 @@ def _take_irat(folder: Path) -> None:
         wait_for(lambda: places() > DRAWN, 600, "a map")
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=os.environ["FARHAND_CHROMIUM"], args=CHROMIUM)
-            far = (("irat", 0), ("irat-dark", 9), ("irat-phone", 0))  # places far from each other: the path is long
+            far = (("irat", 10), ("irat-dark", 4), ("irat-phone", 10))  # far from each other, and none at the dock
             for (name, place), options in zip(far, _options(1180), strict=True):
                 page = browser.new_context(base_url=portal.url, locale="en-US", **options).new_page()
                 page.goto(robot.get_absolute_url())

@@ -43,7 +43,14 @@ def test_fifty_programs_are_fifty(robot, people):
     assert (saved, Program.objects.filter(author=ada).count()) == (3, programs.MOST)
 
 
-GOOD = {"name": "Second", "slug": "second", "driver": "mercury", "address": "sim:mercury", "boxes": "[]", "records": "off"}
+GOOD = {
+    "name": "Second",
+    "slug": "second",
+    "driver": "mercury",
+    "address": "sim:mercury",
+    "boxes": "[]",
+    "records": "off",
+}
 
 
 @pytest.mark.asvs("1.3.6", "15.3.2")

@@ -1,5 +1,6 @@
 """A viewer of a camera's video is never given a packet without those that it changes, and never many old ones."""
 
+import queue
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -211,6 +212,38 @@ def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():
     first = keys.index(True, 1)
     assert first * 0.1 >= KEYS_S
     assert [n for n, key in enumerate(keys) if key] == list(range(0, 14, first))
+
+
+def test_a_request_is_kept_until_a_key_picture_is_encoded_and_is_answered_then(monkeypatch):
+    sent, told = queue.Queue(), []
+    fake = SimpleNamespace(publish_video=lambda *what: sent.put(what[1]), key_comes=lambda *what: told.append(what))
+    monkeypatch.setattr("workers.cameras.video.bus", fake)
+    video = Video("rover", 0)
+    video.take(Shot(scene(1), 1, 0, 100))
+    assert unpack(sent.get(timeout=5)).key
+    assert told == [], "nobody had asked"
+    keys = []
+    for n in range(2, 9):
+        video.take(Shot(scene(n), n, 0, 100 * n), key=n == 2)
+        keys.append(unpack(sent.get(timeout=5)).key)
+        if not any(keys):
+            assert told == [], "too soon after the last one: the request waits"
+    assert keys == [n == 1 + 10 * KEYS_S for n in range(2, 9)]
+    assert told == [("rover", 0, False)]
+
+
+def test_where_no_thread_can_start_the_video_rests_for_a_while(monkeypatch, caplog):
+    def refuse(thread):
+        raise RuntimeError("can't start new thread")
+
+    video = Video("rover", 0)
+    with monkeypatch.context() as without:
+        without.setattr("threading.Thread.start", refuse)
+        video.take(Shot(scene(1), 1, 0, 100))
+    assert not video.running
+    assert "pictures go on as JPEG" in caplog.text
+    video.take(Shot(scene(2), 2, 0, 200))
+    assert not video.running, "not at once again"
 
 
 def test_another_size_or_a_gap_begins_a_new_group_and_another_size_a_new_run():

@@ -108,7 +108,7 @@ class Hub:
 
     def _give_newest(self, viewer: Viewer) -> None:
         room = self._rooms.get(viewer.slug)
-        if room is None:
+        if room is None or viewer.coarse:  # what is kept is whole
             return
         for camera, data in room.newest.items():  # it may be old, so the next one is not kept back for it
             if camera in viewer.cameras and not room.flows(viewer, camera):

@@ -144,6 +144,18 @@ def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():
         room.remove(viewer)
 
 
+def test_a_jpeg_picture_is_not_kept_when_newer_ones_come_as_video_alone():
+    room, plain = Room("arm"), Viewer("arm")
+    packets = film(3, set())
+    room.add(plain)
+    room.give_picture(0, b"\x02 old")
+    room.give_video(packets[0], False)
+    assert room.newest == {0: b"\x02 old"}, "JPEG is made as well"
+    room.remove(plain)
+    room.give_video(packets[1], False)
+    assert room.newest == {}
+
+
 @given(st.binary(max_size=60))
 def test_any_bytes_are_a_packet_or_refused(data):
     try:

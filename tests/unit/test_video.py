@@ -107,6 +107,19 @@ def test_a_slow_viewer_is_given_little_that_it_missed_and_otherwise_skips_to_the
     assert [p.number for p in one.got] == [*range(1, 20), *range(41, 61)]
 
 
+def test_who_has_fallen_far_behind_is_not_woken_before_the_next_key_picture():
+    videos, packets, one = Videos(), film(30, {25}), Watcher()
+    woken = []
+    for n, packet in enumerate(packets, 1):
+        one.free = not 5 <= n < 15
+        one.empty(videos, n / 10)
+        one.woken = one.woken and not one.free
+        videos.give(packet, [one], n / 10)
+        woken += [n] * one.woken
+    assert [p.number for p in one.got] == [*range(1, 5), *range(25, 31)]
+    assert woken == list(range(5, 15))
+
+
 def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
     room, viewer = Room("mercury"), Viewer("mercury")
     viewer.wish(Watch([0], video="vp8"))

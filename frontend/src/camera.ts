@@ -1,4 +1,5 @@
 /** The camera image, with a cross at the centre of the next one, and the tool's place in it. */
+import { Order } from "./picture_order.ts";
 import type { PicturePacket, Still } from "./protocol.ts";
 import { set, shape } from "./svg.ts";
 
@@ -8,7 +9,7 @@ export class CameraView {
   /** The stored picture to which it belongs; 0 while the robot moves. */
   stillId = 0;
   private context: CanvasRenderingContext2D;
-  private newest = -1;
+  private order = new Order();
   private views = 0;
   private cross: SVGGElement | null = null;
   private tool: SVGCircleElement | null = null;
@@ -52,12 +53,11 @@ export class CameraView {
 
   /** Show a picture; one that is older than the picture shown is dropped. */
   async show(packet: PicturePacket): Promise<void> {
-    if (packet.number <= this.newest && this.newest - packet.number < 1000) return;
-    this.newest = packet.number;
+    if (!this.order.take(packet)) return;
     if (packet.image) return this.draw(packet.image, packet.atMs, packet.still);
+    const { views } = this;
     const bitmap = await createImageBitmap(packet.jpeg);
-    if (packet.number < this.newest) return;
-    this.draw(bitmap, packet.atMs, packet.still);
+    if (views === this.views && this.order.holds(packet)) this.draw(bitmap, packet.atMs, packet.still);
     bitmap.close();
   }
 
@@ -73,9 +73,9 @@ export class CameraView {
     image.src = still.url;
   }
 
-  /** Switch to another camera, whose numbers start again. */
+  /** Switch to another camera. */
   forget(): void {
-    this.newest = -1;
+    this.order.forget();
     this.views += 1;
     this.atMs = this.stillId = 0;
   }

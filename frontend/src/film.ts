@@ -9,6 +9,9 @@ const CONFIG: VideoDecoderConfig = {
   colorSpace: { primaries: "smpte170m", transfer: "smpte170m", matrix: "smpte170m", fullRange: true },
 };
 const OVERDUE_MS = 2000; // a picture that is not decoded for so long: the decoder does not work
+const IDLE_MS = 5000; // without a packet; then the decoder is given up
+const CHECK_MS = 500, LATE_MS = 1000; // a check that is so late says nothing: the page did not run
+const AGAIN_MS = 60_000, TRIES = 3; // after a failure it is tried again, so often in all
 const SHOWN_MS = 200; // while newer ones wait, a picture is shown only so often
 const NONE = new Blob();
 
@@ -18,10 +21,12 @@ class Reel {
   private decoder: VideoDecoder | null = null;
   private waiting = new Map<number, { packet: VideoPacket; since: number }>(); // in the decoder, by number
   private shownAt = 0;
+  private heardAt = 0; // a packet
 
   constructor(private show: (picture: PicturePacket) => void, private failed: () => void) {}
 
   take(packet: VideoPacket): void {
+    this.heardAt = performance.now();
     if (!this.chain.take(packet)) return;
     this.decoder ??= this.open();
     this.waiting.set(packet.number, { packet, since: performance.now() });
@@ -36,6 +41,14 @@ class Reel {
   }
 
   private decoded(frame: VideoFrame): void {
+    try {
+      this.pass(frame);
+    } finally {
+      frame.close();
+    }
+  }
+
+  private pass(frame: VideoFrame): void {
     const packet = this.waiting.get(frame.timestamp)?.packet;
     this.waiting.delete(frame.timestamp);
     const now = performance.now();
@@ -45,7 +58,11 @@ class Reel {
       const { camera, number, atMs, still } = packet;
       this.show({ camera, number, atMs, still, joints: [], jpeg: NONE, image: frame });
     }
-    frame.close();
+  }
+
+  /** Whether nothing has come for a while. */
+  get idle(): boolean {
+    return performance.now() - this.heardAt > IDLE_MS;
   }
 
   /** Whether a picture waits for too long. */
@@ -65,11 +82,13 @@ class Reel {
 export class Film {
   private reels = new Map<number, Reel>();
   private broken = false;
+  private failures = 0;
+  private checkedAt = performance.now();
 
-  /** `show` gets each decoded picture; `failed` is called once, when this browser turns out not to decode them. */
-  constructor(private show: (picture: PicturePacket) => void, private failed: () => void) {
+  /** `show` gets each decoded picture; `works(false)` is called when this browser turns out not to decode them. */
+  constructor(private show: (picture: PicturePacket) => void, private works: (on: boolean) => void) {
     document.addEventListener("visibilitychange", () => document.hidden && this.rest());
-    setInterval(() => this.check(), 500);
+    setInterval(() => this.check(), CHECK_MS);
   }
 
   /** Whether this browser says that it decodes what comes; only pages over https or of this very machine may. */
@@ -104,13 +123,28 @@ export class Film {
   }
 
   private check(): void {
-    if (!document.hidden && [...this.reels.values()].some((reel) => reel.overdue)) this.fail();
+    const now = performance.now(), late = now - this.checkedAt > LATE_MS;
+    this.checkedAt = now;
+    if (late || document.hidden) return;
+    if ([...this.reels.values()].some((reel) => reel.overdue)) this.fail();
+    for (const [camera, reel] of this.reels)
+      if (reel.idle) {
+        reel.close();
+        this.reels.delete(camera);
+      }
   }
 
   private fail(): void {
     if (this.broken) return;
     this.broken = true;
+    this.failures += 1;
     this.rest();
-    this.failed();
+    this.works(false);
+    if (this.failures < TRIES) setTimeout(() => this.retry(), AGAIN_MS);
+  }
+
+  private retry(): void {
+    this.broken = false;
+    this.works(true);
   }
 }

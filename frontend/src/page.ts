@@ -75,7 +75,7 @@ export class RobotPage {
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private log = new LogList(byId("log"));
   private console: Console | null = null;
-  private film = new Film((packet) => this.showPicture(packet), () => this.watching.video(false));
+  private film = new Film((packet) => this.showPicture(packet), (on) => this.watching.video(on));
   private streams = new Streams(facts.streams.map(({ name }) => name));
 
   constructor() {

@@ -6,7 +6,9 @@ import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
 const NO_VIDEO_MS = 4000; // nothing comes as video: the robot's encoder may have failed,
-const REST_MS = 60_000; //   so JPEG is asked for for so long
+const REST_MS = 5000, REST_MOST_MS = 60_000; //   so JPEG is asked for for so long, each time longer, at most
+const FLOWS_MS = 10_000; // video that has come for so long works
+const TICK_MS = 1000; // between two judgements; one that is later is of a page that did not run
 
 /** The part of a socket that is used here. */
 interface Line {
@@ -30,6 +32,9 @@ export class Watching {
   private film = false; // this page decodes video
   private restsUntil = 0; // it does without video, performance.now
   private filmedSince = 0; // when it was asked for, or when a picture came last, performance.now; 0: not asked for
+  private filmsSince = 0; // pictures have come as video since then, performance.now; 0: none
+  private restMs = REST_MS; // how long it rests the next time, about
+  private saidAt = 0;
   private fruitless = false; // nothing has arrived through this socket
 
   /** `whole`: everything is wanted, whatever was chosen for live pictures. */
@@ -92,9 +97,21 @@ export class Watching {
     if (picture.camera !== this.cameras[0]) return;
     const now = performance.now();
     this.fruitless = false;
-    if (this.filmedSince) this.filmedSince = now;
+    if (this.filmedSince) this.filmed(now);
     this.arrivals = [...this.arrivals.filter((at) => now - at < RATE_MS), now];
     this.judge.arrived(this.line().now() - picture.atMs);
+  }
+
+  private filmed(now: number): void {
+    this.filmedSince = now;
+    this.filmsSince ||= now;
+    if (now - this.filmsSince > FLOWS_MS) this.restMs = REST_MS;
+  }
+
+  /** Do without video for a while, each page for another time: all at once would load the robot's host. */
+  private rest(now: number): void {
+    this.restsUntil = now + this.restMs * (0.5 + Math.random() / 2);
+    this.restMs = Math.min(2 * this.restMs, REST_MOST_MS);
   }
 
   /** Pictures a second, over the last seconds; 0 for fewer than one in two seconds. */
@@ -113,7 +130,9 @@ export class Watching {
       const now = performance.now();
       if (expected && this.judge.doubts) line.check();
       const fast = quick(line.overdue ? null : line.latency, line.best);
-      if (expected && fast && this.filmedSince && now - this.filmedSince > NO_VIDEO_MS) this.restsUntil = now + REST_MS;
+      if (this.filmedSince && now - this.saidAt > TICK_MS) this.filmedSince = now;
+      this.saidAt = now;
+      if (expected && fast && this.filmedSince && now - this.filmedSince > NO_VIDEO_MS) this.rest(now);
       this.judge.judge(now, expected, fast);
       this.tell();
     }
@@ -142,5 +161,6 @@ export class Watching {
   private asked(written: string): void {
     this.told = written;
     this.filmedSince = this.filming ? performance.now() : 0;
+    this.filmsSince = 0;
   }
 }

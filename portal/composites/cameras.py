@@ -14,6 +14,11 @@ FRESH_S, SAME_S = 2.0, 1.0
 Taken = tuple[int, bytes] | None
 
 
+def _fresh_ms() -> float:
+    """Return when a picture that is fresh now was taken at the earliest (ms since 1970)."""
+    return (SYSTEM.now().timestamp() - FRESH_S) * 1000
+
+
 class Passed(Parts):
     """The pictures of one camera."""
 
@@ -24,7 +29,7 @@ class Passed(Parts):
     async def make(self, viewer: Viewer) -> None:
         """Hand on each picture."""
         loop = asyncio.get_running_loop()
-        heard = loop.time()
+        heard, since_ms = loop.time(), _fresh_ms()
         while loop.time() - heard < GONE_S:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(1.0):
@@ -34,7 +39,7 @@ class Passed(Parts):
             if viewer.state is not None:
                 heard, viewer.state = loop.time(), None
             picture = viewer.frames.pop(self._camera, None)
-            if picture is not None:
+            if picture is not None and taken_ms(picture) >= since_ms:  # what was kept may be old
                 self.tell(read_picture(picture))
 
 
@@ -64,7 +69,7 @@ async def _look(slug: str, camera: int) -> Taken:
     viewer = Viewer(slug)
     viewer.cameras = frozenset({camera})
     hub().attach(viewer)
-    since_ms = (SYSTEM.now().timestamp() - FRESH_S) * 1000
+    since_ms = _fresh_ms()
     try:
         async with asyncio.timeout(NEXT_S):
             while camera not in viewer.frames or taken_ms(viewer.frames[camera]) < since_ms:

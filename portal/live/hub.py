@@ -76,12 +76,17 @@ class Hub:
 
     def choose(self, viewer: Viewer, wish: Watch) -> None:
         """Send the viewer what it wishes from now on, the newest picture of each camera at once."""
+        known = self._needed(viewer.slug)
         with self._changing(viewer):
             viewer.wish(wish)
         self._give_newest(viewer)
         viewer.wait()
-        if self.link:
+        if self.link and not self._needed(viewer.slug) <= known:
             self._hold(self._mark_watched(viewer.slug))
+
+    def _needed(self, slug: str) -> set[str]:
+        room = self._rooms.get(slug)
+        return {*room.watched(), *room.keys()} if room is not None else set()
 
     def trace(self, viewer: Viewer, on: bool) -> None:
         """Send the viewer the wire trace from now on, or no more."""
@@ -95,13 +100,15 @@ class Hub:
         here = room is not None and viewer in room.viewers
         if room is not None and here:
             room.remove(viewer)
-        yield
-        if room is not None and here:
-            room.add(viewer)
+        try:
+            yield
+        finally:
+            if room is not None and here:
+                room.add(viewer)
 
     def _give_newest(self, viewer: Viewer) -> None:
         room = self._rooms.get(viewer.slug)
-        if room is None:
+        if room is None or viewer.coarse:  # what is kept is whole
             return
         for camera, data in room.newest.items():  # it may be old, so the next one is not kept back for it
             if camera in viewer.cameras and not room.flows(viewer, camera):
@@ -188,8 +195,10 @@ class Hub:
         while True:
             try:
                 await self._read_once()
-            except (RedisError, OSError, ValueError) as error:
+            except (RedisError, OSError) as error:
                 log.debug("hub: %s", error)
+            except Exception:  # whatever it is, every robot's viewers depend on this loop
+                log.exception("the connection to Redis ended")
             self._away = True
             self._set_link(False)
             await asyncio.sleep(0.3)
@@ -218,6 +227,13 @@ class Hub:
             await connection.aclose()
 
     def _take(self, message: dict[str, Any]) -> None:
+        """Handle a message; one that cannot be handled changes nothing for those that follow."""
+        try:
+            self._handle(message)
+        except Exception:
+            log.exception("a message on the bus could not be handled: %r", message.get("channel"))
+
+    def _handle(self, message: dict[str, Any]) -> None:
         match message["type"]:
             case "message":
                 self._route(message["channel"].decode(), message["data"])
@@ -284,13 +300,19 @@ class Hub:
     async def _keep_watch(self) -> None:
         while True:
             await asyncio.sleep(PING_S)
-            await self._mark(bus.web_key())
-            if self._pubsub is not None:
-                with contextlib.suppress(RedisError, OSError):  # who reads finds out
-                    await self._pubsub.ping()
-            for slug in list(self._rooms):
-                await self._mark_watched(slug)
-                await self._count(slug)
+            try:
+                await self._keep_watch_once()
+            except Exception:
+                log.exception("what is watched could not be told")
+
+    async def _keep_watch_once(self) -> None:
+        await self._mark(bus.web_key())
+        if self._pubsub is not None:
+            with contextlib.suppress(RedisError, OSError):  # who reads finds out
+                await self._pubsub.ping()
+        for slug in list(self._rooms):
+            await self._mark_watched(slug)
+            await self._count(slug)
 
     async def _count(self, slug: str) -> None:
         """Tell the other web processes how many watch here, and everybody here how many watch in all."""
@@ -305,7 +327,7 @@ class Hub:
             both.expire(key, 10 * COUNT_S)
             both.hgetall(key)
             *_, told = await both.execute()
-            counts = {name: (int(count), int(at)) for name, (count, at) in ((n, v.split()) for n, v in told.items())}
+            counts = {name: _counted(value) for name, value in told.items()}
             if old := [name for name, (_, at) in counts.items() if now - at > COUNT_S]:
                 await store.hdel(key, *old)
             room.give_count(sum(count for count, at in counts.values() if now - at <= COUNT_S))
@@ -327,6 +349,15 @@ class Hub:
             return
         with contextlib.suppress(RedisError, OSError):
             await self._redis.set(key, 1, ex=bus.WATCH_S)
+
+
+def _counted(value: bytes) -> tuple[int, int]:
+    """Return what another process tells: how many watch, and when it counted (s); none, long ago, if not understood."""
+    try:
+        count, at = map(int, value.split())
+    except ValueError:
+        return 0, 0
+    return count, at
 
 
 _hubs: dict[int, Hub] = {}

@@ -206,7 +206,9 @@ class Room:
 
     def give_picture(self, camera: int, data: bytes, coarse: bool = False) -> None:
         """Give everybody who wants it a new picture."""
-        if not coarse:
+        if coarse:
+            self._outdate(camera)
+        else:
             self.newest[camera] = data
         frame = binary_frame(data)
         left = self._write(self.each[camera, coarse], frame)
@@ -217,7 +219,14 @@ class Room:
 
     def give_video(self, data: bytes, coarse: bool) -> bool:
         """Give everybody who wants it the next packet of video; False if a key picture has to be asked for."""
-        return self.videos[coarse].give(data, self.film[unpack(data).camera, coarse], time.monotonic())
+        camera = unpack(data).camera
+        self._outdate(camera)
+        return self.videos[coarse].give(data, self.film[camera, coarse], time.monotonic())
+
+    def _outdate(self, camera: int) -> None:
+        """Forget the newest JPEG if nobody has new ones made: what comes now is newer."""
+        if not self.each[camera, False] and not self.some[camera]:
+            self.newest.pop(camera, None)
 
     def flows(self, viewer: Viewer, camera: int) -> bool:
         """Return whether a viewer who wants video can be given it at once."""

@@ -85,6 +85,8 @@ class Videos:
             if camera not in viewer.given or group.times[-1] - group.times[begun] <= LATE_MS:
                 found += group.packets[begun:]
                 viewer.given[camera] = (group.packets, len(group.packets))
+            else:
+                viewer.given[camera] = NEXT  # so that it is not woken for each packet
         return found
 
     def flows(self, camera: int, now: float) -> bool:

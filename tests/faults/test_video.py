@@ -120,6 +120,24 @@ def test_after_a_packet_was_missed_a_key_picture_is_asked_for(web):
     web.nothing_left()
 
 
+def test_what_is_not_understood_on_the_bus_drops_nobodys_link(web):
+    with line(web, path=PATH) as one:
+        heard(one, "snapshot")
+        bus.publish_video("mercury", packet(1, True))
+        assert pictures(one, 1) == [packet(1, True)]
+        store = bus.connection()
+        store.publish(bus.video_channel("mercury"), b"no packet")
+        store.publish(bus.stream_channel("mercury"), b"\x00")
+        store.publish(bus.state_channel("mercury") + "x", b"\xff")
+        store.hset(bus.watchers_key("mercury"), "another process", "many")
+        assert heard(one, "watchers")
+        bus.publish_video("mercury", packet(2))
+        while (data := one.recv(timeout=10)) != packet(2):
+            assert isinstance(data, bytes) or json.loads(data)["t"] != "snapshot", "the link was dropped"
+        wait_for(lambda: store.hget(bus.watchers_key("mercury"), "another process") is None, 10, "the count")
+    web.nothing_left()
+
+
 class Ear:
     """What an owner sends of its camera, whoever gets it."""
 

@@ -1,5 +1,6 @@
 """A viewer of a camera's video is never given a packet without those that it changes, and never many old ones."""
 
+import queue
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -106,6 +107,19 @@ def test_a_slow_viewer_is_given_little_that_it_missed_and_otherwise_skips_to_the
     assert [p.number for p in one.got] == [*range(1, 20), *range(41, 61)]
 
 
+def test_who_has_fallen_far_behind_is_not_woken_before_the_next_key_picture():
+    videos, packets, one = Videos(), film(30, {25}), Watcher()
+    woken = []
+    for n, packet in enumerate(packets, 1):
+        one.free = not 5 <= n < 15
+        one.empty(videos, n / 10)
+        one.woken = one.woken and not one.free
+        videos.give(packet, [one], n / 10)
+        woken += [n] * one.woken
+    assert [p.number for p in one.got] == [*range(1, 5), *range(25, 31)]
+    assert woken == list(range(5, 15))
+
+
 def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
     room, viewer = Room("mercury"), Viewer("mercury")
     viewer.wish(Watch([0], video="vp8"))
@@ -141,6 +155,18 @@ def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():
         groups = [room.film[1, bool(coarse and not every_s)], room.each[1, bool(coarse and not every_s)], room.some[1]]
         assert [viewer in group for group in groups] == [viewer.films(1), not every_s and not video, every_s > 0]
         room.remove(viewer)
+
+
+def test_a_jpeg_picture_is_not_kept_when_newer_ones_come_as_video_alone():
+    room, plain = Room("arm"), Viewer("arm")
+    packets = film(3, set())
+    room.add(plain)
+    room.give_picture(0, b"\x02 old")
+    room.give_video(packets[0], False)
+    assert room.newest == {0: b"\x02 old"}, "JPEG is made as well"
+    room.remove(plain)
+    room.give_video(packets[1], False)
+    assert room.newest == {}
 
 
 @given(st.binary(max_size=60))
@@ -211,6 +237,38 @@ def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():
     first = keys.index(True, 1)
     assert first * 0.1 >= KEYS_S
     assert [n for n, key in enumerate(keys) if key] == list(range(0, 14, first))
+
+
+def test_a_request_is_kept_until_a_key_picture_is_encoded_and_is_answered_then(monkeypatch):
+    sent, told = queue.Queue(), []
+    fake = SimpleNamespace(publish_video=lambda *what: sent.put(what[1]), key_comes=lambda *what: told.append(what))
+    monkeypatch.setattr("workers.cameras.video.bus", fake)
+    video = Video("rover", 0)
+    video.take(Shot(scene(1), 1, 0, 100))
+    assert unpack(sent.get(timeout=5)).key
+    assert told == [], "nobody had asked"
+    keys = []
+    for n in range(2, 9):
+        video.take(Shot(scene(n), n, 0, 100 * n), key=n == 2)
+        keys.append(unpack(sent.get(timeout=5)).key)
+        if not any(keys):
+            assert told == [], "too soon after the last one: the request waits"
+    assert keys == [n == 1 + 10 * KEYS_S for n in range(2, 9)]
+    assert told == [("rover", 0, False)]
+
+
+def test_where_no_thread_can_start_the_video_rests_for_a_while(monkeypatch, caplog):
+    def refuse(thread):
+        raise RuntimeError("can't start new thread")
+
+    video = Video("rover", 0)
+    with monkeypatch.context() as without:
+        without.setattr("threading.Thread.start", refuse)
+        video.take(Shot(scene(1), 1, 0, 100))
+    assert not video.running
+    assert "pictures go on as JPEG" in caplog.text
+    video.take(Shot(scene(2), 2, 0, 200))
+    assert not video.running, "not at once again"
 
 
 def test_another_size_or_a_gap_begins_a_new_group_and_another_size_a_new_run():

@@ -26,7 +26,7 @@ from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
 from workers.cameras.source import OfDriver
 from workers.cameras.steps import Steps, jpeg
-from workers.cameras.video import Shot
+from workers.cameras.video import Shot, load
 
 log = logging.getLogger(__name__)
 EXPOSURE_S = 1 / 150  # if the robot names none
@@ -48,6 +48,8 @@ class Pictures:
         self._robot, self._clock = robot, clock
         self._description = robot.description().get("camera", {})
         self.cameras = [Camera(robot, i, name, of_driver) for i, name in enumerate(views(robot.description()))]
+        if self.cameras:
+            load()  # now, while no other thread waits for it
         quantizer = self._description.get("video_quantizer")
         self._steps = [Steps(robot.slug, camera.index, quantizer) for camera in self.cameras]
         self.every_s = 1.0 / float(self._description.get("fps", 4))

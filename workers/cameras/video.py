@@ -1,10 +1,11 @@
 """The video of one camera, encoded once for all who watch it, while somebody does.
 
-The encoder has a thread of its own, which yields to all others, and drops pictures that come faster than it can encode.
-PyAV encodes without Python's lock. What fails here ends the video for a while; JPEG pictures do not depend on it.
+The encoder has a thread of its own, and drops pictures that come faster than it can encode. The thread has the priority
+of all others: one of lower priority would keep Python's lock from them. PyAV encodes without that lock, but is loaded
+with it: that is done before the owner's other threads run.
+What fails here ends the video for a while; JPEG pictures do not depend on it.
 """
 
-import contextlib
 import logging
 import os
 import threading
@@ -14,7 +15,7 @@ from fractions import Fraction
 from typing import Any
 
 from robots import bus
-from robots.contract.video import FARTHEST, GROUP_S, VideoPacket, pack
+from robots.contract.video import FARTHEST, GROUP_S, VideoPacket, pack, unpack
 from robots.vision.stability import Picture
 
 log = logging.getLogger(__name__)
@@ -22,11 +23,19 @@ QUANTIZER = 34  # of VP8, from 0 (best) to 63, if the robot names none
 OPTIONS = {"deadline": "good", "cpu-used": "3", "lag-in-frames": "0", "auto-alt-ref": "0"}
 FINE = 20  # with a coarser quantizer noise is filtered out first; a finer one keeps everything
 ENOUGH = 50_000_000  # bits a second, so that the quantizer alone decides
-NICER = 10
 IDLE_S = 10.0  # without a picture; then the encoder is given up
 KEYS_S = 0.5  # between two key pictures that were asked for, at least
 EARLY_S = 0.1  # a key picture may come so much before its time rather than after it
 PAUSE_S = 10.0  # after a failure
+FAILED = "the video of camera %d failed; pictures go on as JPEG"
+
+
+def load() -> None:
+    """Load PyAV, 15 MB of memory; where that fails, the video of each camera fails later, and says so."""
+    try:
+        import av  # noqa: F401, PLC0415 - only an owner with cameras needs it
+    except ImportError as error:
+        log.warning("no video, pictures go on as JPEG: %s", error)
 
 
 @dataclass(frozen=True)
@@ -43,7 +52,7 @@ class Encoder:
     """VP8 of constant quality, for pictures of one size."""
 
     def __init__(self, shape: tuple[int, ...], quantizer: int = QUANTIZER) -> None:
-        import av  # noqa: PLC0415 - 12 MB that a robot whose video nobody watches need not keep
+        import av  # noqa: PLC0415 - loaded before, by load()
 
         self._av: Any = av
         self.shape, self._count = shape, 0
@@ -76,7 +85,7 @@ class Video:
         self._slug, self._camera, self._quantizer, self._coarse = slug, camera, quantizer, coarse
         self._news = threading.Condition()
         self._shot: Shot | None = None
-        self._key = False  # somebody needs it to stand alone
+        self._key = False  # somebody needs a picture that stands alone, and none was encoded since
         self._thread: threading.Thread | None = None
         self._paused_until = 0.0
         self._encoder: Encoder | None = None
@@ -88,42 +97,61 @@ class Video:
         return self._thread is not None
 
     def take(self, shot: Shot, key: bool = False) -> None:
-        """Encode this picture next, instead of one that still waits; `key`: somebody needs it to stand alone."""
-        if key:
-            bus.key_comes(self._slug, self._camera, self._coarse)
+        """Encode this picture next, instead of one that still waits; `key`: somebody needs one that stands alone."""
         with self._news:
             waiting = self._shot
             if time.monotonic() < self._paused_until or (waiting is not None and waiting.number > shot.number):
                 return
-            self._shot, self._key = shot, key or (self._key and waiting is not None)
+            self._shot, self._key = shot, key or self._key
             self._news.notify()
             if self._thread is None:
-                self._thread = threading.Thread(target=self._encode, daemon=True, name=f"video {self._camera}")
-                self._thread.start()
+                self._begin()
+
+    def _begin(self) -> None:
+        thread = threading.Thread(target=self._encode, daemon=True, name=f"video {self._camera}")
+        try:
+            thread.start()
+        except RuntimeError:  # the system has no thread left
+            log.exception(FAILED, self._camera)
+            self._failed()
+        else:
+            self._thread = thread  # which waits for the lock that the caller holds
+
+    def _failed(self) -> None:
+        """Make no video for a while; the caller holds the lock."""
+        self._paused_until = time.monotonic() + PAUSE_S
+        self._shot = self._thread = self._encoder = None
+        self._key = False
 
     def _next(self) -> tuple[Shot, bool] | None:
-        """Return the next picture, and whether it has to stand alone; None after a while: then the thread ends."""
+        """Return the next picture, and whether one must stand alone; None after a while: then the thread ends."""
         with self._news:
             self._news.wait_for(lambda: self._shot is not None, IDLE_S)
-            shot, key, self._shot, self._key = self._shot, self._key, None, False
+            shot, self._shot = self._shot, None
             if shot is None:
                 self._thread = self._encoder = None
                 return None
-            return shot, key
+            return shot, self._key
 
     def _encode(self) -> None:
-        with contextlib.suppress(OSError, AttributeError):  # of this thread alone, on Linux
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICER)
         while (news := self._next()) is not None:
             try:
                 packet = self.packet(*news)
             except Exception:
-                log.exception("the video of camera %d failed; pictures go on as JPEG", self._camera)
+                log.exception(FAILED, self._camera)
                 with self._news:
-                    self._paused_until = time.monotonic() + PAUSE_S
-                    self._shot = self._thread = self._encoder = None
+                    self._failed()
                 return
             bus.publish_video(self._slug, packet, self._camera, self._coarse)
+            if unpack(packet).key:
+                self._key_made()
+
+    def _key_made(self) -> None:
+        """Forget the requests for a key picture that came before it was encoded."""
+        with self._news:
+            asked, self._key = self._key, False
+        if asked:
+            bus.key_comes(self._slug, self._camera, self._coarse)
 
     def packet(self, shot: Shot, asked: bool = False) -> bytes:
         """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""

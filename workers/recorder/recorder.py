@@ -283,13 +283,19 @@ class Recorder:
         one.grant.refresh_from_db()
         state = RecordingState.READY if end.whole else RecordingState.CUT
         ended = one.grant.ended_at or self._clock.now() + self._offset
-        keeping.finish(one.row, state, end.reason, ended, end.dropped)
+        try:
+            keeping.finish(one.row, state, end.reason, ended, end.dropped)
+        except (OSError, ValueError):  # one bad file ends no recorder; housekeeping comes back to it
+            log.exception("%s could not be finished", one.row)
         bus.publish(one.slug, Changed("log"))
 
     def _settle_left(self) -> None:
         """Finish what this host's recorder had begun when it was killed, and whose grant has ended since."""
         for row in keeping.left_by(self._host):
-            keeping.salvage(row)
+            try:
+                keeping.salvage(row)
+            except (OSError, ValueError):  # one bad file ends no recorder
+                log.exception("%s could not be finished", row)
 
     def _end_all(self) -> None:
         """The recorder stops: its files are closed, the rows say so; recordings of open grants go on with the next."""

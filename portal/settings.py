@@ -218,6 +218,7 @@ RATE_LIMITS = {
     "ask": "30/5m/key",
     "movie": "10/h/ip",
     "replay": "600/m/ip",
+    "slices": "2400/m/ip",  # one replay at the greatest speed asks for about 100 a minute
 }
 ACCOUNT_DEFAULT_HTTP_PROTOCOL = "https" if PUBLIC else "http"
 # uvicorn puts the address and scheme from a trusted proxy into the request, so that REMOTE_ADDR is right

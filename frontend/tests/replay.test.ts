@@ -65,7 +65,7 @@ test("slices are read once, from the earliest that is needed, and again after a 
   const asked: string[] = [];
   let fails = true;
   globalThis.fetch = ((address: string) => {
-    asked.push(address);
+    const number = asked.push(address);
     return Promise.resolve(new Response(fails ? "" : DATA, { status: fails ? 503 : 200 }));
   }) as typeof fetch;
   const slices = new Slices("/r/1/", [0, 0, 1]);
@@ -99,4 +99,24 @@ test("what is known of commands at a moment; a late stage does not take an end b
   assert.deepEqual(me.can, { watch: true, drive: false, ask: false, stop: false });
   assert.deepEqual(story.marks().map(({ at, bad }) => [at, bad]), [[100, false], [500, false], [600, true], [700, true]]);
   assert.deepEqual(story.between(500, 700).commands.map(({ state }) => state), ["failed"]);
+});
+
+test("of many slices that a moment needs, four are asked for at once", async () => {
+  const before = globalThis.fetch, asked: string[] = [];
+  let now = 0, most = 0;
+  globalThis.fetch = (async (address: string) => {
+    const number = asked.push(address);
+    most = Math.max(most, ++now);
+    await new Promise((done) => setTimeout(done, 1));
+    now -= 1;
+    return new Response(slice([number, state(number)]));
+  }) as typeof fetch;
+  try {
+    const items = await new Slices("/x/", Array.from({ length: 40 }, () => 0)).until(39 * 5000);
+    assert.equal(items.length, 40);
+    assert.deepEqual(items.map(({ at }) => at), Array.from({ length: 40 }, (_, i) => i + 1), "in their order");
+    assert.equal(most, 4);
+  } finally {
+    globalThis.fetch = before;
+  }
 });

@@ -74,5 +74,9 @@ def words_for(recording: Recording) -> str:
     if recording.state == RecordingState.REMOVED:
         return f"The recording was removed. {recording.reason}".strip()
     left_out = "The disk was too slow: some pictures were left out." if recording.dropped else ""
-    said = (f"Kept until {recording.kept_until:%-d %B %Y}.", recording.reason, left_out)
+    said = (
+        f"Kept until {recording.kept_until:%-d %B %Y} at most, less if space is needed.",
+        recording.reason,
+        left_out,
+    )
     return " ".join(part for part in said if part)

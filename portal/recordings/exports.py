@@ -12,7 +12,7 @@ from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_POST, require_safe
 
 from portal.recordings import access
-from portal.recordings.serving import ranged
+from portal.recordings.serving import limited, ranged
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest
 from robots.models import Movie, Recording, Robot
@@ -51,6 +51,9 @@ def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
 @require_safe
 def movie(request: HttpRequest, key: str, kind: str) -> HttpResponseBase:
     """Return the movie of a recording."""
+    refused = limited(request)
+    if refused is not None:
+        return refused
     recording, _ = access.visible(key, request.user)
     found = recording.movies.filter(kind=kind, version=recording.version, state=Movie.State.READY).first()
     return _served(request, found, f"{recording.robot.slug}-{recording.began_at:%Y%m%d-%H%M%S}.{kind}")
@@ -99,6 +102,9 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
 @require_safe
 def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseBase:
     """Return the time-lapse of a day."""
+    refused = limited(request)
+    if refused is not None:
+        return refused
     robot = get_object_or_404(Robot, slug=slug)
     found = Movie.objects.filter(robot=robot, day=day_of(day), kind=kind, state=Movie.State.READY).first()
     if found is not None and not set(found.sources) <= {one.pk for one in of_day(robot, day_of(day))}:

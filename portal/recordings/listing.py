@@ -9,7 +9,9 @@ from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
 from portal.recordings import access
+from portal.recordings.serving import limited
 from queueing.jobs.kinds import offers_turns
+from queueing.models import JobRun
 from robots.clock import SYSTEM
 from robots.models import Movie, Recording, Robot
 from robots.recordings.models import SHOWN
@@ -36,9 +38,13 @@ class Listed:
 @require_safe
 def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
     """List what everybody may see, without jobs of guests, whose addresses they alone were given."""
+    refused = limited(request)
+    if refused is not None:
+        return refused
     robot = get_object_or_404(Robot, slug=slug)
     found: list[Listed] = []
     rows = Recording.objects.filter(robot=robot, state__in=SHOWN).select_related("grant").order_by("-began_at")
+    rows = rows.exclude(grant__in=JobRun.objects.filter(job__user=None).values("grant"))
     for recording in rows[:LOOKED]:
         about = access.about(recording)
         if about is not None and not about.quiet and not about.hidden:

@@ -1,11 +1,10 @@
 """Pages of recordings: the replay, its index and its slices, and the file."""
 
+import threading
 from dataclasses import asdict
 from typing import Any
 
 import msgspec
-from allauth.core.internal.ratelimit import consume
-from django.conf import settings
 from django.core.cache import cache
 from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
 from django.shortcuts import render
@@ -17,14 +16,15 @@ from portal.pages.errors import software_missing
 from portal.pages.views import console_facts
 from portal.recordings import access
 from portal.recordings.exports import offered
-from portal.recordings.serving import ranged
+from portal.recordings.serving import limited, ranged
 from robots import description
 from robots.models import Recording, Robot
 from robots.recordings import keeping
 
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
-TOO_MANY = "Too much is asked for from your network; try again in a minute.\n"
+BUSY = "Other recordings are being read; try again in some seconds.\n"
+COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # a whole file is read for an index: one at a time in a process
 
 
 @never_cache
@@ -65,35 +65,43 @@ def _readable(request: HttpRequest, key: str, version: int) -> Recording:
     return recording
 
 
-def _limited(request: HttpRequest) -> HttpResponse | None:
-    if consume(request, app="farhand", action="replay", config=settings.RATE_LIMITS, limit_get=True):
-        return None
-    return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
-
-
 def _index(recording: Recording) -> Any:
-    """Return the index of a recording, kept for a while. Raises Http404."""
-    from robots.recordings.timeline import read_index  # noqa: PLC0415 - the reader is loaded when it is needed
-
+    """Return the index of a recording, kept for a while; None if too many are read now. Raises Http404."""
     name = f"recording-index:{recording.pk}:{recording.version}"
     kept = cache.get(name)
-    if isinstance(kept, str):
-        return msgspec.json.decode(kept)
+    if kept is None:
+        if not COLD.acquire(timeout=COLD_S):
+            return None
+        try:
+            kept = cache.get(name) or _read(recording)  # somebody may have read it meanwhile
+        finally:
+            COLD.release()
+        cache.set(name, kept, 600)
+    return msgspec.json.decode(kept)
+
+
+def _read(recording: Recording) -> str:
+    from robots.recordings.timeline import read_index  # noqa: PLC0415 - the reader is loaded when it is needed
+
     try:
-        found = msgspec.to_builtins(read_index(keeping.path_of(recording)))
+        return msgspec.json.encode(read_index(keeping.path_of(recording))).decode()
     except (OSError, ValueError) as error:
         raise Http404("The recording cannot be read.") from error
-    cache.set(name, msgspec.json.encode(found).decode(), 600)
-    return found
+
+
+def _busy() -> HttpResponse:
+    return HttpResponse(BUSY, status=503, content_type="text/plain", headers={"Retry-After": "5"})
 
 
 @require_safe
 def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
     """Return what happened when, as JSON."""
-    refused = _limited(request)
+    refused = limited(request)
     if refused is not None:
         return refused
     found = _index(_readable(request, key, version))
+    if found is None:
+        return _busy()
     answer = HttpResponse(msgspec.json.encode(found), content_type="application/json")
     answer["Cache-Control"] = FOR_GOOD
     return answer
@@ -102,10 +110,15 @@ def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
 @require_safe
 def part(request: HttpRequest, key: str, version: int, number: int) -> HttpResponse:
     """Return a slice: the packets of five seconds."""
-    from robots.recordings.timeline import read_slice  # noqa: PLC0415 - see _index
+    from robots.recordings.timeline import read_slice  # noqa: PLC0415 - see _read
 
+    refused = limited(request, "slices")
+    if refused is not None:
+        return refused
     recording = _readable(request, key, version)
     known = _index(recording)
+    if known is None:
+        return _busy()
     if number >= len(known["needs"]):
         raise Http404("The recording is shorter.")
     joints, channels = _names(recording.robot)
@@ -128,7 +141,7 @@ def _names(robot: Robot) -> tuple[tuple[str, ...], list[str]]:
 @require_safe
 def download(request: HttpRequest, key: str) -> HttpResponseBase:
     """Return the recording's file, for programs that read MCAP."""
-    refused = _limited(request)
+    refused = limited(request)
     if refused is not None:
         return refused
     recording, _ = access.visible(key, request.user)

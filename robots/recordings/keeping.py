@@ -1,16 +1,19 @@
 """Rows and files of recordings: begun, finished, removed, and pictures taken out of them."""
 
 import contextlib
+import fcntl
 import logging
+import os
+import secrets
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from django.conf import settings
-from django.db import IntegrityError, transaction
-from django.db.models import Q, Sum
+from django.db import IntegrityError, connection, transaction
+from django.db.models import F, Q, Sum
 
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings.models import SHOWN, keep_days
@@ -28,6 +31,8 @@ BUSY = ".new"  # while it is written again
 OLD = ".old"  # what a recorder that was killed has left, while it is copied
 ALONE = timedelta(hours=1)  # after which nobody waits for a recorder any more that has not finished
 LATE_MS = 2000  # around a picture that is taken out, as much is taken out of the camera's other pictures
+MARGIN = timedelta(seconds=10)  # a recording may go on so long after its grant, and its pictures may be so late
+NOT_TAKEN_OUT = "A picture of it was taken down, and the file could not be written without it."
 
 
 def path_of(recording: Recording) -> Path:
@@ -83,26 +88,47 @@ def left_by(host: str) -> list[Recording]:
     return list(found.select_related("grant", "robot"))
 
 
+@contextlib.contextmanager
+def _held(recording: Recording) -> Iterator[Recording]:
+    """Hold a recording, so that nobody else changes its row and file; yield its row as it is now."""
+    if connection.features.has_select_for_update:
+        with transaction.atomic():
+            yield Recording.objects.select_for_update().get(pk=recording.pk)
+        return
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):  # without the folder there is no file to hold
+            folder = os.open(settings.MEDIA_ROOT, os.O_RDONLY)
+            stack.callback(os.close, folder)
+            fcntl.flock(folder, fcntl.LOCK_EX)
+        yield Recording.objects.get(pk=recording.pk)
+
+
 def finish(recording: Recording, state: RecordingState, reason: str, now: datetime, dropped: int = 0) -> None:
-    """Note how a recording ended. Its file is in its place by now, or there is none."""
+    """Note how a recording ended. Its file is in its place by now, or there is none.
+
+    What was taken down meanwhile is taken out before anybody can see the file; if that fails, the file goes.
+    """
     path = path_of(recording)
-    size = path.stat().st_size if path.exists() else 0
-    if not size:
-        state = RecordingState.REMOVED
-    done = Recording.objects.filter(pk=recording.pk, state=RecordingState.RUNNING)
-    done.update(state=state, reason=reason[:200], ended_at=now, size=size, dropped=dropped)
+    with _held(recording) as row:
+        if row.state == RecordingState.RUNNING:
+            if row.taken_out and path.exists() and not _written_again(row):
+                reason = NOT_TAKEN_OUT
+            size = path.stat().st_size if path.exists() else 0
+            done = Recording.objects.filter(pk=row.pk, state=RecordingState.RUNNING)
+            state = state if size else RecordingState.REMOVED
+            done.update(state=state, reason=reason[:200], ended_at=now, size=size, dropped=dropped)
     recording.refresh_from_db()
-    if recording.taken_out and recording.shown:
-        _rewrite(recording, recording.taken_out)
 
 
 def salvage(recording: Recording) -> None:
     """Finish a recording whose recorder was killed and whose grant has ended, with all that can be read of its file."""
-    live = live_path(recording)
+    live, old = live_path(recording), path_of(recording).with_suffix(OLD)
     try:
-        if live.exists():
-            copy(live, path_of(recording))
-            live.unlink()
+        source = old if old.exists() else live  # beside the old one, the live one is a copy that was cut off
+        if source.exists():
+            copy(source, path_of(recording))
+            live.unlink(missing_ok=True)
+            old.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
         log.warning("%s is lost: %s", recording, error)
     ended = recording.grant.ended_at or recording.began_at
@@ -115,8 +141,8 @@ def remove(recording: Recording, reason: str) -> bool:
         changed = Recording.objects.filter(pk=recording.pk).exclude(state=RecordingState.REMOVED)
         if not changed.update(state=RecordingState.REMOVED, reason=reason[:200], size=0):
             return False
-    for path in (path_of(recording), live_path(recording)):
-        path.unlink(missing_ok=True)
+    for suffix in (".mcap", LIVE, OLD, BUSY):
+        path_of(recording).with_suffix(suffix).unlink(missing_ok=True)
     forget_movies(Movie.objects.filter(recording=recording))
     recording.refresh_from_db()
     return True
@@ -151,28 +177,74 @@ def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -
     """
     at_ms = int(at.timestamp() * 1000)
     span = {"from_ms": at_ms - LATE_MS, "to_ms": at_ms + LATE_MS, "camera": camera, "still": still}
-    meant = Recording.objects.filter(robot=robot, began_at__lte=at).filter(Q(ended_at=None) | Q(ended_at__gte=at))
-    count = 0
-    for recording in meant.exclude(state=RecordingState.REMOVED):
-        count += 1
-        with transaction.atomic():
-            row = Recording.objects.select_for_update().get(pk=recording.pk)
+    meant = _around(robot, at)
+    meant += [one for one in _beginning_with(robot, at, still, camera) if one not in meant] if still else []
+    for recording in meant:
+        with _held(recording) as row:
             row.taken_out = [*row.taken_out, span]
-            row.save(update_fields=["taken_out"])
-        if row.shown:
-            _rewrite(row, [span])
-    forget_movies(Movie.objects.filter(robot=robot, day=at.date()))
-    return count
+            Recording.objects.filter(pk=row.pk).update(taken_out=row.taken_out)
+            if row.shown:
+                _rewrite(row)
+    changed = {recording.pk for recording in meant}
+    lapses = Movie.objects.filter(robot=robot, day__isnull=False)
+    forget_movies([one for one in lapses if one.day == at.date() or changed & set(one.sources)])
+    return len(meant)
 
 
-def _rewrite(recording: Recording, spans: list[dict[str, Any]]) -> None:
-    """Write the file again without some pictures, under a new version of its addresses."""
-    path, new = path_of(recording), path_of(recording).with_suffix(BUSY)
-    copy(path, new, lambda message: not taken_out(message, spans))
-    new.replace(path)
-    Recording.objects.filter(pk=recording.pk).update(version=recording.version + 1, size=path.stat().st_size)
-    forget_movies(Movie.objects.filter(recording=recording))
-    recording.refresh_from_db()
+def _around(robot: Robot, at: datetime) -> list[Recording]:
+    """Return the recordings that may have pictures of that time; they go on a little after their grants."""
+    kept = Recording.objects.filter(robot=robot, began_at__lte=at + MARGIN).exclude(state=RecordingState.REMOVED)
+    return list(kept.filter(Q(ended_at=None) | Q(ended_at__gte=at - MARGIN)))
+
+
+def _beginning_with(robot: Robot, at: datetime, still: int, camera: int) -> list[Recording]:
+    """Return the later recordings at whose beginning the robot still showed that pose."""
+    found = []
+    later = Recording.objects.filter(robot=robot, began_at__gt=at).exclude(state=RecordingState.REMOVED)
+    for recording in later.order_by("began_at"):
+        first = _first_still(path_of(recording), camera) if recording.shown else still
+        if first == still:
+            found.append(recording)
+        elif first:
+            break  # another pose came, and that one does not come again
+    return found
+
+
+def _first_still(path: Path, camera: int) -> int:
+    """Return the first stored picture that a file shows, 0 if none."""
+    from robots.recordings import container  # noqa: PLC0415 - see copy
+
+    try:
+        shown = (message.told().get("still") for message in container.messages(path, [f"{container.CAMERA}{camera}"]))
+        return next((int(still) for still in shown if still), 0)
+    except (OSError, ValueError):
+        return 0  # nobody can replay it
+
+
+def _rewrite(row: Recording) -> None:
+    """Write the file of a held recording again, under a new version of its addresses; if that fails, it goes."""
+    path = path_of(row)
+    if not _written_again(row):
+        remove(row, NOT_TAKEN_OUT)
+        return
+    shown = Recording.objects.filter(pk=row.pk, state__in=SHOWN)
+    if not shown.update(version=F("version") + 1, size=path.stat().st_size):
+        path.unlink(missing_ok=True)  # it was removed meanwhile
+    forget_movies(Movie.objects.filter(recording=row))
+
+
+def _written_again(row: Recording) -> bool:
+    """Write a file without what was taken down. Return False if that failed; the file is gone then."""
+    path = path_of(row)
+    new = path.with_name(f"{path.stem}-{secrets.token_hex(4)}{BUSY}")
+    try:
+        copy(path, new, lambda message: not taken_out(message, row.taken_out))
+        new.replace(path)
+    except (OSError, ValueError):
+        log.exception("%s could not be written without what was taken down", row)
+        path.unlink(missing_ok=True)
+        return False
+    return True
 
 
 def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
@@ -226,7 +298,10 @@ def clean(now: datetime) -> int:
     removed = 0
     gone = Recording.objects.filter(state=RecordingState.RUNNING, grant__ended_at__lt=now - ALONE)
     for recording in gone.select_related("grant", "robot"):
-        salvage(recording)
+        try:
+            salvage(recording)
+        except (OSError, ValueError):  # one bad file is no reason to keep all others
+            log.exception("%s could not be finished", recording)
     for robot in Robot.objects.filter(recordings__state__in=SHOWN).distinct():
         removed += _clean_robot(robot, now)
     ages = settings.RECORDING["MOVIE_KEEP_DAYS"] * 86_400
@@ -239,7 +314,7 @@ def _clean_robot(robot: Robot, now: datetime) -> int:
     kept = Recording.objects.filter(robot=robot, state__in=SHOWN).order_by("began_at")
     for recording in kept:
         if (now - recording.began_at).days >= days:
-            removed += remove(recording, f"Recordings are kept for {days} days.")
+            removed += _removed(recording, f"Recordings are kept for {days} days.")
     limit = robot.recordings_limit_mb
     most = (settings.RECORDING["LIMIT_MB"] if limit is None else limit) * MB
     total = kept.aggregate(total=Sum("size"))["total"] or 0
@@ -247,8 +322,16 @@ def _clean_robot(robot: Robot, now: datetime) -> int:
         if total <= most:
             break
         total -= recording.size
-        removed += remove(recording, "Removed to make room for newer recordings.")
+        removed += _removed(recording, "Removed to make room for newer recordings.")
     return removed
+
+
+def _removed(recording: Recording, reason: str) -> bool:
+    try:
+        return remove(recording, reason)
+    except OSError:
+        log.exception("the files of %s could not be removed", recording)
+        return False
 
 
 def _unknown_files(now: datetime) -> int:

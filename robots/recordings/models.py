@@ -72,9 +72,9 @@ class Recording(models.Model):
 
 
 def keep_days(robot: "models.Model") -> int:
-    """Return for how many days recordings of a robot are kept."""
+    """Return for how many days recordings of a robot are kept, at least one."""
     days: int | None = getattr(robot, "recordings_keep_days", None)
-    return settings.RECORDING["KEEP_DAYS"] if days is None else days
+    return max(1, settings.RECORDING["KEEP_DAYS"] if days is None else days)
 
 
 class Movie(models.Model):

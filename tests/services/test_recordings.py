@@ -5,8 +5,10 @@ from datetime import timedelta
 import pytest
 from django.contrib.auth.models import AnonymousUser
 
+from accounts.models import User
 from operatorlog.models import Entry, Visibility
 from portal import archive, restoring
+from portal.recordings import listing, views
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, Turn
 from robots import services
@@ -308,3 +310,44 @@ def test_a_backup_has_the_recordings_or_its_restored_pages_say_that_it_has_not(r
         assert statuses(client, restored) == [200] * 4
     else:
         assert "not in the backup" in client.get(restored.get_absolute_url()).content.decode()
+
+
+def test_slices_have_a_limit_of_their_own_and_lists_and_movies_are_limited_too(roles, client, settings):
+    recording = of_turn()
+    settings.RATE_LIMITS = settings.RATE_LIMITS | {"replay": "2/m/ip", "slices": "3/m/ip"}
+    assert [client.get(addresses(recording)[3]).status_code for _ in range(4)] == [200, 200, 200, 429]
+    assert [client.get("/robots/mercury/recordings/").status_code for _ in range(3)] == [200, 200, 429]
+    at = recording.get_absolute_url()
+    for address in (f"{at}movie.mp4", "/robots/mercury/timelapse/2026-11-01.mp4"):
+        assert client.get(address).status_code in (404, 429), address
+    assert client.get(f"{at}movie.mp4").status_code == 429
+
+
+def test_indexes_are_read_one_at_a_time(roles, client, monkeypatch):
+    monkeypatch.setattr(views, "COLD_S", 0.01)
+    recording = of_turn()
+    with views.COLD:
+        assert statuses(client, recording)[2:] == [503, 503]
+    assert statuses(client, recording)[2:] == [200, 200]
+
+
+def test_many_jobs_of_guests_do_not_hide_the_other_recordings(shuttle, client, monkeypatch):
+    monkeypatch.setattr(listing, "LOOKED", 1)
+    for age, asker in (
+        (2, Asker(guest="a" * 64, network="192.0.2.1")),
+        (1, Asker(guest="b" * 64, network="192.0.2.2")),
+    ):
+        job = ask(shuttle, asker, "go", {"x": 0.1}, SYSTEM.now())
+        grant = start_grant(shuttle, GrantKind.JOB, SYSTEM.now())
+        run = JobRun.objects.create(job=job, grant=grant)
+        recording = made(grant, age=timedelta(hours=age))
+        end_grant(grant, GrantEnd.FINISHED, "", SYSTEM.now())
+        if age == 2:
+            Job.objects.filter(pk=run.job_id).update(user=User.objects.get(username="ada"))
+            shown = recording
+    assert shown.key in client.get("/robots/mercury/recordings/").content.decode()
+
+
+def test_a_robot_that_is_recorded_keeps_for_a_day_at_least_and_says_so(roles, client):
+    Robot.objects.update(records=Records.WORK, recordings_keep_days=0)
+    assert "for 1 day at most" in client.get("/robots/mercury/", follow=True).content.decode()

@@ -23,7 +23,7 @@ from robots.description import views
 from robots.grants import stage_event
 from robots.messages import Changed, CommandStage, Event, Notice, decode
 from robots.models import Command, Grant, Recording, RecordingState
-from robots.recordings import keeping
+from robots.recordings import keeping, telling
 from workers.recorder.movies import MovieMaker
 
 if TYPE_CHECKING:
@@ -185,7 +185,7 @@ class Recorder:
         self.running[grant.pk] = one
         self._marked = -1e9
         self._hear(one.channels())
-        for command in Command.objects.filter(grant=grant).select_related("issued_by").order_by("id"):
+        for command in Command.objects.filter(grant=grant).select_related("issued_by", "grant__robot").order_by("id"):
             self._tell_command(one, stage_event(command), command)
         self._before(one)
 
@@ -205,7 +205,7 @@ class Recorder:
     def _rests(self, one: _Running) -> bool:
         """Tell what the bus did not of an ended grant's commands. Return whether all have ended, or took too long."""
         one.over_at = self._clock.monotonic() if one.over_at is None else one.over_at
-        rows = list(Command.objects.filter(grant=one.grant).select_related("issued_by").order_by("id"))
+        rows = list(Command.objects.filter(grant=one.grant).select_related("issued_by", "grant__robot").order_by("id"))
         for row in rows:
             if one.told.get(row.pk) != row.state:
                 self._tell_command(one, stage_event(row), row)
@@ -255,11 +255,11 @@ class Recorder:
         one.told[stage.id] = stage.state
         if not known:
             try:
-                row = row or Command.objects.select_related("issued_by").filter(pk=stage.id).first()
+                row = row or Command.objects.select_related("issued_by", "grant__robot").filter(pk=stage.id).first()
             except Error:
                 close_old_connections()
             if row is not None:
-                told |= {"args": row.args, "by": row.issued_by.get_username() if row.issued_by else ""}
+                told |= telling.public(row)
         one.taping.tell("commands", self.now_ns(), msgspec.json.encode(told))
 
     def _tell_all(self, what: str, text: str) -> None:
@@ -283,13 +283,19 @@ class Recorder:
         one.grant.refresh_from_db()
         state = RecordingState.READY if end.whole else RecordingState.CUT
         ended = one.grant.ended_at or self._clock.now() + self._offset
-        keeping.finish(one.row, state, end.reason, ended, end.dropped)
+        try:
+            keeping.finish(one.row, state, end.reason, ended, end.dropped)
+        except (OSError, ValueError):  # one bad file ends no recorder; housekeeping comes back to it
+            log.exception("%s could not be finished", one.row)
         bus.publish(one.slug, Changed("log"))
 
     def _settle_left(self) -> None:
         """Finish what this host's recorder had begun when it was killed, and whose grant has ended since."""
         for row in keeping.left_by(self._host):
-            keeping.salvage(row)
+            try:
+                keeping.salvage(row)
+            except (OSError, ValueError):  # one bad file ends no recorder
+                log.exception("%s could not be finished", row)
 
     def _end_all(self) -> None:
         """The recorder stops: its files are closed, the rows say so; recordings of open grants go on with the next."""

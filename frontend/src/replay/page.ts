@@ -17,16 +17,20 @@ const about = JSON.parse(byId("replay-facts").textContent ?? "{}") as About;
 const button = byId<HTMLButtonElement>("replay-play"), range = byId<HTMLInputElement>("replay-at");
 const speed = byId<HTMLSelectElement>("replay-speed"), said = byId("replay-said"), time = byId("replay-time");
 let player: Player | null = null;
-let moved = 0, loading = 0;
+let moved = 0, loading = 0, held = false;
+
+function tellValue(words: string): void {
+  if (range.getAttribute("aria-valuetext") !== words) range.setAttribute("aria-valuetext", words);
+}
 
 function draw(): void {
   if (!player) return;
   const { at, length } = player;
   say(button, player.playing ? "Pause" : "Play");
   const step = at >= length ? Number(range.max) : Math.round(at / STEP_MS) * STEP_MS;
-  if (Number(range.value) !== step) range.value = String(step);
+  if (!held && Number(range.value) !== step) range.value = String(step);
   const words = `${clock(Math.floor(at / 1000))} of ${clock(Math.floor(length / 1000))}`;
-  range.setAttribute("aria-valuetext", words);
+  if (!player.playing || player.waiting) tellValue(words); // while it plays, each second would be read out
   say(time, words);
   tellWaiting(player.waiting);
   follow(at);
@@ -93,8 +97,11 @@ range.addEventListener("input", () => {
   say(said, "");
   clearTimeout(moved);
   const at = Number(range.value);
+  if (player) tellValue(`${clock(Math.floor(at / 1000))} of ${clock(Math.floor(player.length / 1000))}`);
   moved = window.setTimeout(() => void player?.seek(at), 30); // while it is dragged many come
 });
+range.addEventListener("pointerdown", () => { held = true; });
+for (const end of ["change", "pointerup", "pointercancel", "blur"]) range.addEventListener(end, () => { held = false; });
 speed.addEventListener("change", () => {
   if (player) player.speed = Number(speed.value);
 });

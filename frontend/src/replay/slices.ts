@@ -4,6 +4,7 @@ import { decode, type PicturePacket, type StatePacket, type StreamPacket } from 
 export const SLICE_MS = 5000;
 const HEAD = 8;
 const KEPT = 24; // slices in memory
+const AT_ONCE = 4; // slices that are asked for at once
 
 /** A packet, and when it arrived (ms since the beginning). */
 export interface Item { at: number; packet: StatePacket | PicturePacket | StreamPacket }
@@ -76,7 +77,15 @@ export class Slices {
   /** Everything that is needed to show a moment. */
   async until(at: number): Promise<Item[]> {
     const last = this.of(at), first = this.needs[last] ?? last;
-    const parts = await Promise.all(Array.from({ length: last - first + 1 }, (_, i) => this.read(first + i)));
+    const parts: Item[][] = [];
+    let next = first;
+    const reader = async (): Promise<void> => {
+      while (next <= last) {
+        const number = next++;
+        parts[number - first] = await this.read(number);
+      }
+    };
+    await Promise.all(Array.from({ length: AT_ONCE }, reader));
     return parts.flat();
   }
 

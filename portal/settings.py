@@ -267,6 +267,7 @@ RECORDING = {  # sizes in MB of 1,000,000 bytes
     "KEEP_DAYS": env.int("FARHAND_RECORDING_KEEP_DAYS", 30),
     "FREE_MB": env.int("FARHAND_RECORDING_FREE_MB", 1000),  # less free on the disk: nothing is recorded
     "MOVIE_KEEP_DAYS": env.int("FARHAND_MOVIE_KEEP_DAYS", 3),
+    "MOVIES_MB": env.int("FARHAND_MOVIES_MB", 4000),  # all together; the oldest are removed first
 }
 
 CONTENT_SECURITY_POLICY = {

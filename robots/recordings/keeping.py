@@ -306,7 +306,23 @@ def clean(now: datetime) -> int:
         removed += _clean_robot(robot, now)
     ages = settings.RECORDING["MOVIE_KEEP_DAYS"] * 86_400
     removed += forget_movies([m for m in Movie.objects.all() if (now - m.asked_at).total_seconds() > ages])
-    return removed + _unknown_files(now)
+    return removed + _clean_movies(now) + _unknown_files(now)
+
+
+def _clean_movies(now: datetime) -> int:
+    """Remove the oldest movies where all together are too large, and files of movies that no row names."""
+    removed, total = 0, 0
+    for movie in Movie.objects.filter(state=Movie.State.READY).order_by("-ready_at", "-id"):
+        total += movie.size
+        if total > settings.RECORDING["MOVIES_MB"] * MB:
+            removed += forget_movies([movie])
+    known = {movie_path(movie).name for movie in Movie.objects.filter(state=Movie.State.READY)}
+    for path in (Path(settings.MEDIA_ROOT) / MOVIES).glob("*"):
+        with contextlib.suppress(OSError):
+            if path.name not in known and now.timestamp() - path.stat().st_mtime > 3600:
+                path.unlink()
+                removed += 1
+    return removed
 
 
 def _clean_robot(robot: Robot, now: datetime) -> int:

@@ -318,7 +318,7 @@ def test_slices_have_a_limit_of_their_own_and_lists_and_movies_are_limited_too(r
     assert [client.get(addresses(recording)[3]).status_code for _ in range(4)] == [200, 200, 200, 429]
     assert [client.get("/robots/mercury/recordings/").status_code for _ in range(3)] == [200, 200, 429]
     at = recording.get_absolute_url()
-    for address in (f"{at}movie.mp4", "/robots/mercury/timelapse/2026-11-01.mp4"):
+    for address in (f"{at}movie.mp4", "/robots/mercury/time-lapse/2026-11-01.mp4"):
         assert client.get(address).status_code in (404, 429), address
     assert client.get(f"{at}movie.mp4").status_code == 429
 

@@ -104,3 +104,19 @@ def test_what_was_left_while_it_was_copied_is_taken_whole(of_turns):
     keeping.salvage(recording)
     assert stills(recording) == [1, 2, 3]
     assert [one.name for one in path.parent.iterdir()] == [path.name]
+
+
+def test_movies_have_a_limit_together_and_files_of_none_are_removed(of_turns, settings):
+    settings.RECORDING = settings.RECORDING | {"MOVIES_MB": 2}
+    now = SYSTEM.now()
+    for n in range(3):
+        movie = Movie.objects.create(
+            robot=of_turns, day=(now - n * timedelta(days=1)).date(), kind="mp4", asked_at=now, size=900_000,
+            state=Movie.State.READY, ready_at=now - n * SECOND,
+        )  # fmt: skip
+        keeping.movie_path(movie).parent.mkdir(parents=True, exist_ok=True)
+        keeping.movie_path(movie).touch()
+    keeping.movie_path(movie).with_name("99.part").touch()
+    assert keeping.clean(now) == 1 and not Movie.objects.filter(pk=movie.pk).exists()
+    assert keeping.clean(now + timedelta(hours=2)) == 1
+    assert len(list(keeping.movie_path(movie).parent.iterdir())) == 2

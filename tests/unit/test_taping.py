@@ -134,3 +134,14 @@ def test_what_a_killed_recorder_left_is_gone_on_with(tmp_path):
     assert "interrupted" in ended(one).reason
     assert [m.told().get("number", "gap") for m in messages(tmp_path / "f.mcap")] == [*range(50), "gap", 60]
     assert [p.name for p in tmp_path.iterdir()] == ["f.mcap"]
+
+
+def test_a_recorder_that_is_killed_while_it_goes_on_loses_nothing(tmp_path):
+    tape = Tape(tmp_path / "g.old", {})
+    for n in range(5):
+        tape.put("state", n * S, {"number": n})
+    tape.close()
+    (tmp_path / "g.tape").write_bytes(b"a copy that was cut off")
+    ended(taping(tmp_path / "g.mcap"))
+    assert [m.told().get("number", "gap") for m in messages(tmp_path / "g.mcap")] == [*range(5), "gap"]
+    assert [p.name for p in tmp_path.iterdir()] == ["g.mcap"]

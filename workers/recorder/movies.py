@@ -2,8 +2,10 @@
 
 import json
 import logging
+import secrets
 import subprocess
 import sys
+import tempfile
 from datetime import timedelta
 from pathlib import Path
 
@@ -48,15 +50,21 @@ class MovieMaker:
             why = "Nothing of it is kept any more." if not plan["files"] else "The server's disk has no room for it."
             movies.finish(movie, None, why, self._clock.now())
             return
-        self._part = keeping.movie_path(movie).with_suffix(".part")
-        self._part.parent.mkdir(parents=True, exist_ok=True)
-        self._process = subprocess.Popen(  # noqa: S603 - our own program
-            [*PROGRAM, movie.kind, str(self._part)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL, text=True, cwd=settings.BASE_DIR,
-        )  # fmt: skip
-        assert self._process.stdin is not None
-        with self._process.stdin as plan_in:
-            plan_in.write(json.dumps(plan))
+        path = keeping.movie_path(movie)
+        self._part = path.with_name(f"{path.stem}-{secrets.token_hex(4)}.part")
+        try:
+            self._part.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile("w+") as plan_in:  # a pipe takes only 64 kB before somebody reads it
+                json.dump(plan, plan_in)
+                plan_in.seek(0)
+                self._process = subprocess.Popen(  # noqa: S603 - our own program
+                    [*PROGRAM, movie.kind, str(self._part)], stdin=plan_in, stdout=subprocess.PIPE,
+                    stderr=subprocess.DEVNULL, text=True, cwd=settings.BASE_DIR,
+                )  # fmt: skip
+        except OSError as error:
+            log.warning("%s cannot be made: %s", movie, error)
+            movies.finish(movie, None, "It could not be made.", self._clock.now())
+            return
         self._movie, self._begun = movie, self._clock.monotonic()
 
     def _take(self, movie: Movie, process: "subprocess.Popen[str]") -> None:

@@ -142,10 +142,11 @@ class Taping:
 
     def _resumed(self) -> Tape:
         """Return the tape; what a recorder that was killed has left is copied to its beginning."""
-        if not self._live.exists():
-            return Tape(self._live, self._about)
         old = self._live.with_suffix(".old")
-        self._live.replace(old)
+        if not old.exists():  # beside an old one, the live one is a copy of it that was cut off
+            if not self._live.exists():
+                return Tape(self._live, self._about)
+            self._live.replace(old)
         tape, last = Tape(self._live, self._about), 0
         with contextlib.suppress(ValueError):
             for message in messages(old):

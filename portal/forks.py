@@ -47,8 +47,8 @@ def prepare() -> None:
     global _line
     if sys.platform != "linux" or ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0):
         return
-    _load(FIRST)
-    _freeze()
+    load(FIRST)
+    freeze()
     _line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     supervisor = os.getpid()
     if os.fork():
@@ -59,18 +59,19 @@ def prepare() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the supervisor, whose end also ends this process
     _rename("farhand forks")
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads do not survive a fork
-    _load(THEN)
-    _freeze()
+    load(THEN)
+    freeze()
     _serve(theirs, supervisor)
 
 
-def _load(names: tuple[str, ...]) -> None:
+def load(names: tuple[str, ...]) -> None:
+    """Import what is installed of these."""
     for name in names:
         with contextlib.suppress(ImportError):  # some robots' libraries may not be installed
             import_module(name)
 
 
-def _freeze() -> None:
+def freeze() -> None:
     """Exclude loaded objects from garbage collection, which writes to them and so ends the sharing of memory."""
     gc.collect()
     gc.freeze()
@@ -92,17 +93,17 @@ def _serve(line: socket.socket, supervisor: int) -> NoReturn:
             line.send(b"%d" % made)
             os._exit(0)
         line.close()
-        _become(json.loads(asked), files[0], supervisor)
+        become(json.loads(asked), files[0], supervisor)
 
 
-def _become(asked: dict[str, Any], out: int, supervisor: int) -> NoReturn:
-    """Run as `python -m` with these arguments would."""
+def become(asked: dict[str, Any], out: int, parent: int) -> NoReturn:
+    """Run as `python -m` would. `asked`: name, argv, env, folder; `out`: where it writes; `parent`: whose child it is."""
     os.setsid()
     until = time.monotonic() + ADOPTED_S
-    while os.getppid() != supervisor and time.monotonic() < until:
+    while os.getppid() != parent and time.monotonic() < until:
         time.sleep(0.001)
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != supervisor:
+    if os.getppid() != parent:
         os._exit(1)
     null = os.open(os.devnull, os.O_RDONLY)
     for have, want in ((null, 0), (out, 1), (out, 2)):

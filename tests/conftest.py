@@ -142,6 +142,12 @@ def which(request):
     return getattr(request, "param", "mercury")
 
 
+def pytest_sessionfinish():
+    from tests import forks
+
+    forks.close()
+
+
 @pytest.fixture(scope="session")
 def house(django_db_setup):
     """What is kept running from test to test; stopped before the database goes."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from django.conf import settings
 from django.db import connection
 
+from tests import forks
 from tests.conftest import wait_for
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -30,7 +31,7 @@ class Simulator:
     ) -> None:
         self.folder, self.seed, self.tcp, self.baud = folder, seed, tcp, baud
         self._before = before
-        self.process: subprocess.Popen | None = None
+        self.process: forks.Forked | subprocess.Popen | None = None
         self._counted: dict[str, int] = {}
         self._read = 0  # bytes of the journal
         self.start()
@@ -38,12 +39,13 @@ class Simulator:
     def start(self) -> None:
         self._counted = {}
         (self.folder / "camera").unlink(missing_ok=True)
-        self.process = subprocess.Popen(
-            [*self._before, PYTHON, "-m", "simulators.mercury", "--dir", str(self.folder), "--seed", str(self.seed),
-             "--baud", str(self.baud), *(["--tcp", str(self.tcp)] if self.tcp else [])],
-            cwd=ROOT, stdout=subprocess.DEVNULL,
-        )  # fmt: skip
+        self._run("mercury", "--seed", self.seed, "--baud", self.baud, *(["--tcp", self.tcp] if self.tcp else []))
         wait_for((self.folder / "camera").exists, 60, "the simulator")
+
+    def _run(self, name: str, *options: object) -> None:
+        argv = [*self._before, PYTHON, "-m", f"simulators.{name}", "--dir", str(self.folder), *map(str, options)]
+        with (self.folder / "said.log").open("ab") as out:
+            self.process = forks.start(argv, dict(os.environ), out.fileno())
 
     def stop(self) -> None:
         if self.process is not None:
@@ -100,10 +102,7 @@ class ArmSimulator(Simulator):
         self._counted = {}
         for name in ("tty", "cameras.json"):
             (self.folder / name).unlink(missing_ok=True)
-        self.process = subprocess.Popen(
-            [*self._before, PYTHON, "-m", "simulators.pa10", "--dir", str(self.folder), *self._options], cwd=ROOT,
-            stdout=subprocess.DEVNULL,
-        )  # fmt: skip
+        self._run("pa10", *self._options)
         wait_for((self.folder / "tty").exists, 60, "the arm's simulator")
         wait_for((self.folder / "cameras.json").exists, 60, "its cameras")
 
@@ -127,10 +126,7 @@ class IratSimulator(Simulator):
     def start(self) -> None:
         self._counted = {}
         (self.folder / "tty").unlink(missing_ok=True)
-        self.process = subprocess.Popen(
-            [PYTHON, "-m", "simulators.irat", "--dir", str(self.folder), "--seed", str(self.seed)], cwd=ROOT,
-            stdout=subprocess.DEVNULL,
-        )  # fmt: skip
+        self._run("irat", "--seed", self.seed)
         wait_for((self.folder / "tty").exists, 120, "the iRat's simulator, which compiles at its first start")
 
     @property
@@ -162,9 +158,7 @@ class Child:
     def __init__(self, name: str, argv: list[str], **env: str) -> None:
         self.log = Path(settings.VAR) / f"{name}-{time.monotonic_ns()}.log"
         with self.log.open("wb") as out:
-            self.process = subprocess.Popen(
-                argv, cwd=ROOT, env=child_env(**env), stdout=out, stderr=subprocess.STDOUT, start_new_session=True
-            )
+            self.process = forks.start(argv, child_env(**env), out.fileno())
 
     @property
     def pid(self) -> int:
@@ -172,6 +166,10 @@ class Child:
 
     def alive(self) -> bool:
         return self.process.poll() is None
+
+    def frozen(self) -> bool:
+        """Tell whether it has been stopped by SIGSTOP."""
+        return Path(f"/proc/{self.pid}/stat").read_text().rpartition(") ")[2][0] == "T"
 
     def signal(self, number: int) -> None:
         with contextlib.suppress(ProcessLookupError):

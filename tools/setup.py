@@ -33,6 +33,7 @@ def main() -> None:
         stop(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
     make_venv()
     install("test" if what == "test" else "base")
+    compile_loops()
     node = find_node()
     build_frontend(node)
     if what == "test":
@@ -64,7 +65,7 @@ def digest(*paths: Path) -> str:
     total = hashlib.sha256(sys.version.encode())
     for path in paths:
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-            if file.is_file():
+            if file.is_file() and file.suffix not in (".pyc", ".nbi", ".nbc"):
                 total.update(file.name.encode() + file.read_bytes())
     return total.hexdigest()
 
@@ -136,6 +137,16 @@ def install(name: str) -> None:
     stamp.write_text(mark)
     if name == "test":
         (VENV / ".base.in").write_text(digest(ROOT / "requirements" / "base.lock"))
+
+
+def compile_loops() -> None:
+    """Compile the loops whose machine code is kept beside their sources, so that no first start waits for them."""
+    stamp = VENV / ".loops.stamp"
+    mark = digest(ROOT / "robots" / "autonomy", ROOT / "simulators" / "common", ROOT / "requirements" / "base.lock")
+    if not done_before(stamp, mark):
+        say("compiling loops")
+        run(BIN / "python", "-c", LOOPS)
+        stamp.write_text(mark)
 
 
 def add_lerobot() -> None:
@@ -247,6 +258,17 @@ def sparticuz(node: Path) -> list[str]:
         f"FARHAND_CHROMIUM_LIBS={folder / 'al2023' / 'lib'}",
         f"FONTCONFIG_FILE={folder / 'fonts.conf'}",
     ]
+
+
+LOOPS = """
+import numpy as np
+from robots.autonomy.ratslam.ready import compile_loops
+from simulators.irat.cameras import Overhead, RobotCamera, Stage
+compile_loops()
+stage = Stage()
+RobotCamera(stage).take(np.eye(4))
+Overhead(stage).take(np.eye(4))
+"""
 
 
 FONTS = """<?xml version="1.0"?>

@@ -1,6 +1,5 @@
 """Promises 1, 2, 3 and 11: a command moves at most once, never late, and always ends."""
 
-import os
 import random
 import time
 from datetime import timedelta
@@ -149,7 +148,7 @@ def test_promise_03_claimed_in_time_but_said_too_late(rig, proof, monkeypatch, l
     times = proof.count("freezes past the deadline", 1, 3, 30)
     for i in range(times):
         command = rig.issue("move", x=-0.2 + 0.01 * i, y=0.42)
-        wait_for(lambda: os.waitid(os.P_PID, worker.pid, os.WSTOPPED | os.WNOHANG), 5, "the freeze")
+        wait_for(worker.frozen, 5, "the freeze")
         time.sleep(max(0.0, (command.deadline - SYSTEM.now()).total_seconds() + 0.1))
         worker.signal(18)
         command = rig.final(command, 20)

@@ -1,0 +1,168 @@
+"""The tests' processes as forks of one that has loaded their libraries, in the way in which `make run` starts them.
+
+A process of ours spends two seconds of the processor on its imports, and a test run starts hundreds. The process that
+forks is started by the first test that needs it and ends with the test process. Where a process needs another
+interpreter, path of modules or command before it, or on a system other than Linux, it is started in the ordinary way.
+"""
+
+import contextlib
+import json
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from portal import forks
+
+ROOT = Path(__file__).resolve().parent.parent
+LIBRARIES = ("numba.core.registry", "mujoco")  # of the simulators; ours are those of `make run`
+SAME = (
+    "PYTHONPATH",
+    "PYTHONPYCACHEPREFIX",
+    "PYTHONDONTWRITEBYTECODE",
+    "LD_LIBRARY_PATH",
+    "LD_PRELOAD",
+)  # read at start
+ENDED = b"ended "
+
+
+class Forked:
+    """A fork with the interface of `subprocess.Popen` that tests use."""
+
+    def __init__(self, pid: int, server: "Server") -> None:
+        self.pid, self._server = pid, server
+        self.returncode: int | None = None
+        try:
+            self._descriptor = os.pidfd_open(pid)
+        except ProcessLookupError:  # it has ended already
+            self._descriptor = -1
+
+    def poll(self) -> int | None:
+        """Return the exit status, or None while it runs."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.wait(0)
+        return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Return the exit status after it has ended; raise `TimeoutExpired`."""
+        if self.returncode is None:
+            if self._descriptor >= 0:
+                waiting = select.poll()
+                waiting.register(self._descriptor, select.POLLIN)
+                if not waiting.poll(None if timeout is None else 1000 * timeout):
+                    raise subprocess.TimeoutExpired(f"process {self.pid}", timeout or 0)
+                os.close(self._descriptor)
+                self._descriptor = -1
+            self.returncode = self._server.status(self.pid)
+        return self.returncode
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal, unless it has ended."""
+        if self.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                signal.pidfd_send_signal(self._descriptor, number)
+
+    def terminate(self) -> None:
+        """Send SIGTERM."""
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self) -> None:
+        """Send SIGKILL."""
+        self.send_signal(signal.SIGKILL)
+
+
+class Server:
+    """The process that forks, as its test process sees it."""
+
+    def __init__(self) -> None:
+        self._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._lock = threading.Lock()
+        with theirs:
+            argv = [sys.executable, "-m", "tests.forks", str(theirs.fileno())]
+            self._process = subprocess.Popen(argv, cwd=ROOT, pass_fds=[theirs.fileno()], start_new_session=True)
+        self._env = {name: os.environ.get(name) for name in SAME}
+
+    def serves(self, argv: Sequence[str], env: Mapping[str, str]) -> bool:
+        """Tell whether a fork is the same as this command with this environment."""
+        ours = list(argv[:2]) == [sys.executable, "-m"] and self._process.poll() is None
+        return ours and all(env.get(name) == value for name, value in self._env.items())
+
+    def fork(self, argv: Sequence[str], env: Mapping[str, str], out: int) -> Forked:
+        """Return a fork that runs `python -m ...`; `out`: the descriptor that it writes to."""
+        asked = {"name": argv[2], "argv": list(argv[2:]), "env": dict(env), "folder": str(ROOT)}
+        return Forked(int(self._ask(json.dumps(asked).encode(), [out])), self)
+
+    def status(self, pid: int) -> int:
+        """Return the exit status of a fork that has ended."""
+        return os.waitstatus_to_exitcode(int(self._ask(ENDED + b"%d" % pid, [])))
+
+    def close(self) -> None:
+        """End it, and with it every fork that still runs."""
+        self._line.close()
+        self._process.wait()
+
+    def _ask(self, asked: bytes, files: list[int]) -> bytes:
+        with self._lock:
+            socket.send_fds(self._line, [asked], files)
+            answer = self._line.recv(64)
+        if not answer:
+            raise OSError("the forking process is gone")
+        return answer
+
+
+_server: list[Server] = []
+
+
+def close() -> None:
+    """End the process that forks, if there is one."""
+    while _server:
+        _server.pop().close()
+
+
+def start(argv: Sequence[str], env: Mapping[str, str], out: int) -> "Forked | subprocess.Popen[bytes]":
+    """Start a process in a session of its own that writes to the descriptor `out`."""
+    if not _server and sys.platform == "linux":
+        _server.append(Server())
+    if _server and _server[0].serves(argv, env):
+        return _server[0].fork(argv, env, out)
+    return subprocess.Popen(argv, cwd=ROOT, env=env, stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
+
+
+def main() -> None:
+    """Fork for each request of the test process that holds the other end of this line."""
+    line = socket.socket(fileno=int(sys.argv[1]))
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads do not survive a fork
+    forks.load((*forks.FIRST, *forks.THEN, *LIBRARIES))
+    forks.freeze()
+    ended: dict[int, int] = {}
+    signal.signal(signal.SIGCHLD, lambda *_: _reap(ended))
+    server = os.getpid()
+    while True:
+        asked, files, _, _ = socket.recv_fds(line, forks.MESSAGE, 1)
+        if not asked:
+            os._exit(0)
+        if asked.startswith(ENDED):
+            _reap(ended)
+            line.send(b"%d" % ended[int(asked.removeprefix(ENDED))])
+        elif made := os.fork():
+            os.close(files[0])
+            line.send(b"%d" % made)
+        else:
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            line.close()
+            forks.become(json.loads(asked), files[0], server)
+
+
+def _reap(ended: dict[int, int]) -> None:
+    with contextlib.suppress(ChildProcessError):
+        while (pid_and_status := os.waitpid(-1, os.WNOHANG))[0]:
+            ended.update([pid_and_status])
+
+
+if __name__ == "__main__":
+    main()

@@ -97,7 +97,7 @@ def _serve(line: socket.socket, supervisor: int) -> NoReturn:
 
 
 def become(asked: dict[str, Any], out: int, parent: int) -> NoReturn:
-    """Run as `python -m` would. `asked`: name, argv, env, folder; `out`: where it writes; `parent`: whose child it is."""
+    """Run as `python -m` would. `asked`: name, argv, env, folder; `out`: where it writes; `parent`: its parent."""
     os.setsid()
     until = time.monotonic() + ADOPTED_S
     while os.getppid() != parent and time.monotonic() < until:

@@ -2,7 +2,7 @@
 
 A process of ours spends two seconds of the processor on its imports, and a test run starts hundreds. The process that
 forks is started by the first test that needs it and ends with the test process. Where a process needs another
-interpreter, path of modules or command before it, or on a system other than Linux, it is started in the ordinary way.
+interpreter, a command before it or other libraries, or on a system other than Linux, it is started in the ordinary way.
 """
 
 import contextlib
@@ -21,13 +21,8 @@ from portal import forks
 
 ROOT = Path(__file__).resolve().parent.parent
 LIBRARIES = ("numba.core.registry", "mujoco")  # of the simulators; ours are those of `make run`
-SAME = (
-    "PYTHONPATH",
-    "PYTHONPYCACHEPREFIX",
-    "PYTHONDONTWRITEBYTECODE",
-    "LD_LIBRARY_PATH",
-    "LD_PRELOAD",
-)  # read at start
+LOADED = {name.partition(".")[0] for name in (*forks.FIRST, *forks.THEN, *LIBRARIES)}
+SAME = ("PYTHONPYCACHEPREFIX", "PYTHONDONTWRITEBYTECODE", "LD_LIBRARY_PATH", "LD_PRELOAD")  # read at start
 ENDED = b"ended "
 
 
@@ -86,15 +81,21 @@ class Server:
             argv = [sys.executable, "-m", "tests.forks", str(theirs.fileno())]
             self._process = subprocess.Popen(argv, cwd=ROOT, pass_fds=[theirs.fileno()], start_new_session=True)
         self._env = {name: os.environ.get(name) for name in SAME}
+        self._path = _folders(os.environ)
 
     def serves(self, argv: Sequence[str], env: Mapping[str, str]) -> bool:
         """Tell whether a fork is the same as this command with this environment."""
         ours = list(argv[:2]) == [sys.executable, "-m"] and self._process.poll() is None
-        return ours and all(env.get(name) == value for name, value in self._env.items())
+        hidden = {file.stem for folder in self._added(env) for file in Path(folder).iterdir()} & LOADED
+        return ours and not hidden and all(env.get(name) == value for name, value in self._env.items())
+
+    def _added(self, env: Mapping[str, str]) -> list[str]:
+        return [folder for folder in _folders(env) if folder not in self._path]
 
     def fork(self, argv: Sequence[str], env: Mapping[str, str], out: int) -> Forked:
         """Return a fork that runs `python -m ...`; `out`: the descriptor that it writes to."""
         asked = {"name": argv[2], "argv": list(argv[2:]), "env": dict(env), "folder": str(ROOT)}
+        asked |= {"path": self._added(env)}
         return Forked(int(self._ask(json.dumps(asked).encode(), [out])), self)
 
     def status(self, pid: int) -> int:
@@ -155,7 +156,14 @@ def main() -> None:
         else:
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             line.close()
-            forks.become(json.loads(asked), files[0], server)
+            wanted = json.loads(asked)
+            sys.path[1:1] = wanted["path"]
+            forks.become(wanted, files[0], server)
+
+
+def _folders(env: Mapping[str, str]) -> list[str]:
+    """Return the folders of modules that an environment names, as the interpreter reads them."""
+    return [str(Path(folder).resolve()) for folder in env.get("PYTHONPATH", "").split(os.pathsep) if folder]
 
 
 def _reap(ended: dict[int, int]) -> None:

@@ -83,6 +83,22 @@ def no_attempts_counted():
 
 
 @pytest.fixture(scope="session")
+def django_db_keepdb(django_db_modify_db_settings):
+    """Migrate a copy of what was migrated before, which takes a moment."""
+    from tests import migrated
+
+    return migrated.copied()
+
+
+@pytest.fixture(scope="session")
+def django_db_setup(django_db_setup, django_db_blocker):
+    from tests import migrated
+
+    with django_db_blocker.unblock():
+        migrated.keep()
+
+
+@pytest.fixture(scope="session")
 def redis_server():
     """A Redis of the tests' own; stopped and started again by those that need it dead."""
     server = RedisServer()

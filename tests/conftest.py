@@ -83,11 +83,12 @@ def no_attempts_counted():
 
 
 @pytest.fixture(scope="session")
-def django_db_keepdb(django_db_modify_db_settings):
+def django_db_keepdb(django_db_modify_db_settings, django_db_blocker):
     """Migrate a copy of what was migrated before, which takes a moment."""
     from tests import migrated
 
-    return migrated.copied()
+    with django_db_blocker.unblock():
+        return migrated.copied()
 
 
 @pytest.fixture(scope="session")

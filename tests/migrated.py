@@ -1,35 +1,46 @@
-"""A migrated SQLite database that test processes copy, because to migrate takes each of them some seconds."""
+"""A migrated database that test processes copy, because to migrate takes each of them some seconds."""
 
 import hashlib
 import os
 import shutil
 import sqlite3
+import subprocess
 from pathlib import Path
 
 from django.apps import apps
 from django.db import connection
 
 FOLDER = Path(__file__).resolve().parent.parent / "var"
+ENDINGS = {"sqlite": "sqlite3", "postgresql": "sql"}
 
 
 def copied() -> bool:
     """Begin with a copy of a database migrated before; tell whether there was one."""
-    if connection.vendor != "sqlite" or not _kept().exists():
+    if not _kept().exists():
         return False
-    shutil.copyfile(_kept(), connection.settings_dict["TEST"]["NAME"])
+    name = connection.creation._get_test_db_name()
+    if connection.vendor == "sqlite":
+        shutil.copyfile(_kept(), name)
+    else:
+        with connection.creation._nodb_cursor() as cursor:
+            cursor.execute(f'create database "{name}"')
+        _program("psql", "-q", "-v", "ON_ERROR_STOP=1", "-f", str(_kept()), name)
     return True
 
 
 def keep() -> None:
     """Keep a copy of the migrated database for the processes after this one, unless there is one."""
-    if connection.vendor != "sqlite" or _kept().exists():
+    if _kept().exists():
         return
     beside = FOLDER / f"migrated-{os.getpid()}.part"
-    copy = sqlite3.connect(beside)
-    connection.ensure_connection()
-    connection.connection.backup(copy)
-    copy.close()
-    for old in FOLDER.glob("migrated-*.sqlite3"):
+    if connection.vendor == "sqlite":
+        copy = sqlite3.connect(beside)
+        connection.ensure_connection()
+        connection.connection.backup(copy)
+        copy.close()
+    else:
+        _program("pg_dump", "-f", str(beside), connection.settings_dict["NAME"])
+    for old in FOLDER.glob(f"migrated-*.{_kept().suffix}"):
         old.unlink(missing_ok=True)
     beside.replace(_kept())
 
@@ -40,4 +51,13 @@ def _kept() -> Path:
     for app in apps.get_app_configs():
         for file in sorted(Path(app.path).glob("migrations/*.py")):
             total.update(f"{app.label} {file.name} ".encode() + file.read_bytes())
-    return FOLDER / f"migrated-{total.hexdigest()[:16]}.sqlite3"
+    return FOLDER / f"migrated-{total.hexdigest()[:16]}.{ENDINGS[connection.vendor]}"
+
+
+def _program(name: str, *arguments: str) -> None:
+    """Run a program of the server's own version."""
+    with connection.creation._nodb_cursor() as cursor:
+        cursor.execute("select setting from pg_config where name = 'BINDIR'")
+        program = Path(cursor.fetchone()[0]) / name
+    db = connection.settings_dict
+    subprocess.run([program, "-h", db["HOST"], "-U", db["USER"], *arguments], check=True, stdout=subprocess.DEVNULL)

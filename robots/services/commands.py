@@ -116,7 +116,7 @@ def _write(
                 robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, lane=lane, args=args,
                 epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,
             )  # fmt: skip
-            transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch), robust=True)
+            transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch, lane), robust=True)
     except IntegrityError:
         return Issued(Command.objects.get(grant=grant, client_seq=client_seq), created=False)
     return Issued(command, created=True)

@@ -32,18 +32,15 @@ class Listener:
                 message = self._pubsub.get_message(timeout=1.0)
                 channel = message["channel"].decode() if message else ""
                 if message and channel == wake:
-                    self._wake(message["data"])
+                    for lane in self._lanes:
+                        if message["data"] in (b"wake", lane.name.encode()):
+                            lane.wake()
                 elif message and channel == held:
                     self._deadman.hear(*bus.read_keep_alive(message["data"]))
                 elif message and self._grants.stop_counts(bus.grant_of_stop(message["data"])):
                     self._stop.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             owned.clock.sleep(0.2)
-
-    def _wake(self, named: bytes) -> None:
-        """Wake the lane of that name; all lanes if it names none."""
-        for lane in [lane for lane in self._lanes if lane.name.encode() == named] or self._lanes:
-            lane.wake()
 
     def close(self) -> None:
         """Close the connection to Redis."""

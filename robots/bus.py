@@ -250,14 +250,14 @@ def publish_trace(slug: str, event: Event) -> bool:
     return _publish(trace_channel(slug), encode(event))
 
 
-def wake_owner(slug: str, epoch: int) -> bool:
-    """Tell the owner that command rows may wait. Return False if Redis did not answer.
+def wake_owner(slug: str, epoch: int, lane: str = "") -> bool:
+    """Tell the owner that command rows may wait, all of them in one lane if it is named. False: Redis did not answer.
 
     The message goes over pub/sub; if nobody listens there, it goes over the Celery queue, where it waits.
-    A wake-up carries nothing, so one that arrives twice changes nothing.
+    A wake-up carries no command, so one that arrives twice changes nothing.
     """
     try:
-        if connection().publish(wake_channel(slug), b"wake"):
+        if connection().publish(wake_channel(slug), lane or "wake"):
             return True
         current_app.send_task(WAKE_TASK, queue=queue_name(slug, epoch), ignore_result=True, retry=False)
     except Exception:  # noqa: BLE001 - kombu raises many kinds; a lost wake-up costs 100 ms

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import IntegrityError, connection, transaction
-from django.db.models import Max, Q
+from django.db.models import BigIntegerField, CharField, Count, Max, OuterRef, QuerySet, Subquery
 
 from robots import bus
 from robots.clock import SYSTEM
@@ -18,6 +18,7 @@ from robots.drivers.errors import BadRequest, NotPermitted, Stopped
 from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_staff
+from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
 from robots.states import COMMAND_FINAL, GrantEnd, GrantKind, Lane
 
@@ -28,11 +29,29 @@ NEEDED = (
     "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
     "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
 )  # fmt: skip
+SLUG, SEQ, GRANT = Slot("slug", CharField()), Slot("seq", BigIntegerField()), Slot("grant", BigIntegerField())
 REFERENCES = {"program", "still"}  # values that name a row: a saved program, the picture of a click
 LIMIT_S = 60.0  # if the kind of command names none
 AFTER_S = 20.0  # so long after its limit a command and its grant have ended
 IN_ORDER = "The robot is being put in order; try again when that is done."
 ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
+
+
+def _counted(grants: QuerySet[Grant]) -> QuerySet[Grant]:
+    """Add to grants `same`, their command with that sequence number, and `waiting`, how many have not ended."""
+    theirs = Command.objects.filter(grant=OuterRef("pk")).order_by()
+    unfinished = theirs.exclude(state__in=COMMAND_FINAL).values("grant").annotate(number=Count("pk"))
+    return grants.annotate(
+        same=Subquery(theirs.filter(client_seq=SEQ).values("pk")), waiting=Subquery(unfinished.values("number"))
+    )
+
+
+_OPEN: Prepared[Grant] = Prepared(
+    lambda: _counted(
+        Grant.objects.select_related("robot__lease").filter(robot__slug=SLUG, ended_at=None).order_by().only(*NEEDED)
+    )
+)
+_UNDER: Prepared[Grant] = Prepared(lambda: _counted(Grant.objects.filter(pk=GRANT).only("pk")))
 
 
 class RobotOffline(NotPermitted):
@@ -61,22 +80,25 @@ def issue(
         BadRequest, OutOfWorkspace: the command itself is wrong.
     """
     now = now or SYSTEM.now()
-    found = Grant.objects.select_related("robot__lease").filter(robot__slug=slug, ended_at=None)
-    grant = held(found.order_by().only(*NEEDED).first(), user, now)
+    grant = held(next(iter(_OPEN(slug=slug, seq=client_seq)), None), user, now)
     if grant.kind == GrantKind.UPKEEP:
         raise NotPermitted(ONE_COMMAND)
-    return issue_under(grant, user, kind, args, client_seq, now)
+    return _issue(grant, grant, user, kind, args, client_seq, now)
 
 
 def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
     """Write one command under a grant that is known to be open. Raises as `issue`."""
+    (counted,) = _UNDER(grant=grant.pk, seq=client_seq)
+    return _issue(grant, counted, user, kind, args, client_seq, now)
+
+
+def _issue(
+    grant: Grant, counted: Any, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime
+) -> Issued:
     robot = grant.robot
-    unfinished = ~Q(state__in=COMMAND_FINAL)
-    rows = list(Command.objects.filter(unfinished | Q(client_seq=client_seq), grant=grant)[: PENDING + 1])
-    for row in rows:
-        if row.client_seq == client_seq:
-            return Issued(row, created=False)
-    if len(rows) >= PENDING:
+    if counted.same is not None:
+        return Issued(Command.objects.get(pk=counted.same), created=False)
+    if (counted.waiting or 0) >= PENDING:
         raise NotPermitted("Too many commands are waiting; let the robot catch up.")
     if not isinstance(args, dict):
         raise BadRequest("The values of a command must be an object.")
@@ -116,7 +138,7 @@ def _write(
                 robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, lane=lane, args=args,
                 epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,
             )  # fmt: skip
-            transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch), robust=True)
+            transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch, lane), robust=True)
     except IntegrityError:
         return Issued(Command.objects.get(grant=grant, client_seq=client_seq), created=False)
     return Issued(command, created=True)

@@ -37,6 +37,17 @@ def test_the_same_sequence_number_is_the_same_row(robot, people, grant):
     assert Command.objects.count() == 1
 
 
+def test_the_same_command_again_is_answered_though_a_new_one_would_be_refused(robot, people, grant, monkeypatch):
+    monkeypatch.setattr("robots.services.commands.PENDING", 1)
+    first = services.issue(robot.slug, people["ada"], "up", {}, 7)
+    assert services.issue(robot.slug, people["ada"], "up", {}, 7).command.pk == first.command.pk
+    services.stop(robot, people["ada"])
+    again = services.issue(robot.slug, people["ada"], "up", {}, 7)
+    assert (again.command.pk, again.command.state, again.created) == (first.command.pk, "cancelled", False)
+    with pytest.raises(Stopped):  # what has ended is not counted as waiting
+        services.issue(robot.slug, people["ada"], "up", {}, 8)
+
+
 @pytest.mark.parametrize("who", ["bob", "eve", "mod", "kim"])
 def test_nobody_else_commands(robot, people, grant, who):
     with pytest.raises(GrantOver):

@@ -3,11 +3,12 @@
 from collections.abc import Callable
 from datetime import datetime
 
-from django.db.models import QuerySet
+from django.db.models import BigAutoField, BigIntegerField, CharField, DateTimeField, QuerySet
 
 from robots import bus
 from robots.grants import stage_event
 from robots.models import Command, Robot
+from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState
 from workers.commands.finish import finish
 from workers.owned import OwnedRobot
@@ -24,16 +25,25 @@ RESTARTED = "The robot's worker had to start again before this command began; it
 BROKEN_OFF = "The database failed before this command began; it was not carried out."
 
 
-def due(robot: Robot, epoch: int, lane: str) -> QuerySet[Command]:
+ROBOT, ID = Slot("robot", BigAutoField()), Slot("id", BigAutoField())
+EPOCH, LANE, NOW = Slot("epoch", BigIntegerField()), Slot("lane", CharField()), Slot("now", DateTimeField())
+
+
+def due(robot: Robot | Slot, epoch: int | Slot, lane: str | Slot) -> QuerySet[Command]:
     """Return the commands of a lane that wait for this owner, oldest first."""
     return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch, lane=lane).order_by("id")
 
 
+_DUE = Prepared(lambda: due(ROBOT, EPOCH, LANE).select_related("grant"))
+_CLAIM = PreparedUpdate(
+    lambda: Command.objects.filter(pk=ID, state=CommandState.QUEUED, epoch=EPOCH, deadline__gt=NOW),
+    state=CommandState.ACCEPTED, accepted_at=NOW,
+)  # fmt: skip
+
+
 def claim(command: Command, epoch: int, now: datetime) -> bool:
     """Claim a command. Return False if it was claimed already or is too late."""
-    done = Command.objects.filter(pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now).update(
-        state=CommandState.ACCEPTED, accepted_at=now
-    )
+    done = _CLAIM(id=command.pk, epoch=epoch, now=now)
     if done:
         command.state, command.accepted_at = CommandState.ACCEPTED, now
         bus.publish(command.robot.slug, stage_event(command))
@@ -81,8 +91,7 @@ class Commands:
 
     def run_due(self) -> None:
         """Run every command that waits."""
-        waiting = due(self._owned.robot, self._lease.epoch, self.lane.name)
-        for command in waiting.select_related("grant"):
+        for command in _DUE(robot=self._owned.robot.pk, epoch=self._lease.epoch, lane=self.lane.name):
             if not self._owned.running:
                 return
             self.run_one(command)

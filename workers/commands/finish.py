@@ -6,10 +6,12 @@ from datetime import datetime
 from typing import Any
 
 from django.db import connection, transaction
+from django.db.models import BigAutoField, CharField, DateTimeField, JSONField
 
 from robots import bus
 from robots.grants import end_with_command, has_own_grant, stage_event
 from robots.models import Command
+from robots.prepared import PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState
 
 STAMPS = {
@@ -17,6 +19,16 @@ STAMPS = {
     CommandState.SENT: "sent_at",
     CommandState.ACKNOWLEDGED: "acknowledged_at",
 }
+ID, NOW, RESULT = Slot("id", BigAutoField()), Slot("now", DateTimeField()), Slot("result", JSONField())
+STATE, WAS, REASON = Slot("state", CharField()), Slot("was", CharField()), Slot("reason", CharField())
+_ADVANCE = {
+    state: PreparedUpdate(lambda: Command.objects.filter(pk=ID, state=WAS), **{"state": state, stamp: NOW})
+    for state, stamp in STAMPS.items()
+}
+_FINISH = PreparedUpdate(
+    lambda: Command.objects.filter(pk=ID).exclude(state__in=COMMAND_FINAL),
+    state=STATE, reason=REASON, ended_at=NOW, result=RESULT,
+)  # fmt: skip
 
 
 @contextmanager
@@ -43,7 +55,7 @@ def advance(command: Command, state: CommandState, now: datetime) -> None:
         return
     stamp = STAMPS[state]
     with without_waiting():
-        done = Command.objects.filter(pk=command.pk, state=command.state).update(**{"state": state, stamp: now})
+        done = _ADVANCE[state](id=command.pk, was=command.state, now=now)
     if done:
         command.state = state
         setattr(command, stamp, now)
@@ -56,11 +68,7 @@ def finish(
     """End a command, and its grant if that was opened for it alone. Return False if it had ended before."""
     alone = has_own_grant(command)
     with without_waiting(), transaction.atomic() if alone else nullcontext():
-        done = (
-            Command.objects.filter(pk=command.pk)
-            .exclude(state__in=COMMAND_FINAL)
-            .update(state=state, reason=reason[:300], ended_at=now, result=result or {})
-        )
+        done = _FINISH(id=command.pk, state=state, reason=reason[:300], now=now, result=result or {})
         if done:
             command.state, command.reason, command.ended_at = state, reason[:300], now
             command.result = result or {}

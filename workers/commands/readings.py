@@ -14,6 +14,7 @@ class Readings:
         self._owned = owned
         declared = owned.robot.spec().capability(Statistics)
         self._names = declared.channels() if declared is not None else ()
+        self.wanted = bool(self._names)
         self._began: dict[str, float] = {}
 
     def begin(self) -> None:

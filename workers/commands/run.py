@@ -72,7 +72,8 @@ class Runner:
         self._permit = gate.bound(command.epoch)
         if command.grant.ended_at is not None:
             gate.grants.revoke(command.grant_id)
-        self._readings.begin()
+        if self._readings.wanted:
+            self._readings.begin()
         self._lane.current = command  # not earlier: the watch must not judge it by the grant before
         try:
             self._run(command)
@@ -123,7 +124,7 @@ class Runner:
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Store the end of a command; while the database is away, try again for as long as the robot is ours."""
         at = self._owned.now()
-        if self._moves:
+        if self._moves and self._readings.wanted:
             result = {**(result or {}), **self._readings.end()}
         if self._said == command.pk and self._stale(command):
             state, reason, result = CommandState.UNKNOWN, LEASE_LOST, None

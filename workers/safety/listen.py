@@ -33,7 +33,8 @@ class Listener:
                 channel = message["channel"].decode() if message else ""
                 if message and channel == wake:
                     for lane in self._lanes:
-                        lane.wake()
+                        if message["data"] in (b"wake", lane.name.encode()):
+                            lane.wake()
                 elif message and channel == held:
                     self._deadman.hear(*bus.read_keep_alive(message["data"]))
                 elif message and self._grants.stop_counts(bus.grant_of_stop(message["data"])):

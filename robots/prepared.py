@@ -1,0 +1,100 @@
+"""Statements whose SQL is made once, for the way of a command.
+
+Django makes the SQL of a query anew at each call, which takes longer than the database needs to carry it out. Here it
+is made once for each database connection; at each call only values are put in. Rows are read as Django reads them.
+"""
+
+import threading
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from django.db import DEFAULT_DB_ALIAS, connections, transaction
+from django.db.models import Field, Model, QuerySet, Value
+from django.db.models.sql import UpdateQuery
+
+M = TypeVar("M", bound=Model)
+
+
+class Slot(Value):
+    """The place of a value that is given at each call, by its name; `field` says how the database is given it."""
+
+    def __init__(self, name: str, field: "Field[Any, Any]") -> None:
+        super().__init__(name, output_field=field)
+
+    def as_sql(self, compiler: Any, connection: Any) -> Any:
+        """Stand in the list of parameters for the value."""
+        return "%s", [self]
+
+    def put(self, value: Any, connection: Any) -> Any:
+        """Return a value as the database is given it."""
+        return self.output_field.get_db_prep_value(value, connection=connection)
+
+
+class _Statement:
+    """The SQL for one connection."""
+
+    def __init__(self, query: Any, connection: Any) -> None:
+        self.connection = connection
+        self.compiler = query.get_compiler(DEFAULT_DB_ALIAS)
+        self._sql, params = self.compiler.as_sql()
+        self._params = tuple(params)
+
+    def filled(self, values: dict[str, Any]) -> tuple[str, tuple[Any, ...]]:
+        """Return the SQL and its parameters."""
+        connection = self.connection
+        return self._sql, tuple(
+            [p.put(values[p.value], connection) if isinstance(p, Slot) else p for p in self._params]
+        )
+
+
+class _Prepared(Generic[M]):
+    def __init__(self, make: Callable[[], QuerySet[M]]) -> None:
+        self._make, self._here = make, threading.local()
+
+    def _query(self, rows: QuerySet[M]) -> Any:
+        raise NotImplementedError
+
+    def _statement(self) -> _Statement:
+        """Return the statement of this thread, which has a connection of its own."""
+        found: _Statement | None = getattr(self._here, "statement", None)
+        connection = connections[DEFAULT_DB_ALIAS]
+        if found is None or found.connection is not connection:
+            self._here.rows = self._make()
+            found = self._here.statement = _Statement(self._query(self._here.rows), connection)
+        return found
+
+
+class Prepared(_Prepared[M]):
+    """A query; `make` returns it, with a `Slot` for each value."""
+
+    def _query(self, rows: QuerySet[M]) -> Any:
+        return rows.query
+
+    def __call__(self, **values: Any) -> list[M]:
+        """Return the rows."""
+        statement = self._statement()
+        filled = statement.filled(values)
+        compiler, rows = statement.compiler, self._here.rows
+        compiler.as_sql = lambda *args, **kwargs: filled
+        rows.query.get_compiler = lambda *args, **kwargs: compiler
+        return list(rows._iterable_class(rows))
+
+
+class PreparedUpdate(_Prepared[M]):
+    """An UPDATE of the rows that `make` returns; `changes` may hold slots too."""
+
+    def __init__(self, make: Callable[[], QuerySet[M]], **changes: Any) -> None:
+        super().__init__(make)
+        self._changes = changes
+
+    def _query(self, rows: QuerySet[M]) -> Any:
+        query: Any = rows.query.chain(UpdateQuery)
+        query.add_update_values(self._changes)
+        return query
+
+    def __call__(self, **values: Any) -> int:
+        """Return the number of rows that were changed."""
+        statement = self._statement()
+        with transaction.mark_for_rollback_on_error(DEFAULT_DB_ALIAS), statement.connection.cursor() as cursor:
+            cursor.execute(*statement.filled(values))
+            return int(cursor.rowcount)

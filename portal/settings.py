@@ -6,6 +6,7 @@
 import contextlib
 import os
 import secrets
+import sys
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -149,6 +150,7 @@ _broker = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswit
 CELERY_BROKER_URL = _broker
 CELERY_BROKER_TRANSPORT_OPTIONS = roles.broker_options(ROLE)
 CELERY_BROKER_CONNECTION_RETRY_ON_STARTUP = True
+CELERY_DB_REUSE_MAX = sys.maxsize  # Celery closes no connection; `portal/celery.py` closes old and broken ones
 CELERY_TASK_IGNORE_RESULT = True
 CELERY_TASK_PUBLISH_RETRY = False
 CELERY_WORKER_PREFETCH_MULTIPLIER = 1

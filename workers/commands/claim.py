@@ -29,6 +29,11 @@ def due(robot: Robot, epoch: int, lane: str) -> QuerySet[Command]:
     return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch, lane=lane).order_by("id")
 
 
+def unfinished(robot: Robot) -> QuerySet[Command]:
+    """Return the commands that are not final, oldest first."""
+    return Command.objects.filter(robot=robot).exclude(state__in=COMMAND_FINAL).order_by("id")
+
+
 def claim(command: Command, epoch: int, now: datetime) -> bool:
     """Claim a command. Return False if it was claimed already or is too late."""
     done = Command.objects.filter(pk=command.pk, state=CommandState.QUEUED, epoch=epoch, deadline__gt=now).update(
@@ -48,7 +53,7 @@ def tidy(robot: Robot, epoch: int, now: datetime, lane: str) -> int:
     owner starts only commands of which it knows that it claimed them.
     """
     ended = 0
-    for command in Command.objects.filter(robot=robot).exclude(state__in=COMMAND_FINAL).order_by("id"):
+    for command in unfinished(robot):
         command.robot = robot
         ours = command.epoch == epoch
         if command.state == CommandState.QUEUED and (not ours or command.deadline <= now):
@@ -79,13 +84,16 @@ class Commands:
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, run: Callable[[Command], None]) -> None:
         self._owned, self._lease, self.lane, self._run = owned, lease, lane, run
 
-    def run_due(self) -> None:
-        """Run every command that waits."""
-        waiting = due(self._owned.robot, self._lease.epoch, self.lane.name)
-        for command in waiting.select_related("grant"):
+    def run_due(self) -> bool:
+        """Run every command that waits. Return whether the robot had any command that was not final, of any lane."""
+        found = list(unfinished(self._owned.robot).prefetch_related("grant"))  # only if there are any
+        for command in found:
             if not self._owned.running:
-                return
-            self.run_one(command)
+                break
+            ours = command.epoch == self._lease.epoch and command.lane == self.lane.name
+            if ours and command.state == CommandState.QUEUED:
+                self.run_one(command)
+        return bool(found)
 
     def run_one(self, command: Command) -> None:
         """Claim a command and run it, unless another has claimed it or it is too late."""

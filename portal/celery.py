@@ -22,3 +22,15 @@ def _prepare_worker(**_: object) -> None:
     from workers.bootstep import STEPS  # noqa: PLC0415
 
     app.steps["worker"].update(STEPS)
+
+
+@signals.task_prerun.connect
+@signals.task_postrun.connect
+def _close_old_connections(**_: object) -> None:
+    """Keep a thread's connection to the database between tasks, as Django does between requests.
+
+    Celery's own rule, a new connection for each task, makes the database read its schema again each time.
+    """
+    from django.db import close_old_connections  # noqa: PLC0415 - after the settings
+
+    close_old_connections()

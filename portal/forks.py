@@ -1,9 +1,10 @@
-"""Starts processes as forks of one process that has loaded their libraries, so that memory holds these once.
+"""Starts processes as forks of one process that has loaded their modules, so that memory holds these once.
 
-Our processes import 50 MB of libraries; forks share that memory as long as no process writes to it. None of our
-modules that depend on the environment is loaded before the fork, so each process reads its own settings. Linux only:
-the kernel gives each fork to the supervisor, which waits for it as for any child. On other systems, or if the forking
-process has ended, processes are started in the ordinary way.
+Our processes import 90 MB of modules; forks share that memory as long as no process writes to it. The supervisor loads
+all of it and reads the settings, then forks a process that only forks. What a process's environment has beyond the
+supervisor's is read after the fork (`PER_PROCESS`); with any other difference it is started in the ordinary way.
+Linux only: the kernel gives each fork to the supervisor, which waits for it as for any child. On other systems, or if
+the forking process has ended, processes are started in the ordinary way.
 """
 
 import asyncio
@@ -23,32 +24,46 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-# libraries that the supervisor and several processes need
-FIRST = (
-    "django.db.models", "django.forms", "django.views.generic", "django.template.loader", "django.core.management",
-    "django.core.handlers.asgi", "django.db.backends.sqlite3.base", "redis.asyncio", "celery.app.base", "msgspec",
-    "kombu.transport.redis", "channels", "asgiref.sync", "asyncio", "ssl",
-)  # fmt: skip
-THEN = (
+from portal import gaps, roles
+
+LIBRARIES = (
+    "django.db.backends.sqlite3.base", "django.db.models.sql.compiler", "django.core.management", "django.test.signals",
+    "django.core.handlers.asgi", "django.contrib.messages.storage.session", "django.contrib.sessions.serializers",
     "celery.apps.worker", "celery.bin.celery", "celery.bin.worker", "celery.concurrency.thread", "celery.beat",
-    "celery.worker.components", "celery.worker.consumer", "django.test.signals", "channels.generic.websocket",
-    "uvicorn", "uvicorn.protocols.http.h11_impl", "numpy", "cv2", "scipy.spatial.transform",
+    "celery.app.control", "celery.app.log", "celery.backends.base", "celery.contrib.django.task",
+    "celery.events.receiver", "celery.worker.autoscale", "celery.worker.components", "celery.worker.consumer",
+    "celery.worker.consumer.delayed_delivery", "celery.worker.strategy", "kombu.transport.redis", "kombu.mixins",
+    "billiard.pool", "uvicorn", "uvicorn.protocols.http.h11_impl", "uvicorn.lifespan.off", "uvloop", "redis.asyncio",
+    "channels.generic.websocket", "msgspec", "ssl", "encodings.idna", "importlib.resources.readers", "dbm.dumb",
+    "numpy", "cv2", "scipy.spatial.transform", "av",
 )  # fmt: skip
+OURS = (  # not those that are run: `python -m` loads these again
+    "portal.celery", "portal.urls", "portal.limits.protocols", "portal.live.consumers", "portal.live.origins",
+    "portal.live.person", "portal.limits.requests", "portal.limits.cache", "portal.management.commands.demo",
+    "portal.seeding", "queueing.tasks", "workers.tasks", "workers.bootstep", "workers.wiring",
+    "workers.recorder.recorder",
+)  # fmt: skip
+PER_PROCESS = frozenset(
+    {"FARHAND_ROLE", "FARHAND_ROBOT", "FARHAND_SCHEDULE", "PYTHONWARNINGS", "CELERY_SKIP_CHECKS"}
+)  # read in each process, or by `become`
 PR_SET_PDEATHSIG, PR_SET_NAME, PR_SET_CHILD_SUBREAPER, M_ARENA_MAX = 1, 15, 36, -8
 ADOPTED_S = 5.0  # a fork waits this long to become a child of the supervisor
 MESSAGE = 200_000  # bytes of a request: arguments and environment
 
 _line: socket.socket | None = None
+_environment: dict[str, str] = {}  # with which everything was loaded
 _asking = threading.Lock()  # one request and its answer at a time
 
 
 def prepare() -> None:
-    """Load the libraries and start the process that forks; called first, while there is only one thread."""
-    global _line
+    """Load everything and start the process that forks; called first, while there is only one thread."""
+    global _line, _environment
     if sys.platform != "linux" or ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0):
         return
-    load(FIRST)
-    freeze()
+    load_all()
+    _environment = dict(os.environ)
+    if len(list(Path("/proc/self/task").iterdir())) > 1:
+        return  # a fork has one thread only, and would wait for what the others have locked
     _line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     supervisor = os.getpid()
     if os.fork():
@@ -58,10 +73,23 @@ def prepare() -> None:
     _line = None
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the supervisor, whose end also ends this process
     _rename("farhand forks")
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads do not survive a fork
-    load(THEN)
-    freeze()
     _serve(theirs, supervisor)
+
+
+def load_all() -> None:
+    """Load libraries, the settings with Django's apps, and our modules; nothing is logged or connected."""
+    before = dict(os.environ)
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads do not survive a fork
+    load(LIBRARIES)
+    os.environ.clear()
+    os.environ.update(before)  # OpenCV adds a folder of libraries, which no other process needs
+    from django.apps import apps  # noqa: PLC0415 - the settings are read by it
+    from django.conf import settings  # noqa: PLC0415
+
+    apps.populate(settings.INSTALLED_APPS)  # each process configures its log itself
+    load(OURS)
+    freeze()
+    gaps.fill()
 
 
 def load(names: tuple[str, ...]) -> None:
@@ -119,6 +147,7 @@ def become(asked: dict[str, Any], out: int, parent: int) -> NoReturn:
     for option in filter(None, asked["env"].get("PYTHONWARNINGS", "").split(",")):
         action, _, message = option.partition(":")
         warnings.filterwarnings(action, message)  # type: ignore[arg-type]
+    roles.take(asked["env"].get("FARHAND_ROLE", "web"))
     module, *arguments = asked["argv"]
     sys.argv = [module, *arguments]
     runpy.run_module(module, run_name="__main__", alter_sys=True)
@@ -153,7 +182,8 @@ class Forked:
 
 async def fork(name: str, argv: tuple[str, ...], env: dict[str, str], folder: Path) -> Forked | None:
     """Return a fork that runs `python -m ...` with this environment; None if it must be started in the ordinary way."""
-    if _line is None or argv[:2] != (sys.executable, "-m"):
+    changed = {key for key, _ in env.items() ^ _environment.items()}
+    if _line is None or argv[:2] != (sys.executable, "-m") or not changed <= PER_PROCESS:
         return None
     asked = json.dumps({"name": name, "argv": argv[2:], "env": env, "folder": str(folder)}).encode()
     ours, theirs = os.pipe()

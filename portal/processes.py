@@ -11,8 +11,9 @@ from robots.installed import simulator_module
 from robots.models import Robot
 
 PYTHON = sys.executable
-# the demo may run as root in a container; nothing here unpickles
-QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser"}
+# the demo may run as root in a container, and nothing here unpickles; the supervisor has made Django's checks, and
+# their modules are not needed afterwards
+QUIET = {"PYTHONWARNINGS": "ignore:You're running the worker with superuser", "CELERY_SKIP_CHECKS": "1"}
 
 
 def redis_process() -> ProcessSpec:

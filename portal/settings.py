@@ -6,6 +6,7 @@
 import contextlib
 import os
 import secrets
+import sys
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -14,6 +15,7 @@ import environ
 from csp.constants import NONE, SELF
 from django.core.exceptions import ImproperlyConfigured
 
+from portal import roles
 from portal.consoles.caching import revalidate
 from portal.limits.addresses import proxy_networks
 from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
@@ -23,7 +25,7 @@ env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
 VAR = Path(env.str("FARHAND_VAR", str(default_var())))
 keep_private(VAR)
-ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, command
+ROLE = env.str("FARHAND_ROLE", "web")  # web, owner, housekeeping, recorder; what depends on it: portal/roles.py
 
 DEBUG = env.bool("DEBUG", False)
 PUBLIC = env.bool("FARHAND_PUBLIC", False)  # behind TLS, on the open web
@@ -123,7 +125,6 @@ def _database() -> dict[str, Any]:
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
         config["OPTIONS"] = {
-            "timeout": 2 if ROLE == "owner" else 20,
             "transaction_mode": "IMMEDIATE",
             "init_command": "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;",
         }
@@ -135,8 +136,8 @@ def _database() -> dict[str, Any]:
         config["ENGINE"] = "portal.postgres"
         config["OPTIONS"] = {
             "connect_timeout": 3, "server_side_binding": True, "prepare_threshold": 5,
-            "wait_s": 2.0 if ROLE == "owner" else 10.0,  # an owner has to renew a lease of three
         } | config.get("OPTIONS", {})  # fmt: skip
+    config["OPTIONS"].update(roles.database_waits(config["ENGINE"], ROLE))
     return config
 
 
@@ -144,15 +145,12 @@ DATABASES = {"default": _database()}
 DEFAULT_AUTO_FIELD = "django.db.models.BigAutoField"
 
 REDIS_URL = env.str("REDIS_URL", f"unix://{VAR / 'redis.sock'}")
-REDIS_TIMEOUT_S = 0.2
+REDIS_TIMEOUT_S = roles.REDIS_TIMEOUT_S
 _broker = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswith("unix://") else REDIS_URL
 CELERY_BROKER_URL = _broker
-CELERY_BROKER_TRANSPORT_OPTIONS: dict[str, Any] = (
-    {"socket_timeout": 30, "socket_connect_timeout": 3, "socket_keepalive": True, "health_check_interval": 5}
-    if ROLE in ("owner", "housekeeping")
-    else {"socket_timeout": REDIS_TIMEOUT_S, "socket_connect_timeout": REDIS_TIMEOUT_S, "max_retries": 0}
-)
+CELERY_BROKER_TRANSPORT_OPTIONS = roles.broker_options(ROLE)
 CELERY_BROKER_CONNECTION_RETRY_ON_STARTUP = True
+CELERY_DB_REUSE_MAX = sys.maxsize  # Celery closes no connection; `portal/celery.py` closes old and broken ones
 CELERY_TASK_IGNORE_RESULT = True
 CELERY_TASK_PUBLISH_RETRY = False
 CELERY_WORKER_PREFETCH_MULTIPLIER = 1

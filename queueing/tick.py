@@ -1,6 +1,7 @@
 """Advances the queues in time: ends what is over, and offers robots to the next people."""
 
 import logging
+from collections.abc import Iterable
 from datetime import datetime, timedelta
 
 from django.db import transaction
@@ -31,11 +32,18 @@ def tick(now: datetime) -> None:
 
 
 def tick_seldom(now: datetime) -> None:
-    """As `tick`, but queues without anything open only every fifth second, so that an idle portal costs little."""
-    if now.second % QUIET_S == 0:
-        tick(now)
-    else:
-        _tick_all(busy_queues(), now)
+    """As `tick`, but queues without anything open only every fifth second, so that an idle portal costs little.
+
+    In these nothing can end or expire; only the next thing may start.
+    """
+    busy = list(busy_queues())
+    _tick_all(busy, now)
+    if now.second % QUIET_S:
+        return
+    _give_queues()
+    for queue in Queue.objects.exclude(pk__in=[queue.pk for queue in busy]).filter(paused=False):
+        with transaction.atomic():
+            serve_next(locked(queue), now)
 
 
 def _give_queues() -> None:
@@ -59,7 +67,7 @@ def busy_queues() -> QuerySet[Queue]:
     )
 
 
-def _tick_all(queues: QuerySet[Queue], now: datetime) -> None:
+def _tick_all(queues: Iterable[Queue], now: datetime) -> None:
     for queue in queues:
         with transaction.atomic():
             _tick(locked(queue), now)

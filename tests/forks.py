@@ -20,8 +20,8 @@ from pathlib import Path
 from portal import forks
 
 ROOT = Path(__file__).resolve().parent.parent
-LIBRARIES = ("numba.core.registry", "mujoco")  # of the simulators; ours are those of `make run`
-LOADED = {name.partition(".")[0] for name in (*forks.FIRST, *forks.THEN, *LIBRARIES)}
+LIBRARIES = (*forks.LIBRARIES, "numba.core.registry", "mujoco")  # those of `make run`, and the simulators'
+LOADED = {name.partition(".")[0] for name in LIBRARIES}
 SAME = ("PYTHONPYCACHEPREFIX", "PYTHONDONTWRITEBYTECODE", "LD_LIBRARY_PATH", "LD_PRELOAD")  # read at start
 ENDED = b"ended "
 
@@ -138,8 +138,10 @@ def main() -> None:
     """Fork for each request of the test process that holds the other end of this line."""
     line = socket.socket(fileno=int(sys.argv[1]))
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads do not survive a fork
-    forks.load((*forks.FIRST, *forks.THEN, *LIBRARIES))
+    forks.load(LIBRARIES)
     forks.freeze()
+    if len(list(Path("/proc/self/task").iterdir())) > 1:
+        sys.exit("a library has started a thread, which a fork would not have")
     ended: dict[int, int] = {}
     signal.signal(signal.SIGCHLD, lambda *_: _reap(ended))
     server = os.getpid()

@@ -37,8 +37,9 @@ class Control:
             if not self._lease.valid:
                 self._regain.regain()
                 continue
+            unfinished = True
             if self._connection.connected:
-                self._motion.run_due()  # commands come before everything else
+                unfinished = self._motion.run_due()  # commands come before everything else
                 if lane.beat - swept < SWEEP_S:
                     continue
             swept = lane.beat
@@ -48,11 +49,12 @@ class Control:
                     owned.renew_driver()
                 self._connection.later(0.0)
             self._pictures.configure(owned.robot)
-            self._motion.tidy()
+            if unfinished:
+                self._motion.tidy()
             if not self._connection.connected:
                 with lane.taking(AWAY_S), self._beside.lane.paused(PAUSE_S):
                     self._connection.mend()
-            self._motion.run_due()
+                self._motion.run_due()
             if self._connection.connected and owned.robot.cycle == Cycle.HANDOVER:
                 with lane.taking(180.0):
                     self._handover.hand_over()

@@ -1,6 +1,6 @@
 """Celery tasks: the wake-up of an owner, tests of connections, the time online, the removal of what is old."""
 
-from celery import shared_task
+from celery import shared_task, signals
 from celery.worker import state
 
 from robots import bus, probes, services
@@ -42,3 +42,10 @@ def online() -> None:
 
 
 _looked = SYSTEM.monotonic()
+
+
+@signals.worker_init.connect
+def _begin(**_: object) -> None:
+    """Count from now on: this module may have been loaded long before the worker started."""
+    global _looked
+    _looked = SYSTEM.monotonic()

@@ -20,12 +20,13 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from robots.brownout import Brownout
-from simulators.common import stamp
+from simulators.common import memory, stamp
 from simulators.common.faults import FaultBoard
 
 Take = Callable[[float], NDArray[np.uint8]]
 STREAM_S = 0.1
 LEAST_OFTEN_S = 1.0  # a still may be taken from the stream, and must not wait long
+IDLE_S = 5.0  # without a picture; then the memory that the last ones took is given back
 BOUNDARY = "frame"
 
 
@@ -33,6 +34,13 @@ class Server(ThreadingHTTPServer):
     """One thread per viewer; a viewer that disconnects during a request is not an error."""
 
     daemon_threads = True
+    used_at: float | None = None  # when the last picture was made, until its memory is given back
+
+    def service_actions(self) -> None:
+        """Give back memory once pictures have stopped; called twice a second."""
+        if self.used_at is not None and time.monotonic() - self.used_at > IDLE_S:
+            self.used_at = None
+            memory.give_back()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Log an error, unless the viewer's connection was lost."""
@@ -129,6 +137,7 @@ class CameraServer:
                     picture = stamp.painted(picture, int(begun * 1000))
                 self._frozen = picture
                 self._count += 1
+            self._server.used_at = time.monotonic()
         if self._faults.value("cam_black"):
             picture = np.zeros_like(picture)
         if self._faults.value("cam_flicker"):

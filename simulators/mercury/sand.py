@@ -39,14 +39,14 @@ class SandBed:
         self.grain: F32 = np.clip(0.56 + 0.045 * grain, 0.3, 0.9).astype(np.float32)
         self._bury()
         self.sand = np.maximum(self.sand, self.rigid + 0.1)
-        self.light: F32 = np.zeros_like(self.grain)
+        self.light: F32 = np.zeros(self.grain.shape, np.float32)
         self._shade(0, rows, 0, columns)
 
     def _bury(self) -> None:
         """Place the objects: `rigid` is the surface under the sand, `skin` its brightness."""
-        self.rigid = np.zeros_like(self.sand)
-        self.skin: F32 = np.zeros_like(self.grain)
-        self.gloss: F32 = np.zeros_like(self.grain)
+        self.rigid: F32 = np.zeros(self.sand.shape, np.float32)  # `zeros_like` would write to every page
+        self.skin: F32 = np.zeros(self.grain.shape, np.float32)
+        self.gloss: F32 = np.zeros(self.grain.shape, np.float32)
         for thing in ARTIFACTS:
             albedo, mask = thing.sprite()
             r = int((thing.y_mm - Y0_MM) / PIXEL_MM) - mask.shape[0] // 2

@@ -9,13 +9,12 @@ LEAST_S, LOOK_S = 0.01, 0.5
 
 def send_live(owned: OwnedRobot, pictures: Pictures, brownout: Brownout, camera: int = 0) -> None:
     """Send pictures of camera number `camera` at its rate until the owner ends."""
-    clock, sent = owned.clock, owned.clock.monotonic()
+    clock, sent, least_s = owned.clock, owned.clock.monotonic(), LEAST_S
     while owned.running:
         due = sent + brownout.every_s(pictures.every_s)
-        clock.sleep(min(max(due - clock.monotonic(), LEAST_S), LOOK_S))
+        clock.sleep(min(max(due - clock.monotonic(), least_s), LOOK_S))
         now = clock.monotonic()
         if now < due:
             continue  # the rate may have changed: the machine is less busy now
         sent = due if now - due < pictures.every_s else now
-        if not pictures.live_once(owned.driver.latest(), camera):
-            clock.sleep(LOOK_S)
+        least_s = LEAST_S if pictures.live_once(owned.driver.latest(), camera) else LOOK_S

@@ -34,7 +34,12 @@ def due(robot: Robot | Slot, epoch: int | Slot, lane: str | Slot) -> QuerySet[Co
     return Command.objects.filter(robot=robot, state=CommandState.QUEUED, epoch=epoch, lane=lane).order_by("id")
 
 
-_DUE = Prepared(lambda: due(ROBOT, EPOCH, LANE).select_related("grant"))
+def unfinished(robot: Robot | Slot) -> QuerySet[Command]:
+    """Return the commands that are not final, oldest first."""
+    return Command.objects.filter(robot=robot).exclude(state__in=COMMAND_FINAL).order_by("id")
+
+
+_UNFINISHED = Prepared(lambda: unfinished(ROBOT).select_related("grant"))
 _CLAIM = PreparedUpdate(
     lambda: Command.objects.filter(pk=ID, state=CommandState.QUEUED, epoch=EPOCH, deadline__gt=NOW),
     state=CommandState.ACCEPTED, accepted_at=NOW,
@@ -58,7 +63,7 @@ def tidy(robot: Robot, epoch: int, now: datetime, lane: str) -> int:
     owner starts only commands of which it knows that it claimed them.
     """
     ended = 0
-    for command in Command.objects.filter(robot=robot).exclude(state__in=COMMAND_FINAL).order_by("id"):
+    for command in unfinished(robot):
         command.robot = robot
         ours = command.epoch == epoch
         if command.state == CommandState.QUEUED and (not ours or command.deadline <= now):
@@ -89,12 +94,16 @@ class Commands:
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, run: Callable[[Command], None]) -> None:
         self._owned, self._lease, self.lane, self._run = owned, lease, lane, run
 
-    def run_due(self) -> None:
-        """Run every command that waits."""
-        for command in _DUE(robot=self._owned.robot.pk, epoch=self._lease.epoch, lane=self.lane.name):
+    def run_due(self) -> bool:
+        """Run every command that waits. Return whether the robot had any command that was not final, of any lane."""
+        found = list(_UNFINISHED(robot=self._owned.robot.pk))
+        for command in found:
             if not self._owned.running:
-                return
-            self.run_one(command)
+                break
+            ours = command.epoch == self._lease.epoch and command.lane == self.lane.name
+            if ours and command.state == CommandState.QUEUED:
+                self.run_one(command)
+        return bool(found)
 
     def run_one(self, command: Command) -> None:
         """Claim a command and run it, unless another has claimed it or it is too late."""

@@ -26,6 +26,7 @@ class Command(BaseCommand):
     """Run the whole portal on this machine."""
 
     help = "Serve the portal with its robots, everything under one supervisor."
+    requires_system_checks = ()  # made in `_prepare`
 
     def add_arguments(self, parser: CommandParser) -> None:
         """Add host and port."""
@@ -38,7 +39,7 @@ class Command(BaseCommand):
         _need_port(host, port)
         begun = time.monotonic()
         tighten(settings.VAR)
-        password = _apart(_prepare)
+        password = _apart(self._prepare)
         fixed = [web_process(host, port), housekeeping_process(), recorder_process()]
         if "REDIS_URL" not in os.environ:
             fixed.insert(0, redis_process())
@@ -62,11 +63,14 @@ class Command(BaseCommand):
         with contextlib.suppress(KeyboardInterrupt):
             asyncio.run(main())
 
+    def _prepare(self) -> str:
+        """Check and update. Return the administrator's one-time password; empty if there is an administrator.
 
-def _prepare() -> str:
-    """Update the database. Return the administrator's one-time password; empty if there is an administrator."""
-    call_command("migrate", verbosity=0, interactive=False)
-    return seed() or ""
+        Raises SystemCheckError.
+        """
+        self.check()
+        call_command("migrate", verbosity=0, interactive=False)
+        return seed() or ""
 
 
 def _apart(work: Callable[[], str]) -> str:
@@ -87,7 +91,7 @@ def _apart(work: Callable[[], str]) -> str:
     with os.fdopen(ours, "rb") as pipe:
         answer = pipe.read().decode()
     if os.waitpid(child, 0)[1]:
-        raise CommandError("The database could not be prepared; see the messages above.")
+        raise CommandError("The portal could not be prepared; see the messages above.")
     return answer
 
 

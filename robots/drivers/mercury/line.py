@@ -27,6 +27,7 @@ from robots.drivers.mercury.spelling import spell
 
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
 HOLD_ANSWER_S = 0.20
+READ_S, READ_OVER_NET_S = 1.0, 0.05  # a reader waits so long for a byte; only that of a local port can be woken
 ENDS = (Reply.DONE, Reply.HELD)
 T = TypeVar("T")
 
@@ -53,10 +54,11 @@ class HostLine:
 
     def open(self) -> None:
         """Open the port exclusively. Raises LineBusy, LineGone."""
+        local = "://" not in self._url
         try:
             self._port = serial.serial_for_url(
-                self._url, baudrate=wire.BAUD, timeout=0.05, write_timeout=1.0,
-                **({"exclusive": True} if "://" not in self._url else {}),
+                self._url, baudrate=wire.BAUD, timeout=READ_S if local else READ_OVER_NET_S, write_timeout=1.0,
+                **({"exclusive": True} if local else {}),
             )  # fmt: skip
         except (serial.SerialException, OSError, ValueError) as error:
             text = str(error)
@@ -70,6 +72,9 @@ class HostLine:
     def close(self) -> None:
         """Close the port; waiting threads are told."""
         self._lose("closed")
+        if self._port is not None:
+            with contextlib.suppress(AttributeError, OSError):  # not over the network
+                self._port.cancel_read()
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(1.0)
         if self._port is not None:

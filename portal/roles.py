@@ -1,0 +1,37 @@
+"""What depends on a process's role (web, owner, housekeeping, recorder): how long it waits for the stores.
+
+`portal/settings.py` reads it for the role in the environment. A fork of a process that has read the settings already
+takes its own role with `take`.
+"""
+
+from typing import Any
+
+REDIS_TIMEOUT_S = 0.2
+CONSUMERS = ("owner", "housekeeping")
+
+
+def database_waits(engine: str, role: str) -> dict[str, Any]:
+    """Return the options of the database that depend on the role; an owner has to renew a lease of three seconds."""
+    if engine.endswith("sqlite3"):
+        return {"timeout": 2 if role == "owner" else 20}
+    return {"wait_s": 2.0 if role == "owner" else 10.0}
+
+
+def broker_options(role: str) -> dict[str, Any]:
+    """Return the options of Celery's broker: who consumes waits for it, everybody else goes on without it."""
+    if role in CONSUMERS:
+        return {"socket_timeout": 30, "socket_connect_timeout": 3, "socket_keepalive": True, "health_check_interval": 5}
+    return {"socket_timeout": REDIS_TIMEOUT_S, "socket_connect_timeout": REDIS_TIMEOUT_S, "max_retries": 0}
+
+
+def take(role: str) -> None:
+    """Use the waits of `role` in this process, a fork that has opened no store yet, if the settings were read."""
+    from django.conf import settings  # noqa: PLC0415 - the settings themselves import this module
+
+    if not settings.configured:
+        return
+    settings.ROLE = role
+    database, broker = settings.DATABASES["default"], settings.CELERY_BROKER_TRANSPORT_OPTIONS
+    database["OPTIONS"].update(database_waits(database["ENGINE"], role))
+    broker.clear()  # in place: Django and Celery may hold both already
+    broker.update(broker_options(role))

@@ -193,7 +193,8 @@ LONG = [
         ("drivers", "pa10_wire"), ("faults", "promises_life"), ("services", "probe_cameras"), ("faults", "limits"),
         ("e2e", "classic"), ("e2e", "turn_form"), ("faults", "upkeep"), ("faults", "composites"), ("e2e", "turn_panel"),
         ("e2e", "package_console"), ("faults", "promises_stores"), ("drivers", "irat_client"), ("faults", "supervisor"),
-        ("services", "queue_machine"), ("services", "motion_machine"),
+        ("services", "queue_machine"), ("services", "motion_machine"), ("e2e", "video"), ("faults", "video"),
+        ("e2e", "pace"), ("e2e", "processes"), ("e2e", "plain_console"), ("faults", "recorder"), ("faults", "streams"),
     )
 ]  # fmt: skip
 FIRST = ("tests/e2e/", "tests/drivers/", "tests/faults/")

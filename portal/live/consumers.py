@@ -14,6 +14,7 @@ from urllib.parse import parse_qs
 from django.conf import settings
 from django.db import Error
 
+from portal.live import codes
 from portal.live.actions import Answer, act
 from portal.live.hub import hub
 from portal.live.messages import ROBOT, Command, Keep, NotUnderstood, Ping, Plan, Released, RobotMessage, Stop, Watch
@@ -107,8 +108,12 @@ class RobotConsumer(Viewing):
 
     def _mark_left(self) -> None:
         user = current_user(self.scope)
-        if user.is_authenticated:
+        if user.is_authenticated and not self.goes_on_elsewhere(user.pk):
             queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now())
+
+    def goes_on_elsewhere(self, person: int) -> bool:
+        """Return whether the person's page goes on over the operator's stream, which has just been opened."""
+        return codes.lately_opened(self.slug, person)
 
     def _mark_seen(self) -> None:
         user = current_user(self.scope)

@@ -40,6 +40,11 @@ def events_channel(slug: str) -> str:
     return f"farhand:{slug}:events"
 
 
+def channel_of(slug: str, what: str) -> str:
+    """Return the channel of what is watched: `state`, `trace`, or what `watched_as` returns."""
+    return f"farhand:{slug}:{what.partition('.')[0]}"
+
+
 def frames_of(camera: int, coarse: bool = False) -> str:
     """Return the name of a camera's stream: `frames` for the first, `frames1`, `frames2`...; `coarse`, `coarse1`..."""
     return f"{'coarse' if coarse else 'frames'}{camera or ''}"

@@ -19,6 +19,7 @@ const DOUBT_MS = 1000; // after this long without an answer the connection count
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
 const OVERDUE_MS = 2000, CHECK_MS = 2000;
 const DEAD_MS = 6000; // after this long another socket is opened
+const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
 const DRAIN_MS = 1000; // for answers to what was asked over the socket before
 
 export class Live {
@@ -42,6 +43,7 @@ export class Live {
   private probeAfter = PROBE_MS;
   private own: OwnStream;
   private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
+  private known = false; // a snapshot has come over this socket
 
   /**
    * `wish` is what the page wants to watch from the beginning: a `watch` message; `moved`: the connection worked, and
@@ -125,6 +127,7 @@ export class Live {
 
   private use(socket: WebSocket): void {
     this.socket = socket;
+    this.known = false;
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
@@ -140,6 +143,8 @@ export class Live {
   /** Go over to the operator's own stream, which begins beside this socket; called again and again while one drives. */
   operate(): void {
     if (this.socket !== null && this.socket === this.adopted) return;
+    const open = this.socket?.readyState === WebSocket.OPEN;
+    if (open ? !this.known : this.tries < HOPELESS) return; // the turn may be over
     let asked = "";
     void this.own.open(() => (asked = this.query(true)), (socket, first) => {
       if (this.handlers.busy?.()) return false;
@@ -185,6 +190,7 @@ export class Live {
     }
     const message = JSON.parse(data) as Message;
     this.tries = 0;
+    this.known ||= message.t === "snapshot";
     if (message.t === "pong") {
       const sent = this.pings.get(message.n);
       this.pings.delete(message.n);

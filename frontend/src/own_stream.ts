@@ -60,7 +60,7 @@ export class OwnStream {
       const answer = await fetch(`/robots/${this.slug}/stream-code/`, {
         method: "POST", headers: { "X-CSRFToken": this.token }, redirect: "manual", signal: AbortSignal.timeout(OPEN_MS),
       });
-      return answer.ok ? ((await answer.json()) as { code: string }).code : null;
+      return (answer.ok && ((await answer.json()) as { code: string }).code) || null;
     } catch {
       return null;
     }

@@ -304,7 +304,7 @@ export class RobotPage {
     this.drawBanner(f);
     this.drawAge(f);
     const s = this.snapshot;
-    if (s ? s.me.can.drive && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
+    if (s ? s.me.can.drive && s.link && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
     if (!s) return;
     this.page.dataset["state"] = s.robot.state;
     this.page.classList.toggle("operating", s.me.can.drive);

@@ -20,7 +20,10 @@ AWAY = "No code can be kept now; the page goes on without."
 @never_cache
 @require_POST
 def stream_code(request: HttpRequest, slug: str) -> JsonResponse:
-    """Give a code to the person who drives the robot; everybody else is refused with a sentence."""
+    """Give a code to the person who drives the robot; everybody else gets none, and a sentence.
+
+    That is no error: a page asks as long as it has not heard of the end of its turn.
+    """
     robot = get_object_or_404(Robot, slug=slug)
     now = SYSTEM.now()
     try:
@@ -29,7 +32,7 @@ def stream_code(request: HttpRequest, slug: str) -> JsonResponse:
             return JsonResponse({"text": TOO_OFTEN}, status=429, headers={"Retry-After": "60"})
         code = codes.give(robot, request.user, now)
     except GrantOver as error:
-        return JsonResponse({"text": str(error)}, status=403)
+        return JsonResponse({"code": "", "text": str(error)})
     except (RedisError, OSError):
         return JsonResponse({"text": AWAY}, status=503)
     return JsonResponse({"code": code, "seconds": codes.CODE_S})

@@ -20,7 +20,9 @@ const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the nex
 const OVERDUE_MS = 2000, CHECK_MS = 2000;
 const DEAD_MS = 6000; // after this long another socket is opened
 const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
-const DRAIN_MS = 1000; // for answers to what was asked over the socket before
+const DRAIN_MS = 3000; // for answers to what was asked over the socket before
+const ANSWER = '{"t": "answer"';
+const NOTHING = '{"t":"watch","cameras":[],"compact":true}';
 
 export class Live {
   /** Server time minus ours, ms. */
@@ -44,6 +46,7 @@ export class Live {
   private own: OwnStream;
   private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
   private known = false; // a snapshot has come over this socket
+  private plan: object | null = null; // the preview that was asked for and not answered yet
 
   /**
    * `wish` is what the page wants to watch from the beginning: a `watch` message; `moved`: the connection worked, and
@@ -95,6 +98,7 @@ export class Live {
   send(message: object): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
+    if ((message as { t?: string }).t === "plan") this.plan = message;
     return true;
   }
 
@@ -123,6 +127,7 @@ export class Live {
     this.hear();
     this.set(true);
     this.ping();
+    if (this.plan) this.send(this.plan); // whoever was asked is gone
   }
 
   private use(socket: WebSocket): void {
@@ -166,8 +171,10 @@ export class Live {
       return;
     }
     socket.onmessage = (event) => {
-      if (typeof event.data === "string" && event.data.startsWith('{"t": "answer"')) this.receive(event.data);
+      const { data } = event as MessageEvent<string | ArrayBuffer>;
+      if (typeof data === "string" && data.startsWith(ANSWER)) this.receive(data);
     };
+    socket.send(NOTHING);
     setTimeout(() => socket.close(), DRAIN_MS);
   }
 
@@ -191,6 +198,7 @@ export class Live {
     const message = JSON.parse(data) as Message;
     this.tries = 0;
     this.known ||= message.t === "snapshot";
+    if (message.t === "plan") this.plan = null;
     if (message.t === "pong") {
       const sent = this.pings.get(message.n);
       this.pings.delete(message.n);

@@ -15,6 +15,7 @@ from django.urls import path, re_path  # noqa: E402
 
 from portal.limits.requests import Bounded  # noqa: E402
 from portal.live.consumers import RobotConsumer  # noqa: E402
+from portal.live.operators import OperatorConsumer  # noqa: E402
 from portal.live.origins import OwnOrigin, Refused  # noqa: E402
 from portal.live.person import PersonConsumer  # noqa: E402
 
@@ -23,6 +24,7 @@ sockets = URLRouter(
     [
         path("ws/me/", PersonConsumer.as_asgi()),
         path("ws/robots/<slug:slug>/", RobotConsumer.as_asgi()),
+        path("ws/operators/<slug:slug>/", OperatorConsumer.as_asgi()),
         re_path("", nowhere),  # last
     ]
 )

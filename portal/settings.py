@@ -214,6 +214,7 @@ RATE_LIMITS = {
     "survey": "30/m/ip,300/h/ip",
     "statistics": "120/m/ip",
     "ask": "30/5m/key",
+    "code": "60/m/user",  # for the operator's stream
     "movie": "10/h/ip",
     "replay": "600/m/ip",
     "slices": "2400/m/ip",  # one replay at the greatest speed asks for about 100 a minute
@@ -334,6 +335,7 @@ LOGGING = {
 # What one network address (IPv6: its /64) may have open in a web process, and the bounds of a request.
 LIMITS: dict[str, Any] = {
     "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),
+    "OPERATORS": env.int("FARHAND_OPERATOR_SOCKETS_PER_ADDRESS", 50),
     "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
     "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),
     "VIEWERS": env.int("FARHAND_VIEWERS_PER_ROBOT", 4000),  # strangers; people who are signed in always may watch

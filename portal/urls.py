@@ -12,7 +12,7 @@ from operatorlog import views as log
 from portal.classic import pictures
 from portal.classic import views as classic
 from portal.composites import views as streams
-from portal.pages import health, jobs, programs, views
+from portal.pages import health, jobs, programs, stream_code, views
 from portal.pages.places import my_places
 from portal.recordings import exports, listing
 from portal.recordings import views as recordings
@@ -31,6 +31,7 @@ urlpatterns = [
     path("me/places/", my_places, name="places"),
     path("robots/<slug:slug>/", views.robot_page, name="robot"),
     path("robots/<slug:slug>/model.urdf", views.model, name="model"),
+    path("robots/<slug:slug>/stream-code/", stream_code.stream_code, name="stream-code"),
     path("robots/<slug:slug>/programs/", programs.programs_of, name="programs"),
     path("robots/<slug:slug>/orientation/", accounts.orientation, name="orientation"),
     path("robots/<slug:slug>/clearance/", accounts.clearance, name="clearance"),

@@ -40,6 +40,11 @@ def events_channel(slug: str) -> str:
     return f"farhand:{slug}:events"
 
 
+def channel_of(slug: str, what: str) -> str:
+    """Return the channel of what is watched: `state`, `trace`, or what `watched_as` returns."""
+    return f"farhand:{slug}:{what.partition('.')[0]}"
+
+
 def frames_of(camera: int, coarse: bool = False) -> str:
     """Return the name of a camera's stream: `frames` for the first, `frames1`, `frames2`...; `coarse`, `coarse1`..."""
     return f"{'coarse' if coarse else 'frames'}{camera or ''}"
@@ -339,34 +344,14 @@ def shot_key(slug: str, camera: int, at_ms: int) -> str:
     return f"farhand:{slug}:shot:{camera}:{at_ms}"
 
 
-def keep_shot(slug: str, camera: int, at_ms: int, jpeg: bytes) -> bool:
-    """Keep a live picture for `SHOT_S`. Return False if Redis did not answer."""
-    try:
-        connection().set(shot_key(slug, camera, at_ms), jpeg, ex=SHOT_S, nx=True)
-    except (redis.RedisError, OSError):
-        failures["shot"] += 1
-        return False
-    return True
+def code_key(digest: str) -> str:
+    """Return the key that holds for whom a one-time code is, by the code's digest."""
+    return f"farhand:code:{digest}"
 
 
-def shot(slug: str, camera: int, at_ms: int) -> bytes | None:
-    """Return a live picture that is kept; None if there is none, or Redis does not answer."""
-    try:
-        found: bytes | None = connection().get(shot_key(slug, camera, at_ms))  # type: ignore[assignment]
-    except (redis.RedisError, OSError):
-        failures["shot"] += 1
-        return None
-    return found
-
-
-def drop_shot(slug: str, camera: int, at_ms: int) -> bool:
-    """Remove a live picture that is kept. Return False if Redis did not answer."""
-    try:
-        connection().delete(shot_key(slug, camera, at_ms))
-    except (redis.RedisError, OSError):
-        failures["shot"] += 1
-        return False
-    return True
+def operator_key(slug: str, user: int) -> str:
+    """Return the key that exists for a while after a person has opened the operator's stream."""
+    return f"farhand:{slug}:operator:{user}"
 
 
 def watchers_key(slug: str) -> str:

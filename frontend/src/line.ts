@@ -11,9 +11,11 @@ export interface Line {
   heardSince(at: number): boolean;
   check(): void;
   send(message: object): boolean;
+  /** Have the operator's own stream; only a socket has one. */
+  operate?(): void;
 }
 export type Open = (
-  slug: string, handlers: Handlers, pingEvery: () => number, layout: CompactLayout | null, wish: () => object,
+  slug: string, handlers: Handlers, pingEvery: () => number, layout: CompactLayout | null, wish: (moved: boolean) => object,
 ) => Line;
 
 let recording: Open | null = null;

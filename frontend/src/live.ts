@@ -1,5 +1,6 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
 import type { CompactLayout } from "./compact.ts";
+import { OVER, OwnStream } from "./own_stream.ts";
 import { decode, type Message, type PicturePacket, type StatePacket, type StreamPacket, type VideoPacket } from "./protocol.ts";
 
 export interface Handlers {
@@ -9,6 +10,8 @@ export interface Handlers {
   stream?(packet: StreamPacket): void;
   video?(packet: VideoPacket): void;
   line(up: boolean): void;
+  /** Whether another socket must not take over now: something runs that belongs to this one. */
+  busy?(): boolean;
 }
 
 const PROBE_MS = 2000; // after this long without a message a ping is sent
@@ -16,6 +19,10 @@ const DOUBT_MS = 1000; // after this long without an answer the connection count
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
 const OVERDUE_MS = 2000, CHECK_MS = 2000;
 const DEAD_MS = 6000; // after this long another socket is opened
+const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
+const DRAIN_MS = 3000; // for answers to what was asked over the socket before
+const ANSWER = '{"t": "answer"';
+const NOTHING = '{"t":"watch","cameras":[],"compact":true}';
 
 export class Live {
   /** Server time minus ours, ms. */
@@ -36,12 +43,20 @@ export class Live {
   private downAt = performance.now();
   private doubted = 0;
   private probeAfter = PROBE_MS;
+  private own: OwnStream;
+  private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
+  private known = false; // a snapshot has come over this socket
+  private plan: object | null = null; // the preview that was asked for and not answered yet
 
-  /** `wish` is what the page wants to watch from the beginning: a `watch` message. */
+  /**
+   * `wish` is what the page wants to watch from the beginning: a `watch` message; `moved`: the connection worked, and
+   * another socket takes over.
+   */
   constructor(
     private slug: string, private handlers: Handlers, private pingEvery: () => number,
-    private layout: CompactLayout | null = null, private wish: (() => object) | null = null,
+    private layout: CompactLayout | null = null, private wish: ((moved: boolean) => object) | null = null,
   ) {
+    this.own = new OwnStream(slug, document.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "");
     this.open();
     this.beat();
     setInterval(() => this.watch(), 250);
@@ -83,6 +98,7 @@ export class Live {
   send(message: object): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
+    if ((message as { t?: string }).t === "plan") this.plan = message;
     return true;
   }
 
@@ -92,26 +108,74 @@ export class Live {
     this.socket = null;
     before?.close();
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const wish = this.wish ? `?watch=${encodeURIComponent(JSON.stringify(this.wish()))}` : "";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/${wish}`);
+    const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/${this.query(false)}`);
     socket.binaryType = "arraybuffer";
-    this.socket = socket;
+    this.use(socket);
     socket.onopen = () => {
-      this.opened += 1;
-      this.pings.clear();
-      this.hear();
-      this.set(true);
-      this.ping();
+      this.begun();
+      this.own.soon();
     };
+  }
+
+  private query(moved: boolean): string {
+    return this.wish ? `?watch=${encodeURIComponent(JSON.stringify(this.wish(moved)))}` : "";
+  }
+
+  private begun(): void {
+    this.opened += 1;
+    this.pings.clear();
+    this.hear();
+    this.set(true);
+    this.ping();
+    if (this.plan) this.send(this.plan); // whoever was asked is gone
+  }
+
+  private use(socket: WebSocket): void {
+    this.socket = socket;
+    this.known = false;
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
+      if (event.code === OVER) return this.open(); // the public view, without a pause
       this.set(false);
       if (event.code === 4404) return;
       if (event.code === 4401 || event.code === 4403 || event.code === FULL) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
       const pause = (event.code === FULL ? FULL_MS : Math.min(8000, 400 * 2 ** this.tries++)) * (0.5 + Math.random());
       this.retry = window.setTimeout(() => this.open(), pause);
     };
+  }
+
+  /** Go over to the operator's own stream, which begins beside this socket; called again and again while one drives. */
+  operate(): void {
+    if (this.socket !== null && this.socket === this.adopted) return;
+    const open = this.socket?.readyState === WebSocket.OPEN;
+    if (open ? !this.known : this.tries < HOPELESS) return; // the turn may be over
+    let asked = "";
+    void this.own.open(() => (asked = this.query(true)), (socket, first) => {
+      if (this.handlers.busy?.()) return false;
+      const before = this.socket;
+      clearTimeout(this.retry);
+      this.use((this.adopted = socket));
+      this.begun();
+      this.receive(first.data as string | ArrayBuffer);
+      if (this.wish && asked !== this.query(true)) this.send(this.wish(true)); // it was changed meanwhile
+      if (before) this.drain(before);
+      return true;
+    });
+  }
+
+  /** Read what was still asked over that socket, then close it. */
+  private drain(socket: WebSocket): void {
+    if (socket.readyState !== WebSocket.OPEN) {
+      socket.onopen = () => socket.close();
+      return;
+    }
+    socket.onmessage = (event) => {
+      const { data } = event as MessageEvent<string | ArrayBuffer>;
+      if (typeof data === "string" && data.startsWith(ANSWER)) this.receive(data);
+    };
+    socket.send(NOTHING);
+    setTimeout(() => socket.close(), DRAIN_MS);
   }
 
   private hear(): void {
@@ -133,6 +197,8 @@ export class Live {
     }
     const message = JSON.parse(data) as Message;
     this.tries = 0;
+    this.known ||= message.t === "snapshot";
+    if (message.t === "plan") this.plan = null;
     if (message.t === "pong") {
       const sent = this.pings.get(message.n);
       this.pings.delete(message.n);

@@ -89,10 +89,10 @@ export class RobotPage {
       {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
         stream: (p) => this.gotStream(p), video: (p) => this.gotVideo(p),
-        line: (up) => this.gotLine(up),
+        line: (up) => this.gotLine(up), busy: () => this.facts().busy,
       },
       () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
-      facts.compact, () => this.watching.wish(),
+      facts.compact, (moved) => this.watching.wish(moved),
     );
     const pace = byId<HTMLSelectElement>("pace");
     pace.value = this.watching.choice;
@@ -304,6 +304,7 @@ export class RobotPage {
     this.drawBanner(f);
     this.drawAge(f);
     const s = this.snapshot;
+    if (s ? s.me.can.drive && s.link && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
     if (!s) return;
     this.page.dataset["state"] = s.robot.state;
     this.page.classList.toggle("operating", s.me.can.drive);

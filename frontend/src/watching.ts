@@ -84,10 +84,15 @@ export class Watching {
     this.tell();
   }
 
-  /** What a new socket asks for; one that follows another through which no picture came asks for less. */
-  wish(): object {
-    if (this.fruitless && this.expected) this.judge.down(performance.now());
-    this.fruitless = true;
+  /**
+   * What a new socket asks for; one that follows another through which no picture came asks for less. `moved`: the
+   * other one has not failed.
+   */
+  wish(moved = false): object {
+    if (!moved) {
+      if (this.fruitless && this.expected) this.judge.down(performance.now());
+      this.fruitless = true;
+    }
     const wish = this.wished();
     this.asked(JSON.stringify(wish));
     return wish;

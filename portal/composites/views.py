@@ -22,7 +22,7 @@ from portal.limits.counts import AddressCount
 from portal.live.audience import audience
 from portal.live.messages import CAMERAS
 from portal.live.threads import Pool
-from robots import bus, description
+from robots import description, shots
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
 from robots.contract.spec import Spec
@@ -77,7 +77,7 @@ async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponse
     if found is None:
         return _refused(503, NO_PICTURE)
     at_ms, jpeg = found
-    if not await PICTURES.run(bus.keep_shot, slug, number, at_ms, jpeg):
+    if not await PICTURES.run(shots.keep_shot, slug, number, at_ms, jpeg):
         return HttpResponse(jpeg, content_type="image/jpeg", headers={"Cache-Control": "no-store"})
     to = reverse("shot", args=[slug, number, at_ms])
     return HttpResponseRedirect(to, headers={"Cache-Control": "public, max-age=1"})
@@ -89,7 +89,7 @@ async def shot(request: HttpRequest, slug: str, number: int, at_ms: int) -> Http
         return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
     seconds, jpeg = at_ms // 1000, None
     if number < CAMERAS and seconds < LATEST_S:
-        jpeg = await PICTURES.run(bus.shot, slug, number, at_ms)
+        jpeg = await PICTURES.run(shots.shot, slug, number, at_ms)
     if jpeg is None:
         return _refused(404, NOT_KEPT)
     etag = f'"{slug}-{number}-{at_ms}"'

@@ -11,6 +11,7 @@ TOO_LARGE = "The request is too large."
 TOO_SLOW = "The request did not arrive in time."
 TOO_MANY = "Too many requests from your network address at once; wait a moment."
 STAFF_PATH = "/admin/"
+OPERATORS_PATH = "/ws/operators/"  # counted apart: whoever watches takes no place from an operator
 
 
 class _Refused(Exception):
@@ -44,12 +45,14 @@ class Bounded:
         self.app = app
         self._requests = AddressCount(settings.LIMITS["REQUESTS"])
         self._sockets = AddressCount(settings.LIMITS["SOCKETS"])
+        self._operators = AddressCount(settings.LIMITS["OPERATORS"])
 
     async def __call__(self, scope: dict[str, Any], receive: Any, send: Any) -> None:
         """Pass on requests within the limits."""
         address = (scope.get("client") or ("", 0))[0]
         if scope["type"] == "websocket":
-            with self._sockets.one(address) as entered:
+            sockets = self._operators if scope["path"].startswith(OPERATORS_PATH) else self._sockets
+            with sockets.one(address) as entered:
                 if entered:
                     await self.app(scope, receive, send)
                 else:

@@ -14,9 +14,22 @@ from urllib.parse import parse_qs
 from django.conf import settings
 from django.db import Error
 
+from portal.live import codes
 from portal.live.actions import Answer, act
 from portal.live.hub import hub
-from portal.live.messages import ROBOT, Command, Keep, NotUnderstood, Ping, Plan, Released, RobotMessage, Stop, Watch
+from portal.live.messages import (
+    CAMERAS,
+    ROBOT,
+    Command,
+    Keep,
+    NotUnderstood,
+    Ping,
+    Plan,
+    Released,
+    RobotMessage,
+    Stop,
+    Watch,
+)
 from portal.live.people import current_user
 from portal.live.previews import Question, previewer
 from portal.live.threads import URGENT
@@ -25,6 +38,7 @@ from portal.stores import down_text
 from queueing import services as queue
 from robots import bus
 from robots.clock import SYSTEM
+from robots.description import views
 from robots.models import Robot
 
 log = logging.getLogger(__name__)
@@ -47,13 +61,14 @@ class RobotConsumer(Viewing):
         self._planning = asyncio.Event()
         self._jog = 0
         self._held: frozenset[str] | None = None
+        self._cameras: int | None = None  # that the robot has
 
     async def opened(self) -> None:
         """Send the snapshot, start to forward."""
         self.slug = self.scope["url_route"]["kwargs"]["slug"]
         if not (self.stranger() and hub().viewers(self.slug)):  # one more watcher needs nothing from the database
             try:
-                self._held = await self.orm(self._look)
+                self._held, self._cameras = await self.orm(self._look)
             except Robot.DoesNotExist:
                 await self.close(NOT_FOUND)
                 return
@@ -62,7 +77,7 @@ class RobotConsumer(Viewing):
         if self.stranger() and hub().strangers(self.slug) >= settings.LIMITS["VIEWERS"]:
             await self.close(FULL, FULL_TEXT)
             return
-        await self.view(self._wish())
+        await self.view(self._wish(), self._cameras)
         if self.me:
             self.check_in()
 
@@ -96,19 +111,27 @@ class RobotConsumer(Viewing):
             return wish if isinstance(wish, Watch) else None
         return None
 
-    def _look(self) -> frozenset[str]:
-        """Find out whether anybody is signed in; return the kinds of held motions. Raises Robot.DoesNotExist."""
+    def _look(self) -> tuple[frozenset[str], int]:
+        """Find out whether anybody is signed in; return the kinds of held motions, and how many cameras there are.
+
+        Raises Robot.DoesNotExist.
+        """
         self.nobody = not current_user(self.scope).is_authenticated
         robot = Robot.objects.get(slug=self.slug)
         try:
-            return frozenset(c.kind for c in robot.spec().commands if c.held)
-        except LookupError:  # its package is not installed
-            return frozenset()
+            held = frozenset(c.kind for c in robot.spec().commands if c.held)
+            return held, len(views(robot.description()))
+        except (LookupError, ImportError, OSError):  # its package is not installed
+            return frozenset(), CAMERAS
 
     def _mark_left(self) -> None:
         user = current_user(self.scope)
-        if user.is_authenticated:
+        if user.is_authenticated and not self.goes_on_elsewhere(user.pk):
             queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now())
+
+    def goes_on_elsewhere(self, person: int) -> bool:
+        """Return whether the person's page goes on over the operator's stream, which has just been opened."""
+        return codes.lately_opened(self.slug, person)
 
     def _mark_seen(self) -> None:
         user = current_user(self.scope)
@@ -170,7 +193,7 @@ class RobotConsumer(Viewing):
                 log.exception("a request failed")
                 answer = Answer(False, OUR_FAULT, "error")
             if answer.trace is not None and self.viewer is not None:
-                hub().trace(self.viewer, answer.trace)
+                await hub().trace(self.viewer, answer.trace)
             await self._answer(message, answer)
 
     def planned(self, said: str) -> None:

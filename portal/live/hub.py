@@ -19,7 +19,7 @@ import redis.asyncio as aioredis
 from django.conf import settings
 from redis.exceptions import RedisError
 
-from portal.live.messages import CAMERAS, Watch
+from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
@@ -31,7 +31,6 @@ log = logging.getLogger(__name__)
 PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
 COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
 HEARD_S = 1.0  # that a new viewer waits for the subscription
-CHANNELS = (bus.events_channel, bus.state_channel, bus.compact_channel, bus.stream_channel, bus.trace_channel)
 
 
 class Hub:
@@ -44,15 +43,18 @@ class Hub:
         self._pubsub: Any = None
         self._subscribing = asyncio.Lock()
         self._restoring: set[str] = set()
+        self._listened: dict[str, set[str]] = {}  # channels that Redis was asked for, by robot
         self._awaited = Counter[str]()  # subscriptions that Redis has not confirmed yet, by robot
         self._name = secrets.token_hex(6)  # of this hub among all
         self._away = False  # the last attempt to reach Redis failed
         self.streams = Streams()
         self.link = False
 
-    def attach(self, viewer: Viewer) -> None:
-        """Add a viewer; the first one starts the reader."""
+    def attach(self, viewer: Viewer, cameras: int | None = None) -> None:
+        """Add a viewer; the first one starts the reader. `cameras`: how many the robot has, if that was read."""
         room = self._rooms.setdefault(viewer.slug, Room(viewer.slug))
+        room.cameras = room.cameras if cameras is None else cameras
+        room.cut(viewer)
         known = room.watched()
         room.add(viewer)
         self._give_newest(viewer)
@@ -60,10 +62,8 @@ class Hub:
         if not self._tasks:
             self._hold(self._read())
             self._hold(self._keep_watch())
-        elif not room.heard.is_set():
+        elif not room.heard.is_set() or room.watched() != known:
             self._hold(self._follow(viewer.slug))
-        elif room.watched() != known:
-            self._hold(self._mark_watched(viewer.slug))
 
     async def heard(self, slug: str) -> None:
         """Wait until nothing that is told of a robot can be missed; not while Redis is away."""
@@ -79,19 +79,23 @@ class Hub:
         known = self._needed(viewer.slug)
         with self._changing(viewer):
             viewer.wish(wish)
+            if (room := self._rooms.get(viewer.slug)) is not None:
+                room.cut(viewer)
         self._give_newest(viewer)
         viewer.wait()
         if self.link and not self._needed(viewer.slug) <= known:
-            self._hold(self._mark_watched(viewer.slug))
+            self._hold(self._follow(viewer.slug))
 
     def _needed(self, slug: str) -> set[str]:
         room = self._rooms.get(slug)
         return {*room.watched(), *room.keys()} if room is not None else set()
 
-    def trace(self, viewer: Viewer, on: bool) -> None:
+    async def trace(self, viewer: Viewer, on: bool) -> None:
         """Send the viewer the wire trace from now on, or no more."""
         with self._changing(viewer):
             viewer.trace = on
+        if on:
+            await self._follow(viewer.slug)
 
     @contextlib.contextmanager
     def _changing(self, viewer: Viewer) -> Iterator[None]:
@@ -149,28 +153,44 @@ class Hub:
         room = self._rooms.get(slug)
         return room.strangers if room is not None else 0
 
-    def _channels(self, slug: str) -> list[str]:
-        steps = [(camera, coarse) for camera in range(CAMERAS) for coarse in (False, True)]
-        pictures = [name(slug, *step) for name in (bus.frames_channel, bus.video_channel) for step in steps]
-        return [*pictures, *(f(slug) for f in CHANNELS)]
-
     async def _follow(self, slug: str) -> None:
-        """Subscribe to a robot while it has viewers."""
+        """Subscribe to what a robot's viewers want, while it has any."""
         with contextlib.suppress(RedisError, OSError):
             async with self._subscribing:  # the last caller sees the present state
                 if self._pubsub is None:
                     return
                 room = self._rooms.get(slug)
                 async with asyncio.timeout(SILENT_S):  # a connection that died without a word
+                    listened = self._listened.setdefault(slug, set())
                     if room is None:
-                        await self._pubsub.unsubscribe(*self._channels(slug))
+                        del self._listened[slug]
+                        if listened:  # none would mean all
+                            await self._pubsub.unsubscribe(*listened)
                         return
-                    self._awaited[slug] += 1
-                    room.asked = True
-                    await self._pubsub.subscribe(*self._channels(slug))
+                    new = room.channels() - listened
+                    if not room.asked:  # again where it was heard for a room before: the answer tells that it is
+                        new.add(bus.events_channel(slug))
+                        self._awaited[slug] += 1
+                        room.asked = True
+                    if new:
+                        listened |= new
+                        await self._pubsub.subscribe(*new)
             await self._mark_watched(slug)
             if not self.streams.knows(slug):
                 await self._restore(slug)
+
+    async def _unfollow(self, slug: str) -> None:
+        """Hear no more of a robot what nobody wants any more."""
+        with contextlib.suppress(RedisError, OSError):
+            async with self._subscribing:
+                room, listened = self._rooms.get(slug), self._listened.get(slug)
+                if self._pubsub is None or room is None or not listened or not (gone := listened - room.channels()):
+                    return
+                listened -= gone
+                for camera in list(room.newest):
+                    room.outdate(camera)
+                async with asyncio.timeout(SILENT_S):
+                    await self._pubsub.unsubscribe(*gone)
 
     async def _restore(self, slug: str) -> None:
         """Read what is kept of a robot's byte streams, where its beginning was not heard."""
@@ -214,6 +234,7 @@ class Hub:
             # not before it is open: who asks while it opens would open a second one, which nobody reads
             self._redis, self._pubsub = connection, pubsub
             self._awaited.clear()
+            self._listened.clear()
             for slug, room in list(self._rooms.items()):
                 room.heard.clear()
                 room.asked = False
@@ -311,6 +332,7 @@ class Hub:
             with contextlib.suppress(RedisError, OSError):  # who reads finds out
                 await self._pubsub.ping()
         for slug in list(self._rooms):
+            await self._unfollow(slug)
             await self._mark_watched(slug)
             await self._count(slug)
 

@@ -37,6 +37,10 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
 
+    def subprotocol(self) -> str | None:
+        """Return which of the protocols that the peer offers is spoken; None: it need not offer any."""
+        return None
+
     async def opened(self) -> None:
         """Start; the socket is accepted."""
 
@@ -91,7 +95,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             return
         try:
             if message["type"] == "websocket.connect":
-                await self.accept()
+                await self.accept(self.subprotocol())
                 await self.opened()
             else:
                 await self._receive(message.get("text"))

@@ -4,24 +4,32 @@ import asyncio
 import time
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable
+from typing import TypeVar
 
 import msgspec
 
 from portal.live.audience import Seat, audience
 from portal.live.direct import Connection, binary_frame, text_frames
-from portal.live.messages import Watch
+from portal.live.messages import CAMERAS, Watch
 from portal.live.video import JOIN_S, NEXT, Given, Videos
 from robots import bus
 from robots.contract.video import unpack
 from robots.messages import Changed, Event
 
 EVENTS = 100
+ALWAYS = ("events", "state", "stream")  # heard of every robot that has viewers
+K = TypeVar("K")
 Step = tuple[int, bool]  # a camera, and whether its pictures are coarse
 
 
 def watchers_text(count: int) -> str:
     """Return the message that tells how many watch."""
     return f'{{"t": "watchers", "count": {count}}}'
+
+
+def _drop_empty(groups: dict[K, set["Viewer"]]) -> None:
+    for key in [key for key, viewers in groups.items() if not viewers]:
+        del groups[key]
 
 
 class Viewer:
@@ -127,6 +135,7 @@ class Room:
 
     def __init__(self, slug: str) -> None:
         self.slug = slug
+        self.cameras = CAMERAS  # that the robot has, where that is known
         self.viewers: set[Viewer] = set()
         self.each = defaultdict[Step, set[Viewer]](set)  # those that want each picture, by camera and step
         self.film = defaultdict[Step, set[Viewer]](set)  # those that want it as video
@@ -158,6 +167,13 @@ class Room:
             self.wanted.subtract(self._wants(viewer))
             for group in self._groups(viewer):
                 group.discard(viewer)
+            for steps in (self.each, self.film):
+                _drop_empty(steps)
+            _drop_empty(self.some)
+
+    def cut(self, viewer: Viewer) -> None:
+        """Leave out cameras that the robot does not have; before the viewer is added."""
+        viewer.cameras = frozenset(camera for camera in viewer.cameras if camera < self.cameras)
 
     def _groups(self, viewer: Viewer) -> list[set[Viewer]]:
         if viewer.every_s:
@@ -170,6 +186,10 @@ class Room:
     def watched(self) -> frozenset[str]:
         """Return what somebody wants: names of cameras' streams, and `trace`."""
         return frozenset(what for what, many in self.wanted.items() if many > 0)
+
+    def channels(self) -> set[str]:
+        """Return the channels on which comes what somebody wants."""
+        return {bus.channel_of(self.slug, what) for what in (*ALWAYS, *self.watched())}
 
     @staticmethod
     def _wants(viewer: Viewer) -> list[str]:
@@ -207,12 +227,15 @@ class Room:
     def give_picture(self, camera: int, data: bytes, coarse: bool = False) -> None:
         """Give everybody who wants it a new picture."""
         if coarse:
-            self._outdate(camera)
+            self.outdate(camera)
         else:
             self.newest[camera] = data
+        each, some = self.each.get((camera, coarse)), None if coarse else self.some.get(camera)
+        if not each and not some:
+            return
         frame = binary_frame(data)
-        left = self._write(self.each[camera, coarse], frame)
-        if not coarse and (some := self.some[camera]):
+        left = self._write(each, frame) if each else []
+        if some:
             left += self._write([viewer for viewer in some if viewer.wants(camera)], frame)
         for viewer in left:
             viewer.put_picture(camera, data)
@@ -220,12 +243,16 @@ class Room:
     def give_video(self, data: bytes, coarse: bool) -> bool:
         """Give everybody who wants it the next packet of video; False if a key picture has to be asked for."""
         camera = unpack(data).camera
-        self._outdate(camera)
-        return self.videos[coarse].give(data, self.film[camera, coarse], time.monotonic())
+        self.outdate(camera)
+        viewers = self.film.get((camera, coarse))
+        if not viewers:  # it was wanted until now, or is in another web process
+            self.videos[coarse].forget(camera)
+            return True
+        return self.videos[coarse].give(data, viewers, time.monotonic())
 
-    def _outdate(self, camera: int) -> None:
-        """Forget the newest JPEG if nobody has new ones made: what comes now is newer."""
-        if not self.each[camera, False] and not self.some[camera]:
+    def outdate(self, camera: int) -> None:
+        """Forget the newest JPEG if nobody here has new ones made: what comes now is newer."""
+        if (camera, False) not in self.each and camera not in self.some:
             self.newest.pop(camera, None)
 
     def flows(self, viewer: Viewer, camera: int) -> bool:
@@ -243,6 +270,8 @@ class Room:
 
     def give_state(self, data: bytes, compact: bool) -> None:
         """Give a new state to everybody who wants them in this form."""
+        if not self.states[compact]:
+            return
         for viewer in self._write(self.states[compact], binary_frame(data)):
             viewer.state = data
             viewer.wait()

@@ -72,6 +72,11 @@ class Videos:
                 viewer.wait()
         return True
 
+    def forget(self, camera: int) -> None:
+        """Nobody here wants that camera's video: what is kept would soon have gaps."""
+        self._groups.pop(camera, None)
+        self._asked.discard(camera)
+
     def missing(self, viewer: Watcher, now: float) -> list[bytes]:
         """Return what a viewer has to be given now, and note that it was."""
         found: list[bytes] = []

@@ -28,6 +28,7 @@ from robots.messages import Changed
 from robots.models import Robot
 
 RESYNC_S = 1.0
+IDLE_S = 15.0  # a mailbox in which nothing waits is looked into all the same
 AGAIN_S = 2.0  # between two attempts while the database is away
 NOT_FOUND = 4404
 OTHERS_S = 0.6  # for other sessions of a person who has signed out to report that they continue
@@ -47,14 +48,17 @@ class Viewing(Line):
         self._freed = asyncio.Event()  # set whenever the connection has taken everything
         self._seat, self._leave = Seat(), contextlib.ExitStack()
 
-    async def view(self, wish: Watch | None = None) -> Viewer:
-        """Start to watch: the snapshot first, then everything that comes, as far as it is wanted."""
+    async def view(self, wish: Watch | None = None, cameras: int | None = None) -> Viewer:
+        """Start to watch: the snapshot first, then everything that comes, as far as it is wanted.
+
+        `cameras`: how many the robot has, if that was read.
+        """
         viewer = self.viewer = Viewer(self.slug, connection_of(self.scope))
         viewer.page, viewer.stranger = True, self.stranger()
         if wish is not None:
             viewer.wish(wish)
         self._leave.callback(hub().detach, viewer)
-        hub().attach(viewer)
+        hub().attach(viewer, cameras)
         viewer.seat = self._seat = self._leave.enter_context(audience().one(self.slug))
         if viewer.connection is not None:
             self._leave.callback(viewer.connection.when_free, None)
@@ -147,7 +151,7 @@ class Viewing(Line):
         """Send what waits in the mailbox; while Redis is away, read the database every second."""
         while True:
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(RESYNC_S if not hub().link else 15.0):  # wait_for may lose a cancellation
+                async with asyncio.timeout(RESYNC_S if not hub().link else IDLE_S):  # wait_for may lose a cancellation
                     await viewer.wake.wait()
             if not hub().link:
                 self._stale.set()

@@ -71,6 +71,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         **_shown(robot),
         **asdict(console),
         "operator": turn.user.username if turn else "",
+        "drives": turn is not None and turn.user_id == request.user.pk,
         "still": newest_still(robot),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": facts,

@@ -6,7 +6,7 @@ from typing import Any
 from django.conf import settings
 from django.db import transaction
 
-from robots import bus
+from robots import bus, shots
 from robots.messages import Changed
 from robots.models import Frame, Recording
 from robots.permissions import need_staff
@@ -23,7 +23,7 @@ def take_down(frame: Frame, user: Any) -> int:
     robot, at = frame.robot, frame.taken_at
     changed = keeping.take_out_pictures(robot, at, frame.pk)
     (Path(settings.MEDIA_ROOT) / frame.file).unlink(missing_ok=True)
-    bus.drop_shot(robot.slug, 0, int(at.timestamp() * 1000))
+    shots.drop_shot(robot.slug, 0, int(at.timestamp() * 1000))
     with transaction.atomic():
         frame.delete()
         for what in ("frame", "log"):

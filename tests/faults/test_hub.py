@@ -1,13 +1,19 @@
-"""Viewers who come and go while the hub's connection opens."""
+"""Viewers who come and go while the hub's connection opens, and what the hub hears for those who are there."""
 
 import asyncio
 import contextlib
+import json
 import random
+from urllib.parse import quote
 
 import pytest
 
 from portal.live.hub import Hub
 from portal.live.rooms import Viewer
+from robots import bus
+from robots.messages import picture_packet
+from tests.conftest import wait_for
+from tests.faults.here import heard, line
 
 STEPS = (0, 0, 1, 2, 3, 5, 8, 13, 20, 40)  # of the event loop, between two of them
 
@@ -45,3 +51,38 @@ def test_who_comes_and_goes_while_the_connection_opens_leaves_nothing(redis_serv
     for seed in range(first, first + 25):
         left = asyncio.run(come_and_go(random.Random(seed)))
         assert len(left) == 1, f"seed {seed}: {left}"  # what is told of sessions
+
+
+def told(web):
+    """Return the channels that the web process has asked Redis for, and what Redis is told is watched."""
+
+    def listened():
+        from portal.live.hub import hub
+
+        return {name.removeprefix("farhand:mercury:") for name in hub()._listened.get("mercury", ())}
+
+    prefix = bus.watch_key("mercury", "").encode()
+    return web.ask(listened), {key.removeprefix(prefix).decode() for key in bus.connection().keys(prefix + b"*")}
+
+
+ALWAYS = {"events", "state", "stream"}
+
+
+def test_a_page_has_what_it_wants_heard_and_of_cameras_that_the_robot_has(web):
+    everything = json.dumps({"t": "watch", "cameras": list(range(8))})
+    with line(web, path=f"/ws/robots/mercury/?watch={quote(everything)}") as one, line(web) as other:
+        heard(one, "snapshot")
+        heard(other, "snapshot")
+        wait_for(lambda: told(web) == (ALWAYS | {"frames"}, {"frames", "state"}), 5, "one camera")
+        one.send(json.dumps({"t": "watch", "cameras": [0, 3], "video": "vp8", "compact": True}))
+        wait_for(lambda: told(web)[0] == ALWAYS | {"frames", "video", "compact"}, 2, "what is new, at once")
+        other.close()
+        wait_for(lambda: told(web)[0] == ALWAYS | {"video", "compact"}, 6, "nothing that nobody wants any more")
+        bus.publish_compact("mercury", b"\x80 state")
+        assert wait_for(lambda: one.recv(timeout=5) == b"\x80 state", 5, "the state")
+        one.send(json.dumps({"t": "watch", "cameras": [0]}))
+        wait_for(lambda: "frames" in told(web)[0], 2, "pictures again")
+        bus.publish_picture("mercury", picture_packet(1, 1, 0, (), b"jpeg"))
+        wait_for(lambda: isinstance(data := one.recv(timeout=5), bytes) and data[0] == 2, 5, "the picture")
+    web.nothing_left()
+    assert told(web)[0] == set()

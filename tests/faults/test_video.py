@@ -63,10 +63,14 @@ def test_a_newcomer_gets_the_group_since_the_last_key_picture_and_who_wants_jpeg
 def test_a_page_changes_between_video_and_jpeg_on_the_same_socket(web):
     with line(web) as one:
         heard(one, "snapshot")
+        one.send(json.dumps(WISH))
+        wait_for(lambda: bus.how_watched("mercury", 0).video, 5, "the wish")
         for n in range(1, 5):
             bus.publish_video("mercury", packet(n, n == 1))
-        one.send(json.dumps(WISH))
         assert pictures(one, 4) == [packet(n, n == 1) for n in range(1, 5)]
+        time.sleep(JOIN_S)
+        one.send(json.dumps(WISH))
+        assert len(pictures(one, 4)) == 4, "the group again"
         for _ in range(20):
             one.send(json.dumps(WISH))
         one.send(json.dumps({"t": "ping", "n": 5}))

@@ -42,6 +42,8 @@ GET = {
     "me/places/": ("/me/places/", signed_in(OK)),
     "robots/<slug:slug>/": ("/robots/mercury/", everybody(OK)),
     "robots/<slug:slug>/model.urdf": ("/robots/mercury/model.urdf", everybody(ABSENT)),
+    # who gets a code: tests/faults/test_operator_stream.py
+    "robots/<slug:slug>/stream-code/": ("/robots/mercury/stream-code/", everybody(METHOD)),
     "robots/<slug:slug>/programs/": ("/robots/mercury/programs/", everybody(OK)),
     "robots/<slug:slug>/orientation/": ("/robots/mercury/orientation/", everybody(OK)),
     "robots/<slug:slug>/clearance/": ("/robots/mercury/clearance/", everybody(MOVED)),

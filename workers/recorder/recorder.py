@@ -84,7 +84,9 @@ class Recorder:
 
     def _listen(self, over: Callable[[], bool]) -> None:
         self._pubsub, self._heard = bus.listener().pubsub(), set()
-        self._hear(channel for one in self.running.values() for channel in one.channels())
+        for one in self.running.values():
+            self._hear(one.channels())
+            self._before(one)  # what was not heard meanwhile
         self._looked, self._answered = -1e9, self._clock.monotonic()
         while not over():
             self._look_if_due()
@@ -185,9 +187,9 @@ class Recorder:
         self.running[grant.pk] = one
         self._marked = -1e9
         self._hear(one.channels())
+        self._before(one)  # first: what a byte stream showed before is known from the first moment on
         for command in Command.objects.filter(grant=grant).select_related("issued_by", "grant__robot").order_by("id"):
             self._tell_command(one, stage_event(command), command)
-        self._before(one)
 
     @staticmethod
     def _taped(row: Recording, grant: Grant) -> _Running:
@@ -212,14 +214,15 @@ class Recorder:
         return all(row.final for row in rows) or self._clock.monotonic() - one.over_at > REST_S
 
     def _before(self, one: _Running) -> None:
-        """Take what the bus keeps of byte streams, so that deltas have something to stand on."""
+        """Take what the bus keeps of byte streams, all at one time, so that deltas have something to stand on."""
+        at_ns = self.now_ns()
         for stream in range(MOST):
             try:
                 kept: Any = bus.connection().lrange(bus.stream_key(one.slug, stream), 0, -1)
             except (redis.RedisError, OSError):
                 return
             for packet in kept:
-                one.taping.stream(self.now_ns(), packet)
+                one.taping.stream(at_ns, packet)
 
     def _take(self, channel: str, data: bytes) -> None:
         _, slug, what = channel.split(":", 2)

@@ -1,0 +1,92 @@
+"""What a web process hears and computes for the viewers of a robot: what they want, and nothing else."""
+
+import asyncio
+
+import pytest
+
+from portal.live import rooms
+from portal.live.messages import Watch
+from portal.live.rooms import Room, Viewer
+from robots.contract.video import VideoPacket, pack
+
+KEY, NEXT, AFTER = (pack(VideoPacket(0, n, 2000 + 40 * n, 0, b"vp8", n - 1 or None)) for n in (1, 2, 3))
+ALWAYS = {"farhand:arm:events", "farhand:arm:state", "farhand:arm:stream"}
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """The frames that are made."""
+    made = []
+    monkeypatch.setattr(rooms, "binary_frame", lambda data: made.append(data) or data)
+    return made
+
+
+def viewer(room, *cameras, **wish):
+    one = Viewer("arm")
+    one.wish(Watch(list(cameras), **wish))
+    room.cut(one)
+    room.add(one)
+    return one
+
+
+def test_nothing_is_computed_or_kept_for_nobody(computed):
+    room = Room("arm")
+    one = viewer(room, 1)
+    for coarse in (False, True):
+        room.give_picture(0, b"\x02 picture", coarse)
+        assert room.give_video(KEY, coarse)
+        assert room.give_video(NEXT, coarse), "no key picture is asked for"
+        room.give_state(b"\x80 compact", True)
+    assert not computed
+    assert not any(videos._groups for videos in room.videos.values())
+    room.give_picture(1, b"\x02 picture")
+    assert computed == [b"\x02 picture"]
+    assert one.frames == {1: b"\x02 picture"}
+
+
+def test_whoever_films_later_gets_no_part_of_a_group_that_has_gaps():
+    async def film():
+        room = Room("arm")
+        first = viewer(room, 0, video="vp8")
+        assert room.give_video(KEY, False)
+        room.remove(first)
+        assert room.give_video(NEXT, False)
+        second = viewer(room, 0, video="vp8")
+        assert room.missing(second) == []
+        assert room.keys() == {"video.key"}
+        assert not room.give_video(AFTER, False), "a key picture is needed"
+        assert room.give_video(KEY, False)
+        assert room.missing(second) == [KEY]
+
+    asyncio.run(film())
+
+
+def test_empty_groups_are_dropped():
+    room = Room("arm")
+    wishes = [{}, {"coarse": True}, {"every_s": 5.0}, {"video": "vp8"}, {"video": "vp8", "coarse": True}]
+    here = [viewer(room, *range(8), **wish) for wish in wishes]
+    assert len(room.each) == len(room.film) == 16
+    for one in here:
+        room.remove(one)
+    assert not (room.each or room.film or room.some)
+
+
+def test_channels_are_those_of_what_somebody_wants():
+    room = Room("arm")
+    assert room.channels() == ALWAYS
+    plain, small = viewer(room, 0), viewer(room, 2, compact=True, video="vp8", coarse=True)
+    assert room.channels() == ALWAYS | {"farhand:arm:frames", "farhand:arm:compact", "farhand:arm:coarsevideo2"}
+    room.remove(plain)
+    slow = viewer(room, 1, every_s=5.0)
+    slow.trace = True
+    room.remove(small)
+    assert room.channels() == ALWAYS | {"farhand:arm:frames1"}
+
+
+def test_cameras_that_the_robot_does_not_have_are_left_out_of_a_wish():
+    room = Room("arm")
+    room.cameras = 2
+    assert viewer(room, 0, 1, 2, 7).cameras == {0, 1}
+    assert room.watched() == {"frames", "frames1"}
+    room.cameras = 0
+    assert viewer(room, 0, 5).cameras == set()

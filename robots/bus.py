@@ -349,9 +349,9 @@ def code_key(digest: str) -> str:
     return f"farhand:code:{digest}"
 
 
-def operator_key(slug: str, user: int) -> str:
-    """Return the key that exists for a while after a person has opened the operator's stream."""
-    return f"farhand:{slug}:operator:{user}"
+def operator_key(slug: str, account: int) -> str:
+    """Return the key that exists for a while after a person (by the account's key) has opened the operator's stream."""
+    return f"farhand:{slug}:operator:{account}"
 
 
 def watchers_key(slug: str) -> str:

@@ -50,7 +50,7 @@ def test_a_socket_needs_no_driver(unloadable, robot):
 
     consumer = RobotConsumer()
     consumer.slug, consumer.scope = robot.slug, {}
-    held = consumer._look()
+    held, _ = consumer._look()
     assert held == {"mercury": {"jog"}, "pa10": {"jog_joints", "jog_tool"}}[robot.driver]
 
 

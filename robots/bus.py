@@ -350,7 +350,7 @@ def code_key(digest: str) -> str:
 
 
 def operator_key(slug: str, account: int) -> str:
-    """Return the key that exists for a while after a person (by the account's key) has opened the operator's stream."""
+    """Return the key that exists for a while after an account has opened the operator's stream."""
     return f"farhand:{slug}:operator:{account}"
 
 

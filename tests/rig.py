@@ -44,6 +44,7 @@ class Simulator:
 
     def _run(self, name: str, *options: object) -> None:
         argv = [*self._before, PYTHON, "-m", f"simulators.{name}", "--dir", str(self.folder), *map(str, options)]
+        self.folder.mkdir(parents=True, exist_ok=True)
         with (self.folder / "said.log").open("ab") as out:
             self.process = forks.start(argv, dict(os.environ), out.fileno())
 

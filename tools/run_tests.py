@@ -72,7 +72,7 @@ STEPS: tuple[tuple[Lane, ...], ...] = (
         ),
     ),
     (
-        (Part("sqlite", WAITING, f"not computes and {SHORT}", workers=4),),
+        (Part("sqlite", WAITING, f"not computes and {SHORT}", workers=6),),
         (Part("postgres", ("tests",), f"{BOTH} and {SHORT}", workers=1, naming=("service", "tenth")),),
     ),
 )

@@ -38,7 +38,6 @@ class Guest:
 
 
 @pytest.mark.alone  # an owner that the machine stalls for longer than its lease ends a job as unknown, for good
-@pytest.mark.tenth
 def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(transactional_db, redis_server, monkeypatch):
     bus.connection().flushall()
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)

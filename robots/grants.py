@@ -6,13 +6,14 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import IntegrityError, transaction
-from django.db.models import F
+from django.db.models import BigAutoField, F
 
 from robots import bus
 from robots.contract.procedures import PICTURE
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
+from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
 END_CODES = {
@@ -30,9 +31,13 @@ def owner_alive(lease: Lease | None, now: datetime) -> bool:
     return bool(lease and lease.expires_at and lease.expires_at > now)
 
 
+ROBOT = Slot("robot", BigAutoField())
+_OPEN: Prepared[Grant] = Prepared(lambda: Grant.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
+
+
 def open_grant(robot: Robot) -> Grant | None:
     """Return the robot's open grant."""
-    return Grant.objects.filter(robot=robot, ended_at=None).order_by().first()
+    return next(iter(_OPEN(robot=robot.pk)), None)
 
 
 def newest_grant(robot: Robot) -> Grant | None:

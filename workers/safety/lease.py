@@ -13,13 +13,18 @@ from pathlib import Path
 
 from django.conf import settings
 from django.db import Error, close_old_connections, connection
+from django.db.models import BigAutoField, BigIntegerField, DateTimeField
 
 from robots.clock import SYSTEM, Clock
 from robots.grants import take_epoch
 from robots.models import Lease, Robot
+from robots.prepared import PreparedUpdate, Slot
 
 log = logging.getLogger(__name__)
 RENEW_S = 0.75  # three attempts within a lease of three seconds
+ROBOT, EPOCH = Slot("robot", BigAutoField()), Slot("epoch", BigIntegerField())
+PID, UNTIL = Slot("pid", BigIntegerField()), Slot("until", DateTimeField())
+_RENEW = PreparedUpdate(lambda: Lease.objects.filter(robot=ROBOT, epoch=EPOCH, pid=PID), expires_at=UNTIL)
 
 
 def process_start(pid: int) -> str:
@@ -154,9 +159,8 @@ class OwnerLease:
             return
         self.measure_offset()
         begun, epoch = self._clock.monotonic(), self.epoch
-        done = Lease.objects.filter(robot=self._robot, epoch=epoch, pid=os.getpid()).update(
-            expires_at=self.now() + timedelta(seconds=self._seconds)
-        )
+        until = self.now() + timedelta(seconds=self._seconds)
+        done = _RENEW(robot=self._robot.pk, epoch=epoch, pid=os.getpid(), until=until)
         with self._lock:
             if epoch != self.epoch:
                 return  # it was taken again in the meantime

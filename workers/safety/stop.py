@@ -4,16 +4,23 @@ import logging
 import threading
 from datetime import datetime, timedelta
 
+from django.db.models import BigAutoField
+
 from robots import bus
 from robots.contract.session import RobotState
 from robots.drivers.errors import RobotError
 from robots.messages import Changed
 from robots.models import Robot
+from robots.prepared import Prepared, Slot
 from workers.incidents import incident
 from workers.owned import OwnedRobot
 from workers.safety.latch import StopLatch
 
 log = logging.getLogger(__name__)
+ROBOT = Slot("robot", BigAutoField())
+_ROW: Prepared[Robot] = Prepared(
+    lambda: Robot.objects.filter(pk=ROBOT).only("stop_latched", "releases", "stop_confirmed", "rests_by")
+)
 
 
 class Stop:
@@ -83,8 +90,10 @@ class Stop:
         if self._trouble:
             incident(robot, "stop_failed", self._trouble, self._owned.now())
             self._trouble = ""
-        row = Robot.objects.values_list("stop_latched", "releases", "stop_confirmed", "rests_by").get(pk=robot.pk)
-        in_row, releases, confirmed, rests_by = row
+        row = next(iter(_ROW(robot=robot.pk)), None)
+        if row is None:
+            raise Robot.DoesNotExist
+        in_row, releases, confirmed, rests_by = row.stop_latched, row.releases, row.stop_confirmed, row.rests_by
         released = latch.releases is not None and releases > latch.releases
         self._releases = releases
         if in_row and not latch.latched:

@@ -219,7 +219,8 @@ def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
-    if not STORES & set(item.fixturenames) and not item.get_closest_marker("django_db"):
+    of_django = isinstance(item.cls, type) and issubclass(item.cls, TransactionTestCase)  # asks for no fixture
+    if not of_django and not STORES & set(item.fixturenames) and not item.get_closest_marker("django_db"):
         return  # what runs on is not in its way
     if HOUSE.web is not None and "portal" not in item.fixturenames:
         HOUSE.close_web()

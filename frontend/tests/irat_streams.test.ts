@@ -7,7 +7,7 @@ import { ExperienceMap } from "../../robots/drivers/irat/console/map_packets.ts"
 
 interface Packet { hex: string; key: boolean }
 interface Vectors {
-  map: { what: string; packets: Packet[]; shown: { number: number; spots: Record<string, [number, number]>; links: number[][]; route: number[]; docks: number[] } }[];
+  map: { what: string; packets: Packet[]; shown: { number: number; spots: Record<string, [number, number]>; links: number[][]; route: number[]; docks: number[]; dock: number[] | null } }[];
   cells: { what: string; packets: Packet[]; shown: Record<string, number> }[];
 }
 const vectors = JSON.parse(readFileSync(new URL("../../tests/vectors/irat_streams.json", import.meta.url), "utf-8")) as Vectors;
@@ -23,6 +23,8 @@ for (const one of vectors.map)
       assert.ok(Math.abs(spots[id]![0]! - x) < 1e-9, `${id}: ${spots[id]}`);
       assert.ok(Math.abs(spots[id]![1]! - y) < 1e-9, `${id}: ${spots[id]}`);
     }
+    const dock = map.dock && [map.dock.x, map.dock.y, map.dock.within].map((v) => Math.round(v * 1000) / 1000);
+    assert.deepEqual(dock, one.shown.dock);
     assert.deepEqual([map.number, map.links, map.route, map.docks], [one.shown.number, one.shown.links, one.shown.route, one.shown.docks]);
   });
 
@@ -52,6 +54,15 @@ test("a packet that is cut, of another version or of another map is refused, and
   const huge = bytes(vectors.map[0]!.packets[0]!.hex);
   huge.fill(255, 6, 14);
   assert.equal(new ExperienceMap().take(huge, true), false, "more places than it has bytes");
+});
+
+test("places at the dock are not open to people, and all are where the dock is not known", () => {
+  const map = new ExperienceMap();
+  const { packets } = vectors.map.find(({ shown }) => shown.dock)!;
+  for (const { hex, key } of packets) map.take(bytes(hex), key);
+  assert.deepEqual([...map.open().keys()], [2]);
+  map.dock = null;
+  assert.equal(map.open().size, map.spots.size);
 });
 
 test("cells out of range and half a cell are refused", () => {

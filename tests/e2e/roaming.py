@@ -21,6 +21,7 @@ RING = [[RADIUS_M * math.cos(i * math.tau / PLACES), RADIUS_M * math.sin(i * mat
 TOLD = {
     "map": MAP, "sequence": 1, "whole": True, "ids": list(range(PLACES)), "poses": RING,
     "links": [[i, (i + 1) % PLACES] for i in range(PLACES)], "route": [], "docks": [29, 30, 31],
+    "dock": [-0.9, 0.0],
 }  # fmt: skip
 VALUES = {"battery": 7.9, "charge": 82.0, "charging": 0.0, "map": MAP, "experiences": PLACES, "docks": 3, "driven": 5.0}
 MARGIN_PX, BESIDE_M = 26, 0.05  # round the map, on the canvas and in metres

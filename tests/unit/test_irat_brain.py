@@ -45,8 +45,8 @@ def packets(answers, name="map"):
 
 
 def decoded(data, known=None):
-    """What a console has after a packet of the map: number, places, links, route, docks."""
-    number, places, links, route, docks = known or (0, {}, set(), (), ())
+    """What a console has after a packet of the map: number, places, links, route, docks, dock."""
+    number, places, links, route, docks, dock = known or (0, {}, set(), (), (), (0, 0, 0))
     version, flags, number, nodes, pairs = HEAD.unpack_from(data)
     assert version == 1
     at = HEAD.size
@@ -65,8 +65,11 @@ def decoded(data, known=None):
             at += 2 + 4 * count
         else:
             lists.append(old)
+    if flags & 4:
+        dock = struct.unpack_from("<hhH", data, at)
+        at += 6
     assert at == len(data)
-    return number, places, links, *lists
+    return number, places, links, *lists, dock
 
 
 @pytest.fixture
@@ -146,6 +149,19 @@ def test_a_place_at_the_dock_is_refused_as_a_goal(mind):
     (far_away,) = mind.take(Aim(3, number, 0.0, 0.0, int(held.ids[0])))
     assert "only to charge" in near.refusal and not near.cleared
     assert not far_away.refusal
+    list(mind.take(messages.Key("map")))
+    told = packets(walk(mind, 15))
+    known = None
+    for one in told:
+        known = decoded(one.data, None if one.key else known)
+    x, y, within = (v * 0.005 for v in known[-1])
+    assert (x, y, within) == (pytest.approx(0.0, abs=0.1), pytest.approx(1.0, abs=0.1), 0.42), (
+        "so pages do not offer it"
+    )
+    mind.slam.docks.places.clear()
+    for one in packets(walk(mind, 15)):
+        known = decoded(one.data, None if one.key else known)
+    assert known[-1] == (0, 0, 0)
 
 
 def test_an_empty_map_has_no_goals(mind):
@@ -246,7 +262,7 @@ def test_the_stream_of_the_cells_follows_them():
 def test_an_empty_map_is_a_packet_too(mind):
     data, key = MapStream().next(mind.slam, ())
     assert key
-    assert decoded(data) == (mind.slam.map_number, {}, set(), (), ())
+    assert decoded(data) == (mind.slam.map_number, {}, set(), (), (), (0, 0, 0))
 
 
 def test_frames_are_read_as_written_and_a_cut_one_is_the_end(tmp_path):

@@ -51,12 +51,14 @@ def test_what_the_brain_streams_is_decoded_alike_by_two_readers(tmp_path):
     for one in told:
         shown = with_map(shown, one.data, one.key)
         known = decoded(one.data, None if one.key else known)
-    number, places, links, route, docks = known
+    number, places, links, route, docks, dock = known
     assert shown.number == number
     assert shown.ids.tolist() == sorted(places)
     assert np.allclose(shown.places, [np.array(places[i]) * 0.005 for i in sorted(places)])
     assert {tuple(pair) for pair in shown.links.tolist()} == links
     assert (tuple(shown.route.tolist()), tuple(shown.docks.tolist())) == (route, docks)
+    assert shown.dock is None
+    assert dock == (0, 0, 0)
 
 
 def test_a_place_that_moves_is_told_again_and_a_key_packet_forgets_everything():
@@ -109,7 +111,9 @@ def test_the_map_shows_route_docks_goals_and_the_robot():
     part = draw_map(shown, (0.25, 0.25, 0.0), [(0, 0.5, 0.5)], 380, 400)
     for colour in (DOCK, ROBOT, (60, 60, 235)):
         assert coloured(part, np.array(colour)), colour
-    without = draw_map(replace(shown, route=shown.route[:0], docks=shown.docks[:0]), None, [], 380, 400)
+    bare = replace(shown, route=shown.route[:0], docks=shown.docks[:0])
+    without = draw_map(bare, None, [], 380, 400)
+    assert coloured(draw_map(replace(bare, dock=(0.1, 0.1, 0.42)), None, [], 380, 400), np.array(DOCK), 40)
     for colour in (DOCK, ROBOT, (60, 60, 235)):
         assert not coloured(without, np.array(colour)), colour
 

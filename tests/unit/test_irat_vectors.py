@@ -26,16 +26,17 @@ def map_packets(told):
             map_number=one["map"], sequence=one["sequence"], since=lambda _, found=changes: found,
             docks=SimpleNamespace(places=dict.fromkeys(one["docks"])),
         )  # fmt: skip
-        data, key = stream.next(slam, tuple(one["route"]))
+        data, key = stream.next(slam, tuple(one["route"]), one.get("dock"), 0.42)
         packets.append({"hex": data.hex(), "key": key})
         if one["whole"]:
             spots, links = {}, []
         kept = np.clip(np.rint(poses[:, :2] / UNIT_M), -32768, 32767)
         spots |= {str(i): [float(v) * UNIT_M for v in at] for i, at in zip(one["ids"], kept, strict=True)}
         links = links + one["links"]
-    last = told[-1]
+    last, dock = told[-1], told[-1].get("dock_shown")
     return packets, {
         "number": last["map"], "spots": spots, "links": links, "route": last["route"], "docks": sorted(last["docks"]),
+        "dock": dock,
     }  # fmt: skip
 
 

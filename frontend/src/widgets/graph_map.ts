@@ -8,6 +8,7 @@ export interface Graph {
   /** The path that is being driven; its last place is the goal. */
   route: readonly number[];
   docks: readonly number[];
+  dock: Spot | null;
 }
 /** A numbered x: `now` for the goal that the robot drives to, `own` for the viewer's. */
 export interface Mark extends Spot { text: string; own: boolean; now: boolean }
@@ -111,11 +112,20 @@ export class GraphMap {
     this.dots(graph.spots.values(), colours.quiet, small);
     const at = (id: number): Spot[] => [graph.spots.get(id)].filter((spot) => spot !== undefined);
     this.dots(graph.docks.flatMap(at), colours.dock, small + 1.8);
+    if (graph.dock) this.drawDock(graph.dock, colours);
     const way = graph.route.flatMap(at);
     this.lines(way.slice(1).map((spot, i) => [way[i], spot]), colours.route, 3.5);
     this.letters(colours);
     const over = this.over === null ? undefined : graph.spots.get(this.over);
     if (over) this.ring(over, 9, colours.accent);
+  }
+
+  private drawDock(dock: Spot, colours: Colours): void {
+    const c = this.context;
+    const [x, y] = this.scale.toScreen(dock.x, dock.y);
+    Object.assign(c, { strokeStyle: colours.dock, lineWidth: 2.5, font: "600 12px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", lineJoin: "round" });
+    c.strokeRect(x - 7, y - 7, 14, 14);
+    this.words("dock", x, y + 17, colours.dock, colours);
   }
 
   private lines(pairs: Iterable<readonly (Spot | undefined)[]>, colour: string, wide: number): void {

@@ -25,6 +25,7 @@ from robots.vision.markers import Markers
 
 log = logging.getLogger(__name__)
 SAVE_S = 10.0
+WHERE_EACH = 10  # feeds, after which it is reckoned again where the dock is
 FIND_EACH = 4  # pictures, of which one is searched for the dock while nobody looks for it
 CLEARED = "The map was cleared, so this place is no longer known."
 NO_PLACE = "No place on the map is within 0.1 m of this click."
@@ -47,6 +48,7 @@ class Mind:
         self._map_stream, self._cell_stream = MapStream(), CellStream()
         self._markers, self._ahead = dock_markers(), float(described("irat")["camera"]["ahead"])
         self._pictures, self._saved = 0, time.monotonic()
+        self._feeds, self._dock_at, self._dock_map = 0, self._where(), self.slam.map_number
 
     def _kept(self) -> tuple[int, float, bool]:
         try:
@@ -117,9 +119,12 @@ class Mind:
 
     def in_dock(self, experience: int) -> bool:
         """Tell whether an experience is where only docking leads."""
-        held, where = self.slam.map, self.slam.docks.where(self.slam.map, self._ahead)
+        held, where = self.slam.map, self._where()
         x, y, _ = held.pose_of(index_of(held, experience))
         return where is not None and math.dist((x, y), where) < IN_DOCK_M
+
+    def _where(self) -> tuple[float, float] | None:
+        return self.slam.docks.where(self.slam.map, self._ahead)
 
     def _to(self, number: int, goal: int) -> Answer:
         route = plan(self.slam.map, goal)
@@ -143,6 +148,9 @@ class Mind:
             step = slam.step(0.0, None, 0.0, 0.0, 0.0)
         self._age += min(max(feed.dt, 0.0), 1.0)
         outer, small = self._dock(picture, feed.find)
+        self._feeds += 1
+        if self._feeds % WHERE_EACH == 0 or step.map_number != self._dock_map:  # it moves slowly, as the map is pulled
+            self._dock_at, self._dock_map = self._where(), step.map_number
         if outer is not None:
             slam.docks.saw(step.experience, outer.z, outer.theta)
         guided, route = self._guided()
@@ -173,7 +181,7 @@ class Mind:
 
     def _packets(self, route: tuple[int, ...]) -> Iterator[Packet]:
         for name, packet in (
-            ("map", self._map_stream.next(self.slam, route)),
+            ("map", self._map_stream.next(self.slam, route, self._dock_at, IN_DOCK_M)),
             ("cells", self._cell_stream.next(self.slam.cells.cells)),
         ):
             if packet is not None:

@@ -4,6 +4,7 @@ import struct
 
 VERSION = 1
 HEAD = struct.Struct("<BBIII")
-ROUTE, DOCKS = 1, 2
+ROUTE, DOCKS, DOCK = 1, 2, 4
+PLACE = struct.Struct("<hhH")  # of the dock, and how far around it only docking leads; in units
 UNIT_M = 0.005  # of a position on the map
 LEVELS = 7  # of a cell's activity

@@ -3,6 +3,7 @@
 A key packet holds everything, a delta what changed since the packet before.
 """
 
+import math
 import struct
 from dataclasses import dataclass
 
@@ -10,27 +11,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.autonomy.ratslam.slam import RatSlam
-from robots.drivers.irat.brain.packets import DOCKS, HEAD, LEVELS, ROUTE, UNIT_M, VERSION
+from robots.drivers.irat.brain.packets import DOCK, DOCKS, HEAD, LEVELS, PLACE, ROUTE, UNIT_M, VERSION
 
 Grid = NDArray[np.int16]
+Dock = tuple[int, int, int]
+NO_DOCK: Dock = (0, 0, 0)
+MOVED = 4  # units; by less the dock's place is not told again
 
 
 class MapStream:
-    """Experiences, links, the way to the goal (whose last is the goal), and from where the dock was seen."""
+    """Experiences, links, the way to the goal (whose last is the goal), from where the dock was seen, where it is."""
 
     def __init__(self) -> None:
         self._map, self._last = -1, -1  # number and sequence that were told
         self._places: dict[int, tuple[int, int]] = {}
         self._route: tuple[int, ...] = ()
         self._docks: tuple[int, ...] = ()
+        self._dock = NO_DOCK
         self.key = True  # the next one holds everything
 
-    def next(self, slam: RatSlam, route: tuple[int, ...]) -> tuple[bytes, bool] | None:
-        """Return the next packet and whether it is a key packet; None if nothing has changed."""
+    def next(
+        self, slam: RatSlam, route: tuple[int, ...], dock: tuple[float, float] | None = None, closed_m: float = 0.0
+    ) -> tuple[bytes, bool] | None:
+        """Return the next packet and whether it is a key packet; None if nothing has changed.
+
+        dock: its x and y (m) on the map, if known; within `closed_m` of it only docking leads.
+        """
         docks = tuple(sorted(slam.docks.places))
+        at = _dock(dock, closed_m)
+        if math.dist(at, self._dock) < MOVED:
+            at = self._dock
         if self.key or slam.map_number != self._map:
             self._last = -1
-        if self._last == slam.sequence and route == self._route and docks == self._docks:
+        if self._last == slam.sequence and (route, docks, at) == (self._route, self._docks, self._dock):
             return None
         changes = slam.since(self._last)
         if changes.whole:
@@ -39,17 +52,28 @@ class MapStream:
         told = [n for n, (i, at) in enumerate(zip(changes.ids.tolist(), places.tolist(), strict=True))
                 if self._places.get(i) != tuple(at)]  # fmt: skip
         self._places |= {int(changes.ids[n]): (int(places[n, 0]), int(places[n, 1])) for n in told}
-        flags = (ROUTE if changes.whole or route != self._route else 0) | (
-            DOCKS if changes.whole or docks != self._docks else 0
+        flags = (
+            (ROUTE if changes.whole or route != self._route else 0)
+            | (DOCKS if changes.whole or docks != self._docks else 0)
+            | (DOCK if at != (NO_DOCK if changes.whole else self._dock) else 0)
         )
-        self._map, self._last, self._route, self._docks, self.key = slam.map_number, slam.sequence, route, docks, False
+        self._map, self._last, self.key = slam.map_number, slam.sequence, False
+        self._route, self._docks, self._dock = route, docks, at
         if not (changes.whole or told or len(changes.links) or flags):
             return None
         data = HEAD.pack(VERSION, flags, slam.map_number, len(told), len(changes.links))
         data += changes.ids[told].astype("<u4").tobytes() + places[told].T.astype("<i2").tobytes()
         data += changes.links.astype("<u4").tobytes()
         data += _ids(route) if flags & ROUTE else b""
-        return data + (_ids(docks) if flags & DOCKS else b""), changes.whole
+        data += _ids(docks) if flags & DOCKS else b""
+        return data + (PLACE.pack(*at) if flags & DOCK else b""), changes.whole
+
+
+def _dock(at: tuple[float, float] | None, closed_m: float) -> Dock:
+    if at is None:
+        return NO_DOCK
+    x, y = (max(-32768, min(32767, round(v / UNIT_M))) for v in at)
+    return x, y, max(1, min(65535, round(closed_m / UNIT_M)))
 
 
 def _ids(ids: tuple[int, ...]) -> bytes:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.autonomy.ratslam.settings import CellSettings
-from robots.drivers.irat.brain.packets import DOCKS, HEAD, LEVELS, ROUTE, UNIT_M, VERSION
+from robots.drivers.irat.brain.packets import DOCK, DOCKS, HEAD, LEVELS, PLACE, ROUTE, UNIT_M, VERSION
 
 Ids = NDArray[np.int64]
 Places = NDArray[np.float64]
@@ -23,7 +23,10 @@ def _no_ids() -> Ids:
 
 @dataclass(frozen=True)
 class MapShown:
-    """A map: ids of its experiences, rising, with their places (n x 2, m); links (m x 2, ids); route; docks (ids)."""
+    """A map: ids of its experiences, rising, with their places (n x 2, m); links (m x 2, ids); route; docks (ids).
+
+    dock: x, y of the dock (m), and within how much of it (m) only docking leads; None while not known.
+    """
 
     number: int = 0
     ids: Ids = field(default_factory=_no_ids)
@@ -31,6 +34,7 @@ class MapShown:
     links: Ids = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     route: Ids = field(default_factory=_no_ids)
     docks: Ids = field(default_factory=_no_ids)
+    dock: tuple[float, float, float] | None = None
 
     def where(self, ids: Ids) -> Places:
         """Return the places (m) of those ids that are on the map, in their order."""
@@ -68,6 +72,10 @@ def with_map(shown: MapShown, data: bytes, key: bool) -> MapShown:
                 at += 2 + 4 * count
             else:
                 lists.append(_no_ids() if key else before)
+        dock = None if key else shown.dock
+        if flags & DOCK:
+            x, y, within = PLACE.unpack_from(data, at)
+            dock = (x * UNIT_M, y * UNIT_M, within * UNIT_M) if within else None
     except struct.error as error:
         raise ValueError("this is no packet of a map") from error
     if key:
@@ -77,7 +85,7 @@ def with_map(shown: MapShown, data: bytes, key: bool) -> MapShown:
     # of an id that is told again the last place counts: unique keeps the first, so the newest stand first
     newest, first = np.unique(np.concatenate([ids[::-1], shown.ids]), return_index=True)
     everywhere = np.concatenate([places[::-1], shown.places])[first]
-    return MapShown(number, newest, everywhere, np.concatenate([shown.links, links]), *lists)
+    return MapShown(number, newest, everywhere, np.concatenate([shown.links, links]), *lists, dock)
 
 
 def with_cells(shown: Levels, data: bytes, key: bool) -> Levels:

@@ -60,7 +60,7 @@ def draw_map(
     shown: MapShown, pose: tuple[float, float, float] | None, goals: Sequence[tuple[int, float, float]],
     width: int, height: int,
 ) -> Pixels:  # fmt: skip
-    """Return the map with its route in red, places from where the dock was seen in green, goals and the robot.
+    """Return the map with its route in red, the dock and places from where it was seen in green, goals, the robot.
 
     `pose`: x, y, heading. `goals`: the number that stands beside the x, and where.
     """
@@ -72,6 +72,9 @@ def draw_map(
     dots = np.rint(view.at(shown.places)).astype(np.int64)
     inside = dots[((dots > 0) & (dots < np.array([width - 1, height - 1]))).all(axis=1)]
     part[inside[:, 1], inside[:, 0]] = PLACE
+    if shown.dock is not None:
+        x, y = np.rint(np.clip(view.at(np.array([shown.dock[:2]]))[0], -2000, 4000)).astype(int).tolist()
+        cv2.rectangle(part, (x - 6, y - 6), (x + 6, y + 6), DOCK, 2)
     for x, y in fixed(view.at(shown.where(shown.docks[:MOST_DOTS]))).tolist():
         cv2.circle(part, (x, y), 3 << SHIFT, DOCK, cv2.FILLED, cv2.LINE_AA, SHIFT)
     route = fixed(view.at(shown.where(shown.route)))

@@ -19,6 +19,7 @@ import { ExperienceMap } from "./map_packets.ts";
 const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
 const NO_PLACE = "The robot knows no place there. Click on one of the dots, or use the list of places.";
+const AT_DOCK = "This place is at the dock, where the robot goes only to charge. Choose one farther away from it.";
 const HOW = "Click on a dot of the map, or choose a place here; you need no account.";
 const OWN_BUTTONS = ["explore", "charge", "clear_map"];
 type Values = Record<string, number | string>;
@@ -96,7 +97,7 @@ class RoamingConsole extends Basics {
     const { spots } = this.known;
     if (performance.now() - this.letteredAt > LETTERS_MS) {
       this.letteredAt = performance.now();
-      this.letters = landmarks(this.letters, spots);
+      this.letters = landmarks(this.letters, this.known.open());
       this.list.show([...this.letters].map(([letter, id]) => ({ letter, id, words: this.inWords(id) })));
     }
     const marks = this.goals.open.flatMap(({ job, own }): Mark[] => {
@@ -131,6 +132,7 @@ class RoamingConsole extends Basics {
   private picked(place: number | null): void {
     const at = place === null ? undefined : this.known.spots.get(place);
     if (!at || place === null) return page.notice(NO_PLACE, "warning");
+    if (!this.known.open().has(place)) return page.notice(AT_DOCK, "warning");
     void this.goals.ask({ map: this.known.number, x: round(at.x), y: round(at.y), experience: place });
   }
 

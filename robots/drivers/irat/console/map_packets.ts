@@ -5,6 +5,7 @@ const VERSION = 1;
 const HEAD = 14;
 const ROUTE = 1;
 const DOCKS = 2;
+const DOCK = 4;
 const UNIT_M = 0.005;
 
 /** The map as the packets so far have told it. */
@@ -14,6 +15,15 @@ export class ExperienceMap implements Graph {
   links: [number, number][] = [];
   route: number[] = [];
   docks: number[] = [];
+  /** The dock, once it is known where it is; within so much of it (m) only docking leads. */
+  dock: (Spot & { within: number }) | null = null;
+
+  /** The places of the map to which people may send the robot. */
+  open(): Map<number, Spot> {
+    const { dock } = this;
+    if (!dock) return this.spots;
+    return new Map([...this.spots].filter(([, { x, y }]) => Math.hypot(x - dock.x, y - dock.y) >= dock.within));
+  }
 
   /** Take a key packet or a delta. False for one that cannot be read, after which only a key packet helps. */
   take(data: Uint8Array, key: boolean): boolean {
@@ -24,8 +34,10 @@ export class ExperienceMap implements Graph {
     const links = HEAD + 8 * n, lists = links + 8 * m;
     if (lists > data.byteLength) return false;
     const route = flags & ROUTE ? idsAt(view, lists) : null;
-    const docks = flags & DOCKS ? idsAt(view, lists + (route ? 2 + 4 * route.length : 0)) : null;
+    const docks = flags & DOCKS ? idsAt(view, lists + lengthOf(route)) : null;
     if ((flags & ROUTE && !route) || (flags & DOCKS && !docks)) return false;
+    const place = lists + lengthOf(route) + lengthOf(docks);
+    if (flags & DOCK && place + 6 > data.byteLength) return false;
     if (key) {
       this.spots = new Map();
       this.links = [];
@@ -38,8 +50,17 @@ export class ExperienceMap implements Graph {
     for (let i = 0; i < m; i++) this.links.push([view.getUint32(links + 8 * i, true), view.getUint32(links + 8 * i + 4, true)]);
     if (route || key) this.route = route ?? [];
     if (docks || key) this.docks = docks ?? [];
+    if (flags & DOCK || key) {
+      const within = flags & DOCK ? view.getUint16(place + 4, true) * UNIT_M : 0;
+      this.dock = within ? { x: view.getInt16(place, true) * UNIT_M, y: view.getInt16(place + 2, true) * UNIT_M, within } : null;
+    }
     return true;
   }
+}
+
+/** How many bytes a list takes; none, if it is not there. */
+function lengthOf(list: number[] | null): number {
+  return list ? 2 + 4 * list.length : 0;
 }
 
 /** The list of numbers that begins there; null if it is cut off. */

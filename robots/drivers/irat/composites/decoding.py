@@ -72,7 +72,7 @@ def with_map(shown: MapShown, data: bytes, key: bool) -> MapShown:
                 at += 2 + 4 * count
             else:
                 lists.append(_no_ids() if key else before)
-        dock = None if key else shown.dock
+        (route, docks), dock = lists, None if key else shown.dock
         if flags & DOCK:
             x, y, within = PLACE.unpack_from(data, at)
             dock = (x * UNIT_M, y * UNIT_M, within * UNIT_M) if within else None
@@ -85,7 +85,7 @@ def with_map(shown: MapShown, data: bytes, key: bool) -> MapShown:
     # of an id that is told again the last place counts: unique keeps the first, so the newest stand first
     newest, first = np.unique(np.concatenate([ids[::-1], shown.ids]), return_index=True)
     everywhere = np.concatenate([places[::-1], shown.places])[first]
-    return MapShown(number, newest, everywhere, np.concatenate([shown.links, links]), *lists, dock)
+    return MapShown(number, newest, everywhere, np.concatenate([shown.links, links]), route, docks, dock)
 
 
 def with_cells(shown: Levels, data: bytes, key: bool) -> Levels:

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)timeout")
 BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
 COMPUTING = ("tests/unit",)  # what asks no clock may be kept waiting for as long as it takes
-RULES = ("tests/services",)
+RULES = ("tests/services", "tests/security")
 DATABASES = ("postgres", "sqlite")
 WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
 SHORT = "not alone and not length"

@@ -14,12 +14,14 @@ from playwright.sync_api import Page, expect, sync_playwright
 from portal.seeding import seed_clearance
 from robots import bus
 from robots.clock import SYSTEM
-from robots.models import Robot
+from robots.models import Command, Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
 
 AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
+# where Redis answers late a code is refused; the page goes on without a stream of its own and asks again
+ASKS_AGAIN = re.compile(r"status of 503 .*/stream-code/")
 AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], rules: {'target-size': {enabled: true}}})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
 expect.set_options(timeout=15_000)
 
@@ -183,10 +185,16 @@ class Visitor:
         item = self.page.locator("#ladder li").first
         end = time.monotonic() + timeout
         while item.get_attribute("data-state") not in ended:
-            assert time.monotonic() < end, item.inner_text()
+            assert time.monotonic() < end, (item.inner_text(), self._told())
             self.page.wait_for_timeout(30)
         assert item.get_attribute("data-state") == state, item.inner_text()
         return item.inner_text()
+
+    def _told(self):
+        """Return what the rows, the page and the owner say, for a command that does not end."""
+        rows = list(Command.objects.order_by("-pk").values("pk", "kind", "state", "reason", "sent_at", "ended_at")[:3])
+        owner = getattr(self.portal, "worker", None)
+        return rows, self.page.inner_text("#state"), owner and (owner.alive(), owner.said()[-1500:])
 
     def press(self, name, state="completed"):
         button = self.page.locator(f"[data-command={name}]")
@@ -203,7 +211,7 @@ class Visitor:
 
     def close(self):
         self.context.close()
-        bad = [e for e in self.errors if not any(a in e for a in self.allowed)]
+        bad = [e for e in self.errors if not any(a in e for a in self.allowed) and not ASKS_AGAIN.search(e)]
         assert bad == [], bad
 
 

@@ -3,8 +3,9 @@
 from datetime import timedelta
 
 import pytest
+from django.test import TestCase
 
-IN_ROOM = "tests/services/"
+IN_ROOMS = ("tests/services/", "tests/security/")
 CLOCKED = {"redis_server", "transactional_db", "rig", "web"}  # what answers within a time, or is watched by one
 
 
@@ -12,10 +13,13 @@ CLOCKED = {"redis_server", "transactional_db", "rig", "web"}  # what answers wit
 def pytest_collection_modifyitems(items):
     """Mark what computes with a database inside one transaction: nothing in it is late, however long it waits."""
     for item in items:
-        known = item.get_closest_marker("django_db")
-        if not item.nodeid.startswith(IN_ROOM) or known is None or CLOCKED & set(item.fixturenames):
+        if not item.nodeid.startswith(IN_ROOMS) or CLOCKED & set(item.fixturenames):
             continue
-        if item.get_closest_marker("service") and not known.kwargs.get("transaction"):
+        known = item.get_closest_marker("django_db")
+        alone = known is not None and not known.kwargs.get("transaction")
+        if item.get_closest_marker("service") and (
+            alone or (isinstance(item.cls, type) and issubclass(item.cls, TestCase))
+        ):
             item.add_marker("computes")
 
 

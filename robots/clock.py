@@ -10,8 +10,15 @@ from functools import partial
 from typing import Protocol
 
 
+class Waitable(Protocol):
+    """An event or a condition."""
+
+    def wait(self, timeout: float, /) -> bool:
+        """Wait until it is set or notified, for at most so many seconds; tell whether it was."""
+
+
 class Timer(Protocol):
-    """What a motion needs of a clock; the module `time` is one."""
+    """What drivers and simulators need of a clock."""
 
     def monotonic(self) -> float:
         """Return seconds that never go back."""
@@ -19,9 +26,40 @@ class Timer(Protocol):
     def sleep(self, seconds: float, /) -> None:
         """Sleep for so many seconds."""
 
+    def wait(self, what: Waitable, seconds: float, /) -> bool:
+        """Wait for an event or a condition, at most so many seconds; tell whether it came."""
 
-class Clock(Timer, Protocol):
+
+class FasterTimer:
+    """A timer on which time passes `factor` times faster than on the machine's; all of the same factor agree."""
+
+    def __init__(self, factor: float = 1.0) -> None:
+        self._factor = factor
+
+    def monotonic(self) -> float:
+        """Return seconds that never go back."""
+        return time.monotonic() * self._factor
+
+    def sleep(self, seconds: float, /) -> None:
+        """Sleep for so many of its seconds; not at all where they are not above zero."""
+        time.sleep(max(0.0, seconds) / self._factor)
+
+    def wait(self, what: Waitable, seconds: float, /) -> bool:
+        """Wait for an event or a condition, at most so many of its seconds; tell whether it came."""
+        return what.wait(max(0.0, seconds) / self._factor)
+
+
+TIMER: Timer = FasterTimer()  # the machine's
+
+
+class Clock(Protocol):
     """The time as every part of Farhand sees it; `monotonic` counts suspend."""
+
+    def monotonic(self) -> float:
+        """Return seconds that never go back."""
+
+    def sleep(self, seconds: float, /) -> None:
+        """Sleep for so many seconds."""
 
     def now(self) -> datetime:
         """Return the wall-clock time, timezone aware, UTC."""

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from robots.clock import TIMER, Timer
+
 JSON = dict[str, Any]
 Permit = Callable[[], None]
 Trace = Callable[[str, bytes, str], None]
@@ -60,6 +62,7 @@ class Session(ABC):
     is told of each message on the wire: direction, bytes, words.
     """
 
+    clock: Timer = TIMER  # for limits and states; tests may let time pass faster
     _latest: RobotState | None = None
     on_packet: OnPacket | None = None  # the owner's, where there is one
 

@@ -14,9 +14,10 @@ class Stoppable(Protocol):
 
 
 def arguments(about: str | None) -> argparse.ArgumentParser:
-    """Return a parser with `--dir`, the folder of address, faults, journal and state."""
+    """Return a parser with `--dir`, the folder of address, faults, journal and state, and `--speed`, for `Timer`."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--dir", type=Path, required=True)
+    parser.add_argument("--speed", type=float, default=1.0, help="how many times faster than real time it runs")
     return parser
 
 

@@ -2,11 +2,10 @@
 
 import contextlib
 import threading
-import time
 from collections.abc import Callable
 from math import cos, hypot, remainder, sin, tau
 
-from robots.clock import Timer
+from robots.clock import TIMER, Timer
 from robots.contract.session import RobotState
 from robots.description import load
 from robots.drivers.errors import RobotError
@@ -32,7 +31,7 @@ class Senses:
     """Feeds the brain in a thread of its own, from `start` to `close`. `keep` gets each new state."""
 
     def __init__(
-        self, line: IratLine, brain: BrainProcess, keep: Callable[[RobotState], object], clock: Timer = time
+        self, line: IratLine, brain: BrainProcess, keep: Callable[[RobotState], object], clock: Timer = TIMER
     ) -> None:
         self._line, self._brain, self._keep, self._clock = line, brain, keep, clock
         self._battery = load("irat")["battery"]

@@ -3,13 +3,12 @@
 import contextlib
 import random
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from math import hypot, remainder, tau
 
 from robots.autonomy.steering import Limits, Memory, Sensed, Steer, steer
-from robots.clock import Timer
+from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
 from robots.drivers.errors import CameraFault, HardwareFault, Held
 from robots.drivers.irat.brain.messages import Save, Seen
@@ -35,7 +34,7 @@ REST = Velocity(0.0, 0.0)
 class Wheels:
     """Sends velocities for one command at a time; `holds` counts the holds of other threads."""
 
-    def __init__(self, line: IratLine, brain: BrainProcess, senses: Senses, clock: Timer = time) -> None:
+    def __init__(self, line: IratLine, brain: BrainProcess, senses: Senses, clock: Timer = TIMER) -> None:
         self.line, self.brain, self.senses, self.clock = line, brain, senses, clock
         self._sending = threading.Lock()
         self.holds = 0

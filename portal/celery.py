@@ -1,4 +1,4 @@
-"""The Celery app; the only module that names `workers`, to add the bootsteps of owner and scheduler."""
+"""The Celery app. Workers alone load `CELERY_IMPORTS`, which adds the steps of owner and scheduler; pages never do."""
 
 import os
 import sys
@@ -13,15 +13,6 @@ app = Celery("portal")
 sys.path[:] = _path
 app.config_from_object("django.conf:settings", namespace="CELERY")
 app.autodiscover_tasks(["queueing"])
-
-
-@signals.celeryd_init.connect
-def _prepare_worker(**_: object) -> None:
-    """Load the owner's modules, in workers only; pages never import them."""
-    from workers import tasks  # noqa: F401, PLC0415
-    from workers.bootstep import STEPS  # noqa: PLC0415
-
-    app.steps["worker"].update(STEPS)
 
 
 @signals.task_prerun.connect

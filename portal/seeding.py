@@ -15,7 +15,7 @@ from robots.models import Program, Records, Robot
 from robots.states import Cycle
 
 SURVEY = (
-    ("How easy was it to bring the arm where you wanted it?", "scale", "", "hard", "easy"),
+    ("How easy was it to do with the robot what you wanted?", "scale", "", "hard", "easy"),
     ("Did it feel as if you were there?", "scale", "", "not at all", "very much"),
     ("Do you believe that the robot is real?", "choice", "Yes\nNo\nNot sure", "", ""),
     ("What would you use a robot on the web for?", "text", "", "", ""),

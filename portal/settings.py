@@ -150,6 +150,7 @@ _broker = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswit
 CELERY_BROKER_URL = _broker
 CELERY_BROKER_TRANSPORT_OPTIONS = roles.broker_options(ROLE)
 CELERY_BROKER_CONNECTION_RETRY_ON_STARTUP = True
+CELERY_IMPORTS = ("workers.tasks", "workers.bootstep")  # in workers only
 CELERY_DB_REUSE_MAX = sys.maxsize  # Celery closes no connection; `portal/celery.py` closes old and broken ones
 CELERY_TASK_IGNORE_RESULT = True
 CELERY_TASK_PUBLISH_RETRY = False

@@ -12,12 +12,8 @@ def account_of(queue: Queue, user: Any) -> Account:
 
 
 def account_of_guests(queue: Queue, network: str) -> Account:
-    """Return the account that all guests of one network address share; staff set its weight."""
-    account, _ = Account.objects.get_or_create(queue=queue, user=None, network=network)
-    if account.weight != queue.guest_weight:
-        account.weight = queue.guest_weight
-        account.save(update_fields=["weight"])
-    return account
+    """Return the account that all guests of one network address share; staff may give it a weight of its own."""
+    return Account.objects.get_or_create(queue=queue, user=None, network=network)[0]
 
 
 def next_tag(queue: Queue, account: Account) -> float:
@@ -33,7 +29,7 @@ def serve(queue: Queue, start_tag: float) -> None:
 
 def charge(queue: Queue, account: Account, start_tag: float, amount: float) -> None:
     """Charge a served request: seconds or jobs, divided by the weight of the account."""
-    tag = fairshare.finish_tag(start_tag, amount, account.weight)
+    tag = fairshare.finish_tag(start_tag, amount, account.weighs(queue))
     Account.objects.filter(pk=account.pk).update(finish_tag=tag)
     queue.greatest_finish = fairshare.Clock(queue.virtual_time, queue.greatest_finish).finish(tag).greatest_finish
     Queue.objects.filter(pk=queue.pk).update(greatest_finish=queue.greatest_finish)

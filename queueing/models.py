@@ -82,7 +82,10 @@ class Account(models.Model):
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="+")
     network = models.CharField(max_length=64, blank=True, help_text="Of guests; empty for a person.")
     finish_tag = models.FloatField(default=0.0)
-    weight = models.FloatField(default=1.0)
+    weight = models.FloatField(
+        null=True, blank=True, validators=[positive],
+        help_text="Its share of the robot beside others; empty: 1 for a person, for guests what the queue says.",
+    )  # fmt: skip
 
     class Meta:
         constraints = [
@@ -94,6 +97,12 @@ class Account(models.Model):
 
     def __str__(self) -> str:
         return f"{self.user or 'guests'} in {self.queue}"
+
+    def weighs(self, queue: Queue) -> float:
+        """Return the weight in force; `queue` is the account's."""
+        if self.weight is not None:
+            return self.weight
+        return queue.guest_weight if self.user_id is None else 1.0
 
 
 class Ticket(models.Model):
@@ -158,7 +167,10 @@ class Turn(models.Model):
 
 
 class ClassicToken(models.Model):
-    """The rotating token of the console without scripts: it allows at most one motion."""
+    """The rotating token of the console without scripts: it allows at most one motion.
+
+    Its functions are in `portal.classic`; the table is here, because `portal` has none.
+    """
 
     token = models.CharField(max_length=44, unique=True)
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")

@@ -4,6 +4,9 @@ Every change of a queue happens under a lock of its row (PostgreSQL) or of the d
 transactions), so two ticks or two people cannot interleave.
 """
 
+from queueing.jobs.asking import ask
+from queueing.jobs.cancelling import cancel
+from queueing.jobs.foreseeing import foreseen
 from queueing.offers import accept
 from queueing.presence import disconnected, dismiss, present, seen
 from queueing.rows import queue_of
@@ -22,6 +25,8 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     "end_turn", "open_turn", "turn_of",
     # presence
     "disconnected", "dismiss", "present", "seen",
+    # jobs, and how long they will wait
+    "ask", "cancel", "foreseen",
     # time
     "NO_ANSWER", "tick",
 )  # fmt: skip

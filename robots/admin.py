@@ -17,7 +17,7 @@ from robots.boxes import checked
 from robots.clock import SYSTEM
 from robots.contract import procedures
 from robots.contract.capabilities import Calibration, Stills
-from robots.contract.find import open_session
+from robots.contract.find import spec_of
 from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
@@ -52,10 +52,10 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
         return checked(self.cleaned_data.get("boxes") or [])
 
     def clean(self) -> dict[str, Any]:
-        """Refuse a driver that is not installed."""
+        """Refuse a robot that is not installed. Its driver is not loaded: the test of the connection does that."""
         cleaned = super().clean() or {}
         try:
-            open_session(cleaned.get("driver", ""), cleaned.get("address", ""), {})
+            spec_of(cleaned.get("driver", ""))
         except LookupError as error:
             raise forms.ValidationError({"driver": str(error)}) from error
         return cleaned
@@ -174,7 +174,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         if robot is not None and "limb" in robot.description():
             from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
-            extra["arm_facts"] = model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")
+            extra["model_facts"] = model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")
         return super().change_view(request, object_id, form_url, extra)
 
 

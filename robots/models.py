@@ -134,7 +134,7 @@ class Robot(models.Model):
 
     @property
     def rig_dir(self) -> Path:
-        """Return the folder of a simulated robot, with its line, camera and sand."""
+        """Return the folder of a simulated robot, with its line, cameras and what its simulator keeps."""
         return Path(settings.VAR) / "sim" / self.slug
 
 

@@ -10,7 +10,7 @@ import os
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from celery import bootsteps
+from celery import bootsteps, signals
 from celery.worker import state
 
 from robots import bus
@@ -72,3 +72,9 @@ class OwnRobot(bootsteps.StartStopStep):
 
 
 STEPS = (OwnRobot, Schedule)
+
+
+@signals.celeryd_init.connect
+def _add(instance: Any, **_: object) -> None:
+    """Give the steps to a worker that begins."""
+    instance.app.steps["worker"].update(STEPS)

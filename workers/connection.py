@@ -52,7 +52,7 @@ class Connection:
         if cycle in (Cycle.OFFLINE, Cycle.FAULT, Cycle.READY, Cycle.OFFERED):
             owned.set_cycle(Cycle.HANDOVER, "", cycle)
         elif cycle == Cycle.OPERATING and not state.ready:
-            self.faulted(HardwareFault("The controller has lost its calibration."), None)
+            self.faulted(HardwareFault("The robot is not ready after its connection came back."), None)
 
     def later(self, seconds: float) -> None:
         """Try to mend the connection again in `seconds` (s)."""

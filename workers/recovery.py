@@ -1,4 +1,4 @@
-"""Soft reset: reset the controller after a fault, recalibrate, return to the previous position."""
+"""Soft reset: after a fault the driver resets the robot, in its own way."""
 
 from robots import bus
 from robots.drivers.errors import HardwareFault, NotPermitted, RobotError
@@ -11,7 +11,7 @@ from workers.owned import OwnedRobot
 from workers.safety.gate import Gate
 from workers.safety.lease import OwnerLease
 
-MENDED = "Soft reset: controller reset, recalibrated, back at the previous position."
+MENDED = "Reset by its driver."
 
 
 class Recovery:
@@ -45,5 +45,5 @@ class Recovery:
             return False
         remedy(MENDED)
         look(owned, self._pictures, state, command)
-        bus.publish(slug, Notice("The robot was reset and is back where it was. Look, then go on.", "info"))
+        bus.publish(slug, Notice("The robot was reset and may stand elsewhere. Look, then go on.", "info"))
         return True

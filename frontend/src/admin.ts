@@ -16,6 +16,6 @@ async function refresh(): Promise<void> {
 }
 if (box) setInterval(() => void refresh(), 2000);
 
-const facts = document.getElementById("arm-facts");
+const facts = document.getElementById("model-facts");
 const field = document.querySelector<HTMLTextAreaElement>("#id_boxes");
 if (facts && field) void import("./admin_boxes.ts").then(({ edit }) => edit(field, JSON.parse(facts.textContent ?? "{}")));

@@ -1,7 +1,7 @@
 /** The list of commands with their stages, newest first. */
 import type { CommandInfo } from "./protocol.ts";
 import { arrange, say as write } from "./parts.ts";
-import { FINAL, KINDS, STAGES } from "./words.ts";
+import { FINAL, KINDS, SETTINGS, stageOf } from "./words.ts";
 
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
@@ -97,7 +97,7 @@ function draw(item: HTMLElement, c: CommandInfo): void {
   write(name, KINDS[c.kind] ?? c.kind);
   const reached = GOOD.indexOf(c.state);
   [...steps.children].forEach((dot, i) => dot.classList.toggle("on", i <= reached));
-  write(stage, c.reason.startsWith("Replaced") ? "Replaced" : (STAGES[c.state] ?? c.state));
+  write(stage, c.reason.startsWith("Replaced") ? "Replaced" : stageOf(c.kind, c.state));
   write(why, c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : ""));
   why.hidden = !why.textContent;
   tellProgress(far, c);
@@ -118,6 +118,7 @@ function tellProgress(far: HTMLElement, c: CommandInfo): void {
 
 function say(c: CommandInfo): string {
   const name = KINDS[c.kind] ?? c.kind;
+  if (c.state === "completed" && SETTINGS.has(c.kind)) return `${name}: done.`;
   if (c.state === "completed") return `${name}: done, the picture is ${c.result?.verdict ?? "there"}.`;
-  return `${name}: ${STAGES[c.state] ?? c.state}. ${c.reason}`;
+  return `${name}: ${stageOf(c.kind, c.state)}. ${c.reason}`;
 }

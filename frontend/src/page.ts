@@ -19,7 +19,7 @@ import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { Watching } from "./watching.ts";
 import { complete } from "./widgets/basics.ts";
-import { ago, KINDS } from "./words.ts";
+import { ago, KINDS, SETTINGS } from "./words.ts";
 
 /** The part that differs between robots: the middle of the page. */
 export interface Console {
@@ -49,6 +49,7 @@ export interface Console {
 const SILENT_MS = 3000;
 const ALONE_MS = 1500; // messages sent together with the robot's last one do not count
 Object.assign(KINDS, facts.labels);
+for (const kind of facts.settings) SETTINGS.add(kind);
 export function text(id: string, value: string): void {
   const element = byId(id);
   if (element.textContent !== value) element.textContent = value;
@@ -156,7 +157,7 @@ export class RobotPage {
   /** The part of a held motion that is the same for every control. */
   readonly keepAlive: KeepAlive = {
     keep: (seq) => this.live.send({ t: "keep", seq }),
-    release: (seq) => this.live.send({ t: "let_go", seq }),
+    release: (seq) => this.live.send({ t: "released", seq }),
     ended: (seq) => this.ladder.ended(this.seqGrant, seq),
     refused: (why) => this.notice(why, "warning"),
   };

@@ -19,7 +19,7 @@ export class WireTrace {
     const row = document.createElement("li");
     row.className = line.way === ">" ? "out" : "in";
     const way = document.createElement("span");
-    way.textContent = line.way === ">" ? "host → arm" : "arm → host";
+    way.textContent = line.way === ">" ? "host → robot" : "robot → host";
     const words = document.createElement("b");
     words.textContent = line.words;
     const hex = document.createElement("code");

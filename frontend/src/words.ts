@@ -35,6 +35,13 @@ export const STAGES: Record<string, string> = {
   sending: "Sending", queued: "Queued", accepted: "Accepted", sent: "Sent to the robot", acknowledged: "Moving",
   completed: "Settled", rejected: "Refused", failed: "Failed", expired: "Too late", cancelled: "Stopped", unknown: "Unknown",
 };
-/** Labels of the portal's own commands; those of the robot come from its spec. */
-export const KINDS: Record<string, string> = { soft_reset: "Soft reset", calibrate: "Calibrate", still: "Picture" };
+/** Labels of commands, and which of them set something and move nothing: the robot's page tells them. */
+export const KINDS: Record<string, string> = {};
+export const SETTINGS = new Set<string>();
+/** How far a command is, in a word. */
+export function stageOf(kind: string, state: string): string {
+  if (SETTINGS.has(kind) && state === "acknowledged") return "Under way";
+  if (SETTINGS.has(kind) && state === "completed") return "Done";
+  return STAGES[state] ?? state;
+}
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);

@@ -69,7 +69,7 @@ class Keep(Message, frozen=True, tag="keep"):
     seq: Sequence
 
 
-class Released(Message, frozen=True, tag="let_go"):
+class Released(Message, frozen=True, tag="released"):
     """The controls of the held motion `seq` were released."""
 
     seq: Sequence

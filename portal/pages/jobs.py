@@ -164,11 +164,15 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     return _show(request, job, asker)
 
 
-def _in_words(job: Job) -> list[tuple[str, str]]:
-    """Return what was asked, each value with its unit, where the robot still takes such jobs."""
+def _in_words(job: Job, texts: bool) -> list[tuple[str, str]]:
+    """Return what was asked, each value with its unit, where the robot still takes such jobs.
+
+    `texts`: what people wrote too, which only its asker and staff see.
+    """
     kinds = (kind for kind in job_kinds(job.robot) if kind.kind == job.kind)
     units = {argument.name: argument.unit for kind in kinds for argument in kind.arguments}
-    told = {name: f"{value:.10g}" if isinstance(value, float) else str(value) for name, value in job.args.items()}
+    shown = {name: value for name, value in job.args.items() if texts or not isinstance(value, str)}
+    told = {name: f"{value:.10g}" if isinstance(value, float) else str(value) for name, value in shown.items()}
     return [(name, f"{value} {units.get(name, '')}".strip()) for name, value in told.items()]
 
 
@@ -188,7 +192,8 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     order = foreseen(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
     ahead = next((one.ahead for one in order if one.job == job), 0)
     context = {
-        "job": job, "asked": _in_words(job), "open": job.state in OPEN_JOB, "ahead": ahead,
+        "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
+        "asked": _in_words(job, texts=may_cancel(job, asker)),
         "may_cancel": may_cancel(job, asker),
         "grants": grants,
         "commands": Command.objects.filter(grant__in=grants).order_by("id"),

@@ -25,6 +25,7 @@ from robots import bus, description
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
 from robots.contract.compact import Layout
+from robots.contract.procedures import procedures
 from robots.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.services import newest_still
@@ -103,7 +104,8 @@ def console_facts(robot: Robot, staff: bool) -> dict[str, Any]:
         "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
-        "labels": {c.kind: c.label for c in spec.commands},
+        "labels": {c.kind: c.label for c in (*spec.commands, *procedures(spec))},
+        "settings": [c.kind for c in spec.commands if c.lane == "config"],
         "commands": [_command(c) for c in spec.commands if c.open_to(TURN) or (staff and c.open_to(STAFF))],
     }
     if "limb" in described:

@@ -96,7 +96,7 @@ def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
 def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:
     """Return the start tag of each job; of one that has none yet the tag that it will probably get."""
     newest: dict[int, float] = {
-        j.account_id: j.start_tag + cost / j.account.weight for j in jobs if j.start_tag is not None
+        j.account_id: j.start_tag + cost / j.account.weighs(j.queue) for j in jobs if j.start_tag is not None
     }
     tags: dict[int, float] = {}
     for job in sorted(jobs, key=lambda j: j.pk):
@@ -105,7 +105,7 @@ def _tags(jobs: Sequence[Job], cost: float) -> dict[int, float]:
             continue
         first = max(job.queue.virtual_time, job.account.finish_tag)
         tags[job.pk] = newest.get(job.account_id, first)
-        newest[job.account_id] = tags[job.pk] + cost / job.account.weight
+        newest[job.account_id] = tags[job.pk] + cost / job.account.weighs(job.queue)
     return tags
 
 

@@ -37,8 +37,8 @@ class CommandKind:
     `level` is the clearance that it needs. `asked_by` says who may ask for it: whoever has the turn
     (`turn`), everybody whose clearance suffices, as a job that waits (`anyone`), staff (`staff`).
     `limit_s` is the longest time from its beginning to its end, in seconds. One command of the lane
-    `motion` runs at a time; one of the lane `config` runs beside it, and `default` holds the arguments
-    that handover and a job's end restore.
+    `motion` runs at a time; one of the lane `config` runs beside it: it is not for jobs, and
+    `default` holds the arguments that handover restores after a turn.
     """
 
     kind: str
@@ -200,7 +200,7 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         if bound is None:
             continue
         if command.lane != "motion" or command.held:
-            yield "lets go on what lives from its operator's controls or does not move"
+            yield "has policies although it is held, or moves nothing"
         if not 0 < bound.seconds <= command.limit_s:
             yield f"lets it go on for {bound.seconds:g} s, which is not within its time limit,"
         yield from (f"bounds {r.name!r}, which no state tells," for r in bound.area if r.name not in told)
@@ -209,6 +209,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
 def _wrong_in_setting(command: CommandKind) -> Iterator[str]:
     if command.moves or command.held or command.replaceable:
         yield "moves something, holds it or replaces it in the lane 'config'"
+    if ANYONE in command.asked_by:
+        yield "may be asked for as a job, and jobs change no settings,"
     if command.default is None:
         if command.asked_by - {STAFF}:
             yield "has no default that handover could restore"

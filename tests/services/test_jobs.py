@@ -1,6 +1,7 @@
 """Jobs: asked for, promoted, settled; two guests and a driver in one fair queue."""
 
 import pytest
+from django.core.exceptions import ValidationError
 
 from queueing import services as queue
 from queueing import tasks
@@ -92,7 +93,18 @@ def test_a_heavier_weight_of_guests_waits_less(shuttle, people, clock):
     ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
     queue.tick(clock.now())
     settle(clock)
-    assert Account.objects.get(user=None).finish_tag == pytest.approx(0.25)
+    account = Account.objects.get(user=None)
+    assert account.finish_tag == pytest.approx(0.25)
+    Account.objects.update(weight=8.0)  # of a school, by staff
+    ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
+    queue.tick(clock.now())
+    settle(clock)
+    account.refresh_from_db()
+    assert (account.finish_tag, account.weight) == (pytest.approx(0.25 + 0.125), 8.0)
+    for wrong in (0.0, -1.0, float("nan")):
+        account.weight = wrong
+        with pytest.raises(ValidationError):
+            account.full_clean()
 
 
 def test_who_may_ask(shuttle, people, clock):

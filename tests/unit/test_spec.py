@@ -14,7 +14,7 @@ from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
 from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.session import RobotState
-from robots.contract.spec import STAFF, Argument, CommandKind, Spec
+from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
 from robots.messages import state_packet
 
@@ -65,10 +65,11 @@ def alone(seconds, name="wheel"):
         ({"rest_s": -1.0}, "rests by itself after -1 s"),
         ({"rest_s": inf}, "rests by itself after inf s"),
         ({"pose": Pose(("x", "wheel"))}, "names the joint, coordinate or channel 'wheel' twice"),
+        ({"commands": (GO, replace(PACE, asked_by=frozenset({ANYONE})))}, "jobs change no settings, in its command"),
         ({"commands": (GO, replace(PACE, default={"speed": 1.0}))}, "a default for 'speed', which is no argument"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
-        ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "lives from its operator's controls"),
+        ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "has policies although it is held"),
         ({"commands": (replace(GO, limit_s=0.0), PACE)}, "has no time limit in its command 'go'"),
     ],
 )  # fmt: skip

@@ -1,6 +1,6 @@
 /** What a recording tells of commands and events: what was known of them at a moment, and the moments to jump to. */
 import type { CommandInfo, JobInfo, Snapshot } from "../protocol.ts";
-import { FINAL, KINDS, STAGES } from "../words.ts";
+import { FINAL, KINDS, stageOf } from "../words.ts";
 
 type Stage = CommandInfo & { after_ms: number; args?: Record<string, number> };
 interface Told { after_ms: number; what: string; text: string; level: string }
@@ -55,7 +55,7 @@ export class Story {
         return [{ at: stage.after_ms, text: name, bad: false }];
       }
       const bad = FINAL.has(stage.state) && stage.state !== "completed";
-      return bad ? [{ at: stage.after_ms, text: `${name}: ${STAGES[stage.state] ?? stage.state}. ${stage.reason}`, bad }] : [];
+      return bad ? [{ at: stage.after_ms, text: `${name}: ${stageOf(stage.kind, stage.state)}. ${stage.reason}`, bad }] : [];
     });
     const told = this.index.events.map(({ after_ms: at, text, level }) => ({ at, text, bad: level !== "info" }));
     return [...marks, ...told].sort((a, b) => a.at - b.at);

@@ -71,13 +71,20 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
     expect(page.locator("#ladder li").first).to_have_attribute("data-state", "completed")
     expect(page.locator(DIAL)).to_have_attribute("data-angle", "90.0")
     expect(page.locator(DIAL)).to_have_attribute("data-trail", re.compile(r"^\d\d$"))  # its byte stream is drawn
+    expect(page.locator("#turntable-warmth")).to_have_text(re.compile(r"^\d+ °C$"))  # a channel of its own
     assert Lease.objects.get(robot=portal.robot).state["joints"] == pytest.approx([1.5708], abs=1e-3)
     turn_to(page, -170)
     wait_for(lambda: page.wait_for_timeout(20) or Command.objects.filter(state="acknowledged").exists(), 10, "it turns")
+    page.locator("#turntable-pace").fill("0.5")
+    page.click("[data-command=pace]")  # a setting, beside the motion
+    pace = page.locator("#ladder li", has_text="Pace")
+    expect(pace).to_have_attribute("data-state", "completed")
+    expect(pace).to_contain_text("Done")
+    assert turns("acknowledged").exists(), "it turns on"
     page.evaluate(f"document.querySelector('{DIAL}').replaceChildren()")  # a console may break its own drawing
     stop.click()
     expect(page.locator("#release")).to_be_visible()
-    ada.ladder("cancelled")
+    expect(page.locator("#ladder li", has_text="Turn").first).to_have_attribute("data-state", "cancelled")
     expect(page.locator("[data-command=turn]")).to_have_attribute("aria-disabled", "true")
     assert turns("cancelled").count() == 1
 
@@ -88,11 +95,15 @@ def test_a_mission_of_the_package_is_a_job_and_its_idle_behaviour_yields_to_it(p
     page.goto(f"/robots/{portal.robot.slug}/")
     expect(page.locator("#operator")).to_have_text("Nobody drives")
     wait_for(lambda: page.wait_for_timeout(50) or swaying(), 30, "the table sways while nobody asks")
-    ada = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
-    Clearance.objects.create(user=ada, robot=portal.robot, granted_at=SYSTEM.now())
-    job = ask(portal.robot, Asker(user=ada), "tour", {"stops": 2}, SYSTEM.now())
+    asker = visitor().cleared("ada", "/robots/{}/jobs/")
+    ada = asker.user
+    asker.page.fill("#tour-stops", "2")
+    asker.page.get_by_role("button", name="Ask for it").click()
+    expect(asker.page.locator("h1")).to_have_text("Tour on Turntable")
+    job = Job.objects.get()
     wait_for(lambda: page.wait_for_timeout(50) or Job.objects.get(pk=job.pk).ended_at, 30, "the tour's end")
     assert Job.objects.get(pk=job.pk).state == "done"
+    expect(asker.page.get_by_role("status").first).to_contain_text("Done", timeout=20_000)
     tour = Command.objects.get(kind="tour")
     assert (tour.state, tour.grant.kind, tour.issued_by) == ("completed", "job", ada)
     assert Command.objects.filter(kind="sway", pk__lt=tour.pk, ended_at__lte=tour.ended_at).exists()

@@ -43,6 +43,19 @@ def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
     assert job.state == "cancelled"
 
 
+def test_what_somebody_wrote_is_for_its_asker_and_staff_alone(shuttle, people, clock):
+    ada, reader, staff = Client(), Client(), Client()
+    ada.force_login(people["ada"])
+    staff.force_login(people["kim"])
+    reader.force_login(people["eve"])
+    job = ask(shuttle, Asker(user=people["ada"]), "go", {"x": 1.0}, clock.now())
+    Job.objects.filter(pk=job.pk).update(args={"x": 1.0, "note": "for my aunt"})
+    for client, seen in ((ada, True), (staff, True), (reader, False), (Client(), False)):
+        page = client.get(job.get_absolute_url()).content
+        assert b"<li>x: 1 m</li>" in page
+        assert (b"for my aunt" in page) is seen
+
+
 def test_the_page_lists_jobs_in_the_order_in_which_they_are_served(shuttle, clock, monkeypatch):
     first, other = (Asker(guest=name * 64, network=f"192.0.2.{n}") for n, name in enumerate("ab"))
     asked = [ask(shuttle, who, "go", {"x": 1.0}, clock.now()).pk for who in (first, replace(first, guest="c"), other)]

@@ -40,6 +40,8 @@ page.begin({
     const angle = deg(page.value("table") ?? 0);
     pointer.setAttribute("transform", `rotate(${-angle})`);
     dial.dataset.angle = angle.toFixed(1);
+    const warmth = page.value("warmth");
+    say(document.getElementById("turntable-warmth"), warmth === undefined ? "not known" : `${warmth.toFixed(0)} °C`);
     dial.setAttribute("aria-label", `The table from above, turned to ${angle.toFixed(0)} degrees`);
   },
   draw() {

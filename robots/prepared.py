@@ -1,4 +1,4 @@
-"""Statements whose SQL is made once, for the way of a command.
+"""Statements whose SQL is made once, for the path of a command.
 
 Django makes the SQL of a query anew at each call, which takes longer than the database needs to carry it out. Here it
 is made once for each database connection; at each call only values are put in. Rows are read as Django reads them.

@@ -13,7 +13,7 @@ export class CameraView {
   private views = 0;
   private cross: SVGGElement | null = null;
   private tool: SVGCircleElement | null = null;
-  private way: SVGLineElement | null = null;
+  private path: SVGLineElement | null = null;
   private at: [number, number] | null = null;
 
   constructor(
@@ -23,7 +23,7 @@ export class CameraView {
     this.context = canvas.getContext("2d")!;
     if (!overlay) return;
     this.tool = shape(overlay, "circle", { class: "tool-place", r: 4.5, cx: -20, cy: -20 });
-    this.way = shape(overlay, "line", { class: "way", x1: -9, y1: -9, x2: -9, y2: -9 });
+    this.path = shape(overlay, "line", { class: "way", x1: -9, y1: -9, x2: -9, y2: -9 });
     const cross = (this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" }));
     shape(cross, "circle", { r: 7, cx: 0, cy: 0 });
     for (const [x, y] of [[1, 0], [-1, 0], [0, 1], [0, -1]] as const)
@@ -95,12 +95,12 @@ export class CameraView {
   /** Show where the next image will be centred. */
   aim(at: [number, number] | null, from: [number, number] | null): void {
     this.at = at;
-    if (!this.cross || !this.tool || !this.way) return;
+    if (!this.cross || !this.tool || !this.path) return;
     const [u, v] = at ?? [-50, -50];
     this.cross.setAttribute("transform", `translate(${u} ${v})`);
     const [nu, nv] = from ?? [-20, -20];
     set(this.tool, { cx: nu, cy: nv });
-    if (at && from) set(this.way, { x1: nu, y1: nv, x2: u, y2: v });
-    else set(this.way, { x1: -9, y1: -9, x2: -9, y2: -9 });
+    if (at && from) set(this.path, { x1: nu, y1: nv, x2: u, y2: v });
+    else set(this.path, { x1: -9, y1: -9, x2: -9, y2: -9 });
   }
 }

@@ -55,7 +55,7 @@ class Outcome:
 
 
 class Session(ABC):
-    """The base of every driver. The constructor opens nothing; six methods are a robot's own.
+    """The base of every driver. The constructor opens nothing; five methods are a robot's own.
 
     `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a `speed`,
     forbidden `boxes`, a secret `token`, and `folder`, where a driver may keep files between its runs. `trace`

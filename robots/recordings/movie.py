@@ -1,4 +1,4 @@
-"""Makes a movie of recordings: H.264 in MP4, or VP9 in WebM. A program of its own, because it computes for long.
+"""Makes a movie of recordings: H.264 in MP4, or VP9 in WebM. A process of its own, because it computes for long.
 
     python -m robots.recordings.movie KIND OUT < plan.json
 

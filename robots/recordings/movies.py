@@ -82,7 +82,7 @@ def again(before: datetime) -> None:
 
 
 def plan_of(movie: Movie) -> dict[str, Any]:
-    """Return what the program that makes movies has to read; no files if nothing is left."""
+    """Return what the process that makes movies has to read; no files if nothing is left."""
     if movie.recording is not None:
         files = [keeping.path_of(movie.recording)] if movie.recording.shown else []
         return {"hz": 5, "files": [str(path) for path in files if path.exists()]}

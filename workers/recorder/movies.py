@@ -17,7 +17,7 @@ from robots.recordings import keeping, movies
 
 log = logging.getLogger(__name__)
 LONGEST_S = 600.0
-PROGRAM = (sys.executable, "-m", "robots.recordings.movie")
+COMMAND = (sys.executable, "-m", "robots.recordings.movie")
 
 
 class MovieMaker:
@@ -58,7 +58,7 @@ class MovieMaker:
                 json.dump(plan, plan_in)
                 plan_in.seek(0)
                 self._process = subprocess.Popen(  # noqa: S603 - our own program
-                    [*PROGRAM, movie.kind, str(self._part)], stdin=plan_in, stdout=subprocess.PIPE,
+                    [*COMMAND, movie.kind, str(self._part)], stdin=plan_in, stdout=subprocess.PIPE,
                     stderr=subprocess.DEVNULL, text=True, cwd=settings.BASE_DIR,
                 )  # fmt: skip
         except OSError as error:

@@ -4,7 +4,7 @@ Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically 
 density of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by
 where the map has the two. Ours: the oldest stays, because what was measured to and from it is kept, while each link
 that is handed on gets the map's error, too; unless it was not recognised for long, when the place looks otherwise now.
-And two are one place only if a short way over links leads from one to the other. Where the map is not right yet, two
+And two are one place only if a short path over links leads from one to the other. Where the map is not right yet, two
 places may overlap; those stay apart until the robot has closed the loop.
 """
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from robots.autonomy.ratslam.experiences import LINKS, NODES, ExperienceMap, Pose, composed, inverted
 
 Numbers = NDArray[np.int64]
-Ways = list[dict[int, tuple[Pose, float]]]  # for each experience, those it is linked with: seen where, and how long (s)
+Links = list[dict[int, tuple[Pose, float]]]  # for each experience, those it is linked with: seen where, and how long (s)
 SHORT_M = 0.01  # a shorter link is mostly a turn
 
 
@@ -48,11 +48,11 @@ def needs(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]:
 
 def standing(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int] = frozenset()) -> Numbers:
     """Return for each experience the index of the one that stays for it: its own, if it stays."""
-    stand, needed, ways = np.arange(held.count), needs(held, protected), _ways(held)
+    stand, needed, links = np.arange(held.count), needs(held, protected), _links(held)
     for group in alike(held, protected, wanted):
         stay: list[int] = []
         for index in group:
-            heir = None if needed[index] or not stay else _near(ways, index, stay, held.settings.same_m)
+            heir = None if needed[index] or not stay else _near(links, index, stay, held.settings.same_m)
             if heir is None:
                 stay.append(index)
             else:
@@ -60,8 +60,8 @@ def standing(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[i
     return stand
 
 
-def _near(ways: Ways, begin: int, wanted: Iterable[int], within: float) -> int | None:
-    """Return the first of `wanted` in the order of the way over links, None if none is within so many metres."""
+def _near(links: Links, begin: int, wanted: Iterable[int], within: float) -> int | None:
+    """Return the first of `wanted` in the order of the path over links, None if none is within so many metres."""
     ends, far, heap = set(wanted), {begin: 0.0}, [(0.0, begin)]
     while heap:
         gone, index = heapq.heappop(heap)
@@ -69,7 +69,7 @@ def _near(ways: Ways, begin: int, wanted: Iterable[int], within: float) -> int |
             return index
         if gone > far[index]:
             continue
-        for other, (seen, _) in ways[index].items():
+        for other, (seen, _) in links[index].items():
             through = gone + math.hypot(seen[0], seen[1])
             if through <= within and through < far.get(other, math.inf):
                 far[other] = through
@@ -77,8 +77,8 @@ def _near(ways: Ways, begin: int, wanted: Iterable[int], within: float) -> int |
     return None
 
 
-def _ways(held: ExperienceMap) -> Ways:
-    found: Ways = [{} for _ in range(held.count)]
+def _links(held: ExperienceMap) -> Links:
+    found: Links = [{} for _ in range(held.count)]
     for n in range(held.linked):
         a, b = int(held.sources[n]), int(held.targets[n])
         distance, direction, facing = held.measured[n].tolist()
@@ -95,36 +95,36 @@ def _pace(held: ExperienceMap) -> float:
     return float(np.median(paces)) if len(paces) else 0.0
 
 
-def _merge(ways: Ways, gone: int, heir: int, apart: Pose, pace: float) -> None:
+def _merge(links: Links, gone: int, heir: int, apart: Pose, pace: float) -> None:
     """Hand the links of an experience to the one that stays, which sees it at `apart`.
 
     A link that gets longer by a metre takes longer by `pace` (s/m), and back. Of two between the same experiences the
     one that was there stays.
     """
-    for other, (seen, seconds) in ways[gone].items():
-        del ways[other][gone]
-        if other == heir or heir in ways[other]:
+    for other, (seen, seconds) in links[gone].items():
+        del links[other][gone]
+        if other == heir or heir in links[other]:
             continue
         now = composed(apart, seen)
         was_m, now_m = math.hypot(*seen[:2]), math.hypot(*now[:2])
         seconds = max(seconds + pace * (now_m - was_m), pace * now_m / 2)
-        ways[heir][other], ways[other][heir] = (now, seconds), (inverted(now), seconds)
-    ways[gone] = {}
+        links[heir][other], links[other][heir] = (now, seconds), (inverted(now), seconds)
+    links[gone] = {}
 
 
 def contract(held: ExperienceMap, stand: Numbers) -> None:
     """Remove each experience that another stands for; who was linked with it is linked with that one."""
-    ways, stays, pace = _ways(held), stand == np.arange(held.count), _pace(held)
+    links, stays, pace = _links(held), stand == np.arange(held.count), _pace(held)
     for index in np.flatnonzero(~stays).tolist():
         heir = int(stand[index])
         apart = composed(inverted(held.pose_of(heir)), held.pose_of(index))
-        _merge(ways, index, heir, apart, pace)
+        _merge(links, index, heir, apart, pace)
     left = np.flatnonzero(stays)
     renumbered = (np.cumsum(stays) - 1).tolist()
     for name, _, _ in NODES:
         array = getattr(held, name)
         array[: len(left)] = array[left]
-    pairs = [(a, b, *ways[a][b]) for a in left.tolist() for b in sorted(ways[a]) if a < b]
+    pairs = [(a, b, *links[a][b]) for a in left.tolist() for b in sorted(links[a]) if a < b]
     for name, shape, kind in LINKS:
         setattr(held, name, np.zeros((max(64, len(pairs)), *shape), kind))
     for n, (a, b, seen, seconds) in enumerate(pairs):

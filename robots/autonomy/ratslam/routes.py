@@ -1,4 +1,4 @@
-"""Ways over the experience map: the quickest one to a goal, and the waypoint on it to steer for (section 3.4)."""
+"""Routes over the experience map: the quickest one to a goal, and the waypoint on it to steer for (section 3.4)."""
 
 import math
 from dataclasses import dataclass

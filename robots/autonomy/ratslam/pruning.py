@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from robots.autonomy.ratslam.experiences import LINKS, NODES, ExperienceMap, Pose, composed, inverted
 
 Numbers = NDArray[np.int64]
-Links = list[dict[int, tuple[Pose, float]]]  # for each experience, those it is linked with: seen where, and how long (s)
+Links = list[dict[int, tuple[Pose, float]]]  # of each experience: linked with which, seen where, after how long (s)
 SHORT_M = 0.01  # a shorter link is mostly a turn
 
 

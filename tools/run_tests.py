@@ -1,8 +1,8 @@
 """Runs the tests of `make test`, or with `all` those of `make test-all`; goes on after a failure and names each.
 
-With `make test` first what judges by fractions of a second, one test after another, and beside it, at the lowest
-priority, what only computes: the unit tests, and the rules that ask no clock. Then everything else, several
-files side by side, on both databases at once. A test that only waited too long is tried once more and named; a
+First what judges by fractions of a second, one test after another, and beside it, at the lowest priority, what only
+computes: the unit tests, and the rules that ask no clock. Then everything else, several files side by side, on both
+databases at once. A test that only waited too long is tried once more and named; a
 wrong answer is not, nor a measured time over its limit.
 """
 
@@ -76,9 +76,15 @@ STEPS: tuple[tuple[Lane, ...], ...] = (
         (Part("postgres", ("tests",), f"{BOTH} and {SHORT}", workers=1, naming=("service", "tenth")),),
     ),
 )
-ALL: tuple[tuple[Lane, ...], ...] = tuple(
-    ((Part(database, ("tests",), "not alone", workers=4), Part(database, ("tests",), "alone")),)
-    for database in ("sqlite", "postgres")
+ALL: tuple[tuple[Lane, ...], ...] = (
+    (
+        tuple(Part(database, ("tests",), "alone") for database in DATABASES),
+        (
+            *(Part(database, COMPUTING, "not alone", workers=2, aside=True) for database in DATABASES),
+            *(Part(database, RULES, "computes and not alone", workers=2, aside=True) for database in DATABASES),
+        ),
+    ),
+    tuple((Part(database, WAITING, "not computes and not alone", workers=3),) for database in DATABASES),
 )
 
 

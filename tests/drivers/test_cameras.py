@@ -67,7 +67,7 @@ def test_a_camera_that_is_gone_is_a_fault_and_comes_back(sim, camera):
 
 
 def test_a_camera_slower_than_the_limit_is_a_fault(sim, camera):
-    sim.fault("cam_slow", 5)
+    sim.fault("cam_slow", 5 * sim.speed)
     with pytest.raises(CameraFault):
         camera.grab(0.01)
 

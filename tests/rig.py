@@ -23,13 +23,19 @@ PYTHON = sys.executable
 class Simulator:
     """The Mercury arm's simulator as a process; `status` and `fault` reach it while it runs.
 
-    `before`: the command that starts it, if any.
+    `before`: the command that starts it, if any; `speed`: how many times faster than real time it runs.
     """
 
     def __init__(
-        self, folder: Path, seed: int = 1, tcp: int | None = None, baud: int = 4800, before: tuple[str, ...] = ()
+        self,
+        folder: Path,
+        seed: int = 1,
+        tcp: int | None = None,
+        baud: int = 4800,
+        before: tuple[str, ...] = (),
+        speed: float = 1.0,
     ) -> None:
-        self.folder, self.seed, self.tcp, self.baud = folder, seed, tcp, baud
+        self.folder, self.seed, self.tcp, self.baud, self.speed = folder, seed, tcp, baud, speed
         self._before = before
         self.process: forks.Forked | subprocess.Popen | None = None
         self._counted: dict[str, int] = {}
@@ -43,7 +49,8 @@ class Simulator:
         wait_for((self.folder / "camera").exists, 60, "the simulator")
 
     def _run(self, name: str, *options: object) -> None:
-        argv = [*self._before, PYTHON, "-m", f"simulators.{name}", "--dir", str(self.folder), *map(str, options)]
+        argv = [*self._before, PYTHON, "-m", f"simulators.{name}", "--dir", str(self.folder)]
+        argv += ["--speed", str(self.speed), *map(str, options)]
         self.folder.mkdir(parents=True, exist_ok=True)
         with (self.folder / "said.log").open("ab") as out:
             self.process = forks.start(argv, dict(os.environ), out.fileno())

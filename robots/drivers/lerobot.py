@@ -8,7 +8,6 @@ small steps with a permit for each, so that the speed is limited and a stop ends
 """
 
 import threading
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
@@ -19,8 +18,10 @@ from typing import Any, TypeVar
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
-from robots.drivers.errors import HardwareFault, Held, LineGone, LineSilent
+from robots.drivers.errors import HardwareFault, LineGone, LineSilent
 from robots.drivers.lerobot_spec import REST_S, features
+from robots.drivers.permits import unless_held
+from robots.drivers.waiting import Limit
 
 STEP_S = 1 / 30  # between two goals of a path
 TRIES = 3  # goals and questions can be repeated
@@ -115,8 +116,9 @@ class LeRobotDriver(Session):
         with self._line:
             seen = self._observe()
         joints = tuple(v * f.scale for v, f in zip(seen, self._listed, strict=True))
-        moving = before is not None and time.monotonic() - before.at < 1.0 and not self._alike(before.joints, joints)
-        return self.keep(RobotState(time.monotonic(), joints, (), moving, True))
+        now = self.clock.monotonic()
+        moving = before is not None and now - before.at < 1.0 and not self._alike(before.joints, joints)
+        return self.keep(RobotState(now, joints, (), moving, True))
 
     def _observe(self) -> tuple[float, ...]:
         seen = self._ask(lambda robot: robot.get_observation(), TRIES)
@@ -130,7 +132,7 @@ class LeRobotDriver(Session):
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Move to the goal in small steps; the outcome has the goal that LeRobot reports as sent."""
         check(self.described, kind, args, self.settings)
-        holds = self._holds
+        free = unless_held(lambda: self._holds, "The robot was stopped on its way.")
         permit()
         if kind == "noop":
             return Outcome({}, self.state())
@@ -143,11 +145,11 @@ class LeRobotDriver(Session):
                 number(args, f.name) / f.scale if f.name in args else here
                 for f, here in zip(self._listed, start, strict=True)
             )
-        sent = self._go(start, goal, holds, permit, on_stage)
+        sent = self._go(start, goal, free, permit, on_stage)
 
         def go_on() -> None:
             permit()
-            self._still_free(holds)
+            free()
 
         state = self._at_rest(go_on) or self.state()
         told = {f.name: round(sent[f.key] * f.scale, 6) for f in self._listed}
@@ -158,38 +160,34 @@ class LeRobotDriver(Session):
         return Outcome(told, state)
 
     def _go(
-        self, start: tuple[float, ...], goal: tuple[float, ...], holds: int, permit: Permit, on_stage: OnStage
+        self, start: tuple[float, ...], goal: tuple[float, ...], free: Permit, permit: Permit, on_stage: OnStage
     ) -> dict[str, float]:
         """Send goal after goal, at most at the speed of the slowest feature. Return the last goal as it was sent."""
         seconds = max(abs(g - s) / f.speed for g, s, f in zip(goal, start, self._listed, strict=True))
         steps = max(1, ceil(seconds / STEP_S))
         sent: dict[str, float] = {}
         for k in range(1, steps + 1):
-            begun = time.monotonic()
+            step = Limit(self.clock, STEP_S)
             permit()
             share = k / steps
             action = {f.key: s + share * (g - s) for f, s, g in zip(self._listed, start, goal, strict=True)}
             with self._line:
-                self._still_free(holds)
+                free()
                 sent = self._ask(lambda robot, action=action: robot.send_action(action), TRIES)  # type: ignore[misc]
             if k == 1:
                 on_stage("sent")
                 on_stage("acknowledged")
             if k % 3 == 0:
                 self.state()
-            time.sleep(max(0.0, begun + STEP_S - time.monotonic()))
+            self.clock.sleep(step.left)
         return sent
-
-    def _still_free(self, holds: int) -> None:
-        if self._holds != holds:
-            raise Held("The robot was stopped on its way.")
 
     def _at_rest(self, check: Callable[[], None]) -> RobotState | None:
         """Return the state once two readings are alike; None if that takes too long."""
-        until = time.monotonic() + REST_S
+        limit = Limit(self.clock, REST_S)
         before = self.state()
-        while time.monotonic() <= until:
-            time.sleep(LOOK_S)
+        while not limit.over:
+            self.clock.sleep(LOOK_S)
             check()
             state = self.state()
             if self._alike(before.joints, state.joints):

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from robots.brownout import Brownout
+from robots.clock import TIMER, Timer
 from simulators.common import memory, stamp
 from simulators.common.faults import FaultBoard
 
@@ -37,7 +38,7 @@ class Server(ThreadingHTTPServer):
     used_at: float | None = None  # when the last picture was made, until its memory is given back
 
     def service_actions(self) -> None:
-        """Give back memory once pictures have stopped; called twice a second."""
+        """Give back memory once pictures have stopped; called twice a second of real time."""
         if self.used_at is not None and time.monotonic() - self.used_at > IDLE_S:
             self.used_at = None
             memory.give_back()
@@ -51,8 +52,10 @@ class Server(ThreadingHTTPServer):
 class CameraServer:
     """A camera at `http://127.0.0.1:<port>`; `take(exposure_s)` exposes one picture."""
 
-    def __init__(self, take: Take, faults: FaultBoard, exposure_range: tuple[float, float]) -> None:
-        self._take, self._faults = take, faults
+    def __init__(
+        self, take: Take, faults: FaultBoard, exposure_range: tuple[float, float], clock: Timer = TIMER
+    ) -> None:
+        self._take, self._faults, self._clock = take, faults, clock
         self._range = exposure_range
         self._one_at_a_time = threading.Lock()
         self._frozen: NDArray[np.uint8] | None = None
@@ -119,7 +122,7 @@ class CameraServer:
             request.wfile.write(head.encode() + body + b"\r\n")
             request.wfile.flush()
             wait = min(brownout.every_s(STREAM_S), LEAST_OFTEN_S)
-            begun = time.monotonic()
+            begun = time.monotonic()  # real time: it is the machine's lateness that is felt
             time.sleep(wait)
             brownout.feel(time.monotonic() - begun - wait, time.monotonic())
 
@@ -127,7 +130,7 @@ class CameraServer:
         """Return one JPEG, with the faults of the fault board."""
         with self._one_at_a_time:
             if self._faults.value("cam_slow"):
-                time.sleep(self._faults.value("cam_slow"))
+                self._clock.sleep(self._faults.value("cam_slow"))
             if self._faults.value("cam_freeze") and self._frozen is not None:
                 picture = self._frozen
             else:

@@ -1,6 +1,7 @@
 """The simulator's own record of its actions, by which tests and benchmarks judge.
 
-One JSON object per line in `journal.jsonl`, with the monotonic clock that all processes of the machine share.
+One JSON object per line in `journal.jsonl`, with the monotonic clock that all processes of the machine share. It is
+real time, however fast the simulator runs.
 """
 
 import json

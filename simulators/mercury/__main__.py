@@ -1,5 +1,5 @@
 """The Mercury arm as a process: ``python -m simulators.mercury --dir DIR [--seed N] [--tcp PORT]
-[--baud N]``.
+[--baud N] [--speed FACTOR]``.
 
 In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server),
 `camera` (its address), `faults` (a Unix
@@ -8,13 +8,13 @@ socket), `journal.jsonl`, `bed.npy` and `state.json`.
 
 import sys
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.clock import TIMER, FasterTimer, Timer
 from robots.description import load
 from robots.drivers.mercury import protocol as wire
 from robots.files import replace_text
@@ -37,9 +37,11 @@ READOUT_S = 0.030  # the card reads the chip after the exposure
 class Simulator:
     """All parts: bed, arm, controller, line and camera."""
 
-    def __init__(self, folder: Path, seed: int, tcp: int | None = None, baud: int = wire.BAUD) -> None:
+    def __init__(
+        self, folder: Path, seed: int, tcp: int | None = None, baud: int = wire.BAUD, clock: Timer = TIMER
+    ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder = folder
+        self._folder, self._clock = folder, clock
         self.faults = FaultBoard(seed)
         self.journal = Journal(folder / "journal.jsonl")
         record_deaths(self.journal)
@@ -48,22 +50,22 @@ class Simulator:
         self.bed.restore(folder / "bed.npy")
         self._state = folder / "state.json"
         kept = restore(self._state)
-        self.body = Body(Workspace(description).settled(kept.pose) or START, time.monotonic())
+        self.body = Body(Workspace(description).settled(kept.pose) or START, clock.monotonic())
         boot = (kept.boot + 1) % BOOTS
         self._keep(boot)
         self.controller = Controller(
-            description, self.body, self._blow, self.faults, self.journal, boot, switched_on=self._keep
+            description, self.body, self._blow, self.faults, self.journal, boot, self._keep, clock
         )
         tty = folder / "tty"
         self.line = (
-            Line(tty, self.faults, baud)
+            Line(tty, self.faults, baud, clock)
             if tcp is None
-            else TcpLine(tty, self.faults, baud, tcp, lambda: self.journal.note("refused"))
+            else TcpLine(tty, self.faults, baud, tcp, lambda: self.journal.note("refused"), clock)
         )
         self._rng = np.random.default_rng(seed)
         self._bed_lock = threading.Lock()
         low, high = description["camera"]["exposure_range_s"]
-        self.camera = CameraServer(self._take, self.faults, (low, high))
+        self.camera = CameraServer(self._take, self.faults, (low, high), clock)
         serve(folder / "faults", self.faults, self.status)
         replace_text(folder / "camera", f"http://127.0.0.1:{self.camera.port}\n")
         self._running = True
@@ -80,14 +82,12 @@ class Simulator:
         threading.Thread(target=work, name="sand").start()
 
     def _take(self, exposure: float) -> NDArray[np.uint8]:
-        begin = time.monotonic()
-        time.sleep(exposure + 0.004)
+        begin = self._clock.monotonic()
+        self._clock.sleep(exposure + 0.004)
         poses = self.body.during(begin, begin + exposure, 5)
         with self._bed_lock:
             picture = expose(self.bed, poses, exposure, self._rng)
-        left = begin + exposure + READOUT_S - time.monotonic()
-        if left > 0:
-            time.sleep(left)
+        self._clock.sleep(begin + exposure + READOUT_S - self._clock.monotonic())
         return picture
 
     def status(self) -> dict[str, Any]:
@@ -110,7 +110,7 @@ class Simulator:
             if arrived.data:
                 for frame in receiver.feed(*arrived):
                     self.controller.handle(frame, self.line.send)
-            self.controller.advance(time.monotonic(), self.line.send)
+            self.controller.advance(self._clock.monotonic(), self.line.send)
             if moved or self.body.moving:  # if it is killed during a motion, it starts again at that position
                 self._keep(self.controller.boot)
             moved = self.body.moving
@@ -128,7 +128,7 @@ def main() -> None:
     parser.add_argument("--tcp", type=int)
     parser.add_argument("--baud", type=int, default=wire.BAUD, help="of the line; the arm's own is 4800")
     options = parser.parse_args()
-    simulator = Simulator(options.dir, options.seed, options.tcp, options.baud)
+    simulator = Simulator(options.dir, options.seed, options.tcp, options.baud, FasterTimer(options.speed))
     stop_when_told(simulator)
     sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {simulator.camera.port}\n")
     sys.stdout.flush()

@@ -4,12 +4,12 @@ It checks the same limits as the driver, refuses motion until it was calibrated,
 executes one sequence number twice.
 """
 
-import time
 from collections import OrderedDict
 from collections.abc import Callable
 from math import degrees, radians
 from typing import Any
 
+from robots.clock import TIMER, Timer
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Flag, Frame, Instruction, Mode, Reply
 from simulators.common.faults import FaultBoard
@@ -36,6 +36,7 @@ class Controller:
         journal: Journal,
         boot: int,
         switched_on: Callable[[int], None] = lambda boot: None,
+        clock: Timer = TIMER,
     ) -> None:
         """`blow` (mm, mm, s) moves the sand; `switched_on` stores a new boot number before it is used."""
         self._space = Workspace(description)
@@ -45,6 +46,7 @@ class Controller:
         self._faults = faults
         self._journal = journal
         self._switched_on = switched_on
+        self._clock = clock
         self.boot = boot
         self._power_on()
 
@@ -63,17 +65,17 @@ class Controller:
     def restart(self) -> None:
         """Lose power and start again: only the arm's position is kept."""
         if self.mode == Mode.BLOWING:
-            self._end_burst(time.monotonic(), "power")
+            self._end_burst(self._clock.monotonic(), "power")
         boot = (self.boot + 1) % BOOTS
         self._switched_on(boot)  # before anybody can see it
         self.boot = boot
         self.body.line = None
         self._power_on()
-        self._quiet_until = time.monotonic() + RESET_S
+        self._quiet_until = self._clock.monotonic() + RESET_S
         self._journal.note("power_on", boot=self.boot)
 
     def _deaf(self) -> bool:
-        return time.monotonic() < self._quiet_until or bool(self._faults.value("awol"))
+        return self._clock.monotonic() < self._quiet_until or bool(self._faults.value("awol"))
 
     def refuse_broken(self, seq: int, send: Send) -> None:
         """Answer the number of a frame with a wrong checksum; nothing else of it is used."""
@@ -144,7 +146,7 @@ class Controller:
             self.body.brake()
             self.mode = Mode.HOLDING
         elif self.mode == Mode.BLOWING:
-            self._end_burst(time.monotonic(), "held")
+            self._end_burst(self._clock.monotonic(), "held")
             self._finish(Reply.HELD, send)
 
     def _set_speed(self, speed: float) -> Error | None:
@@ -158,7 +160,7 @@ class Controller:
         if self.mode != Mode.IDLE:
             return Error.BUSY
         self.mode, self._running = Mode.CALIBRATING, seq
-        self._until = time.monotonic() + CALIBRATE_S
+        self._until = self._clock.monotonic() + CALIBRATE_S
         self._journal.note("calibrate", seq=seq)
         return None
 
@@ -193,7 +195,7 @@ class Controller:
         if self.body.setpoint.z > 0.001:
             return Error.OUT_OF_RANGE
         self.mode, self._running = Mode.BLOWING, seq
-        self._since = time.monotonic()
+        self._since = self._clock.monotonic()
         self._until = self._since + seconds
         self._journal.note("burst", seq=seq, seconds=seconds)
         return None

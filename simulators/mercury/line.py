@@ -5,13 +5,13 @@ import os
 import pty
 import select
 import socket
-import time
 import tty
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from robots.clock import TIMER, Timer
 from robots.drivers.mercury.protocol import BITS_A_BYTE, Frame
 from robots.files import replace_text
 from simulators.common.faults import FaultBoard
@@ -23,7 +23,7 @@ AHEAD = 128  # bytes that the line buffers, as a small UART does
 
 
 class Arrived(NamedTuple):
-    """Bytes, and when the first and the last of them arrived (s, monotonic)."""
+    """Bytes, and when the first and the last of them arrived (s, on the simulator's clock)."""
 
     data: bytes
     since: float
@@ -33,7 +33,8 @@ class Arrived(NamedTuple):
 class Line:
     """One end of the line; the other is the terminal named by `link`."""
 
-    def __init__(self, link: Path, faults: FaultBoard, baud: int) -> None:
+    def __init__(self, link: Path, faults: FaultBoard, baud: int, clock: Timer = TIMER) -> None:
+        self._clock = clock
         self._byte_s = BITS_A_BYTE / baud
         self._room = AHEAD + int(4 * TICK_S / self._byte_s)
         self._open(link)
@@ -71,22 +72,26 @@ class Line:
         if self._faults.value("mute"):
             return
         late = self._faults.value("slow")
-        at = max(self._out_free, time.monotonic() + late)
+        at = max(self._out_free, self._clock.monotonic() + late)
         for byte in self._spoil(frame.encode()):
             at += self._byte_s
             self._out.append((at, byte))
         self._out_free = at
 
+    def wait(self, timeout: float, /) -> bool:
+        """Wait for bytes, at most so many real seconds; tell whether they came."""
+        return bool(select.select(self._listened(), [], [], timeout)[0])
+
     def poll(self, busy: bool) -> Arrived:
         """Wait a moment; write bytes that are due, return bytes that arrived."""
         carried = max((row[-1][0] for row in (self._in, self._out) if row), default=0.0)
         if carried:
-            left = carried - time.monotonic()
-            time.sleep(TICK_S if busy else min(max(left, TICK_S), IDLE_TICK_S))
+            left = carried - self._clock.monotonic()
+            self._clock.sleep(TICK_S if busy else min(max(left, TICK_S), IDLE_TICK_S))
         else:
-            select.select(self._listened(), [], [], TICK_S if busy else IDLE_S)
+            self._clock.wait(self, TICK_S if busy else IDLE_S)
         self._read()
-        now = time.monotonic()
+        now = self._clock.monotonic()
         due = bytearray()
         while self._out and self._out[0][0] <= now:
             due.append(self._out.popleft()[1])
@@ -105,7 +110,7 @@ class Line:
         if room <= 0:
             return
         data = self._receive(room)
-        at = self._in_free if self._more else max(self._in_free, time.monotonic())
+        at = self._in_free if self._more else max(self._in_free, self._clock.monotonic())
         self._more = len(data) == room  # more bytes were waiting, so the line was not silent
         for byte in self._spoil(data):
             at += self._byte_s
@@ -131,12 +136,20 @@ class Line:
 class TcpLine(Line):
     """The same line behind a serial server: one client at a time, others are refused."""
 
-    def __init__(self, link: Path, faults: FaultBoard, baud: int, port: int, refused: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        link: Path,
+        faults: FaultBoard,
+        baud: int,
+        port: int,
+        refused: Callable[[], None],
+        clock: Timer = TIMER,
+    ) -> None:
         self._server = socket.create_server(("127.0.0.1", port))
         self._server.setblocking(False)
         self._client: socket.socket | None = None
         self._refused = refused
-        super().__init__(link, faults, baud)
+        super().__init__(link, faults, baud, clock)
 
     @property
     def port(self) -> int:

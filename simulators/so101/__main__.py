@@ -1,4 +1,4 @@
-"""The SO-101's six servos on their line, as a process: ``python -m simulators.so101 --dir DIR``.
+"""The SO-101's six servos on their line, as a process: ``python -m simulators.so101 --dir DIR [--speed FACTOR]``.
 
 Feetech's protocol as STS3215 servos speak it: ``FF FF id length instruction parameters
 checksum``, answered by ``FF FF id length error parameters checksum``; a register table each,
@@ -11,11 +11,11 @@ import os
 import pty
 import select
 import threading
-import time
 import tty
 from pathlib import Path
 from typing import Any
 
+from robots.clock import TIMER, FasterTimer, Timer
 from robots.files import replace_text
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
@@ -76,10 +76,10 @@ class Servo:
 class Simulator:
     """Six servos and their line."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, clock: Timer = TIMER) -> None:
         (folder / "calibration").mkdir(parents=True, exist_ok=True)
         self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
-        self._folder = folder
+        self._folder, self._clock = folder, clock
         self._servos = {n: Servo(n, at) for n, at in zip(range(1, 7), self._kept(), strict=True)}
         self._rest = b""
         self._lock = threading.Lock()
@@ -120,12 +120,12 @@ class Simulator:
         """Serve the line and move the servos until stopped."""
         threading.Thread(target=self._drive, name="motors", daemon=True).start()
         while self._running:
-            ready, _, _ = select.select([self._master], [], [], 0.2)
+            ready, _, _ = select.select([self._master], [], [], 0.2)  # for bytes or the end; no time of the arm's
             if ready:
                 try:
                     self._take(os.read(self._master, 4096))
                 except OSError:
-                    time.sleep(0.05)
+                    self._clock.sleep(0.05)
         replace_text(self._folder / "places.json", json.dumps([s.at for s in self._servos.values()]))
 
     def stop(self, *_: object) -> None:
@@ -133,10 +133,10 @@ class Simulator:
         self._running = False
 
     def _drive(self) -> None:
-        due = time.monotonic()
+        due = self._clock.monotonic()
         while self._running:
-            due = max(due + STEP_S, time.monotonic() - 0.1)
-            time.sleep(max(0.0, due - time.monotonic()))
+            due = max(due + STEP_S, self._clock.monotonic() - 0.1)
+            self._clock.sleep(due - self._clock.monotonic())
             with self._lock:
                 for servo in self._servos.values():
                     servo.step()
@@ -194,13 +194,14 @@ class Simulator:
         packet = bytearray(b"\xff\xff" + body + bytes([~sum(body) & 0xFF]))
         if self.faults.chance("corrupt"):
             packet[-1] ^= 0x10
-        time.sleep(self.faults.value("slow"))
+        self._clock.sleep(self.faults.value("slow"))
         os.write(self._master, packet)
 
 
 def main() -> None:
     """Run the simulator."""
-    simulator = Simulator(arguments(__doc__).parse_args().dir)
+    options = arguments(__doc__).parse_args()
+    simulator = Simulator(options.dir, FasterTimer(options.speed))
     stop_when_told(simulator)
     simulator.run()
 

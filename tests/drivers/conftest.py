@@ -2,6 +2,7 @@ import time
 
 import pytest
 
+from robots.clock import FasterTimer
 from robots.drivers.irat.driver import Driver as IratDriver
 from robots.drivers.mercury.driver import Driver
 from robots.drivers.pa10.driver import Driver as ArmDriver
@@ -12,12 +13,13 @@ from tests.drivers.pa10_wire import Terminal, allow, do
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 
 HOME = (0.0, 0.42, 0.075)
+PACE = 4  # so many times faster than real time run the Mercury arm's simulator and driver
 CORRIDOR = 50  # a place in the left arm of the U, heading away from the dock
 
 
 @pytest.fixture(scope="session")
 def mercury(tmp_path_factory):
-    simulator = Simulator(tmp_path_factory.mktemp("mercury"))
+    simulator = Simulator(tmp_path_factory.mktemp("mercury"), speed=PACE)
     yield simulator
     simulator.stop()
 
@@ -33,7 +35,7 @@ def sim(mercury, request):
         mercury.start()
     mercury.clear()
     mercury.power_cycle()
-    time.sleep(RESET_S)
+    time.sleep(RESET_S / mercury.speed)
     mercury.forget()
     return mercury
 
@@ -44,19 +46,27 @@ def speed():
     return 0.5
 
 
+class FasterDriver(Driver):
+    """The Mercury arm's, at the pace of the simulator."""
+
+    clock = FasterTimer(PACE)
+
+
 @pytest.fixture
 def driver(sim, speed):
-    made = Driver(str(sim.folder / "tty"), {"speed": speed})
+    made = FasterDriver(str(sim.folder / "tty"), {"speed": speed})
     yield made
     made.close()
 
 
 @pytest.fixture
-def ready(driver):
+def ready(driver, speed):
     """A driver whose arm is calibrated and at home."""
     driver.connect()
     if driver.recover(allow).pose[:3] != pytest.approx(HOME, abs=1e-3):
+        do(driver, "speed", speed=0.5)
         do(driver, "home")
+        do(driver, "speed", speed=speed)
     return driver
 
 

@@ -1,7 +1,7 @@
 """The driver against the simulator over a real pty, under every fault."""
 
 import threading
-import time
+from contextlib import contextmanager
 
 import pytest
 
@@ -31,6 +31,20 @@ def do(driver, kind, permit=allow, **args):
     stages = []
     outcome = driver.execute(kind, args, permit, stages.append)
     return outcome, stages
+
+
+@contextmanager
+def on_the_way(sim, act):
+    """Call `act` once the arm, at home at first, is 1 cm on its way to the left."""
+
+    def work():
+        wait_for(lambda: sim.status()["pose"][0] < -0.01, 10, "a motion")
+        act()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    yield
+    thread.join(15)
 
 
 def test_every_command_reaches_its_place(ready, sim):
@@ -77,25 +91,15 @@ def test_the_permit_is_asked_last_and_its_no_is_final(ready, sim):
     assert sim.count("motion") == before
 
 
+@SLOWLY
 def test_a_hold_in_mid_motion_brings_it_to_rest_on_the_way(ready, sim):
-    caught = []
-
-    def drive():
-        try:
-            do(ready, "move", x=-0.2, y=0.3)
-        except Held as error:
-            caught.append(str(error))
-
-    thread = threading.Thread(target=drive)
-    thread.start()
-    wait_for(lambda: sim.status()["moving"], 3, "a motion")
-    time.sleep(0.25)
-    state = ready.hold()
-    thread.join(5)
-    assert caught == ["The motion was stopped on its way."]
-    assert not state.moving
+    held = []
+    with on_the_way(sim, lambda: held.append(ready.hold())), pytest.raises(Held, match="stopped on its way"):
+        do(ready, "move", x=-0.2, y=0.3)
+    assert not held[0].moving
     x = sim.status()["pose"][0]
     assert -0.2 < x < 0.0
+    do(ready, "speed", speed=0.5)
     do(ready, "move", x=0.0, y=0.42)
 
 
@@ -187,18 +191,14 @@ def test_lost_power_is_noticed_and_nothing_is_repeated(ready, sim):
 
 @SLOWLY
 def test_power_lost_in_mid_motion(ready, sim):
-    timer = threading.Timer(0.5, lambda: sim.fault("power_cycle", count=1))
-    timer.start()
-    with pytest.raises(HardwareFault):
+    with on_the_way(sim, lambda: sim.fault("power_cycle", count=1)), pytest.raises(HardwareFault):
         do(ready, "move", x=-0.2, y=0.3)
     assert ready.recover(allow).ready
 
 
 @SLOWLY
 def test_a_limit_switch_in_mid_motion_is_a_fault(ready, sim):
-    timer = threading.Timer(0.4, lambda: sim.fault("limit_hit", count=1))
-    timer.start()
-    with pytest.raises(HardwareFault):
+    with on_the_way(sim, lambda: sim.fault("limit_hit", count=1)), pytest.raises(HardwareFault):
         do(ready, "move", x=-0.2, y=0.3)
     assert ready.recover(allow).ready
 
@@ -221,9 +221,7 @@ def test_no_port_at_all(tmp_path):
 
 @SLOWLY
 def test_a_pulled_cable_is_noticed_and_put_back(ready, sim):
-    timer = threading.Timer(0.3, sim.process.kill)
-    timer.start()
-    with pytest.raises(HardwareFault):
+    with on_the_way(sim, sim.process.kill), pytest.raises(HardwareFault):
         do(ready, "move", x=-0.2, y=0.3)
     with pytest.raises(HardwareFault):
         ready.state()
@@ -235,7 +233,7 @@ def test_a_pulled_cable_is_noticed_and_put_back(ready, sim):
 def test_a_reconnected_driver_counts_on_after_the_controllers_newest_number(ready, sim):
     do(ready, "down")
     ready.close()
-    other = Driver(str(sim.folder / "tty"), {})
+    other = type(ready)(str(sim.folder / "tty"), {})
     other.connect()
     before = sim.count("motion")
     do(other, "up")
@@ -260,7 +258,6 @@ def test_the_bed_survives_a_restart_of_the_simulator(ready, sim):
     do(ready, "down")
     do(ready, "air", seconds=0.5)
     wait_for((sim.folder / "bed.npy").exists, 5, "the bed")
-    time.sleep(0.3)
     kept = (sim.folder / "bed.npy").read_bytes()
     ready.close()
     sim.stop()

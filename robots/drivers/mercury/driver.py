@@ -1,6 +1,5 @@
 """The Mercury arm's driver: translates commands in SI units into instructions on the serial line."""
 
-import time
 from collections.abc import Callable
 from math import degrees, hypot, radians
 from typing import Any
@@ -15,7 +14,8 @@ from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.drivers.mercury.scara import scara
-from robots.drivers.permits import until_held
+from robots.drivers.permits import unless_held, until_held
+from robots.drivers.waiting import Limit, until_at_rest
 
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then
@@ -31,7 +31,7 @@ class Driver(Session):
         super().__init__(address, settings, trace)
         self._description = load("mercury")
         self._arm = scara(self._description)
-        self.line = HostLine(address, int(self._description["line"]["resends"]), trace)
+        self.line = HostLine(address, int(self._description["line"]["resends"]), trace, self.clock)
         self._rest_pose: tuple[float, ...] | None = None
 
     def connect(self) -> RobotState:
@@ -68,7 +68,7 @@ class Driver(Session):
         self, joints: tuple[float, float, float, float], moving: bool, ready: bool, fault: str = ""
     ) -> RobotState:
         q = radians(joints[0]), radians(joints[1]), joints[2] / 1000, radians(joints[3])
-        return self.keep(RobotState(time.monotonic(), q, self._arm.forward(q), moving, ready, fault))
+        return self.keep(RobotState(self.clock.monotonic(), q, self._arm.forward(q), moving, ready, fault))
 
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Run one command to its end."""
@@ -135,10 +135,10 @@ class Driver(Session):
         return outcome
 
     def _run(self, build: Any, sent: dict[str, Any], permit: Permit, on_stage: OnStage, limit_s: float) -> Outcome:
-        holds = self.line.holds
+        free = unless_held(lambda: self.line.holds)
         seq = self.line.instruct(build, permit, lambda: on_stage("sent"))
         on_stage("acknowledged")
-        until = time.monotonic() + limit_s
+        limit = Limit(self.clock, limit_s)
         while True:
             end = self.line.end_of(seq, POLL_S)
             if end is not None:
@@ -152,10 +152,9 @@ class Driver(Session):
                 end = self.line.end_of(seq, POLL_S)
                 if end is not None:
                     return Outcome(sent, self._ended(end))
-                if self.line.holds != holds:
-                    raise Held("The motion was stopped on its way.")
+                free()
                 return Outcome(sent, state)
-            if time.monotonic() > until:
+            if limit.over:
                 self.line.instruct(lambda s: Frame(Instruction.HOLD, s), None)
                 raise HardwareFault(f"The motion did not end within {limit_s:g} s and was held.")
 
@@ -170,13 +169,7 @@ class Driver(Session):
     def hold(self) -> RobotState:
         """Send HOLD past everything else and wait until the set-point rests."""
         self.line.instruct(lambda seq: Frame(Instruction.HOLD, seq), None)
-        until = time.monotonic() + REST_S
-        while True:
-            state = self.state()
-            if not state.moving:
-                return state
-            if time.monotonic() > until:
-                raise HardwareFault("The arm did not come to rest after a hold.")
+        return until_at_rest(self.state, self.clock, REST_S, "The arm")
 
     def recover(self, permit: Permit) -> RobotState:
         """Soft reset (section 6.7): reset, recalibrate, return to the previous position."""
@@ -210,11 +203,11 @@ class Driver(Session):
             self.line.open()
 
     def _finish(self, seq: int, limit_s: float) -> None:
-        until = time.monotonic() + limit_s
+        limit = Limit(self.clock, limit_s)
         while self.line.end_of(seq, POLL_S) is None:
             if not self.state().moving:
                 return
-            if time.monotonic() > until:
+            if limit.over:
                 raise HardwareFault("The controller did not finish its own reset.")
 
     def _set_speed(self, permit: Permit | None = None, on_sent: Callable[[], None] = lambda: None) -> None:

@@ -6,17 +6,16 @@ hold overtakes: after it, no motion that was started before is sent again.
 
 import contextlib
 import threading
-import time
 from collections.abc import Callable
 from typing import TypeVar
 
 import serial
 
+from robots.clock import TIMER, Timer
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import (
     ControllerRefused,
     ControllerRestarted,
-    Held,
     LineBusy,
     LineGone,
     LineSilent,
@@ -24,6 +23,8 @@ from robots.drivers.errors import (
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
+from robots.drivers.permits import unless_held
+from robots.drivers.waiting import Limit
 
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
 HOLD_ANSWER_S = 0.20
@@ -35,8 +36,8 @@ T = TypeVar("T")
 class HostLine:
     """A serial port with a reader thread; frames are matched by sequence number."""
 
-    def __init__(self, url: str, resends: int, trace: Trace | None) -> None:
-        self._url, self._resends, self._trace = url, resends, trace
+    def __init__(self, url: str, resends: int, trace: Trace | None, clock: Timer = TIMER) -> None:
+        self._url, self._resends, self._trace, self._clock = url, resends, trace, clock
         self._port: serial.SerialBase | None = None
         self._write_lock = threading.Lock()
         self._news = threading.Condition()
@@ -102,7 +103,7 @@ class HostLine:
             except (serial.SerialException, OSError, TypeError) as error:
                 self._lose(str(error))
                 return
-            for frame in receiver.feed(data, time.monotonic()) if data else ():
+            for frame in receiver.feed(data, self._clock.monotonic()) if data else ():
                 self._heard(frame)
             self.broken = receiver.broken + self._malformed
 
@@ -167,7 +168,7 @@ class HostLine:
             if attempt == 0 and on_sent:
                 on_sent()
             self.resent += attempt > 0
-            until = time.monotonic() + answer_s
+            limit = Limit(self._clock, answer_s)
             with self._news:
                 while True:
                     answer = found()
@@ -175,10 +176,10 @@ class HostLine:
                         return answer
                     if self._gone is not None:
                         raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
-                    left = until - time.monotonic()
+                    left = limit.left
                     if left <= 0 or frame.seq in self._spoilt:
                         break
-                    self._news.wait(left)
+                    self._clock.wait(self._news, left)
         raise LineSilent(f"The robot did not answer {self._resends + 1} tries on its serial line.")
 
     def instruct(
@@ -202,11 +203,11 @@ class HostLine:
         hold = frame.id == Instruction.HOLD
         if hold:
             self._holds += 1
-        holds = self._holds
+        free = unless_held(lambda: self._holds, "A stop came first.")
 
         def allowed() -> None:
-            if not hold and self._holds != holds:
-                raise Held("A stop came first.")
+            if not hold:
+                free()
             if permit is not None:
                 permit()
 
@@ -241,13 +242,13 @@ class HostLine:
 
     def end_of(self, seq: int, wait_s: float) -> Frame | None:
         """Wait up to `wait_s` for DONE or HELD of `seq`; None if it has not come."""
-        until = time.monotonic() + wait_s
+        limit = Limit(self._clock, wait_s)
         with self._news:
             while seq not in self._ends:
-                left = until - time.monotonic()
+                left = limit.left
                 if left <= 0:
                     return None
                 if self._gone is not None:
                     raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
-                self._news.wait(left)
+                self._clock.wait(self._news, left)
             return self._ends[seq]

@@ -201,9 +201,13 @@ class Child:
 
 
 def worker(
-    slug: str = "mercury", doom: tuple[str, str] | None = None, before: tuple[str, ...] = (), **env: str
-) -> Child:
-    """Start a robot's worker exactly as the supervisor does; `before`: the command that starts it, if any."""
+    slug: str = "mercury", doom: tuple[str, str] | None = None, before: tuple[str, ...] = (), says: bool = False,
+    **env: str,
+) -> Child:  # fmt: skip
+    """Start a robot's worker exactly as the supervisor does; `before`: the command that starts it, if any.
+
+    `says`: it says each time it has tried to take the robot.
+    """
     from portal.processes import robot_processes
     from robots.models import Robot
 
@@ -211,6 +215,8 @@ def worker(
     argv = list(spec.argv)
     if doom:
         argv = [PYTHON, "-m", "tests.faults.doomed", *doom, "--", *argv[3:]]
+    elif says:
+        argv = [PYTHON, "-m", "tests.faults.trying", "--", *argv[3:]]
     return Child("worker", [*before, *argv], **{**spec.env, **env})
 
 

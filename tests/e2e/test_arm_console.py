@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+from django.conf import settings
 from PIL import Image
 from playwright.sync_api import expect
 
@@ -16,6 +17,7 @@ from robots.drivers.errors import OutOfWorkspace
 from robots.models import Command, Program, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
+from tests.looked import swept
 
 CORNERS = ("from x", "from y", "from z", "to x", "to y", "to z")
 
@@ -134,8 +136,11 @@ def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transa
     page.check("#checked")
     page.click("[data-command=release]")
     expect(page.locator("#release")).to_be_hidden()
+    latch = settings.VAR / "run" / f"{portal.robot.slug}.stopped"
+    wait_for(lambda: page.wait_for_timeout(20) or not latch.exists(), 10, "the release")
     before = portal.sim.count("motion")
-    page.wait_for_timeout(1500)
+    swept(portal.robot)
+    assert portal.sim.status()["mode"] != "PROG_EXEC"
     assert portal.sim.count("motion") == before
     ada.axe("program mode")
 

@@ -14,6 +14,7 @@ from robots.models import Command, Robot
 from tests.conftest import BOTH_AT_LENGTH, wait_for
 from tests.faults.proxy import Proxy
 from tests.faults.witness import Witness
+from tests.looked import swept
 from tests.proof import Proof
 from tests.rig import Web, free_port
 
@@ -108,12 +109,10 @@ def tick(page):
 
 
 def rest(portal, at):
-    """Return how long after `at` the set-point rested for good (s)."""
-    time.sleep(1.0)
+    """Return how long after `at` the set-point rested for good (s): the motion is over, and no other waits."""
+    wait_for(lambda: Command.objects.order_by("-id")[0].final, 20, "the end of the jog")
+    swept(portal.robot)
     assert not portal.sim.status()["moving"]
-    made = portal.sim.count("motion")
-    time.sleep(0.4)
-    assert portal.sim.count("motion") == made, "it goes on"
     return max(r["t"] - at for r in portal.sim.journal() if r["event"] == "rest")
 
 
@@ -235,7 +234,6 @@ def test_promise_06_the_controls_are_lost(portal, operator, chromium, redis_serv
                     idle += 1  # it was at rest when the controls were lost
                 elif witness.clean(at - 0.1, at + seconds):
                     took.setdefault(cause, []).append(seconds)
-                wait_for(lambda: Command.objects.order_by("-id")[0].final, 20, "the end of the jog")
                 wait_for(lambda: not Robot.objects.get().reason, 30, "the robot is well")
                 Turn.objects.filter(ended_at=None).update(
                     until=SYSTEM.now() + timedelta(minutes=5), last_seen=SYSTEM.now()

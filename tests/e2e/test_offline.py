@@ -1,5 +1,6 @@
 """Without a connection the page says so as long as it is true, and what happened to a Stop."""
 
+import json
 import re
 
 import pytest
@@ -24,6 +25,29 @@ def bench(portal, visitor):
     yield ada, line
     line.set("cut")
     line.close()
+
+
+class Frames:
+    """What a page says over its sockets to robots, and which of its pings are answered."""
+
+    def __init__(self, page):
+        self.sent, self._pongs = [], set()
+        page.on("websocket", self._opened)
+
+    def _opened(self, socket):
+        if "/ws/robots/" in socket.url:
+            socket.on("framesent", lambda data: self.sent.append(json.loads(data)))
+            socket.on("framereceived", self._heard)
+
+    def _heard(self, data):
+        if isinstance(data, str) and (said := json.loads(data))["t"] == "pong":
+            self._pongs.add(said["n"])
+
+    def answered(self, page):
+        """Wait until the portal has answered a ping of now: what the page has said before has arrived."""
+        last = max((said["n"] for said in self.sent if said["t"] == "ping"), default=0)
+        page.evaluate("dispatchEvent(new Event('online'))")  # a page that hears of a network asks at once
+        wait_for(lambda: page.wait_for_timeout(20) or any(n > last for n in self._pongs), 20, "an answer")
 
 
 def operate(ada, line, size):
@@ -96,6 +120,7 @@ def test_a_stop_pressed_offline_says_what_happens_and_is_sent_when_the_line_is_b
 
 def test_a_late_stop_does_not_stop_the_next_persons_turn(portal, bench):
     ada, line = bench
+    frames = Frames(ada.page)
     page = operate(ada, line, DESKTOP)
     line.set("cut")
     ada.context.set_offline(True)
@@ -106,8 +131,10 @@ def test_a_late_stop_does_not_stop_the_next_persons_turn(portal, bench):
     wait_for(
         lambda: page.wait_for_timeout(100) or Turn.objects.filter(ended_at=None).count() == 0, 40, "the turn's end"
     )
+    before = len(frames.sent)
     ada.context.set_offline(False)
     line.set("pass")
     expect(page.locator("#notice")).to_contain_text("was not sent", timeout=20_000)
-    page.wait_for_timeout(500)
+    frames.answered(page)
+    assert "stop" not in [said["t"] for said in frames.sent[before:]]
     assert not Robot.objects.get().stop_latched

@@ -14,6 +14,8 @@ from tests.conftest import at_length, wait_for
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 BAR = "#turnbar"
+# the page has done what it had to do, and drawn it
+DRAWN = "() => new Promise((done) => requestIdleCallback(() => requestAnimationFrame(() => setTimeout(done))))"
 
 
 @pytest.fixture
@@ -93,9 +95,12 @@ def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(por
     expect(page.locator(BAR)).to_contain_text("You missed your turn")
     page.get_by_role("button", name="Dismiss").click()
     expect(page.locator(BAR)).to_be_hidden()
+    told = []
+    page.on("websocket", lambda ws: "/ws/me/" in ws.url and ws.on("framereceived", lambda said: told.append(said)))
     page.reload()
-    page.wait_for_timeout(1000)
-    expect(page.locator(BAR)).to_be_hidden()
+    wait_for(lambda: page.wait_for_timeout(20) or any('"places"' in words for words in told), 10, "the places")
+    page.evaluate(DRAWN)
+    assert page.locator(BAR).is_hidden()
 
 
 def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
@@ -228,12 +233,14 @@ def test_without_scripts_a_line_of_the_page_leads_to_the_robot(portal, cast):
 
 
 def test_who_is_not_signed_in_opens_no_socket(portal, visitor):
-    one = visitor()
-    opened = []
-    one.page.on("websocket", lambda ws: opened.append(ws.url))
-    one.page.goto("/log/")
-    one.page.wait_for_timeout(1500)
-    assert opened == []
+    one, ada = visitor(), visitor().cleared("ada", None)
+    opened = {one: [], ada: []}
+    for who, urls in opened.items():
+        who.page.on("websocket", lambda ws, urls=urls: urls.append(ws.url))
+        who.page.goto("/log/")
+        who.page.evaluate(DRAWN)
+    assert ["/ws/me/" in url for url in opened[ada]] == [True], "by now whoever opens one has"
+    assert opened[one] == []
     assert one.page.locator(BAR).count() == 0
 
 

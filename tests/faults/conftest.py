@@ -18,8 +18,10 @@ from tests.conftest import wait_for
 from tests.faults.controls import Controls
 from tests.faults.here import WebHere
 from tests.faults.proxy import Proxy
+from tests.faults.trying import TRIED
 from tests.faults.wishes import ROBOTS
 from tests.faults.witness import Witness
+from tests.looked import swept
 from tests.rig import free_port, worker
 
 
@@ -67,11 +69,11 @@ class Rig:
         Robot.objects.update(cycle=Cycle.OFFLINE)
         self._own_sim = self.wishes.simulator(folder)
 
-    def start_worker(self, doom=None, before=(), **env):
+    def start_worker(self, doom=None, before=(), says=False, **env):
         """Start a worker; a test that begins with one has simulator and workers of its own."""
         if not self.workers and self._own_sim is None:
             self.own()
-        child = worker(self.robot.slug, doom=doom, before=before, **env)
+        child = worker(self.robot.slug, doom=doom, before=before, says=says, **env)
         self.workers.append(child)
         return child
 
@@ -125,6 +127,20 @@ class Rig:
             return self.cycle() == Cycle.READY and owner_alive(self.lease(), SYSTEM.now())
 
         wait_for(ready, seconds, f"the robot is ready (is {self.cycle()}: {self.reason()})")
+
+    def swept(self):
+        """Wait until the owner has looked at the rows and runs no command; what it has not begun, it will not."""
+        swept(self.robot)
+
+    def all_have_looked(self):
+        """Wait until the owner has renewed its lease twice, and all others have tried to take it meanwhile."""
+        others = [w for w in self.workers if w.alive() and f"owner of {self.robot.slug}" not in w.said()]
+        for _ in range(2):
+            until, tried = self.lease().expires_at, {w: w.said().count(TRIED) for w in others}
+            wait_for(lambda until=until: self.lease().expires_at > until, 20, "the lease is renewed")
+            wait_for(
+                lambda tried=tried: all(w.said().count(TRIED) > n + 1 for w, n in tried.items()), 20, "the others try"
+            )
 
     def cycle(self):
         return Robot.objects.values_list("cycle", flat=True).get(pk=self.robot.pk)

@@ -94,7 +94,8 @@ def test_the_watchdog_restarts_the_application_during_a_program(rig):
     assert command.reason
     well(rig)
     steps = rig.sim.count("motion")
-    time.sleep(2.0)
+    rig.swept()
+    assert rig.sim.status()["mode"] != "PROG_EXEC"
     assert rig.sim.count("motion") == steps, "a program that was broken off does not go on"
 
 
@@ -113,7 +114,8 @@ def test_a_program_is_held_by_a_stop_and_by_the_end_of_the_turn(rig):
     assert command.state == "cancelled", (command.state, command.reason)
     wait_for(lambda: not rig.sim.status()["moving"], 5, "rest")
     made = rig.sim.count("motion")
-    time.sleep(1.5)
+    rig.swept()
+    assert rig.sim.status()["mode"] != "PROG_EXEC"
     assert rig.sim.count("motion") == made
 
 

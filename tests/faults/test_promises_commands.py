@@ -75,7 +75,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
         command = rig.issue("move", x=-0.2 + 0.1 * seed, y=0.31 + 0.01 * seed)
         first.process.wait(20)
         died = time.monotonic()
-        time.sleep(0.3)  # bytes on the line arrive after the sender has ended
+        rig.wishes.drained(rig.sim)  # bytes on the line arrive after the sender has ended
         after_death, epoch = rig.sim.count("motion"), rig.lease().epoch
         assert after_death <= before + 1
         second = rig.start_worker()
@@ -87,7 +87,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
         }.get(label, {"unknown"}), (label, command.state, command.reason)  # fmt: skip
         if command.state == "unknown":
             assert "not known" in command.reason
-        time.sleep(1.5)
+        rig.swept()
         assert rig.sim.count("motion") == after_death, "something was repeated"
         assert not Command.objects.filter(state__in=COMMAND_RUNNING).exists()
         again = rig.final(rig.issue("move", x=0.1, y=0.5))

@@ -13,6 +13,7 @@ from robots import bus, services
 from robots.drivers.errors import Stopped
 from robots.models import Command, Robot
 from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
+from tests.looked import followed, heard
 from tests.rig import Web
 
 pytestmark = pytest.mark.alone  # it judges by fractions of a second
@@ -68,10 +69,11 @@ def fill(rig, number):
 def release(rig):
     wait_for(lambda: Robot.objects.get().stop_latched, 10, "the row follows")
     before = rig.sim.count("motion")
-    time.sleep(0.5)
+    rig.swept()
     assert rig.sim.count("motion") == before, "something moved after the stop"
     services.release_stop(rig.robot, rig.people["ada"], checked=True)
-    time.sleep(0.5)
+    wait_for(lambda: not latched(rig), 5, "the release")
+    rig.swept()
     assert rig.sim.count("motion") == before, "the release moved something"
 
 
@@ -168,7 +170,7 @@ def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
     before = rig.sim.count("motion")
     with pytest.raises(Stopped):
         rig.issue("up")
-    time.sleep(1.0)
+    rig.swept()
     assert rig.sim.count("motion") == before
     proof.holds("latched again after worker, Redis and robot were restarted and the row was lost; 0 motions")
 
@@ -184,13 +186,16 @@ def test_promise_08_a_release_wins_over_the_stop_before_it_and_no_other(rig, pro
         time.sleep(0.03 * (3 * i % 8))  # four are enough for near and far
         services.release_stop(rig.robot, rig.people["ada"], checked=True)
         wait_for(lambda: not latched(rig), 5, "the release")
-        time.sleep(0.35)
+        heard(rig)
+        followed(rig.robot)
         assert not latched(rig), "the stop came back"
+        rig.grant(seconds=3000)
         assert rig.final(rig.issue("noop")).state == "completed"
         services.stop(rig.robot, rig.people["ada"])
         wait_for(lambda: latched(rig), 5, "the next stop")
-        time.sleep(0.35)
+        followed(rig.robot)
         assert latched(rig), "an old release undid a new stop"
+        rig.grant(seconds=3000)
         services.release_stop(rig.robot, rig.people["ada"], checked=True)
         wait_for(lambda: not latched(rig), 5, "its release")
     proof.holds(f"{times} stops released after 0 to 210 ms: none came back, none was undone by an older release")

@@ -24,6 +24,7 @@ from tests.conftest import IRAT, wait_for
 from tests.drivers.irat_wire import Hand
 from tests.faults.test_promises_stop import held_after, percentile, release
 from tests.faults.test_promises_wire import WILD
+from tests.looked import heard
 
 pytestmark = [pytest.mark.parametrize("which", [IRAT], indirect=True)]
 HAND = load("irat")["hand"]
@@ -46,10 +47,11 @@ def roam(rig, kind="explore"):
     return command
 
 
-def stays_at_rest(rig, seconds=1.5):
+def stays_at_rest(rig):
+    """Judge that nothing moves it once its owner, which alone sends velocities, runs nothing and has nothing to run."""
     wait_for(lambda: not rig.sim.status()["moving"], 3, "rest")
     before = rig.sim.count("motion")
-    time.sleep(seconds)
+    rig.swept()
     assert rig.sim.count("motion") == before, "something moved it"
     assert max(map(abs, rig.sim.status()["reference"])) == 0.0
 
@@ -139,7 +141,8 @@ def test_promise_03_a_velocity_that_comes_late_moves_nothing(rig, line, proof):
         services.stop(rig.robot, rig.people["ada"])
         time.sleep(0.2)
         line.set("pass")
-        time.sleep(1.0)
+        # the hold went the same way, after them
+        wait_for(lambda: Robot.objects.get().stop_confirmed, 20, "the robot has heard of the stop")
         assert rig.sim.count("motion") == before, "what was sent before the stop moved it after the stall"
         assert rig.sim.count("late"), "velocities came late, and were refused"
         assert rig.final(command, 30).reason
@@ -185,7 +188,7 @@ def test_promise_04_a_newer_commander_replaces_the_owner_which_says_so(rig, proo
         epoch = rig.lease().epoch + 1000 * (i + 1)
         assert other.claim(epoch)["success"]
         assert held_after(rig, at) <= FORGOTTEN_S
-        stays_at_rest(rig, 0.5)
+        stays_at_rest(rig)
         command = rig.final(command, 15)
         assert command.state in ("failed", "cancelled"), (command.state, command.reason)
         wait_for(lambda: "another" in rig.reason(), 15, "the page names the other")
@@ -219,7 +222,7 @@ def test_promise_06_what_staff_hold_rests_when_their_controls_or_the_owner_are_l
         if i % 3 == 1:
             rig.workers[0].signal(signal.SIGCONT)
         assert rig.final(command, 20).state in ("cancelled", "completed")
-        stays_at_rest(rig, 0.5)
+        stays_at_rest(rig)
         rig.controls.find()
         rig.share = None
         if services.open_grant(rig.robot) is None:
@@ -357,7 +360,7 @@ def test_promise_10_a_broken_line_causes_no_wrong_move(rig, line, proof, how):
         wait_for(lambda: not rig.sim.status()["moving"], 10, "rest")
         before = rig.sim.count("motion")
         line.set("pass")
-        time.sleep(1.0)
+        heard(rig, seconds=60)  # a held motion that is over before it begins: the robot answers its hold
         assert rig.sim.count("motion") == before, "something moved it when the line was back"
         rig.share = None
         works(rig)

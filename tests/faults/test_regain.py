@@ -30,7 +30,7 @@ def test_a_lapsed_lease_is_taken_again_in_the_same_process(rig):
     Robot.objects.update(speed=None)
     rig.share = None
     rig.robot_shows(lambda status: not status["moving"], 10, "the hold")
-    time.sleep(0.5)
+    rig.swept()
     assert rig.sim.count("motion") == before, "nothing is repeated"
 
     def works():

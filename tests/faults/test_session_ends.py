@@ -127,13 +127,23 @@ def test_the_page_is_told_why(web, people):
 
 def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drives_on(web, people, driving):
     here, phone, second_process = Browser(people["ada"]), Browser(people["ada"]), WebHere()
+    bob = Browser(people["bob"])
+
+    def ends_nothing():
+        from portal.live.sessions import session_watch
+
+        return not session_watch()._ending
+
     try:
-        with here.open(web) as one, phone.open(second_process) as other:
-            heard(one, "snapshot")
-            heard(other, "snapshot")
+        with here.open(web) as one, phone.open(second_process) as other, bob.open(second_process) as third:
+            for each in (one, other, third):
+                heard(each, "snapshot")
             here.sign_out()
             assert closed(one)[0] == 4401
-            time.sleep(LIMIT_S)
+            bob.sign_out()
+            assert closed(third)[0] == 4401, "the second process has looked at all sessions since"
+            for process in (web, second_process):
+                wait_for(lambda process=process: process.ask(ends_nothing), 5, "what ends with the sockets")
             assert not turn_ended(driving)
             other.send('{"t": "ping", "n": 4}')
             assert heard(other, "pong")["n"] == 4

@@ -1,7 +1,5 @@
 """A stop that comes from a turn that is over: not by the bus, not by the database; every other one stops."""
 
-import time
-
 import pytest
 from django.conf import settings
 
@@ -12,6 +10,7 @@ from robots.grants import owner_alive
 from robots.models import Robot
 from robots.states import GrantEnd
 from tests.conftest import BOTH_AT_LENGTH, wait_for
+from tests.looked import heard
 
 
 def latched(rig):
@@ -37,7 +36,7 @@ def test_the_stop_of_a_turn_that_is_over_stops_nobody_else(rig):
     assert bus.send_stop(rig.robot.slug, before.pk)
     with pytest.raises(NotPermitted):
         services.stop(rig.robot, rig.people["ada"], sent=True)
-    time.sleep(0.5)
+    heard(rig, "bob")
     assert not latched(rig)
     for grant in (now.pk, 0, now.pk + 1000):  # the operator, staff, one that nobody knows
         bus.send_stop(rig.robot.slug, grant)
@@ -52,7 +51,9 @@ def test_an_owner_that_has_just_begun_knows_whose_turn_is_over(rig):
     first.kill()
     rig.start_worker()
     wait_for(lambda: rig.lease().epoch > epoch and owner_alive(rig.lease(), SYSTEM.now()), 30, "the next owner")
-    time.sleep(1.0)
+    listens = bus.stop_channel(rig.robot.slug)
+    wait_for(lambda: bus.connection().pubsub_numsub(listens)[0][1], 10, "it listens")
     bus.send_stop(rig.robot.slug, before.pk)
-    time.sleep(0.5)
+    rig.grant("bob")
+    heard(rig, "bob")
     assert not latched(rig)

@@ -53,7 +53,7 @@ def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
     rig.final(command)
     assert command.state == "unknown"
     assert "not known" in command.reason
-    time.sleep(1.0)
+    rig.swept()
     assert rig.sim.count("motion") == before, "nothing was repeated"
     after = rig.final(rig.issue("up"))
     assert after.state in ("completed", "expired"), after.reason
@@ -63,9 +63,9 @@ def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
 @pytest.mark.length
 def test_two_workers_on_one_robot_one_owner(rig):
     for _ in range(4):
-        rig.start_worker()
+        rig.start_worker(says=True)
     rig.wait_ready()
-    time.sleep(4.0)
+    rig.all_have_looked()
     assert rig.lease().epoch == 1
     owners = [w for w in rig.workers if "owner of mercury" in w.said()]
     assert len(owners) == 1
@@ -119,7 +119,7 @@ def test_delivered_many_times_moves_once(rig):
         again = rig.issue("down", seq=command.client_seq)
         assert again.pk == command.pk
         bus.wake_owner("mercury", command.epoch)
-    time.sleep(0.5)
+    rig.swept()
     assert rig.sim.count("motion") == before + 1
 
 
@@ -170,7 +170,7 @@ def test_stop_in_mid_motion_holds_latches_and_wants_a_release(rig):
     services.release_stop(Robot.objects.get(), rig.people["ada"], checked=True)
     before = rig.sim.count("motion")
     wait_for(lambda: not (rig_run(rig) / "mercury.stopped").exists(), 3, "the release")
-    time.sleep(0.4)
+    rig.swept()
     assert rig.sim.count("motion") == before, "a release starts nothing"
     assert rig.final(rig.issue("down")).state == "completed"
 
@@ -193,7 +193,7 @@ def test_a_stop_outlives_the_worker(rig):
     wait_for(lambda: Robot.objects.get().stop_latched, 15, "the row follows the latch")
     before = rig.sim.count("motion")
     Robot.objects.update(stop_latched=True)
-    time.sleep(0.5)
+    rig.swept()
     assert rig.sim.count("motion") == before
 
 
@@ -289,7 +289,8 @@ def test_no_soft_reset_while_a_stop_is_latched(rig):
     motions, calibrations = rig.sim.count("motion"), rig.sim.count("calibrate")
     rig.sim.fault("power_cycle", count=1)
     wait_for(lambda: Incident.objects.exists(), 15, "an incident")
-    time.sleep(4)
+    wait_for(lambda: rig.reason() == "The robot is stopped.", 20, "a soft reset is tried, and refused")
+    rig.swept()
     assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (motions, calibrations)
 
 

@@ -2,12 +2,25 @@
 
 from robots.description import load
 from robots.motion.described import chain, posture
+from tests.conftest import wait_for
+from tests.drivers.mercury_wire import STATUS, Terminal
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 
 
 def motions(journal):
     """Return the simulator's notes of each motion."""
     return [record for record in journal if record["event"] == "motion"]
+
+
+def disconnected(sim):
+    """Wait until the simulator has read what the last client sent before it ended, and its end."""
+
+    def read():
+        status = sim.status()
+        open_lines = status["counts"].get("connected", 0) - status["counts"].get("disconnected", 0)
+        return open_lines == 0 and "client" not in status["threads"]  # the arm's works off its lines in one
+
+    wait_for(read, 10, "the end of the connection")
 
 
 class Mercury:
@@ -21,6 +34,22 @@ class Mercury:
     strengths = {"drop": 0.5, "corrupt": 0.5, "slow": 0.5}
     one_at_a_time = by_staff = False
     motions = staticmethod(motions)
+
+    def drained(self, sim):
+        """Return once the simulator has read what the last owner, which has ended, has sent.
+
+        A question of our own comes after it on the same line; where that was cut off in the middle, it is asked again.
+        """
+        terminal = Terminal(sim.folder / "tty")
+        try:
+            for left in (2, 1, 0):
+                try:
+                    return terminal.ask(STATUS, 250 + left)
+                except AssertionError:
+                    if not left:
+                        raise
+        finally:
+            terminal.close()
 
     def spell(self, kind, args, share):
         return kind, args
@@ -51,6 +80,7 @@ class MuseumArm:
     one_at_a_time = True  # a newer target replaces the one before
     by_staff = False
     motions = staticmethod(motions)
+    drained = staticmethod(disconnected)
 
     def jog(self, way):
         return "jog_joints", {"S1": way, "W1": 0.5}
@@ -88,6 +118,7 @@ class Irat:
     one_at_a_time = by_staff = True
     corridor = 50  # in the left arm of the U
     moment_s = 1.0  # of a motion at full speed; a slow one is held for longer
+    drained = staticmethod(disconnected)
 
     def simulator(self, folder):
         sim = IratSimulator(folder)

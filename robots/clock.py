@@ -4,7 +4,9 @@ Watchdogs and leases use `monotonic`. Where the platform allows it, it counts th
 suspended, so that closing a laptop cannot extend a lease.
 """
 
+import threading
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
 from typing import Protocol
@@ -15,6 +17,17 @@ class Waitable(Protocol):
 
     def wait(self, timeout: float, /) -> bool:
         """Wait until it is set or notified, for at most so many seconds; tell whether it was."""
+
+
+class Until:
+    """A condition with what is awaited under it, for `Timer.wait`; the caller holds the condition's lock."""
+
+    def __init__(self, changed: threading.Condition, holds: Callable[[], object]) -> None:
+        self._changed, self._holds = changed, holds
+
+    def wait(self, timeout: float, /) -> bool:
+        """Wait until it holds, for at most so many seconds; tell whether it does."""
+        return bool(self._changed.wait_for(self._holds, timeout))
 
 
 class Timer(Protocol):

@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 import cv2
 import numpy as np
 
+from robots.clock import Waitable
 from robots.contract.session import JSON
 from robots.drivers.errors import HardwareFault
 from robots.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
@@ -143,7 +144,7 @@ class Brain:
 
 
 class Trial:
-    """The robot, its maze and its clock (`now`, `monotonic`, `sleep`).
+    """The robot, its maze and its clock (`now`, `monotonic`, `sleep`, `wait`).
 
     `width` of the pictures that are drawn: a narrower one is enlarged, which is quicker and a little worse.
     `each_step` is called ten times a second of the robot's time.
@@ -184,6 +185,13 @@ class Trial:
             self.brain.arrive()
             if self.now >= self._due - 1e-9:
                 self._see()
+
+    def wait(self, what: Waitable, seconds: float, /) -> bool:
+        """Let the world's time pass until it comes, which it does in this thread or not at all."""
+        end = self.now + max(seconds, 0.0)
+        while not (came := what.wait(0.0)) and self.now < end - 1e-9:
+            self.sleep(min(TICK_S, end - self.now))
+        return came
 
     def _see(self) -> None:
         awake = self.senses.is_awake

@@ -131,10 +131,14 @@ class ArmSimulator(Simulator):
 class IratSimulator(Simulator):
     """The iRat's simulator as a process."""
 
+    def __init__(self, folder: Path, seed: int = 1, **options: float) -> None:
+        self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
+        super().__init__(folder, seed)
+
     def start(self) -> None:
         self._counted = {}
         (self.folder / "tty").unlink(missing_ok=True)
-        self._run("irat", "--seed", self.seed)
+        self._run("irat", "--seed", self.seed, *self._options)
         wait_for((self.folder / "tty").exists, 120, "the iRat's simulator, which compiles at its first start")
 
     @property

@@ -7,7 +7,6 @@ for another call. An answer that comes too late is dropped.
 import contextlib
 import itertools
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,12 +15,13 @@ from typing import Any
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
+from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
 from robots.drivers.errors import ControllerRefused, LineGone, LineSilent
 from robots.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
 
 ANSWER_S = 1.0
-OPEN_S = 5.0
+OPEN_S = 5.0  # real time, as the next: the network's
 PING_S = 5.0
 MOST_BYTES = 1_000_000  # of a frame from the robot
 Heard = Callable[[Message], None]
@@ -37,8 +37,8 @@ class _Call:
 class Bridge:
     """Thread safe. `address` is a ws:// URL, host:port, or a file that contains one of them."""
 
-    def __init__(self, address: str) -> None:
-        self._address = address
+    def __init__(self, address: str, clock: Timer = TIMER) -> None:
+        self._address, self._clock = address, clock
         self._line: ClientConnection | None = None
         self._reader: threading.Thread | None = None
         self._opening = threading.Lock()
@@ -47,7 +47,7 @@ class Bridge:
         self._numbers = itertools.count(1)
         self.complaint = ""  # what the robot said last about a frame of ours
         self.unreadable = 0  # frames of the robot that were dropped
-        self.heard_at = 0.0  # monotonic clock, of the newest frame
+        self.heard_at = 0.0  # on its clock (s), of the newest frame
 
     @property
     def is_open(self) -> bool:
@@ -65,7 +65,7 @@ class Bridge:
                 ).__enter__()  # fmt: skip
             except (OSError, ValueError, WebSocketException) as error:
                 raise LineGone(f"The robot's rosbridge cannot be reached: {error}.") from error
-            self._line, self.heard_at = line, time.monotonic()
+            self._line, self.heard_at = line, self._clock.monotonic()
             self._reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
             self._reader.start()
         for topic, (kind, _, every_s) in list(self._heard.items()):
@@ -126,7 +126,7 @@ class Bridge:
         waiting = self._calls[number] = _Call()
         try:
             self._send(encode(op="call_service", id=number, service=service, args=args or {}))
-            if not waiting.answered.wait(seconds):
+            if not self._clock.wait(waiting.answered, seconds):
                 raise LineSilent(f"The robot does not answer to {service}.")
         finally:
             self._calls.pop(number, None)
@@ -150,7 +150,7 @@ class Bridge:
         """Hand on what arrives, until the connection ends."""
         try:
             for data in line:
-                self.heard_at = time.monotonic()
+                self.heard_at = self._clock.monotonic()
                 try:
                     self._take(decode(data))
                 except (Malformed, TypeError, ValueError):

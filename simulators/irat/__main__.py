@@ -1,4 +1,6 @@
-"""The iRat in its maze as a process: ``python -m simulators.irat --dir DIR [--port N] [--seed N] [--open-floor]``.
+"""The iRat in its maze as a process.
+
+``python -m simulators.irat --dir DIR [--port N] [--seed N] [--open-floor] [--speed N]``
 
 In DIR it keeps `tty` (the address of its rosbridge), `overhead` (the address of the view from above, which is for
 people and tests, never for the robot), `faults` (a Unix socket), `journal.jsonl` and `state.json`.
@@ -7,6 +9,7 @@ people and tests, never for the robot), `faults` (a Unix socket), `journal.jsonl
 import gc
 import sys
 
+from robots.clock import FasterTimer
 from simulators.common.process import arguments, stop_when_told
 from simulators.irat.simulator import Simulator
 
@@ -18,7 +21,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="of noise, drift and everything else that is random")
     parser.add_argument("--open-floor", action="store_true", help="the dock alone, for trials of docking")
     options = parser.parse_args()
-    simulator = Simulator(options.dir, options.port, options.seed, options.open_floor)
+    clock = FasterTimer(options.speed)
+    simulator = Simulator(options.dir, options.port, options.seed, options.open_floor, clock)
     stop_when_told(simulator)
     sys.stdout.write(f"rosbridge at ws://127.0.0.1:{simulator.network.port}\n")
     sys.stdout.flush()

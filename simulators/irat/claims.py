@@ -1,7 +1,6 @@
 """Who commands: one connection at a time, by a claim with an epoch that only grows."""
 
-import time
-
+from robots.clock import TIMER, Timer
 from simulators.irat.peer import Peer
 
 FORGOTTEN_S = 60.0  # without a commander for so long an epoch excludes nobody, so that a wrong one locks nobody out
@@ -11,9 +10,10 @@ SILENT_S = 1.0  # a commander that is silent for so long may be replaced under i
 class Claims:
     """The present commander and the newest epoch. Called in the network's event loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Timer = TIMER) -> None:
+        self._clock = clock
         self.commander: Peer | None = None
-        self._newest, self._left = 0, time.monotonic()
+        self._newest, self._left = 0, self._clock.monotonic()
 
     @property
     def epoch(self) -> int:
@@ -23,7 +23,7 @@ class Claims:
     def why_not(self, peer: Peer, epoch: int) -> str:
         """Return why a claim is refused, in one sentence, or an empty text."""
         other = self.commander
-        if other is None and time.monotonic() - self._left > FORGOTTEN_S:
+        if other is None and self._clock.monotonic() - self._left > FORGOTTEN_S:
             self._newest = 0
         if epoch < self._newest:
             return f"epoch {epoch} is over; {self._newest} has commanded since"
@@ -31,7 +31,7 @@ class Claims:
             other is not None
             and other is not peer
             and epoch == other.epoch
-            and time.monotonic() - other.heard < SILENT_S
+            and self._clock.monotonic() - other.heard < SILENT_S
         ):
             return f"another connection commands under epoch {epoch}"
         return ""
@@ -48,9 +48,9 @@ class Claims:
         """Take the command from a peer that goes; return whether it had it."""
         if self.commander is not peer:
             return False
-        self.commander, peer.epoch, self._left = None, 0, time.monotonic()
+        self.commander, peer.epoch, self._left = None, 0, self._clock.monotonic()
         return True
 
     def forget(self) -> None:
         """Forget every epoch, as a robot does that loses its power."""
-        self.commander, self._newest, self._left = None, 0, time.monotonic()
+        self.commander, self._newest, self._left = None, 0, self._clock.monotonic()

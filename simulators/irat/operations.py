@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from robots.clock import TIMER, Timer
 from robots.drivers.irat.messages import stamp_of
 from robots.drivers.irat.protocol import (
     CLAIM,
@@ -27,7 +28,7 @@ from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
 
 Note = Callable[..., None]
-LOOK_S = 0.005
+LOOK_S = 0.005  # real time, between two looks whether it rests
 EARLY = 0.8  # share of a topic's period after which its next message is not too early
 MOST_SUBSCRIPTIONS = 64
 MOST_HOLDS = 32  # of one client, not answered yet
@@ -57,9 +58,9 @@ class Robot(Protocol):
 class Operations:
     """Does what frames ask for, in the network's event loop."""
 
-    def __init__(self, robot: Robot, note: Note) -> None:
-        self._robot, self._note = robot, note
-        self.claims = Claims()
+    def __init__(self, robot: Robot, note: Note, clock: Timer = TIMER) -> None:
+        self._robot, self._note, self._clock = robot, note, clock
+        self.claims = Claims(clock)
         self._waiting: set[asyncio.Task[None]] = set()  # an event loop keeps no task alive by itself
         self._holds: dict[Peer, int] = {}
 
@@ -183,9 +184,8 @@ class Operations:
         task.add_done_callback(self._waiting.discard)
 
     async def _rest(self, peer: Peer, asked: Operation) -> None:
-        loop = asyncio.get_running_loop()
-        until = loop.time() + REST_S
-        while self._robot.moving and loop.time() < until:
+        until = self._clock.monotonic() + REST_S
+        while self._robot.moving and self._clock.monotonic() < until:
             await asyncio.sleep(LOOK_S)
         rests = not self._robot.moving
         message = "at rest" if rests else f"the robot still moves {REST_S:g} s after the hold"

@@ -12,11 +12,14 @@ from dataclasses import dataclass
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
+from robots.clock import TIMER, Timer
 from simulators.common.faults import FaultBoard
 
 MOST_ANSWERS = 64
+# real time, because they protect the machine:
 A_SECOND, BURST = 400.0, 400.0  # messages; a faster sender has to wait
 UNREAD_S = 5.0  # longest wait of a frame for a client that does not read
+LOOK_S = 0.005  # between two looks at the clock
 
 
 @dataclass
@@ -30,12 +33,12 @@ class Subscription:
 class Peer:
     """A client. All methods are called in the network's event loop."""
 
-    def __init__(self, line: ServerConnection, faults: FaultBoard) -> None:
-        self.line, self._faults = line, faults
+    def __init__(self, line: ServerConnection, faults: FaultBoard, clock: Timer = TIMER) -> None:
+        self.line, self._faults, self._clock = line, faults, clock
         self.name = ":".join(map(str, (line.remote_address or ("?", 0))[:2]))
         self.subscriptions: dict[str, dict[str | None, Subscription]] = {}
         self.epoch = 0  # under which it commands
-        self.heard = time.monotonic()
+        self.heard = clock.monotonic()
         self._newest: dict[str, str] = {}
         self._answers: deque[str] = deque()
         self._some = asyncio.Event()
@@ -45,7 +48,7 @@ class Peer:
         """Let others have their turn; wait if this client sends too fast."""
         now = time.monotonic()
         self._room = min(BURST, self._room + (now - self._filled) * A_SECOND)
-        self._filled, self.heard = now, now
+        self._filled, self.heard = now, self._clock.monotonic()
         self._room -= 1
         await asyncio.sleep(max(0.0, -self._room / A_SECOND))  # frames that wait already would be read without a pause
 
@@ -69,6 +72,11 @@ class Peer:
         self._answers.append(frame)
         self._some.set()
 
+    async def _pause(self, seconds: float) -> None:
+        until = self._clock.monotonic() + seconds
+        while self._clock.monotonic() < until:
+            await asyncio.sleep(LOOK_S)
+
     async def write(self) -> None:
         """Send what waits, answers first, until the connection ends."""
         try:
@@ -80,7 +88,7 @@ class Peer:
                     if self._faults.value("awol") or self._faults.value("mute"):
                         continue
                     if self._faults.value("slow"):
-                        await asyncio.sleep(self._faults.value("slow"))
+                        await self._pause(self._faults.value("slow"))
                     async with asyncio.timeout(UNREAD_S):
                         await self.line.send(frame)
         except TimeoutError:

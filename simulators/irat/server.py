@@ -7,7 +7,6 @@ import asyncio
 import contextlib
 import logging
 import threading
-import time
 from collections.abc import Callable, Iterable
 from http import HTTPStatus
 from typing import Any
@@ -16,6 +15,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
+from robots.clock import TIMER, Timer
 from robots.drivers.rosbridge import MOST_BYTES, Message, encode
 from simulators.common.faults import FaultBoard
 from simulators.irat.operations import Operations, Robot
@@ -24,7 +24,7 @@ from simulators.irat.peer import Peer
 Note = Callable[..., None]
 MOST_PEERS = 32  # the oldest that does not command goes for a new one
 MOST_SOCKETS = 64  # with those that have not said yet what they are
-OPEN_S, PING_S = 5.0, 5.0
+OPEN_S, PING_S = 5.0, 5.0  # real time, as the next: the network's
 LOOK_S = 0.05
 log = logging.getLogger("simulators.irat.websockets")
 log.setLevel(logging.CRITICAL)  # whatever strangers send is no news; the journal has what matters
@@ -33,11 +33,11 @@ log.setLevel(logging.CRITICAL)  # whatever strangers send is no news; the journa
 class Network:
     """Listens on `port` (0: any)."""
 
-    def __init__(self, port: int, robot: Robot, faults: FaultBoard, note: Note) -> None:
-        self._faults, self._note = faults, note
+    def __init__(self, port: int, robot: Robot, faults: FaultBoard, note: Note, clock: Timer = TIMER) -> None:
+        self._faults, self._note, self._clock = faults, note, clock
         self._peers: list[Peer] = []
         self._sockets: list[ServerConnection] = []
-        self._operations = Operations(robot, note)
+        self._operations = Operations(robot, note, clock)
         self.watched: frozenset[str] = frozenset()  # topics that somebody subscribes to
         self.off = False  # without power: nobody is answered
         self.port, self._sequence = port, 0
@@ -121,7 +121,7 @@ class Network:
         return None if request.path == "/" else line.respond(HTTPStatus.NOT_FOUND, "rosbridge is at /\n")
 
     async def _serve_one(self, line: ServerConnection) -> None:
-        peer = Peer(line, self._faults)
+        peer = Peer(line, self._faults, self._clock)
         self._peers.append(peer)
         self._make_room()
         writer = asyncio.create_task(peer.write())
@@ -158,7 +158,7 @@ class Network:
         self.watched = frozenset(topic for peer in self._peers for topic in peer.subscriptions)
 
     def _publish(self, messages: list[tuple[str, Callable[[int], Message]]]) -> None:
-        now, self._sequence = time.monotonic(), self._sequence + 1
+        now, self._sequence = self._clock.monotonic(), self._sequence + 1
         for topic, make in messages:
             wanting = [peer for peer in self._peers if peer.wants(topic, now)]
             if wanting:

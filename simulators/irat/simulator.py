@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.clock import TIMER, Timer
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state, velocities
 from robots.drivers.irat.protocol import BATTERY, CAMERA, CHARGER, ODOMETRY, RANGES, STATE, VELOCITIES, Status, Velocity
 from robots.files import replace_text
@@ -35,9 +36,11 @@ LIVE_S = 0.02  # share of the charge below which the robot has no power
 class Simulator:
     """All parts. `open_floor`: the dock alone, without a maze."""
 
-    def __init__(self, folder: Path, port: int = 0, seed: int = 1, open_floor: bool = False) -> None:
+    def __init__(
+        self, folder: Path, port: int = 0, seed: int = 1, open_floor: bool = False, clock: Timer = TIMER
+    ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder, self._lock = folder, threading.RLock()
+        self._folder, self._clock, self._lock = folder, clock, threading.RLock()
         self.faults, self.journal = FaultBoard(seed), Journal(folder / "journal.jsonl")
         record_deaths(self.journal)
         kept = restore(folder / "state.json")
@@ -51,8 +54,8 @@ class Simulator:
         self._frozen: bytes | None = None
         self.pictures = 0
         self._running, self._woken = True, threading.Event()
-        self._began = self._publish_due = time.monotonic()
-        self.network = Network(port, self, self.faults, self.journal.note)
+        self._began = self._publish_due = self._clock.monotonic()
+        self.network = Network(port, self, self.faults, self.journal.note, clock)
         self.overhead = CameraServer(self._from_above, FaultBoard(), (0.001, 0.1))
         serve(folder / "faults", self.faults, self.status)
         threading.Thread(target=self._film, name="camera", daemon=True).start()
@@ -90,26 +93,26 @@ class Simulator:
             return Status(
                 self.boot, drive.motion, str(drive.end), drive.moving, drive.holding, drive.stalled,
                 self.world.battery.charger_current > 0.0, self.network.epoch,
-                round(time.monotonic() - self._began, 3),
+                round(self._clock.monotonic() - self._began, 3),
             )  # fmt: skip
 
-    # real time
+    # time, on its clock
 
     def run(self) -> None:
         """Let time pass until stopped; ticks are longer while nothing moves."""
-        last = due = time.monotonic()
+        last = due = self._clock.monotonic()
         while self._running:
             idle = self.world.idle
             due += IDLE_S if idle else TICK_S
-            pause = due - time.monotonic()
-            if idle and self._woken.wait(max(pause, LET_IN_S)):
-                due = time.monotonic()
+            pause = due - self._clock.monotonic()
+            if idle and self._clock.wait(self._woken, max(pause, LET_IN_S)):
+                due = self._clock.monotonic()
             elif not idle:
-                time.sleep(max(pause, LET_IN_S))
+                self._clock.sleep(max(pause, LET_IN_S))
             self._woken.clear()
             if pause < -CATCH_UP_S:
-                due = time.monotonic()
-            now = time.monotonic()
+                due = self._clock.monotonic()
+            now = self._clock.monotonic()
             with self._lock:
                 self._spoil()
                 self.world.tick(min(now - last, IDLE_S) if idle and self.world.idle else TICK_S)
@@ -134,7 +137,7 @@ class Simulator:
         if self.world.drive.moving:
             self.journal.note("rest", motion=self.world.drive.motion, end=str(End.LOST))
         self.network.power_off()
-        self.boot, self._began = (self.boot + 1) % BOOTS, time.monotonic()
+        self.boot, self._began = (self.boot + 1) % BOOTS, self._clock.monotonic()
         self.world.start()
         self._keep()
         self.journal.note("power_on", boot=self.boot)
@@ -168,14 +171,14 @@ class Simulator:
 
     def _film(self) -> None:
         """Take pictures while somebody subscribes to them."""
-        due = time.monotonic()
+        due = self._clock.monotonic()
         while self._running:
             if CAMERA not in self.network.watched:
-                time.sleep(IDLE_S)
-                due = time.monotonic()
+                self._clock.sleep(IDLE_S)
+                due = self._clock.monotonic()
                 continue
-            due = max(due + PUBLISH_S, time.monotonic() - PUBLISH_S)
-            time.sleep(max(0.0, due - time.monotonic()))
+            due = max(due + PUBLISH_S, self._clock.monotonic() - PUBLISH_S)
+            self._clock.sleep(max(0.0, due - self._clock.monotonic()))
             taken = self._picture()
             if taken is not None:
                 self.network.publish([(CAMERA, partial(_numbered, Picture(taken, time.time())))])
@@ -186,7 +189,7 @@ class Simulator:
         if faults.value("cam_gone"):
             return None
         if faults.value("cam_slow"):
-            time.sleep(min(faults.value("cam_slow"), 5.0))
+            self._clock.sleep(min(faults.value("cam_slow"), 5.0))
         if faults.value("cam_freeze") and self._frozen is not None:
             return self._frozen
         begun = time.time()
@@ -249,9 +252,9 @@ class Simulator:
 
     def _end(self) -> None:
         self.hold(End.LOST)
-        until = time.monotonic() + 1.0
-        while self.moving and time.monotonic() < until:
-            time.sleep(TICK_S)
+        until = self._clock.monotonic() + 1.0
+        while self.moving and self._clock.monotonic() < until:
+            self._clock.sleep(TICK_S)
         self._running = False
         self._woken.set()
         self.network.close()

@@ -1,4 +1,4 @@
-"""The museum arm as a process: ``python -m simulators.pa10 --dir DIR [--port N] [--controller pd]``.
+"""The museum arm as a process: ``python -m simulators.pa10 --dir DIR [--port N] [--controller pd] [--speed N]``.
 
 In DIR it keeps `tty` (the address it listens at), `camera` and `cameras.json`, `faults` (a
 Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
@@ -8,6 +8,7 @@ import gc
 import os
 import sys
 
+from robots.clock import FasterTimer
 from robots.description import load
 from simulators.common.process import arguments, stop_when_told
 from simulators.pa10.controllers import CONTROLLERS
@@ -27,7 +28,8 @@ def main() -> None:
     parser.add_argument("--nobody", type=float, default=line["connect_s"])
     options = parser.parse_args()
     token = os.environ.get("PA10_TOKEN", "")
-    simulator = Simulator(options.dir, options.port, options.controller, token, (options.watchdog, options.nobody))
+    watchdog, clock = (options.watchdog, options.nobody), FasterTimer(options.speed)
+    simulator = Simulator(options.dir, options.port, options.controller, token, watchdog, clock)
     stop_when_told(simulator)
     sys.stdout.write(f"listening on 127.0.0.1:{simulator.network.port}\n")
     sys.stdout.flush()

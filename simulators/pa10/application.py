@@ -9,11 +9,11 @@ loop's own, 2 ms per step: if a busy machine stalls the loop, arm and reference 
 """
 
 import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
 
+from robots.clock import TIMER, Timer
 from robots.drivers.pa10.courses import Course, Courses, is_default
 from robots.drivers.pa10.protocol import MOTIONS, End, Malformed, Mode, Request, program
 from robots.motion.chain import Joints
@@ -42,9 +42,9 @@ class Application:
 
     def __init__(
         self, courses: Courses, q: Joints, note: Note, store: ProgramStore, gripper: int = 0, error: str = "",
-        extra: tuple[Box, ...] = (),
+        extra: tuple[Box, ...] = (), clock: Timer = TIMER,
     ) -> None:  # fmt: skip
-        self._courses, self._note, self._store = courses, note, store
+        self._courses, self._note, self._store, self._clock = courses, note, store, clock
         self._lock = threading.RLock()
         self._rested = threading.Condition(self._lock)
         self._mode, self._end = Mode.NO_CTRL, End.NONE
@@ -263,7 +263,7 @@ class Application:
             while self._holds == mine and self._ticks < until:
                 if rest and not self._set.on_path:
                     return
-                self._rested.wait(0.02)
+                self._clock.wait(self._rested, 0.02)
 
     # what the control thread does
 
@@ -341,8 +341,8 @@ class Application:
 
     def wait_for_rest(self, seconds: float) -> str:
         """Wait while the arm moves (`W`); return as `letter`."""
-        until = time.monotonic() + seconds
+        until = self._clock.monotonic() + seconds
         with self._rested:
-            while self.busy and time.monotonic() < until:
-                self._rested.wait(0.02)
+            while self.busy and self._clock.monotonic() < until:
+                self._clock.wait(self._rested, 0.02)
         return self.letter()

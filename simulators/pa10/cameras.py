@@ -100,7 +100,7 @@ def run(folder: Path) -> None:
     signal.signal(signal.SIGTERM, lambda *_: over.set())
     signal.signal(signal.SIGINT, lambda *_: over.set())
     parent = os.getppid()
-    while not over.wait(1.0) and os.getppid() == parent:
+    while not over.wait(1.0) and os.getppid() == parent:  # real time: a process may have died
         pass
 
 

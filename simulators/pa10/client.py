@@ -8,16 +8,16 @@ import contextlib
 import socket
 import struct
 import threading
-import time
 from collections import deque
 from collections.abc import Callable
 
+from robots.clock import TIMER, Timer
 from robots.drivers.pa10.protocol import Malformed
 from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard
 
 MOST_WAITING = 1000  # lines in the queue; more are refused
-UNREAD_S = 2.0  # longest wait of an answer for a client that does not read
+UNREAD_S = 2.0  # longest wait of an answer for a client that does not read; real time, which the network counts
 LOST_S = (5, 2, 3)  # TCP keep-alive: first probe, next probes (s), number
 Order = Callable[[], str]
 Note = Callable[..., None]
@@ -26,9 +26,9 @@ Note = Callable[..., None]
 class Client:
     """A connected client. `owner`: it has claimed the arm with `i`, so silence counts."""
 
-    def __init__(self, line: socket.socket, peer: str, faults: FaultBoard, note: Note) -> None:
-        self.line, self.peer, self._faults, self._note = line, peer, faults, note
-        self.epoch, self.owner, self.heard = 0, False, time.monotonic()
+    def __init__(self, line: socket.socket, peer: str, faults: FaultBoard, note: Note, clock: Timer = TIMER) -> None:
+        self.line, self.peer, self._faults, self._note, self._clock = line, peer, faults, note, clock
+        self.epoch, self.owner, self.heard = 0, False, self._clock.monotonic()
         self._row: deque[Order] = deque()
         self._changed = threading.Condition()
         self._answering, self._waits, self._closed = False, 0, False
@@ -45,7 +45,7 @@ class Client:
         """Return for how long an owner has been silent (s); a client that waits or types is not silent."""
         with self._changed:
             waits = self._waits or self._row or self._answering
-        return 0.0 if waits or not self.owner else time.monotonic() - self.heard
+        return 0.0 if waits or not self.owner else self._clock.monotonic() - self.heard
 
     def begin(self) -> None:
         """Start to answer lines."""
@@ -73,7 +73,7 @@ class Client:
         letter = rest()
         with self._changed:
             count, self._waits = self._waits, 0
-        self.heard = time.monotonic()
+        self.heard = self._clock.monotonic()
         for _ in range(count):
             self.say(letter)
 
@@ -88,7 +88,7 @@ class Client:
                 order, self._answering = self._row.popleft(), True
             if answer := self.answer_of(order):
                 self.say(answer)
-            self.heard = time.monotonic()
+            self.heard = self._clock.monotonic()
 
     def answer_of(self, order: Order) -> str:
         """Return the answer, or why it is refused; after any error the client is still served."""
@@ -107,7 +107,7 @@ class Client:
         if self._faults.value("mute") or self._faults.value("awol"):
             return
         if self._faults.value("slow"):
-            time.sleep(self._faults.value("slow"))
+            self._clock.sleep(self._faults.value("slow"))
         try:
             with self._writing:
                 self.line.sendall(text.replace("°", " deg").encode("ascii", "replace") + b"\n")

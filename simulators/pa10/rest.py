@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from robots.clock import TIMER, Timer
 from robots.motion.chain import Joints
 
 STILL = 1e-4  # rad, m: closed fingers tremble by less, and cameras show nothing smaller
@@ -21,7 +22,8 @@ LOOK_S = 0.1  # between two looks for faults meanwhile
 class Rest:
     """Counts steps without motion; `wake` from any thread ends a rest at once."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Timer = TIMER) -> None:
+        self._clock = clock
         self._steps, self._at = 0, np.zeros(0)
         self._woken = threading.Event()
 
@@ -44,6 +46,6 @@ class Rest:
 
     def last(self, busy: Callable[[], bool]) -> None:
         """Return when woken, or when `busy` reports work."""
-        while not self._woken.wait(LOOK_S) and not busy():
+        while not self._clock.wait(self._woken, LOOK_S) and not busy():
             pass
         self._steps = 0

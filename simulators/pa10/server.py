@@ -9,11 +9,11 @@ everything, the end of the connection holds, and each end is logged with its cau
 import contextlib
 import socket
 import threading
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Protocol
 
+from robots.clock import TIMER, Timer
 from robots.drivers.pa10.protocol import LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
 from simulators.pa10.client import Client, Order
@@ -69,13 +69,14 @@ class Network:
 
     def __init__(
         self, port: int, arm: Arm, faults: FaultBoard, note: Note, token: str = "",
-        allowed: tuple[str, ...] = ("127.0.0.1", "::1"),
+        allowed: tuple[str, ...] = ("127.0.0.1", "::1"), clock: Timer = TIMER,
     ) -> None:  # fmt: skip
+        self._clock = clock
         self._arm, self._faults, self._note, self._token, self._allowed = arm, faults, note, token, allowed
         self._present: Client | None = None
         self._strangers: list[Client] = []
         self._newest = 0  # the newest epoch so far
-        self._left = time.monotonic()  # since when nobody has been connected
+        self._left = self._clock.monotonic()  # since when nobody has been connected
         self._door = threading.RLock()  # for connecting and disconnecting
         self._open = True
         self._server = socket.create_server(("127.0.0.1", port))
@@ -101,7 +102,7 @@ class Network:
         with self._door:
             self._end(f"watchdog: {why}")
             again(why)
-            self._left = time.monotonic()
+            self._left = self._clock.monotonic()
             self._newest = 0 if forget else self._newest
 
     def watch(self, silence_s: float, nobody_s: float, again: Callable[[str], None]) -> None:
@@ -110,7 +111,7 @@ class Network:
             client = self._present
             if client is not None and client.silent_s > silence_s:
                 self.restart(f"no line for {silence_s:g} s", again)
-            elif client is None and time.monotonic() - self._left > nobody_s:
+            elif client is None and self._clock.monotonic() - self._left > nobody_s:
                 self.restart(f"nobody connected for {nobody_s:g} s", again, forget=True)
 
     def _end(self, cause: str) -> None:
@@ -118,7 +119,7 @@ class Network:
         client, self._present = self._present, None
         if client is None:
             return
-        self._left = time.monotonic()
+        self._left = self._clock.monotonic()
         self._arm.hold()
         self._note("disconnected", peer=client.peer, cause=cause)
         client.shut()
@@ -127,9 +128,9 @@ class Network:
         while self._open:
             try:
                 line, address = self._server.accept()
-                client = Client(line, f"{address[0]}:{address[1]}", self._faults, self._note)
+                client = Client(line, f"{address[0]}:{address[1]}", self._faults, self._note, self._clock)
             except OSError:
-                time.sleep(0.05)  # closed, or no descriptors left for now
+                self._clock.sleep(0.05)  # closed, or no descriptors left for now
                 continue
             with self._door:
                 self._strangers.append(client)
@@ -160,7 +161,7 @@ class Network:
         """Read until the end; answer lines, or queue them."""
         upload: Upload | None = None
         for text in lines(client.line):
-            client.heard = time.monotonic()
+            client.heard = self._clock.monotonic()
             if self._faults.value("awol"):
                 continue
             if text.split() == ["h"] and self._present is client:

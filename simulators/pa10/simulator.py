@@ -1,13 +1,13 @@
 """The simulated museum arm: plant, controller, application, network and cameras, in 2 ms steps."""
 
 import threading
-import time
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from robots.clock import TIMER, Timer
 from robots.drivers.pa10.protocol import ArmState, Request
 from robots.files import replace_text
 from simulators.common.faults import FaultBoard, serve
@@ -43,9 +43,11 @@ OBJECTS = tuple(name for name, _, _ in BLOCKS)
 class Simulator:
     """Plant, controller, application, network and cameras."""
 
-    def __init__(self, folder: Path, port: int, controller: str, token: str, watchdog: tuple[float, float]) -> None:
+    def __init__(
+        self, folder: Path, port: int, controller: str, token: str, watchdog: tuple[float, float], clock: Timer = TIMER
+    ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder = folder
+        self._folder, self._clock = folder, clock
         self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
         self._courses = Planning(self.journal.note, forked=True)
         self.plant = Plant(qpos=self._kept())
@@ -56,7 +58,7 @@ class Simulator:
         self._fallen: dict[str, int] = {}
         self._passed = False  # the set-point is outside its limits
         self._slips = 0  # steps during which the gripper slips
-        self._rest = Rest()
+        self._rest = Rest(clock)
         self._measured = self.plant.measured()
         self._reference = self._measured.q
         self.store = ProgramStore(folder / "programs.json")
@@ -65,11 +67,11 @@ class Simulator:
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
         self._shared.write(self.plant.qpos)
         self._cameras = fork(partial(cameras.run, folder))  # last, before there are threads
-        self.network = Network(port, self, self.faults, self.journal.note, token)
+        self.network = Network(port, self, self.faults, self.journal.note, token, clock=clock)
         self._running = True
         serve(folder / "faults", self.faults, self.status)
         replace_text(folder / "tty", f"127.0.0.1:{self.network.port}\n")
-        watch(self.network, *watchdog, self.begin_again)
+        watch(self.network, *watchdog, self.begin_again, clock)
 
     def _kept(self) -> Any:
         try:
@@ -81,7 +83,7 @@ class Simulator:
         self.boot += 1
         gripper = int(self._measured.opening < 0.03)
         self.app = Application(
-            self._courses, self._measured.q.copy(), self.journal.note, self.store, gripper, error, extra
+            self._courses, self._measured.q.copy(), self.journal.note, self.store, gripper, error, extra, self._clock
         )
         self.journal.note("application", boot=self.boot, why=why)
 
@@ -89,7 +91,7 @@ class Simulator:
         """Restart the control application: moving parts rest where they are; a range error stays."""
         self.app.hold()
         while self.app.moving and self._running:
-            time.sleep(STEP_S)
+            self._clock.sleep(STEP_S)
         self._begin(why, self.app.error, self.app.extra)
         self._rest.wake()
 
@@ -155,21 +157,21 @@ class Simulator:
 
     def run(self) -> None:
         """Control at 500 Hz until stopped; late steps are made up for, and an arm at rest pauses the loop."""
-        due = time.monotonic()
+        due = self._clock.monotonic()
         while self._running:
             due += STEP_S
-            pause = due - time.monotonic()
-            time.sleep(max(pause, LET_IN_S))
-            behind = time.monotonic() - due
+            pause = due - self._clock.monotonic()
+            self._clock.sleep(max(pause, LET_IN_S))
+            behind = self._clock.monotonic() - due
             self.late += behind > STEP_S
             self.worst = max(self.worst, behind)
             if pause <= 0:
-                due = max(due, time.monotonic() - CATCH_UP * STEP_S)
+                due = max(due, self._clock.monotonic() - CATCH_UP * STEP_S)
             self._one()
             if self._rest.reached(self._busy(), lambda: self.plant.qpos):
                 self._shared.write(self.plant.qpos)
                 self._rest.last(self._busy)
-                due = time.monotonic()
+                due = self._clock.monotonic()
         self._keep()
 
     def _busy(self) -> bool:
@@ -235,9 +237,9 @@ class Simulator:
 
     def _end(self) -> None:
         self.app.hold()
-        until = time.monotonic() + 2.0
-        while self.app.moving and time.monotonic() < until:
-            time.sleep(STEP_S)
+        until = self._clock.monotonic() + 2.0
+        while self.app.moving and self._clock.monotonic() < until:
+            self._clock.sleep(STEP_S)
         self._running = False
         self._rest.wake()
         self.network.close()

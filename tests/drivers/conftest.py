@@ -9,7 +9,7 @@ from robots.drivers.pa10.driver import Driver as ArmDriver
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import EPOCHS, Hand
-from tests.drivers.pa10_wire import Terminal, allow, do
+from tests.drivers.pa10_wire import CLOCK, FASTER, Terminal, allow, do
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 
 HOME = (0.0, 0.42, 0.075)
@@ -72,7 +72,8 @@ def ready(driver, speed):
 
 @pytest.fixture(scope="session")
 def shared(tmp_path_factory):
-    simulator = ArmSimulator(tmp_path_factory.mktemp("pa10"), watchdog=600, nobody=600)
+    watchdog = 600 * FASTER
+    simulator = ArmSimulator(tmp_path_factory.mktemp("pa10"), watchdog=watchdog, nobody=watchdog, speed=FASTER)
     yield simulator
     simulator.stop()
 
@@ -82,6 +83,7 @@ def arm(shared):
     """A driver whose arm rests above the table, in order."""
     shared.clear()
     made = ArmDriver(str(shared.folder / "tty"), {"epoch": time.monotonic_ns()})
+    made.clock = CLOCK
     made.connect()
     made.recover(allow)
     do(made, "gripper", closed=0)

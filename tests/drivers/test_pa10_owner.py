@@ -8,7 +8,7 @@ from robots.drivers.errors import LineBusy, LineGone
 from robots.drivers.pa10.checks import request_of
 from robots.drivers.pa10.driver import Driver
 from tests.conftest import wait_for
-from tests.drivers.pa10_wire import Terminal, allow, do, journal
+from tests.drivers.pa10_wire import FASTER, Terminal, allow, do, journal
 from tests.rig import ArmSimulator
 
 
@@ -105,7 +105,7 @@ def test_who_types_is_never_silent_and_an_owner_takes_the_place(tmp_path):
 
 
 def test_an_owner_who_waits_for_rest_is_not_silent(tmp_path):
-    sim = ArmSimulator(tmp_path, watchdog=1.0, nobody=60.0)
+    sim = ArmSimulator(tmp_path, watchdog=2.0, nobody=60.0, speed=FASTER)
     try:
         owner = Terminal(sim)
         owner.ask("i 1")

@@ -14,11 +14,16 @@ from tests.drivers.pa10_wire import Terminal, allow, do, journal
 
 def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm, shared):
     do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([150, -40, -40, 0, -30, 0]), strict=True)))
-    timer = threading.Timer(0.4, shared.fault, ("disturb", 3000.0))
-    timer.start()
+
+    def push():
+        wait_for(lambda: shared.status()["q"][0] < np.radians(147), 20, "the motion")
+        shared.fault("disturb", 3000.0)
+
+    thread = threading.Thread(target=push)
+    thread.start()
     with pytest.raises(HardwareFault, match="Range error"):
         do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([100, -40, -40, 0, -30, 0]), strict=True)))
-    timer.join()
+    thread.join()
     shared.clear()
     assert journal(shared, "range_error")
     assert not arm.state().ready
@@ -62,7 +67,7 @@ def test_the_way_out_must_be_gone_to_its_end(terminal, shared):
     pushed_out(terminal, shared)
     assert terminal.ask("j 0 0 0 0 0 0 0.2").startswith("ok")
     assert terminal.ask("j 0 25 75 0 80 0").startswith("e "), "another target does not take its place"
-    time.sleep(0.2)
+    wait_for(lambda: shared.status()["moving"], 5, "the motion")
     assert terminal.ask("h") == "ok hold"
     assert terminal.ask("W") == "e", "held on its way out, it is not out"
     assert terminal.ask("j 0 0 0 0 0 0").startswith("ok")

@@ -1,12 +1,10 @@
 """The museum arm's control loop pauses while nothing moves, and every line or push wakes it."""
 
-import time
-
 import numpy as np
 
 from robots.contract.find import spec_of
 from tests.conftest import wait_for
-from tests.drivers.pa10_wire import do, journal
+from tests.drivers.pa10_wire import CLOCK, do, journal
 
 REST_S = 20.0
 
@@ -17,7 +15,7 @@ def steps(shared):
 
 def rests(shared):
     before = steps(shared)
-    time.sleep(0.2)
+    CLOCK.sleep(0.2)
     return steps(shared) == before
 
 

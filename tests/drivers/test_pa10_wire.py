@@ -12,6 +12,11 @@ from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, journal
 
 
+def over(shared, *threads):
+    """Wait until threads of the simulator have ended, so that nothing comes of them any more."""
+    wait_for(lambda: not {*threads} & {*shared.status()["threads"]}, 10, f"the end of {', '.join(threads)}")
+
+
 def test_a_velocity_that_is_not_said_again_ends(terminal, shared):
     began = shared.status()["q"][5]
     assert terminal.ask("J 0 0 0 0 0 30") == "ok velocity"
@@ -22,7 +27,7 @@ def test_a_velocity_that_is_not_said_again_ends(terminal, shared):
 def test_a_target_in_motion_replaces_the_one_before(terminal, shared):
     at = time.monotonic()
     first = terminal.ask("j 30 25 75 0 80 0")
-    time.sleep(0.3)
+    wait_for(lambda: shared.status()["q"][0] > 0.03, 5, "the motion")
     second = terminal.ask("j -20 20 75 0 80 0")
     assert (first[:2], second[:2]) == ("ok", "ok")
     assert terminal.ask("W") == "a"
@@ -33,17 +38,17 @@ def test_a_target_in_motion_replaces_the_one_before(terminal, shared):
 def test_hold_is_taken_during_a_wait_and_a_program(terminal, shared):
     terminal.say("j 90 0 60 0 60 0", "W")
     assert terminal.hear().startswith("ok")
-    time.sleep(0.3)
+    wait_for(lambda: shared.status()["moving"], 5, "the motion")
     assert {terminal.ask("h"), terminal.hear()} == {"ok hold", "a"}
     assert terminal.ask("p 1").startswith("ok program 1")
     assert terminal.ask("w") == "b"
     assert terminal.ask("j 0 0 0 0 0 0").startswith("e busy program 1")
-    time.sleep(0.4)
+    wait_for(lambda: shared.status()["moving"], 5, "the program's motion")
     assert terminal.ask("h") == "ok hold"
+    before = len(journal(shared, "motion"))
     wait_for(lambda: not shared.status()["moving"], 2, "rest")
     assert shared.status()["mode"] == "NO_CTRL"
-    before = len(journal(shared, "motion"))
-    time.sleep(0.5)
+    over(shared, "program")
     assert len(journal(shared, "motion")) == before, "a program that was held does not go on"
 
 
@@ -127,9 +132,9 @@ def test_the_end_of_the_only_clients_connection_holds_at_once(terminal, shared, 
     assert held[0]["t"] - closed < 0.5
     wait_for(lambda: not shared.status()["moving"], 3, "rest")
     assert len(journal(shared, "rest")) <= len(rest) + 1
-    motions = len(journal(shared, "motion"))
-    time.sleep(0.6)
-    assert len(journal(shared, "motion")) == motions, "nothing goes on"
+    over(shared, "client", "program")
+    assert not [r for r in journal(shared, "motion", closed) if r["t"] > held[0]["t"]], "nothing goes on"
+    assert not shared.status()["moving"]
     assert shared.status()["mode"] == "NO_CTRL"
 
 
@@ -140,8 +145,9 @@ def test_an_upload_that_is_cut_off_changes_nothing(terminal, shared):
     before = (shared.folder / "programs.json").read_text()
     terminal.say("u 50", "j 0 25 75 0 80 0")
     terminal.socket.sendall(b"j 0 2")
+    at = time.monotonic()
     terminal.close()
-    time.sleep(0.3)
+    wait_for(lambda: journal(shared, "disconnected", at), 5, "its last byte was read")
     assert (shared.folder / "programs.json").read_text() == before
     other = Terminal(shared)
     assert other.ask("p 50").startswith("ok program 50 2.0 s"), "in memory too"
@@ -172,7 +178,6 @@ def test_a_hold_is_heard_in_the_middle_of_an_upload(terminal, shared):
     assert terminal.ask("j 60 25 75 0 80 0 0.1").startswith("ok")
     wait_for(lambda: shared.status()["moving"], 5, "a motion")
     terminal.say("u 52", "g 0")
-    time.sleep(0.2)
     at = time.monotonic()
     assert terminal.ask("h") == "ok hold"
     assert journal(shared, "hold", at), "it was no line of the program"
@@ -192,10 +197,10 @@ def test_a_hold_overtakes_a_row_of_lines_and_what_stood_before_it_does_not_begin
 
 
 def test_many_waits_cost_one_thread_and_each_is_answered(terminal, shared):
-    terminal.ask("j 30 25 75 0 80 0 0.3")
+    terminal.ask("j 30 25 75 0 80 0 0.1")
     threads = len(shared.status()["threads"])
     terminal.say(*["W"] * 50)
-    time.sleep(0.2)
+    assert terminal.ask("w") == "b", "answered after all of them were taken"
     assert len(shared.status()["threads"]) <= threads + 1
     assert [terminal.hear() for _ in range(50)] == ["a"] * 50
 

@@ -1,7 +1,6 @@
 """The iRat's driver: everybody's goals, exploring and charging, by the map of a brain in a process of its own."""
 
 import contextlib
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -30,10 +29,10 @@ class Driver(Session):
         super().__init__(address, settings, trace)
         folder = settings.get("folder") or Path(address).parent
         self._hand = load("irat")["hand"]
-        self.line = IratLine(address.removeprefix("socket://"), int(settings.get("epoch") or 1))
-        self.brain = BrainProcess(Path(folder) / "brain", self._told)
-        self.senses = Senses(self.line, self.brain, self.keep)
-        self.wheels = Wheels(self.line, self.brain, self.senses)
+        self.line = IratLine(address.removeprefix("socket://"), int(settings.get("epoch") or 1), clock=self.clock)
+        self.brain = BrainProcess(Path(folder) / "brain", self._told, self.clock)
+        self.senses = Senses(self.line, self.brain, self.keep, self.clock)
+        self.wheels = Wheels(self.line, self.brain, self.senses, self.clock)
         self._roaming, self._charging = Roaming(self.wheels), Charging(self.wheels)
 
     def _told(self, packet: Packet) -> None:
@@ -46,7 +45,7 @@ class Driver(Session):
 
         Raises HardwareFault; also where the battery is almost flat.
         """
-        since = time.monotonic()  # what was heard over the connection before counts no more
+        since = self.clock.monotonic()  # what was heard over the connection before counts no more
         self.line.open()
         for newest in (self.line.status, self.line.odometry, self.line.battery, self.line.charger, self.line.ranges):
             newest.wait(HEARD_S, since)
@@ -54,7 +53,7 @@ class Driver(Session):
             raise HardwareFault(FLAT)
         self.brain.start()
         self.senses.start()
-        self.brain.wait(time.monotonic() - BRAIN_S, BRAIN_S)
+        self.brain.wait(self.clock.monotonic() - BRAIN_S, BRAIN_S)
         return self.state()
 
     def state(self) -> RobotState:
@@ -103,7 +102,7 @@ class Driver(Session):
                     said = True
                     on_stage("sent")
                     on_stage("acknowledged")
-                time.sleep(STEP_S)
+                self.clock.sleep(STEP_S)
 
         self.wheels.during(permit, Mode.HAND, act)
         return dict(args)

@@ -1,10 +1,10 @@
 """The owner's end of the iRat's wire: it claims, drives, holds, and keeps the newest of everything it hears."""
 
 import threading
-import time
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from robots.clock import TIMER, Timer, Until
 from robots.contract.session import Permit
 from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, velocities
@@ -31,10 +31,10 @@ T = TypeVar("T")
 
 
 class Newest(Generic[T]):
-    """The newest value of a topic, and when it arrived (s, monotonic)."""
+    """The newest value of a topic, and when it arrived (s, on its clock)."""
 
-    def __init__(self, decode: Callable[[Message], T]) -> None:
-        self._decode = decode
+    def __init__(self, decode: Callable[[Message], T], clock: Timer = TIMER) -> None:
+        self._decode, self._clock = decode, clock
         self._changed = threading.Condition()
         self.value: T | None = None
         self.at = 0.0
@@ -43,7 +43,7 @@ class Newest(Generic[T]):
         """Keep a message's value. Raises Malformed; the older value stays then."""
         value = self._decode(message)
         with self._changed:
-            self.value, self.at = value, time.monotonic()
+            self.value, self.at = value, self._clock.monotonic()
             self._changed.notify_all()
 
     def wait(self, seconds: float, after: float = 0.0) -> T:
@@ -54,7 +54,8 @@ class Newest(Generic[T]):
 
         """
         with self._changed:
-            if not self._changed.wait_for(lambda: self.value is not None and self.at > after, seconds):
+            heard = Until(self._changed, lambda: self.value is not None and self.at > after)
+            if not self._clock.wait(heard, seconds):
                 raise LineSilent("The robot is silent.")
             assert self.value is not None
             return self.value
@@ -63,13 +64,16 @@ class Newest(Generic[T]):
 class IratLine:
     """Thread safe. `picture` is called with each picture, in the connection's thread."""
 
-    def __init__(self, address: str, epoch: int, picture: Callable[[Picture], None] | None = None) -> None:
-        self.bridge, self._epoch, self._picture = Bridge(address), epoch, picture
-        self.odometry = Newest(Odometry.decode)
-        self.ranges = Newest(Ranges.decode)
-        self.battery = Newest(BatteryState.decode)
-        self.status = Newest(Status.decode)
-        self.charger = Newest(lambda message: numeral(message, "data", 0, 100, "A"))
+    def __init__(
+        self, address: str, epoch: int, picture: Callable[[Picture], None] | None = None, clock: Timer = TIMER
+    ) -> None:
+        self.bridge, self._epoch, self._picture = Bridge(address, clock), epoch, picture
+        self._clock = clock
+        self.odometry = Newest(Odometry.decode, clock)
+        self.ranges = Newest(Ranges.decode, clock)
+        self.battery = Newest(BatteryState.decode, clock)
+        self.status = Newest(Status.decode, clock)
+        self.charger = Newest(lambda message: numeral(message, "data", 0, 100, "A"), clock)
 
     def open(self) -> None:
         """Connect, claim the robot, and listen. Raises LineGone, LineSilent, LineBusy."""
@@ -142,4 +146,4 @@ class IratLine:
         """Return for how long nothing has been heard (s). Raises LineGone."""
         if not self.bridge.is_open:
             raise LineGone("The robot's rosbridge is not connected.")
-        return time.monotonic() - self.bridge.heard_at
+        return self._clock.monotonic() - self.bridge.heard_at

@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable
 from math import cos, hypot, remainder, sin, tau
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, Timer, Until
 from robots.contract.session import RobotState
 from robots.description import load
 from robots.drivers.errors import RobotError
@@ -76,7 +76,7 @@ class Senses:
         since = self._clock.monotonic()
         self.awake()
         with self._changed:
-            self._changed.wait_for(lambda: self._picture_at > since, seconds)
+            self._clock.wait(Until(self._changed, lambda: self._picture_at > since), seconds)
             return self._picture.jpeg if self._picture is not None and self._picture_at > since else None
 
     def _loop(self) -> None:
@@ -103,7 +103,7 @@ class Senses:
     def _await_picture(self, seconds: float) -> None:
         """Wait for a picture that was not fed yet, at most so many seconds."""
         with self._changed:
-            self._changed.wait_for(lambda: self._picture is not self._fed, seconds)
+            self._clock.wait(Until(self._changed, lambda: self._picture is not self._fed), seconds)
 
     @property
     def _moving(self) -> bool:

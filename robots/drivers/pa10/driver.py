@@ -1,6 +1,5 @@
 """The museum arm's driver: translates commands in SI units into lines of its controller's protocol."""
 
-import time
 from collections.abc import Callable
 from math import degrees
 from typing import Any
@@ -93,7 +92,7 @@ class Driver(Session):
         opening = arm.opening
         return self.keep(
             RobotState(
-                time.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
+                self.clock.monotonic(), (*arm.q, opening), pose, moving, not fault, fault,
                 (*arm.v, 0.0), (*arm.torque, 0.0), _words(arm),
             )
         )  # fmt: skip
@@ -163,9 +162,9 @@ class Driver(Session):
         self, request: Request, before: ArmState, permit: Permit, tell: Callable[[ArmState], None]
     ) -> ArmState:
         limit = LONGEST_PROGRAM_S if request.letter == "p" else float(self._description["motion"]["limit_s"])
-        until = time.monotonic() + limit
+        until = self.clock.monotonic() + limit
         while True:
-            time.sleep(POLL_S)
+            self.clock.sleep(POLL_S)
             arm = self.line.state()
             state = self._take(arm)
             tell(arm)
@@ -177,7 +176,7 @@ class Driver(Session):
                 return arm
             if request.letter in MOTIONS:
                 permit()
-            if time.monotonic() > until:
+            if self.clock.monotonic() > until:
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit:g} s and was held.")
 
@@ -194,7 +193,7 @@ class Driver(Session):
                 state = self.state()
                 if state.fault:
                     raise HardwareFault(state.fault)
-                time.sleep(JOG_S)
+                self.clock.sleep(JOG_S)
         finally:
             if self.line.is_open:
                 self.line.hold()
@@ -210,14 +209,14 @@ class Driver(Session):
         """Send `h` and wait until the set-point rests."""
         self._holds += 1
         self.line.hold()
-        until = time.monotonic() + REST_S
+        until = self.clock.monotonic() + REST_S
         while True:
             state = self.state()
             if not state.moving:
                 return state
-            if time.monotonic() > until:
+            if self.clock.monotonic() > until:
                 raise HardwareFault("The arm did not come to rest after a hold.")
-            time.sleep(0.01)
+            self.clock.sleep(0.01)
 
     def recover(self, permit: Permit) -> RobotState:
         """Soft reset: connect again, leave a range error by the default position, return."""
@@ -235,7 +234,7 @@ class Driver(Session):
 
     def _home(self, permit: Permit) -> None:
         request = joint_request("j", tuple(posture(self._description, "home")))
-        until = time.monotonic() + SETTLED_S
+        until = self.clock.monotonic() + SETTLED_S
         while True:
             try:
                 self._do(request, {}, permit, lambda _: None)
@@ -243,9 +242,9 @@ class Driver(Session):
             except OutOfWorkspace as error:
                 raise HardwareFault(f"The way to the default position is blocked: {error}") from error
             except ControllerRefused as error:  # something still pushes the arm
-                if time.monotonic() > until:
+                if self.clock.monotonic() > until:
                     raise HardwareFault(f"The arm does not come to rest: {error}") from error
-                time.sleep(POLL_S)
+                self.clock.sleep(POLL_S)
 
     @staticmethod
     def _quietly(go: Callable[[], Any]) -> None:

@@ -10,7 +10,7 @@ from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace
 from robots.drivers.pa10.protocol import ArmState, Malformed, Request
 
-ANSWER_S = 1.0
+ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
 CHECKED_S = 60.0  # a whole program
 HOLD, HELD = b"h\n", "ok hold"
 

@@ -4,7 +4,6 @@ import copy
 import logging
 import math
 import threading
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from robots.autonomy.ratslam.settings import Settings
 from robots.autonomy.ratslam.slam import RatSlam
 from robots.autonomy.ratslam.storage import BadMap, load, save
 from robots.autonomy.ratslam.views import Grey, decoded
+from robots.clock import TIMER, Timer
 from robots.description import load as described
 from robots.drivers.irat import markers as dock
 from robots.drivers.irat.brain import messages
@@ -24,7 +24,7 @@ from robots.files import replaced
 from robots.vision.markers import Markers
 
 log = logging.getLogger(__name__)
-SAVE_S = 10.0
+SAVE_S = 10.0  # on the machine's clock unless told another: it spares the disk
 WHERE_EACH = 10  # feeds, after which it is reckoned again where the dock is
 FIND_EACH = 4  # pictures, of which one is searched for the dock while nobody looks for it
 CLEARED = "The map was cleared, so this place is no longer known."
@@ -39,15 +39,15 @@ IN_DOCK_M = (
 class Mind:
     """Not for several threads. `folder` keeps `map.npz`, and `kept` with the map's number, its age and its care."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, clock: Timer = TIMER) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder, self._saving = folder, threading.Lock()
+        self._folder, self._clock, self._saving = folder, clock, threading.Lock()
         self._number, self._age, self._pruning = self._kept()
         self.slam = self._restored()
         self._guide: Guide | None = None
         self._map_stream, self._cell_stream = MapStream(), CellStream()
         self._markers, self._ahead = dock_markers(), float(described("irat")["camera"]["ahead"])
-        self._pictures, self._saved = 0, time.monotonic()
+        self._pictures, self._saved = 0, self._clock.monotonic()
         self._feeds, self._dock_at, self._dock_map = 0, self._where(), self.slam.map_number
 
     def _kept(self) -> tuple[int, float, bool]:
@@ -159,7 +159,7 @@ class Mind:
             step.picture, self._pruning, self._age, guided, outer, small,
         )  # fmt: skip
         yield from self._packets(route)
-        if time.monotonic() - self._saved > SAVE_S:
+        if self._clock.monotonic() - self._saved > SAVE_S:
             self._save_beside()
 
     def _dock(self, picture: Grey | None, find: bool) -> tuple[Sighting | None, Sighting | None]:
@@ -189,7 +189,7 @@ class Mind:
 
     def _save_beside(self) -> None:
         """Write a copy of the map in another thread, because a slow disk must not stop the robot."""
-        self._saved = time.monotonic()
+        self._saved = self._clock.monotonic()
         self._keep()
         if not self._saving.locked():
             threading.Thread(target=self._write, args=(copy.deepcopy(self.slam),), daemon=True).start()

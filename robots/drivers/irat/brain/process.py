@@ -16,14 +16,16 @@ from pathlib import Path
 
 from msgspec import MsgspecError
 
+from robots.clock import TIMER, Timer, Until
 from robots.drivers.errors import HardwareFault
 from robots.drivers.irat.brain.messages import Answer, Feed, FromBrain, Packet, Seen, ToBrain, frame, from_brain, read
 
 log = logging.getLogger(__name__)
 SILENT_S = 0.5  # after which nobody drives by its answers
 STUCK_S = 60.0  # without an answer to a feed: it is killed and started again
-AGAIN_S = 0.5
 ANSWER_S = 5.0
+# real time, because a process starts and ends no faster on another clock:
+AGAIN_S = 0.5
 SAVED_S = 3.0  # within which it writes its map and ends
 SILENT = "The robot's map does not answer."
 
@@ -31,8 +33,8 @@ SILENT = "The robot's map does not answer."
 class BrainProcess:
     """Thread safe. `packet` gets the byte streams' packets."""
 
-    def __init__(self, folder: Path, packet: Callable[[Packet], None]) -> None:
-        self._folder, self._packet = folder, packet
+    def __init__(self, folder: Path, packet: Callable[[Packet], None], clock: Timer = TIMER) -> None:
+        self._folder, self._packet, self._clock = folder, packet, clock
         self._aim: Callable[[int], ToBrain] | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
@@ -42,7 +44,7 @@ class BrainProcess:
         self._closed = False
         self._fed_at: float | None = None  # when the feed was sent that is not answered yet
         self.newest: Seen | None = None
-        self.heard_at = -1e9  # monotonic (s), of the newest answer to a feed
+        self.heard_at = -1e9  # on its clock (s), of the newest answer to a feed
         self.starts = 0
 
     @property
@@ -107,7 +109,7 @@ class BrainProcess:
             return
         with self._changed:
             if isinstance(said, Seen):
-                self.newest, self.heard_at, self._fed_at = said, time.monotonic(), None
+                self.newest, self.heard_at, self._fed_at = said, self._clock.monotonic(), None
             elif said.number in self._calls:
                 self._calls[said.number] = said
             self._changed.notify_all()
@@ -124,7 +126,7 @@ class BrainProcess:
 
     def feed(self, feed: Feed) -> bool:
         """Send a step, unless the one before is not answered yet; tell whether it was sent."""
-        now = time.monotonic()
+        now = self._clock.monotonic()
         if self._fed_at is not None:
             if now - self._fed_at > STUCK_S and self._process is not None:
                 self._process.kill()
@@ -141,7 +143,7 @@ class BrainProcess:
             self._calls[number] = None
         self.post(make(number))
         with self._changed:
-            self._changed.wait_for(lambda: self._calls[number] is not None, seconds)
+            self._clock.wait(Until(self._changed, lambda: self._calls[number] is not None), seconds)
             answer = self._calls.pop(number)
         if answer is None:
             raise HardwareFault(SILENT)
@@ -150,11 +152,11 @@ class BrainProcess:
     def fresh(self, seconds: float = SILENT_S) -> Seen | None:
         """Return its newest answer, None if it has been silent for so long."""
         with self._changed:
-            return self.newest if time.monotonic() - self.heard_at <= seconds else None
+            return self.newest if self._clock.monotonic() - self.heard_at <= seconds else None
 
     def wait(self, after: float, seconds: float) -> Seen | None:
-        """Return an answer that came after a time (monotonic, s); None if there is none in so many seconds."""
-        with self._changed:
+        """Return an answer that came after a time (of its clock, s); None if there is none in so many real seconds."""
+        with self._changed:  # real time: the process starts no faster on another clock
             self._changed.wait_for(lambda: self.heard_at > after, seconds)
             return self.newest if self.heard_at > after else None
 

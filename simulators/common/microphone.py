@@ -1,5 +1,7 @@
 """Serves sound as an ordinary network microphone: an endless WAV file, computed while somebody is connected."""
 
+import select
+import socket
 import struct
 import threading
 import time
@@ -29,6 +31,11 @@ def head(rate: int = RATE) -> bytes:
     """Return the head of an endless WAV file: PCM, one channel, 16 bits."""
     form = struct.pack("<4sIHHIIHH", b"fmt ", 16, 1, 1, rate, 2 * rate, 2, 16)
     return struct.pack("<4sI4s", b"RIFF", ENDLESS, b"WAVE") + form + struct.pack("<4sI", b"data", ENDLESS)
+
+
+def _gone(line: socket.socket) -> bool:
+    """Return whether the listener has closed the connection."""
+    return bool(select.select([line], [], [], 0)[0]) and not line.recv(1, socket.MSG_PEEK)
 
 
 class Microphone:
@@ -71,5 +78,8 @@ class Microphone:
                 at = time.monotonic() - BLOCK_S
             heard = ear.hear(at, at + BLOCK_S, count)
             at += BLOCK_S
-            if not self._faults.value("mic_mute"):
+            if self._faults.value("mic_mute"):
+                if _gone(request.connection):
+                    return
+            else:
                 request.wfile.write((np.clip(heard, -1.0, 1.0) * 32767).astype("<i2").tobytes())

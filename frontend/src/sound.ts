@@ -7,7 +7,7 @@ const RATE = 48_000;
 const CONFIG: AudioDecoderConfig = { codec: "opus", sampleRate: RATE, numberOfChannels: 1 };
 const HIDDEN_MS = 5000; // a page that nobody sees for so long is silent
 const SILENT_MS = 4000; // nothing comes for so long
-const WAITING = 10; // pieces in the decoder; more are left out
+const WAITING = 10; // pieces in the decoder; with more it begins anew
 const QUIET_DB = -60; // the lower end of the scale
 const CANNOT = "This browser cannot play the robot's sound.";
 
@@ -17,10 +17,10 @@ class Playing {
   private analyser = this.context.createAnalyser();
   private decoder: AudioDecoder;
   private line = new PlayOut();
-  private waiting = new Map<number, SoundPacket>(); // in the decoder, by time stamp
+  private waiting: SoundPacket[] = []; // in the decoder, which gives one piece for each, in their order
   private sources = new Map<AudioBufferSourceNode, number>(); // when each begins, s
   private run = -1;
-  private count = 0;
+  private decodedMs = 0;
 
   constructor(failed: () => void) {
     this.analyser.fftSize = 2048;
@@ -31,22 +31,21 @@ class Playing {
   }
 
   take(packet: SoundPacket): void {
-    if (packet.run !== this.run) {
+    if (packet.run !== this.run || this.waiting.length > WAITING) {
       this.run = packet.run;
       this.decoder.reset();
       this.decoder.configure(CONFIG);
-      this.waiting.clear();
+      this.waiting = [];
     }
-    if (this.decoder.decodeQueueSize > WAITING) return;
-    const timestamp = this.count++ * 1_000_000; // only to find the packet again
-    this.waiting.set(timestamp, packet);
+    this.waiting.push(packet);
+    const timestamp = this.decodedMs * 1000; // without gaps, as decoders count on by themselves
+    this.decodedMs += packet.ms;
     this.decoder.decode(new EncodedAudioChunk({ type: "key", timestamp, data: packet.opus }));
   }
 
   private decoded(data: AudioData): void {
     try {
-      const packet = this.waiting.get(data.timestamp);
-      this.waiting.delete(data.timestamp);
+      const packet = this.waiting.shift();
       if (packet) this.play(packet, data);
     } finally {
       data.close();

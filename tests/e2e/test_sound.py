@@ -48,7 +48,7 @@ def test_a_person_listens_by_key_and_hears_the_arm_move(hearing, visitor):
     sounds(page, heard, 20)
     expect(said).to_have_text(NONE)
     expect(page.locator("#loudness")).to_be_visible()
-    wait_for(lambda: page.wait_for_timeout(50) or 0 < loud(page), 10, "the quiet room")
+    wait_for(lambda: page.wait_for_timeout(50) or loud(page) > 0, 10, "the quiet room")
     quiet = loud(page)
     assert quiet < 0.4
     someone.axe("while somebody listens")

@@ -76,6 +76,7 @@ def levels(packets):
     return found
 
 
+@pytest.mark.asvs("14.2.4")
 def test_nobody_listens_then_one_does_and_hears_the_arm_move(listened, web):
     rig = listened
     before = rig.sim.status()["listened"]
@@ -94,7 +95,7 @@ def test_nobody_listens_then_one_does_and_hears_the_arm_move(listened, web):
             moved = rig.issue("move", x=0.15, y=0.52)
             listener.until(lambda: moved.__class__.objects.get(pk=moved.pk).final, 30, "the motion")
             status = rig.sim.status()
-            assert (status["listened"] - before, status["listeners"]) == (1, 1), "one connection"
+            assert status["listeners"] == 1 <= status["listened"] - before
             sounds = listener.sounds()
             numbers, level = [p.number for p in sounds], levels(sounds)
             assert numbers == sorted(set(numbers))

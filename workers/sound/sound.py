@@ -46,7 +46,9 @@ class Sound:
 
     def look(self, robot: Robot) -> None:
         """Begin to hear the robot, or go on, if somebody listens now. Raises redis.RedisError."""
-        if robot.microphone and bus.watched(self._slug, bus.SOUND):
+        if not robot.microphone:
+            self._until = 0.0
+        elif bus.watched(self._slug, bus.SOUND):
             self.want(robot)
 
     def want(self, robot: Robot) -> None:
@@ -77,14 +79,22 @@ class Sound:
         return time.monotonic() < self._until and robot is not None and robot.microphone == address
 
     def _hear(self) -> None:
-        while (robot := self._wanted()) is not None:
-            try:
-                self._follow(robot)
-            except MicrophoneFault as error:
-                self._fail(robot, str(error))
-            except Exception:
-                log.exception("the sound failed")
-                self._fail(robot, OURS)
+        try:
+            while (robot := self._wanted()) is not None:
+                self._try(robot)
+        finally:
+            with self._lock:
+                if self._thread is threading.current_thread():  # it failed; the next look begins anew
+                    self._thread = None
+
+    def _try(self, robot: Robot) -> None:
+        try:
+            self._follow(robot)
+        except MicrophoneFault as error:
+            self._fail(robot, str(error))
+        except Exception:
+            log.exception("the sound failed")
+            self._fail(robot, OURS)
 
     def _follow(self, robot: Robot) -> None:
         """Send what the microphone hears until nobody listens or it has another address. Raises MicrophoneFault."""

@@ -57,7 +57,7 @@ def add_robot(driver: str) -> Robot:
     robot = Robot.objects.create(
         slug=about.get("slug", driver), name=about["name"], tagline=about["tagline"], driver=driver,
         address=f"sim:{driver}", enabled=True, cycle=Cycle.HANDOVER,
-        records=Records.WORK,
+        microphone=about.get("microphone", {}).get("address", ""), records=Records.WORK,
     )  # fmt: skip
     queue_of(robot)
     seed_clearance(robot)

@@ -1,4 +1,4 @@
-"""Checks of the addresses of robots and cameras: when staff save one, and again before it is opened.
+"""Checks of the addresses of robots, cameras and microphones: when staff save one, and again before it is opened.
 
 The portal opens addresses that staff write down, from a machine that may stand in a cloud or beside other devices.
 Addresses of machine services (link-local, cloud metadata) and files outside /dev are never opened.
@@ -13,7 +13,11 @@ from urllib.parse import urlsplit
 METADATA = frozenset({"fd00:ec2::254", "100.100.100.200", "168.63.129.16"})  # cloud metadata, not link-local
 SHAPE = "Use sim:NAME, serial:/dev/PORT or tcp:HOST:PORT."
 CAMERA_SHAPE = "Use http(s)://…, rtsp://… or v4l2:/dev/videoN, one camera a line."
-FORBIDDEN = "{} is an address of a machine's own services; a robot or camera cannot be there."
+SIMULATED = "sim:microphone"
+MICROPHONE_SHAPE = f"Use http(s)://…, rtsp://…, alsa:default, alsa:hw:1,0 or {SIMULATED}."
+# no other plug-in of ALSA: some of them open files or start programs
+ALSA = r"alsa:(default|(plughw|hw|sysdefault|dsnoop):(CARD=)?[A-Za-z0-9_-]{1,32}(,(DEV=)?[0-9]{1,3}){0,2})"
+FORBIDDEN = "{} is an address of a machine's own services; no robot, camera or microphone can be there."
 
 
 class AddressError(ValueError):
@@ -88,11 +92,24 @@ def check_cameras(text: str) -> None:
     for address in text.split():
         if re.fullmatch(r"v4l2:/dev/video[0-9]{1,3}", address):
             continue
-        try:
-            parts = urlsplit(address)
-            host, _ = parts.hostname, parts.port
-        except ValueError as error:
-            raise AddressError(CAMERA_SHAPE) from error
-        if parts.scheme not in ("http", "https", "rtsp") or not host:
-            raise AddressError(CAMERA_SHAPE)
-        check_host(host)
+        _check_network(address, CAMERA_SHAPE)
+
+
+def check_microphone(text: str) -> None:
+    """Refuse text that is not the address of a microphone. Raises AddressError."""
+    if text == SIMULATED or re.fullmatch(ALSA, text, re.ASCII):
+        return
+    if re.search(r"\s", text):
+        raise AddressError(MICROPHONE_SHAPE)
+    _check_network(text, MICROPHONE_SHAPE)
+
+
+def _check_network(address: str, shape: str) -> None:
+    try:
+        parts = urlsplit(address)
+        host, _ = parts.hostname, parts.port
+    except ValueError as error:
+        raise AddressError(shape) from error
+    if parts.scheme not in ("http", "https", "rtsp") or not host:
+        raise AddressError(shape)
+    check_host(host)

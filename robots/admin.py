@@ -43,7 +43,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
     class Meta:
         model = Robot
         fields = (
-            "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera",
+            "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera", "microphone",
             *SETTINGS, *RECORDING, "boxes",
         )  # fmt: skip
 
@@ -73,7 +73,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     change_form_template = "admin/robots/robot/change_form.html"
     fieldsets = (
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
-        ("Connection", {"fields": ("driver", "address", "camera")}),
+        ("Connection", {"fields": ("driver", "address", "camera", "microphone")}),
         ("Settings", {"fields": SETTINGS}),
         ("Recording", {"fields": RECORDING}),
         ("Forbidden boxes", {"fields": ("boxes",), "classes": ("boxes-field",)}),

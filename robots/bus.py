@@ -24,6 +24,7 @@ WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
+SOUND = "sound"  # what is watched by somebody who listens
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
 SOME_S = 0.2  # of recordings
 SHOT_S = 60  # a live picture with an address of its own
@@ -238,6 +239,11 @@ def keep_stream(slug: str, stream: int) -> bool:
         return bool(connection().expire(stream_key(slug, stream), STREAM_S))
     except (redis.RedisError, OSError):
         return True  # it is asked again soon
+
+
+def publish_sound(slug: str, packet: bytes) -> bool:
+    """Send a packet of sound to those who listen; it is kept for nobody."""
+    return _publish(channel_of(slug, SOUND), packet)
 
 
 def publish_picture(slug: str, packet: bytes, camera: int = 0, coarse: bool = False) -> bool:

@@ -15,7 +15,7 @@ from robots import description
 from robots.contract.find import spec_of
 from robots.contract.spec import Spec
 from robots.recordings.models import Movie, Recording, RecordingState, Records
-from robots.rules import a_turn, camera_addresses, positive, robot_address
+from robots.rules import a_turn, camera_addresses, microphone_address, positive, robot_address
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
 __all__ = (
@@ -43,6 +43,15 @@ class Robot(models.Model):
         validators=[camera_addresses],
         help_text="Empty for a simulated robot; http://…/snapshot.jpg, rtsp://… or v4l2:/dev/video0, one camera a "
         "line in the order of the robot's cameras.",
+    )
+    microphone = models.CharField(
+        blank=True,
+        default="",
+        db_default="",
+        max_length=300,
+        validators=[microphone_address],
+        help_text="Empty: nobody hears anything. http(s)://…, rtsp://…, alsa:default, or sim:microphone for a "
+        "simulated robot. Everybody who watches can listen: put up a notice where it stands.",
     )
     enabled = models.BooleanField(default=False)
     cycle = models.CharField(max_length=12, choices=Cycle, default=Cycle.OFFLINE)

@@ -27,6 +27,11 @@ def camera_addresses(text: str) -> None:
     _in_words(addresses.check_cameras, text)
 
 
+def microphone_address(text: str) -> None:
+    """Refuse text that is not the address of a microphone. Raises ValidationError."""
+    _in_words(addresses.check_microphone, text)
+
+
 def positive(value: float) -> None:
     """Refuse zero, negative numbers and NaN. Raises ValidationError."""
     if not (isfinite(value) and value > 0):

@@ -14,6 +14,7 @@ from workers.connection import Connection
 from workers.owned import OwnedRobot
 from workers.safety.lane import Pace
 from workers.safety.latch import StopLatch
+from workers.sound.sound import Sound
 from workers.streams import Streams
 from workers.trace import WireTrace
 
@@ -30,10 +31,10 @@ class States:
 
     def __init__(
         self, owned: OwnedRobot, connection: Connection, latch: StopLatch, trace: WireTrace, pace: Pace,
-        streams: Streams,
+        streams: Streams, sound: Sound,
     ) -> None:  # fmt: skip
         self._owned, self._connection, self._latch, self._trace, self._pace = owned, connection, latch, trace, pace
-        self._streams = streams
+        self._streams, self._sound = streams, sound
         self._heard = True
         self._number = 0
         self._spec = owned.robot.spec()
@@ -77,9 +78,11 @@ class States:
             close_old_connections()
 
     def _look(self) -> None:
-        """Find out whether somebody wants compact states."""
+        """Find out whether somebody wants compact states, or listens."""
         try:
             self._compact = self._heard and bus.watched(self._owned.robot.slug, "compact")
+            if self._heard:
+                self._sound.look(self._owned.robot)
         except (redis.RedisError, OSError):
             self._compact = False
 

@@ -2,7 +2,7 @@
 
 Threads: `control` runs motions and keeps the robot in order; `config` runs commands beside a motion; `watch` holds
 motions that are no longer allowed; `listen` receives stops; `link`, `follow` and `renew` query the stores; `state`
-and `camera` publish.
+and `camera` publish; `sound` does while somebody listens.
 """
 
 import contextlib
@@ -41,6 +41,7 @@ from workers.safety.link import Link
 from workers.safety.listen import Listener
 from workers.safety.stop import Stop
 from workers.safety.watch import Watch
+from workers.sound.sound import Sound
 from workers.states import States
 from workers.streams import Streams
 from workers.threads import Threads
@@ -72,9 +73,10 @@ class Owner:
         self.pictures = Pictures(robot, clock, self.owned.picture)
         self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
         self.threads = Threads(self.owned, self.watch.leave)
+        sound = Sound(slug, clock)
         recovery = Recovery(self.owned, self.lease, self.lane.gate, self.pictures)
         self.connection = Connection(self.owned, self.lease, self.lane, recovery)
-        self.states = States(self.owned, self.connection, self.latch, trace, self.pace, self.streams)
+        self.states = States(self.owned, self.connection, self.latch, trace, self.pace, self.streams, sound)
         self.regain = Regain(self.owned, self.lease, self.lane, self.beside, self.connection, self.watch, listen)
         self._wire_commands()
 

@@ -1,7 +1,7 @@
 /** The socket to a robot: opens, sends keep-alives, connects again after a random pause. */
 import type { CompactLayout } from "./compact.ts";
 import { OVER, OwnStream } from "./own_stream.ts";
-import { decode, type Message, type PicturePacket, type StatePacket, type StreamPacket, type VideoPacket } from "./protocol.ts";
+import { decode, type Message, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "./protocol.ts";
 
 export interface Handlers {
   message(message: Message): void;
@@ -9,6 +9,7 @@ export interface Handlers {
   picture(packet: PicturePacket): void;
   stream?(packet: StreamPacket): void;
   video?(packet: VideoPacket): void;
+  sound?(packet: SoundPacket): void;
   line(up: boolean): void;
   /** Whether another socket must not take over now: something runs that belongs to this one. */
   busy?(): boolean;
@@ -191,6 +192,7 @@ export class Live {
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
       else if ("vp8" in packet) this.handlers.video?.(packet);
+      else if ("opus" in packet) this.handlers.sound?.(packet);
       else if ("data" in packet) this.handlers.stream?.(packet);
       else this.handlers.state(packet);
       return;

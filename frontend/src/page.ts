@@ -12,6 +12,7 @@ import { LogList } from "./log_list.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, Still, StreamPacket, VideoPacket } from "./protocol.ts";
+import { Sound } from "./sound.ts";
 import "./stop_in_view.ts";
 import { StopPress } from "./stop.ts";
 import { Streams } from "./streams.ts";
@@ -77,6 +78,7 @@ export class RobotPage {
   private log = new LogList(byId("log"));
   private console: Console | null = null;
   private film = new Film((packet) => this.showPicture(packet), (on) => this.watching.video(on));
+  private sound: Sound | null = null;
   private streams = new Streams(facts.streams.map(({ name }) => name));
 
   constructor() {
@@ -89,7 +91,7 @@ export class RobotPage {
       this.slug,
       {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
-        stream: (p) => this.gotStream(p), video: (p) => this.gotVideo(p),
+        stream: (p) => this.gotStream(p), video: (p) => this.gotVideo(p), sound: (p) => this.sound?.take(p),
         line: (up) => this.gotLine(up), busy: () => this.facts().busy,
       },
       () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
@@ -98,6 +100,8 @@ export class RobotPage {
     const pace = byId<HTMLSelectElement>("pace");
     pace.value = this.watching.choice;
     pace.addEventListener("change", () => this.watching.choose(pace.value));
+    if (document.getElementById("sound"))
+      this.sound = new Sound(byId("sound"), byId("sound-said"), byId<HTMLMeterElement>("loudness"), (on) => this.watching.listen(on));
     this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
     this.place = new Place(byId("place"), (m) => this.live.send(m));
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
@@ -348,6 +352,7 @@ export class RobotPage {
     badge.textContent = at ? `Picture ${ago(age)} old${often}` : facts.cameras ? "No picture yet" : "";
     badge.dataset["age"] = age < 2000 ? "fresh" : age < 5000 ? "ageing" : "old";
     text("pace-said", this.watching.said(facts.cameras > 0 && f.snapshot?.robot.state !== "offline"));
+    this.sound?.draw(this.watching.soundless);
     text("latency", this.live.latency === null ? "" : `${Math.round(this.live.latency)} ms`);
   }
 }

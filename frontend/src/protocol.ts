@@ -44,7 +44,7 @@ export interface CommandSpec { kind: string; label: string; lane: "motion" | "co
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 export interface StreamInfo { name: string; media: string }
 /** What the page knows about its robot, for every robot. */
-export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
+export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number; microphone: boolean }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
@@ -75,11 +75,17 @@ export interface VideoPacket { camera: number; number: number; atMs: number; sti
 /** A packet of a byte stream: its number in the spec (from 0), and whether it contains everything or only changes. */
 export interface StreamPacket { stream: number; key: boolean; run: number; number: number; atMs: number; data: Uint8Array }
 
+/** A packet of sound: its number counts the microphone's time, `ms` long; one that only says why nothing is heard lasts 0 ms. */
+export interface SoundPacket { run: number; number: number; atMs: number; ms: number; opus: Uint8Array<ArrayBuffer>; said: string }
+export type Packet = StatePacket | PicturePacket | StreamPacket | VideoPacket | SoundPacket;
+
 const STATE_HEAD = 16;
 const STREAM_HEAD = 16;
 const PICTURE_HEAD = 19;
 const VIDEO_HEAD = 20;
+const SOUND_HEAD = 16, SOUND_MOST = 4000, SOUND_LONGEST_MS = 120;
 const words = new TextDecoder();
+const strict = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 
 function floats(view: DataView, at: number, count: number): number[] {
   return Array.from({ length: count }, (_, i) => view.getFloat32(at + 4 * i, true));
@@ -93,11 +99,24 @@ function video(view: DataView<ArrayBuffer>): VideoPacket {
   };
 }
 
+function sound(view: DataView<ArrayBuffer>): SoundPacket | null {
+  const ms = view.getUint8(1), rest = new Uint8Array(view.buffer, SOUND_HEAD), none = new Uint8Array(0);
+  if (!rest.length || rest.length > SOUND_MOST || ms > SOUND_LONGEST_MS) return null;
+  try {
+    return {
+      run: view.getUint8(2), number: view.getUint32(4, true), atMs: Number(view.getBigInt64(8, true)), ms,
+      opus: ms ? rest : none, said: ms ? "" : strict.decode(rest),
+    };
+  } catch {
+    return null; // a sentence that is no text
+  }
+}
+
 /**
  * Decode a binary packet; null for one that is too short or of an unknown type. For compact states `layout` is the
  * robot's and `nearMs` a server time near theirs.
  */
-export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, nearMs = 0): StatePacket | PicturePacket | StreamPacket | VideoPacket | null {
+export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, nearMs = 0): Packet | null {
   const view = new DataView(data);
   if (data.byteLength > 0 && view.getUint8(0) >= 128) return layout && compactState(new Uint8Array(data), layout, nearMs);
   const type = data.byteLength >= STATE_HEAD ? view.getUint8(0) : 0;
@@ -107,6 +126,7 @@ export function decode(data: ArrayBuffer, layout: CompactLayout | null = null, n
       atMs: Number(view.getBigInt64(8, true)), data: new Uint8Array(data, STREAM_HEAD),
     };
   if (type === 4) return data.byteLength > VIDEO_HEAD ? video(view) : null;
+  if (type === 5) return sound(view);
   if (type === 1) {
     const flags = view.getUint8(1), count = view.getUint8(14), rows = view.getUint8(15);
     const rest = STATE_HEAD + 4 * count * rows;

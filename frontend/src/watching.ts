@@ -30,6 +30,7 @@ export class Watching {
   private told = "";
   private expected = false;
   private film = false; // this page decodes video
+  private sound = false; // its person listens
   private restsUntil = 0; // it does without video, performance.now
   private filmedSince = 0; // when it was asked for, or when a picture came last, performance.now; 0: not asked for
   private filmsSince = 0; // pictures have come as video since then, performance.now; 0: none
@@ -75,6 +76,18 @@ export class Watching {
   video(on: boolean): void {
     this.film = on;
     this.tell();
+  }
+
+  /** Have the robot's sound from now on, or no more. */
+  listen(on: boolean): void {
+    this.sound = on;
+    this.tell();
+  }
+
+  /** Why this page has no sound sent, whoever listens; empty if it may. */
+  get soundless(): string {
+    if (this.pace === "live" || this.pace === "coarse") return "";
+    return this.chosen === null ? "No sound over so slow a connection." : "No sound while so little is asked for.";
   }
 
   /** Have everything from the newest key picture on, as at first. */
@@ -154,6 +167,7 @@ export class Watching {
     return {
       t: "watch", cameras: pace === "states" ? [] : this.cameras, every_s: pace === "stills" ? STILLS_S : 0,
       compact: pace !== "live", ...(this.filming ? { video: CODING } : {}), ...(pace === "coarse" ? { coarse: true } : {}),
+      ...(this.sound && !this.soundless ? { sound: true } : {}),
     };
   }
 

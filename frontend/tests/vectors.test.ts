@@ -6,7 +6,7 @@ import { type Description, forward, type Map2, onSand, reach, target } from "../
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
 import type { CompactLayout } from "../src/compact.ts";
 import { type Box, objectsAfter, type Placed } from "../src/objects.ts";
-import { decode, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
+import { decode, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
 import { Streams } from "../src/streams.ts";
 import { Chain } from "../src/video_chain.ts";
 import { FINAL, STAGES } from "../src/words.ts";
@@ -147,6 +147,25 @@ test("packets of video are read as Python packs them, and each is decoded only a
       chains.set(packet.camera, chain);
       assert.equal(chain.take(found), packet.taken, one.what);
     }
+  }
+});
+
+test("packets of sound are read as Python packs them, and nothing else is read", () => {
+  const { read: good, refused } = read("sound_packets") as {
+    read: { what: string; hex: string; run: number; number: number; at_ms: number; ms: number; data: string; said: string }[];
+    refused: { what: string; hex: string }[];
+  };
+  for (const one of good) {
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")), found = decode(bytes.buffer) as SoundPacket;
+    assert.deepEqual(
+      [found.run, found.number, found.atMs, found.ms, Buffer.from(found.opus).toString("hex"), found.said],
+      [one.run, one.number, one.at_ms, one.ms, one.data, one.said], one.what,
+    );
+    for (let length = 0; length <= 16; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);
+  }
+  for (const one of refused) {
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")), found = decode(bytes.buffer);
+    assert.ok(found === null || !("opus" in found), one.what);
   }
 });
 

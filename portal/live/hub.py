@@ -303,6 +303,8 @@ class Hub:
                 self._hold(self._ask_keys(slug))
         elif what == "stream":
             self._give_packet(slug, room, data)
+        elif what == bus.SOUND:
+            room.give_sound(data)
         elif what in ("state", "compact"):
             room.give_state(data, what == "compact")
         else:

@@ -85,7 +85,7 @@ class Watch(Message, frozen=True, tag="watch"):
     """Choose the cameras whose pictures this page wants, how often at most (s), and states in few bytes.
 
     Where it wants each: `video` says how it can decode pictures that come as video, empty: only as JPEG; `coarse`: in
-    few bytes, at most five a second.
+    few bytes, at most five a second. `sound`: the person listens.
     """
 
     cameras: Annotated[list[Annotated[int, Meta(ge=0, lt=CAMERAS)]], Meta(max_length=CAMERAS)]
@@ -93,6 +93,7 @@ class Watch(Message, frozen=True, tag="watch"):
     compact: bool = False
     video: Literal["", "vp8"] = ""
     coarse: bool = False
+    sound: bool = False
 
 
 class Plan(Message, frozen=True, tag="plan"):

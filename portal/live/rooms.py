@@ -17,6 +17,7 @@ from robots.contract.video import unpack
 from robots.messages import Changed, Event
 
 EVENTS = 100
+SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
 ALWAYS = ("events", "state", "stream")  # heard of every robot that has viewers
 K = TypeVar("K")
 Step = tuple[int, bool]  # a camera, and whether its pictures are coarse
@@ -41,7 +42,8 @@ class Viewer:
 
     __slots__ = (
         "cameras", "coarse", "compact", "connection", "counted", "due", "events", "every_s", "frames",
-        "given", "joins_from", "page", "resync", "seat", "slug", "state", "stranger", "told", "trace", "video", "wake",
+        "given", "joins_from", "page", "resync", "seat", "slug", "sound", "sounds", "state", "stranger", "told",
+        "trace", "video", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
@@ -54,6 +56,8 @@ class Viewer:
         self.due: dict[int, float] = {}  # from when on it wants the next one, if not each
         self.compact = False  # it wants states in few bytes
         self.video = self.coarse = False  # it wants each picture as video, or in few bytes
+        self.sound = False  # its person listens
+        self.sounds: tuple[bytes, ...] = ()
         self.given: dict[int, Given] = {}  # of each camera's video
         self.joins_from = 0.0  # when it may be given all since the last key picture
         self.frames: dict[int, bytes] = {}
@@ -92,6 +96,7 @@ class Viewer:
         cameras = self.cameras = frozenset(wish.cameras)
         self.every_s, self.compact = wish.every_s, wish.compact
         self.video, self.coarse = bool(wish.video) and not wish.every_s, wish.coarse and not wish.every_s
+        self.sound, self.sounds = wish.sound, self.sounds if wish.sound else ()
         self.due.clear()
         now = time.monotonic()  # whoever asks again and again does not get whole groups again and again
         self.given = {} if now >= self.joins_from else dict.fromkeys(cameras, NEXT)
@@ -129,6 +134,16 @@ class Viewer:
         self.frames[camera] = data
         self.wait()
 
+    def put_sound(self, data: bytes) -> None:
+        """Queue a packet of sound; the oldest gives way."""
+        self.sounds = (*self.sounds, data)[-SOUNDS:]
+        self.wait()
+
+    def take_sounds(self) -> tuple[bytes, ...]:
+        """Return the packets of sound that wait, and forget them."""
+        taken, self.sounds = self.sounds, ()
+        return taken
+
 
 class Room:
     """Those who watch one robot, and what they are given."""
@@ -140,6 +155,7 @@ class Room:
         self.each = defaultdict[Step, set[Viewer]](set)  # those that want each picture, by camera and step
         self.film = defaultdict[Step, set[Viewer]](set)  # those that want it as video
         self.some = defaultdict[int, set[Viewer]](set)  # those that want a camera's picture now and then
+        self.listeners: set[Viewer] = set()  # those that want sound
         self.states = defaultdict[bool, set[Viewer]](set)  # those that want compact states, or whole ones
         self.pages = self.strangers = 0  # of these viewers
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
@@ -181,7 +197,7 @@ class Room:
         else:
             each = self.film if viewer.video else self.each
             pictures = [each[camera, viewer.coarse] for camera in viewer.cameras]
-        return [self.states[viewer.compact], *pictures]
+        return [self.states[viewer.compact], *pictures, *[self.listeners] * viewer.sound]
 
     def watched(self) -> frozenset[str]:
         """Return what somebody wants: names of cameras' streams, and `trace`."""
@@ -197,6 +213,7 @@ class Room:
             *(bus.watched_as(camera, viewer.every_s, viewer.video, viewer.coarse) for camera in viewer.cameras),
             *["trace"] * viewer.trace,
             *["compact"] * viewer.compact,
+            *[bus.SOUND] * viewer.sound,
         ]
 
     def _write(self, viewers: Iterable[Viewer], frame: bytes) -> list[Viewer]:
@@ -275,6 +292,12 @@ class Room:
         for viewer in self._write(self.states[compact], binary_frame(data)):
             viewer.state = data
             viewer.wait()
+
+    def give_sound(self, data: bytes) -> None:
+        """Give everybody who listens the next packet of sound."""
+        if self.listeners:
+            for viewer in self._write(self.listeners, binary_frame(data)):
+                viewer.put_sound(data)
 
     def give_event(self, event: Event, trace: bool) -> None:
         """Give everybody an event; a line of the trace only to those who want it."""

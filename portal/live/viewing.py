@@ -170,6 +170,9 @@ class Viewing(Line):
             if viewer.state is not None:
                 state, viewer.state, sent = viewer.state, None, True
                 await self._tell_bytes(state)
+            for sound in viewer.take_sounds():
+                sent = True
+                await self._tell_bytes(sound)
             for packet in hub().streams.news(self.slug, viewer.told):
                 sent = True
                 await self._tell_bytes(packet)

@@ -2,9 +2,10 @@
 
 ``/snapshot.jpg?exposure=0.0156`` takes one picture now; ``/stream.mjpg`` is the multipart stream that browsers and
 video
-libraries read.
+libraries read. Some have a microphone: ``/microphone.wav``.
 """
 
+import contextlib
 import io
 import sys
 import threading
@@ -23,6 +24,7 @@ from robots.brownout import Brownout
 from robots.clock import TIMER, Timer
 from simulators.common import memory, stamp
 from simulators.common.faults import FaultBoard
+from simulators.common.microphone import Microphone
 
 Take = Callable[[float], NDArray[np.uint8]]
 STREAM_S = 0.1
@@ -53,10 +55,11 @@ class CameraServer:
     """A camera at `http://127.0.0.1:<port>`; `take(exposure_s)` exposes one picture."""
 
     def __init__(
-        self, take: Take, faults: FaultBoard, exposure_range: tuple[float, float], clock: Timer = TIMER
-    ) -> None:
+        self, take: Take, faults: FaultBoard, exposure_range: tuple[float, float], clock: Timer = TIMER,
+        microphone: Microphone | None = None,
+    ) -> None:  # fmt: skip
         self._take, self._faults, self._clock = take, faults, clock
-        self._range = exposure_range
+        self._range, self._microphone = exposure_range, microphone
         self._one_at_a_time = threading.Lock()
         self._frozen: NDArray[np.uint8] | None = None
         self._count = 0
@@ -77,6 +80,10 @@ class CameraServer:
 
     def answer(self, request: BaseHTTPRequestHandler) -> None:
         """Answer one request."""
+        if self._microphone is not None and urlsplit(request.path).path == self._microphone.path:
+            with contextlib.suppress(ConnectionError):
+                self._microphone.answer(request)
+            return
         if self._faults.value("cam_gone"):
             request.close_connection = True
             return

@@ -18,7 +18,8 @@ VERBS = frozenset(
     {
         "awol", "mute", "slow", "drop", "corrupt", "double", "double_ack", "limit_hit", "power_cycle",
         "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "cam_stamp", "drift", "disturb",
-        "slip", "restart", "stall", "ir_dead", "carried", "charge", "contacts_bent", "false_marker",
+        "mic_gone", "mic_mute", "slip", "restart", "stall", "ir_dead", "carried", "charge",
+        "contacts_bent", "false_marker",
     }
 )  # fmt: skip
 

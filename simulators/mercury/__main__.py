@@ -2,7 +2,7 @@
 [--baud N] [--speed FACTOR]``.
 
 In DIR it keeps `tty` (the serial line, or with --tcp the address of a serial server),
-`camera` (its address), `faults` (a Unix
+`camera` and `microphone` (their addresses), `faults` (a Unix
 socket), `journal.jsonl`, `bed.npy` and `state.json`.
 """
 
@@ -21,6 +21,7 @@ from robots.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
+from simulators.common.microphone import Microphone
 from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import names, record_deaths
 from simulators.mercury.arm import Body
@@ -28,6 +29,7 @@ from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
 from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
+from simulators.mercury.sound import ArmEar
 from simulators.mercury.state import BOOTS, START, keep, restore
 from simulators.mercury.workspace import Workspace
 
@@ -50,7 +52,8 @@ class Simulator:
         self.bed.restore(folder / "bed.npy")
         self._state = folder / "state.json"
         kept = restore(self._state)
-        self.body = Body(Workspace(description).settled(kept.pose) or START, clock.monotonic())
+        space = Workspace(description)
+        self.body = Body(space.settled(kept.pose) or START, clock.monotonic())
         boot = (kept.boot + 1) % BOOTS
         self._keep(boot)
         self.controller = Controller(
@@ -65,13 +68,19 @@ class Simulator:
         self._rng = np.random.default_rng(seed)
         self._bed_lock = threading.Lock()
         low, high = description["camera"]["exposure_range_s"]
-        self.camera = CameraServer(self._take, self.faults, (low, high), clock)
+        self.microphone = Microphone(lambda: ArmEar(self.body, space, self._blowing), self.faults, clock)
+        self.camera = CameraServer(self._take, self.faults, (low, high), clock, self.microphone)
         serve(folder / "faults", self.faults, self.status)
-        replace_text(folder / "camera", f"http://127.0.0.1:{self.camera.port}\n")
+        address = f"http://127.0.0.1:{self.camera.port}"
+        replace_text(folder / "microphone", f"{address}{self.microphone.path}\n")
+        replace_text(folder / "camera", f"{address}\n")
         self._running = True
 
     def _keep(self, boot: int) -> None:
         keep(self._state, self.body.setpoint, boot)
+
+    def _blowing(self) -> bool:
+        return self.controller.mode == wire.Mode.BLOWING
 
     def _blow(self, x_mm: float, y_mm: float, seconds: float) -> None:
         def work() -> None:
@@ -99,6 +108,8 @@ class Simulator:
             "amplitude_m": self.body.amplitude(),
             "boot": self.controller.boot,
             "threads": names(),
+            "listeners": self.microphone.listeners,
+            "listened": self.microphone.opened,
         }
 
     def run(self) -> None:

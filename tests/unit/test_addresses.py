@@ -56,6 +56,25 @@ def test_what_is_no_cameras_address(text):
         addresses.check_cameras(text)
 
 
+@pytest.mark.parametrize("text", [
+    "sim:microphone", "alsa:default", "alsa:hw:1,0", "alsa:plughw:CARD=Mic_1,DEV=0", "http://mic.example.org:8000/live.opus",
+    "https://[fd12::1]/a.wav", "rtsp://user:secret@192.168.1.9:554/audio",
+])  # fmt: skip
+def test_microphones_addresses(text):
+    addresses.check_microphone(text)
+
+
+@pytest.mark.asvs("1.3.6", "15.3.2")
+@pytest.mark.parametrize("text", [
+    "", "sim:mercury", "alsa:", "alsa:file:/etc/passwd", "alsa:default:{FILE |id}", "alsa:hw:1;x", "alsa:hw:1,0\n", "file:///etc/passwd",
+    "/dev/snd/pcmC0D0c", "http://a/ http://b/", "http://a/\nx", "http://", "http://x:99999/", "concat:http://x", "udp://239.1.1.1:5004",
+    *(f"http://{h}/" for h in FORBIDDEN if h and " " not in h and "@" not in h),
+])  # fmt: skip
+def test_what_is_no_microphones_address(text):
+    with pytest.raises(addresses.AddressError):
+        addresses.check_microphone(text)
+
+
 def test_a_name_that_leads_there_is_refused_when_it_is_opened(monkeypatch):
     monkeypatch.setattr(socket, "getaddrinfo", lambda *a, **k: [(2, 1, 6, "", ("169.254.169.254", 80))])
     with pytest.raises(addresses.AddressError):

@@ -17,11 +17,13 @@ from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
 from robots.drivers.pa10.spec import PLACE
 from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
+from robots.drivers.waiting import Limit, until_at_rest
 from robots.motion.chain import Joints
 from robots.motion.described import chain, posture
 from robots.motion.pose import numbers
 
 POLL_S = 0.05
+LOOK_S = 0.01  # between two looks for rest after a hold
 REST_S = 2.0
 SETTLED_S = 5.0  # the longest wait for an arm that was pushed
 JOG_S = 0.08  # between two velocities; the controller drops one after 0.25 s
@@ -162,7 +164,7 @@ class Driver(Session):
         self, request: Request, before: ArmState, permit: Permit, tell: Callable[[ArmState], None]
     ) -> ArmState:
         limit = LONGEST_PROGRAM_S if request.letter == "p" else float(self._description["motion"]["limit_s"])
-        until = self.clock.monotonic() + limit
+        allowed = Limit(self.clock, limit)
         while True:
             self.clock.sleep(POLL_S)
             arm = self.line.state()
@@ -176,7 +178,7 @@ class Driver(Session):
                 return arm
             if request.letter in MOTIONS:
                 permit()
-            if self.clock.monotonic() > until:
+            if allowed.over:
                 self.hold()
                 raise HardwareFault(f"The motion did not end within {limit:g} s and was held.")
 
@@ -209,14 +211,7 @@ class Driver(Session):
         """Send `h` and wait until the set-point rests."""
         self._holds += 1
         self.line.hold()
-        until = self.clock.monotonic() + REST_S
-        while True:
-            state = self.state()
-            if not state.moving:
-                return state
-            if self.clock.monotonic() > until:
-                raise HardwareFault("The arm did not come to rest after a hold.")
-            self.clock.sleep(0.01)
+        return until_at_rest(self.state, self.clock, REST_S, "The arm", LOOK_S)
 
     def recover(self, permit: Permit) -> RobotState:
         """Soft reset: connect again, leave a range error by the default position, return."""
@@ -234,7 +229,7 @@ class Driver(Session):
 
     def _home(self, permit: Permit) -> None:
         request = joint_request("j", tuple(posture(self._description, "home")))
-        until = self.clock.monotonic() + SETTLED_S
+        limit = Limit(self.clock, SETTLED_S)
         while True:
             try:
                 self._do(request, {}, permit, lambda _: None)
@@ -242,7 +237,7 @@ class Driver(Session):
             except OutOfWorkspace as error:
                 raise HardwareFault(f"The way to the default position is blocked: {error}") from error
             except ControllerRefused as error:  # something still pushes the arm
-                if self.clock.monotonic() > until:
+                if limit.over:
                     raise HardwareFault(f"The arm does not come to rest: {error}") from error
                 self.clock.sleep(POLL_S)
 

@@ -102,7 +102,7 @@ class SurveyResponse(models.Model):
 
 
 class SurveyAnswer(models.Model):
-    """One answer."""
+    """What somebody answered to one question: the value as text, without a name."""
 
     response = models.ForeignKey(SurveyResponse, models.CASCADE, related_name="answers")
     question = models.ForeignKey(SurveyQuestion, models.CASCADE, related_name="answers")

@@ -33,7 +33,7 @@ def redis_process() -> ProcessSpec:
 
 
 def web_process(host: str, port: int) -> ProcessSpec:
-    """Return the web process."""
+    """Return how to start the process that serves pages and sockets."""
     return ProcessSpec(
         "web",
         (PYTHON, "-m", "portal.serve", "--host", host, "--port", str(port)),

@@ -35,14 +35,14 @@ def enable(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def disable(robot: Robot, request: HttpRequest) -> str:
-    """Switch it off."""
+    """Stop the robot, then end its processes."""
     services.set_enabled(robot, request.user, False)
     return "Switched off; it was stopped first."
 
 
 @staff_only
 def stop(robot: Robot, request: HttpRequest) -> str:
-    """Stop it."""
+    """Hold the robot at once; nothing moves until the stop is released."""
     services.stop(robot, request.user)
     return "Stop was sent."
 
@@ -56,21 +56,21 @@ def release(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def lock_out(robot: Robot, request: HttpRequest) -> str:
-    """Lock it out with a note."""
+    """Keep everybody from driving; the note says why. The open turn ends, places stay."""
     services.lock_out(robot, request.user, request.POST.get("note", ""))
     return "Locked out. People keep their places."
 
 
 @staff_only
 def lift(robot: Robot, request: HttpRequest) -> str:
-    """Lift the lock-out."""
+    """Let people drive again after a handover."""
     services.lift_lock_out(robot, request.user)
     return "The lock-out is lifted; the robot is put in order, then offered."
 
 
 @staff_only
 def maintenance(robot: Robot, request: HttpRequest) -> str:
-    """Start a maintenance turn."""
+    """Give the member of staff a turn of 30 minutes at a robot that is locked out."""
     services.start_maintenance(robot, request.user)
     return "You drive now, for 30 minutes, from the robot's page. Release the stop there first."
 

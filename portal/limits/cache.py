@@ -52,19 +52,19 @@ class SharedCache(BaseCache):
         return bool(self._do("add", key, value, timeout, version))
 
     def get(self, key: str, default: Any = None, version: int | None = None) -> Any:
-        """Return a value."""
+        """Return the value of a key, `default` where none is kept."""
         return self._do("get", key, default, version)
 
     def set(self, key: str, value: Any, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> None:
-        """Store a value."""
+        """Keep a value for `timeout` (s)."""
         self._do("set", key, value, timeout, version)
 
     def touch(self, key: str, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> bool:
-        """Extend the time of a value."""
+        """Keep a value for `timeout` (s) from now. Return whether there is one."""
         return bool(self._do("touch", key, timeout, version))
 
     def delete(self, key: str, version: int | None = None) -> bool:
-        """Delete a value."""
+        """Forget a key. Return whether there was a value."""
         return bool(self._do("delete", key, version))
 
     def incr(self, key: str, delta: int = 1, version: int | None = None) -> int:

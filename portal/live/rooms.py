@@ -166,7 +166,7 @@ class Room:
         self.heard = asyncio.Event()  # Redis has confirmed that it sends what is told of this robot
 
     def add(self, viewer: Viewer) -> None:
-        """Add a viewer."""
+        """Give a viewer, from now on, what it wants of this robot."""
         self.viewers.add(viewer)
         self.pages += viewer.page
         self.strangers += viewer.stranger
@@ -175,7 +175,7 @@ class Room:
             group.add(viewer)
 
     def remove(self, viewer: Viewer) -> None:
-        """Remove a viewer."""
+        """Give a viewer nothing more; one that is not here is no error."""
         if viewer in self.viewers:
             self.viewers.remove(viewer)
             self.pages -= viewer.page

@@ -106,13 +106,13 @@ class SessionWatch:
         self._ending: set[asyncio.Task[None]] = set()
 
     def add(self, socket: Signed) -> None:
-        """Add a socket."""
+        """Check the session of a socket from now on."""
         self._signed.add(socket)
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._watch())
 
     def remove(self, socket: Signed) -> None:
-        """Remove a socket."""
+        """Check a socket no more; one that is not known is no error."""
         self._signed.discard(socket)
 
     def check_soon(self, person: int) -> None:

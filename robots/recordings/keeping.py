@@ -36,17 +36,17 @@ NOT_TAKEN_OUT = "A picture of it was taken down, and the file could not be writt
 
 
 def path_of(recording: Recording) -> Path:
-    """Return its file."""
+    """Return where a recording's file is, once it has ended."""
     return Path(settings.MEDIA_ROOT) / recording.file
 
 
 def live_path(recording: Recording) -> Path:
-    """Return the file while it is recorded."""
+    """Return where its file grows while it is recorded."""
     return path_of(recording).with_suffix(LIVE)
 
 
 def movie_path(movie: Movie) -> Path:
-    """Return the file of a movie."""
+    """Return where a movie's file is, once it is made."""
     return Path(settings.MEDIA_ROOT) / MOVIES / f"{movie.pk}.{movie.kind}"
 
 

@@ -42,7 +42,7 @@ class Velocity:
     angular: float
 
     def encode(self) -> Message:
-        """Return the Twist."""
+        """Return a `geometry_msgs/Twist`: m/s forward, rad/s to the left."""
         zero = {"x": 0.0, "y": 0.0, "z": 0.0}
         return {"linear": {**zero, "x": self.linear}, "angular": {**zero, "z": self.angular}}
 
@@ -79,7 +79,7 @@ class Status:
     seconds: float  # since it was switched on
 
     def encode(self) -> Message:
-        """Return the message."""
+        """Return the fields under their names, as rosbridge sends them."""
         return dict(self.__dict__)
 
     @classmethod

@@ -167,7 +167,7 @@ class ControllerState:
 
 
 def pack_state(seq: int, state: ControllerState) -> Frame:
-    """Return a STATE reply."""
+    """Return a STATE reply: joints in degrees and mm, as the arm says them."""
     return Frame(
         Reply.STATE,
         seq,
@@ -182,12 +182,12 @@ def unpack_state(payload: bytes) -> ControllerState:
 
 
 def pack_ack(seq: int, boot: int) -> Frame:
-    """Return an ACK reply."""
+    """Return the reply that an instruction was understood; `boot` counts the controller's starts."""
     return Frame(Reply.ACK, seq, _BOOT.pack(boot))
 
 
 def pack_nak(seq: int, boot: int, error: Error) -> Frame:
-    """Return a NAK reply."""
+    """Return the reply that an instruction is refused, and why."""
     return Frame(Reply.NAK, seq, _REFUSAL.pack(boot, error))
 
 

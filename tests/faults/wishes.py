@@ -1,9 +1,11 @@
 """The same wishes for unlike robots: what a test asks for in words, spelt as each robot's own commands."""
 
+import termios
+
 from robots.description import load
 from robots.motion.described import chain, posture
 from tests.conftest import wait_for
-from tests.drivers.mercury_wire import STATUS, Terminal
+from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 
 
@@ -38,18 +40,19 @@ class Mercury:
     def drained(self, sim):
         """Return once the simulator has read what the last owner, which has ended, has sent.
 
-        A question of our own comes after it on the same line; where that was cut off in the middle, it is asked again.
+        A question of our own comes after it on the same line. It is asked again where the last owner was cut off in the
+        middle of a message: of its own, or of one of the robot's.
         """
-        terminal = Terminal(sim.folder / "tty")
-        try:
-            for left in (2, 1, 0):
-                try:
-                    return terminal.ask(STATUS, 250 + left)
-                except AssertionError:
-                    if not left:
-                        raise
-        finally:
-            terminal.close()
+        for number in range(250, 256):
+            terminal = Terminal(sim.folder / "tty")
+            try:
+                termios.tcflush(terminal.descriptor, termios.TCIFLUSH)  # what was meant for it
+                terminal.write(frame(STATUS, number))
+                if terminal.until(lambda heard, n=number: any(h[:2] == (STATE, n) for h in heard), 1.0):
+                    return
+            finally:
+                terminal.close()
+        raise AssertionError("the robot's line does not answer")
 
     def spell(self, kind, args, share):
         return kind, args

@@ -13,7 +13,7 @@ from websockets.sync.client import connect
 from robots.clock import FasterTimer
 from robots.drivers.errors import GrantOver
 
-FASTER = 3  # so many times faster than real time the shared robot and its driver live
+FASTER = 2  # so many times faster than real time the shared robot and its driver live
 CLOCK = FasterTimer(FASTER)
 
 NUMBERS = itertools.count(1)

@@ -81,7 +81,7 @@ class Hand:
 
         def work():
             with contextlib.suppress(ConnectionClosed):
-                while not self.clock.wait(over, 0.05):
+                while not over.wait(0.05):  # real time: a hold's rest between two velocities has to be seen
                     self.drive(**velocity)
 
         thread = threading.Thread(target=work)

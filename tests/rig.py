@@ -13,6 +13,7 @@ from pathlib import Path
 from django.conf import settings
 from django.db import connection
 
+from robots.clock import FasterTimer
 from tests import forks
 from tests.conftest import wait_for
 
@@ -100,10 +101,11 @@ class Simulator:
 
 
 class ArmSimulator(Simulator):
-    """The museum arm's simulator as a process."""
+    """The museum arm's simulator as a process; `options` are those of its command, `clock` is the time it lives in."""
 
     def __init__(self, folder: Path, before: tuple[str, ...] = (), **options: float) -> None:
         self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
+        self.clock = FasterTimer(options.get("speed", 1))
         super().__init__(folder, before=before)
 
     def start(self) -> None:
@@ -129,10 +131,11 @@ class ArmSimulator(Simulator):
 
 
 class IratSimulator(Simulator):
-    """The iRat's simulator as a process."""
+    """The iRat's simulator as a process; `options` and `clock` as above."""
 
     def __init__(self, folder: Path, seed: int = 1, **options: float) -> None:
         self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
+        self.clock = FasterTimer(options.get("speed", 1))
         super().__init__(folder, seed)
 
     def start(self) -> None:

@@ -28,7 +28,7 @@ from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
 
 Note = Callable[..., None]
-LOOK_S = 0.005  # real time, between two looks whether it rests
+LOOK_S = 0.002  # real time, between two looks whether it rests
 EARLY = 0.8  # share of a topic's period after which its next message is not too early
 MOST_SUBSCRIPTIONS = 64
 MOST_HOLDS = 32  # of one client, not answered yet

@@ -8,6 +8,7 @@ from robots.drivers.mercury.driver import Driver
 from robots.drivers.pa10.driver import Driver as ArmDriver
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
+from tests.drivers import irat_wire
 from tests.drivers.irat_wire import EPOCHS, Hand
 from tests.drivers.pa10_wire import CLOCK, FASTER, Terminal, allow, do
 from tests.rig import ArmSimulator, IratSimulator, Simulator
@@ -117,7 +118,7 @@ def nobody_types_on():
 
 @pytest.fixture(scope="session")
 def rat(tmp_path_factory):
-    simulator = IratSimulator(tmp_path_factory.mktemp("irat"))
+    simulator = IratSimulator(tmp_path_factory.mktemp("irat"), speed=irat_wire.FASTER)
     yield simulator
     simulator.stop()
 
@@ -145,10 +146,16 @@ def hand(irat):
     return Hand(irat)
 
 
+class Rat(IratDriver):
+    """The iRat's driver in the time of its simulator; its parts take the clock when they are made."""
+
+    clock = irat_wire.CLOCK
+
+
 @pytest.fixture(scope="session")
 def rat_owner(tmp_path_factory, rat):
     """One driver for all tests, because its brain is a process that takes long to start."""
-    made = IratDriver(str(rat.folder / "tty"), {"epoch": next(EPOCHS), "folder": str(tmp_path_factory.mktemp("irat"))})
+    made = Rat(str(rat.folder / "tty"), {"epoch": next(EPOCHS), "folder": str(tmp_path_factory.mktemp("irat"))})
     yield made
     made.close()
 

@@ -10,14 +10,18 @@ from typing import ClassVar
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from robots.clock import FasterTimer
 from robots.drivers.errors import GrantOver
+
+FASTER = 2  # so many times faster than real time the shared robot and its driver live
+CLOCK = FasterTimer(FASTER)
 
 NUMBERS = itertools.count(1)
 EPOCHS = itertools.count(2**40 + time.monotonic_ns() // 1000)  # larger than what a fuzzer thinks of
 
 
 class Hand:
-    """A stranger with a WebSocket. What comes beside an answer is kept in `heard`."""
+    """A stranger with a WebSocket. What comes beside an answer is kept in `heard`; `clock` is the robot's."""
 
     OPEN: ClassVar[list] = []
 
@@ -32,7 +36,7 @@ class Hand:
             legacy=True,
             **options,
         )
-        self.heard = []
+        self.heard, self.clock = [], sim.clock
         self.OPEN.append(self)
 
     def say(self, op, **fields):
@@ -65,10 +69,10 @@ class Hand:
         self.say("publish", topic="/irat/cmd_vel", msg={"linear": {"x": linear}, "angular": {"z": angular}})
 
     def drive_for(self, seconds, linear=0.0, angular=0.0, every_s=0.1):
-        until = time.monotonic() + seconds
-        while time.monotonic() < until:
+        until = self.clock.monotonic() + seconds
+        while self.clock.monotonic() < until:
             self.drive(linear, angular)
-            time.sleep(every_s)
+            self.clock.sleep(every_s)
 
     @contextlib.contextmanager
     def driving(self, **velocity):
@@ -77,7 +81,7 @@ class Hand:
 
         def work():
             with contextlib.suppress(ConnectionClosed):
-                while not over.wait(0.05):
+                while not over.wait(0.05):  # real time: a hold's rest between two velocities has to be seen
                     self.drive(**velocity)
 
         thread = threading.Thread(target=work)
@@ -98,6 +102,13 @@ class Hand:
         self.say("unsubscribe", id=topic, topic=topic)
         return found
 
+    def beats(self, number):
+        """Let so many messages of the odometry come, 0.05 s of the robot's time one after the other."""
+        self.say("subscribe", id="beats", topic="/irat/odom")
+        for _ in range(number):
+            self.hear(lambda frame: frame.get("topic") == "/irat/odom")
+        self.say("unsubscribe", id="beats", topic="/irat/odom")
+
     def close(self):
         self.line.close()
 
@@ -107,11 +118,11 @@ def journal(sim, event):
 
 
 def until(seconds):
-    """A permit that ends after so many seconds."""
-    end = time.monotonic() + seconds
+    """A permit that ends after so many seconds of the robot's time."""
+    end = CLOCK.monotonic() + seconds
 
     def permit():
-        if time.monotonic() >= end:
+        if CLOCK.monotonic() >= end:
             raise GrantOver("The turn is over.")
 
     return permit

@@ -12,22 +12,28 @@ from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.rosbridge_client import Bridge
 from tests.conftest import wait_for
-from tests.drivers.irat_wire import EPOCHS, Hand, journal
+from tests.drivers.irat_wire import CLOCK, EPOCHS, Hand, journal
 
 
 @pytest.fixture
 def line(irat):
-    made = IratLine(str(irat.folder / "tty"), next(EPOCHS))
+    made = IratLine(str(irat.folder / "tty"), next(EPOCHS), clock=CLOCK)
     made.open()
     yield made
     made.close()
 
 
 def drive_for(line, seconds, velocity):
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
+    until = CLOCK.monotonic() + seconds
+    while CLOCK.monotonic() < until:
         line.drive(velocity)
-        time.sleep(0.08)
+        CLOCK.sleep(0.08)
+
+
+def beats(line, number):
+    """Let so many messages of the odometry come, which are as frequent as pictures."""
+    for _ in range(number):
+        line.odometry.wait(10, after=line.odometry.at)
 
 
 def test_an_owner_hears_drives_and_holds(irat, line):
@@ -43,8 +49,8 @@ def test_an_owner_hears_drives_and_holds(irat, line):
     assert status.moving is False
     assert status.end in ("held", "silence"), "the latter on a machine that stalls"
     assert status.epoch == irat.status()["epoch"]
-    assert line.status.wait(2, after=time.monotonic()).moving is False
-    assert line.odometry.wait(2, after=time.monotonic()).x > 0.03
+    assert line.status.wait(2, after=CLOCK.monotonic()).moving is False
+    assert line.odometry.wait(2, after=CLOCK.monotonic()).x > 0.03
     assert line.silent_s < 1
 
 
@@ -56,9 +62,9 @@ def test_pictures_only_while_they_are_watched(irat, line):
     assert seen[1].at > seen[0].at
     line.unwatch()
     line.ask()
-    time.sleep(0.2)
+    beats(line, 3)  # one that was on its way has come
     count = len(seen)
-    time.sleep(0.3)
+    beats(line, 6)
     assert len(seen) == count
 
 
@@ -85,10 +91,10 @@ def test_a_hold_from_another_thread_while_a_call_waits(irat, line):
 
 
 def test_an_owner_whose_robot_obeys_another_is_told(irat, line):
-    line.status.wait(3, after=time.monotonic())
+    line.status.wait(3, after=CLOCK.monotonic())
     line.obeys()
     Hand(irat).claim()
-    line.status.wait(3, after=time.monotonic() + 0.1)
+    line.status.wait(3, after=CLOCK.monotonic() + 0.1)
     with pytest.raises(LineBusy, match="another client: epoch"):
         line.obeys()
 
@@ -118,7 +124,7 @@ def test_a_silent_robot_is_an_error_and_a_late_answer_belongs_to_nobody(irat, li
     with pytest.raises(LineSilent):
         line.ask()
     irat.clear()
-    time.sleep(1.0)
+    beats(line, 3)  # the late answer came before the last of them
     assert line.ask().moving is False
 
 
@@ -200,12 +206,12 @@ def test_roslibpy_speaks_with_the_simulator(irat, ros):
     camera.subscribe(pictures.append)
     command = roslibpy.Topic(ros, "/irat/cmd_vel", "geometry_msgs/Twist")
     command.advertise()
-    until = time.monotonic() + 1.0
-    while time.monotonic() < until:
+    until = CLOCK.monotonic() + 1.0
+    while CLOCK.monotonic() < until:
         command.publish(
             roslibpy.Message({"linear": {"x": 0.1, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}})
         )
-        time.sleep(0.1)
+        CLOCK.sleep(0.1)
     hold = roslibpy.Service(ros, "/irat/hold", "std_srvs/Trigger").call(roslibpy.ServiceRequest({}), timeout=5)
     assert hold["success"]
     assert journal(irat, "rest")[-1]["end"] in ("held", "silence"), "the latter on a machine that stalls"

@@ -1,7 +1,5 @@
 """One commander of the iRat at a time, by an epoch that only grows."""
 
-import time
-
 import pytest
 from websockets.exceptions import ConnectionClosed
 
@@ -48,10 +46,10 @@ def test_a_newer_epoch_replaces_the_commander_and_brakes_first(irat, hand):
 
 def test_the_same_epoch_again_waits_until_the_first_is_silent(irat, hand):
     epoch = next(EPOCHS)
-    hand.claim(epoch)
     second = Hand(irat)
+    hand.claim(epoch)
     assert "another connection commands" in second.claim(epoch)["message"]
-    time.sleep(1.2)
+    irat.clock.sleep(1.2)
     assert second.claim(epoch)["success"], "an owner whose connection was lost comes back"
 
 

@@ -1,4 +1,7 @@
-"""Who may drive the museum arm: epochs, token, watchdog."""
+"""Who may drive the museum arm: epochs, token, watchdog.
+
+Watchdogs are tried in real time: what they judge is how late a process, a thread or the network may be.
+"""
 
 import time
 

@@ -207,7 +207,9 @@ def test_many_waits_cost_one_thread_and_each_is_answered(terminal, shared):
 
 def test_a_client_that_does_not_read_is_cut_off_and_the_arm_held(terminal, shared):
     """Its answers fill every buffer; a hold must not wait for them."""
-    terminal.ask("j 60 25 75 0 80 0 0.05")
+    terminal.say("u 53", *["j 50 25 75 0 80 0 0.05", "j 0 25 75 0 80 0 0.05"] * 2, ".")
+    assert terminal.hear() == "ok program 53 4 lines"
+    assert terminal.ask("p 53").startswith("ok program 53 1")  # more than 100 s, longer than the cutting off
     at = time.monotonic()
     terminal.socket.settimeout(20)
     with contextlib.suppress(OSError):
@@ -215,3 +217,4 @@ def test_a_client_that_does_not_read_is_cut_off_and_the_arm_held(terminal, share
             terminal.socket.sendall(b"s\n" * 2000)
     wait_for(lambda: journal(shared, "disconnected", at), 20, "it is cut off")
     assert journal(shared, "hold", at)
+    assert not journal(shared, "program_end", at), "it was on its way"

@@ -104,7 +104,6 @@ def console_facts(robot: Robot, staff: bool) -> dict[str, Any]:
         "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
-        "microphone": bool(robot.microphone),
         "labels": {c.kind: c.label for c in (*spec.commands, *procedures(spec))},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],
         "commands": [_command(c) for c in spec.commands if c.open_to(TURN) or (staff and c.open_to(STAFF))],

@@ -57,7 +57,7 @@ GOOD = {
 @pytest.mark.parametrize("field, value", [
     ("address", "serial:/dev/../etc/passwd"), ("address", "tcp:169.254.169.254:80"), ("address", "file:///etc/passwd"),
     ("camera", "http://169.254.169.254/latest"), ("camera", "file:///etc/passwd"), ("speed", "0"), ("speed", "-1"),
-    ("speed", "nan"), ("speed", "1e999"), ("turn_s", "0"), ("turn_s", "5"), ("turn_s", "99999999"),
+    ("microphone", "http://169.254.169.254/a.wav"), ("microphone", "alsa:file:/etc/passwd"), ("speed", "nan"), ("speed", "1e999"), ("turn_s", "0"), ("turn_s", "5"), ("turn_s", "99999999"),
     ("stability_threshold", "-3"), ("delivery_exposure_s", "0"),
 ])  # fmt: skip
 def test_a_robot_that_cannot_be_is_not_saved(robot, client, admin_user, field, value):
@@ -73,6 +73,7 @@ def test_a_robot_that_can_be_is_saved(robot, client, admin_user):
     more = {
         "address": "tcp:arm.example.org:8101",
         "camera": "http://cam.example.org/a.jpg",
+        "microphone": "alsa:hw:1,0",
         "speed": "0.1",
         "turn_s": "60",
     }

@@ -16,6 +16,7 @@ GOOD = [
     ({"t": "command", "kind": "move", "args": {"x": 0.25, "y": 1}, "seq": GREATEST}, Command("move", GREATEST, {"x": 0.25, "y": 1})),
     ({"t": "ping", "n": 7}, Ping(7)),
     ({"t": "watch", "cameras": [0, 2]}, Watch([0, 2])),
+    ({"t": "watch", "cameras": [], "sound": True}, Watch([], sound=True)),
     ({"t": "plan", "n": 3, "kind": "line", "args": {"x": None}, "from": [0, 0.5]}, Plan("line", [0.0, 0.5], {"x": None}, 3)),
 ]  # fmt: skip
 WRONG = [  # understood as JSON objects, answered with a sentence
@@ -25,7 +26,8 @@ WRONG = [  # understood as JSON objects, answered with a sentence
     {"t": "command", "kind": "up", "seq": 1, "args": []}, {"t": "command", "kind": "up", "seq": 1, "args": {"x": [1]}},
     {"t": "command", "kind": "up", "seq": 1, "args": {"x": 10**400}}, {"t": "command", "kind": "up", "seq": 1, "args": {"x": "\0"}},
     {"t": "command", "kind": "up", "seq": 1, "args": {str(i): 0 for i in range(33)}}, {"t": "command", "kind": "up", "seq": 1, "more": 1},
-    {"t": "stop", "sent": True}, {"t": "keep", "seq": "1"}, {"t": "watch", "cameras": [8]}, {"t": "watch", "cameras": [-1]},
+    {"t": "stop", "sent": True}, {"t": "keep", "seq": "1"}, {"t": "watch", "cameras": [8]}, {"t": "watch", "cameras": [0], "sound": 1},
+    {"t": "watch", "cameras": [-1]},
     {"t": "watch", "cameras": [0] * 9}, {"t": "plan", "kind": "line", "from": [0.0] * 17}, {"t": "plan", "kind": "line", "from": "x"},
     {"t": "trace", "on": 1}, {"t": "release", "checked": "yes"}, {"t": "nope"}, {"t": None}, {"t": []}, {},
 ]  # fmt: skip

@@ -12,10 +12,8 @@ class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
     """allauth's backend, with exactly one password hash for each attempt.
 
     allauth's own looks up a name as address and as handle, and again for each of the two that the form passes. With
-    Django's
-    backend beside it, an account that exists cost three hashes and one that does not cost two, so the time of the
-    answer
-    told which addresses have an account.
+    Django's backend beside it, an account that exists cost three hashes and one that does not cost two, so the time
+    of the answer told which addresses have an account.
     """
 
     def _authenticate(self, request: HttpRequest | None, **credentials: Any) -> AbstractBaseUser | None:

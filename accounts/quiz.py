@@ -1,8 +1,7 @@
 """The rules of the clearance test, as pure functions: questions, hint after a failure, pause.
 
 A failed test names one topic and no score, so a person who tries all answers learns of at most one wrong answer for
-each
-attempt, while the pauses double. `tests/unit/test_quiz.py` computes the chances of such a person.
+each attempt, while the pauses double. `tests/unit/test_quiz.py` computes the chances of such a person.
 """
 
 import random

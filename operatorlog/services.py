@@ -29,8 +29,7 @@ def hand_in(
     """Store the form after a turn: an entry, answers, or both; all or nothing.
 
     `text` is None if the form had no field for an entry. Returns what was stored; an unchanged entry that is sent
-    again is
-    not stored again.
+    again is not stored again.
 
     Raises:
         LogError: neither an entry nor an answer, or whatever `write`, `edit` and `answer_survey` refuse.

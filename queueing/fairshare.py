@@ -52,8 +52,7 @@ def estimate(ahead: int, running_left_s: float, turn_s: float, handover_s: float
     """Return the least and greatest wait (s) of a person with `ahead` people before them.
 
     The least assumes that everybody leaves after a quarter of the turn; the greatest, that everybody uses the whole
-    turn
-    and answers the offer late.
+    turn and answers the offer late.
     """
     low = min(running_left_s, turn_s * 0.1) + ahead * (turn_s * 0.25 + handover_s)
     high = running_left_s + handover_s + ahead * (turn_s + 30 + handover_s)

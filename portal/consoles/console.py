@@ -28,9 +28,8 @@ PLAIN = Console("consoles/plain.html", "consoles/side.html", "consoles/keys.html
 def console_of(driver: str) -> Console:
     """Return the robot's console. Raises ImportError if its package is not installed.
 
-    A robot that ships with Farhand has `console/console.ts`, which is built with our front end; a package of its
-    own has
-    `console/console.js`, which is served unchanged.
+    A robot that ships with Farhand has `console/console.ts`, which is built with our front end; a package of its own
+    has `console/console.js`, which is served unchanged.
     """
     kept = folder(driver).joinpath("console")
     served = kept.joinpath("console.js").is_file()

@@ -1,10 +1,9 @@
 """Any robot of the LeRobot library (https://github.com/huggingface/lerobot, 0.3 and 0.4).
 
 `robot.toml` names the class under `[lerobot]`, and for each feature of its actions unit, range, speed and ready
-position
-(`lerobot_spec.py`). So the controls are drawn without the library. A robot whose class has other features is refused
-at `connect`. LeRobot sends goals, and a servo moves to them as fast as it can. Here the path to a goal is cut into
-small steps with a permit for each, so that the speed is limited and a stop ends the motion.
+position (`lerobot_spec.py`). So the controls are drawn without the library. A robot whose class has other features is
+refused at `connect`. LeRobot sends goals, and a servo moves to them as fast as it can. Here the path to a goal is cut
+into small steps with a permit for each, so that the speed is limited and a stop ends the motion.
 """
 
 import threading

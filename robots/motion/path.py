@@ -1,10 +1,9 @@
 """Paths of an arm: third-order polynomials; `robots.motion.line` has the straight line of the tool.
 
 After Dziemian et al. 2004 (section "Path planning"; Craig 1986, section 7.3): the target is given, position and
-velocity
-are sampled at that moment, the velocity at the target is zero, and the motion time follows from a scaling velocity. The
-paper leaves open whether limits are kept; here the time is also long enough for every joint's greatest speed and
-acceleration.
+velocity are sampled at that moment, the velocity at the target is zero, and the motion time follows from a scaling
+velocity. The paper leaves open whether limits are kept; here the time is also long enough for every joint's greatest
+speed and acceleration.
 """
 
 from dataclasses import dataclass

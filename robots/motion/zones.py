@@ -3,8 +3,7 @@
 After Dziemian et al. 2004 (section "Path planning"): boxes cover the base, the table and the cables; a motion stops
 before one and may only lead away from it. The paper checks the points of elbow, wrist and end effector at each step.
 Here each limb is a capsule (a segment with a radius), so that nothing between the points can enter, and a path is
-checked
-before it starts.
+checked before it starts.
 """
 
 from collections.abc import Iterable, Sequence
@@ -133,9 +132,8 @@ class Zones:
     def swept(self, path: Path, budget: Budget | None = None) -> tuple[float, Touch] | None:
         """Return the time (s) and pair of the first touch on the path, None if it is free.
 
-        Checks postures along the whole path at once, then more between two of them where a limb at its greatest
-        speed could have
-        reached a box and returned, so that no thin box is missed.
+        Checks postures along the whole path at once, then more between two of them where a limb at its greatest speed
+        could have reached a box and returned, so that no thin box is missed.
 
         Raises:
             TooMuch: that needs more checks than the budget allows.

@@ -68,8 +68,7 @@ def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: dat
     """Run one command of staff that changes a setting beside whatever the robot does; the setting stays.
 
     It runs under the open grant, whoever holds it, or under one of its own. It is numbered downwards, so that the
-    numbers
-    of the holder's commands are not used.
+    numbers of the holder's commands are not used.
 
     Raises:
         NotPermitted: not staff; a command of staff runs, or the robot is in handover.

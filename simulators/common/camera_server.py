@@ -1,8 +1,7 @@
 """Serves pictures as an ordinary network camera: a snapshot and a motion JPEG stream.
 
 ``/snapshot.jpg?exposure=0.0156`` takes one picture now; ``/stream.mjpg`` is the multipart stream that browsers and
-video
-libraries read. Some have a microphone: ``/microphone.wav``.
+video libraries read. Some have a microphone: ``/microphone.wav``.
 """
 
 import contextlib

@@ -1,8 +1,7 @@
 """The arm's body: a set-point with a trapezoidal speed profile, and a tool that swings behind it.
 
-The set-point moves on a straight line from pose to pose. The tool hangs on flexible links: a damped oscillator
-driven by
-the set-point's acceleration, which is why section 6.6 has a stability check.
+The set-point moves on a straight line from pose to pose. The tool hangs on flexible links: a damped oscillator driven
+by the set-point's acceleration, which is why section 6.6 has a stability check.
 """
 
 from bisect import bisect_right

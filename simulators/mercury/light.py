@@ -21,8 +21,7 @@ def illuminate(height: F32, albedo: F32, gloss: F32) -> F32:
     """Return the brightness of a surface seen from above: 1 is white paper lying flat.
 
     Heights in mm on the half-millimetre grid. Lambert's law, ambient light and cast shadows; a glossy surface shows
-    the lamp
-    where it is tilted half-way towards it.
+    the lamp where it is tilted half-way towards it.
     """
     slope_y, slope_x = np.gradient(height, PIXEL_MM)
     steep = np.sqrt(1 + slope_x**2 + slope_y**2)

@@ -1,9 +1,8 @@
 """How dry sand slides: nowhere steeper than its angle of repose, in any direction.
 
-Sand flows down the steepest slope, in proportion to how much too steep that slope is: a diffusion that stops below the
-angle of repose. (With the two axes treated separately, sand would form square pyramids whose edges are steeper by
-half.)
-A diffusion is slow over large distances, so these are computed on coarser grids first.
+Sand flows down the steepest slope, in proportion to how much too steep that slope is: a diffusion that stops below
+the angle of repose. (With the two axes treated separately, sand would form square pyramids whose edges are steeper by
+half.) A diffusion is slow over large distances, so these are computed on coarser grids first.
 """
 
 import numpy as np

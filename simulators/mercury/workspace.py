@@ -1,8 +1,7 @@
 """The arm's workspace: the sand, and the limits of all four joints along the whole motion.
 
 A joint does not jump: the tool's world angle is counted beyond half a turn, so that the fourth joint follows it
-without a
-step, and a motion on which it would pass its limit is refused.
+without a step, and a motion on which it would pass its limit is refused.
 """
 
 from math import isfinite

@@ -1,11 +1,10 @@
 """The control application (Dziemian et al. 2004, figures 2 and 4): requests in, a reference out.
 
 The network's threads call `take`; the control thread calls `step` every 2 ms and gets the reference for the
-controller. One
-lock protects the register; planning runs without it. A target is planned from where the reference will be in a moment,
-checked against the boxes, and started at that moment, so the planned path is the path that is driven. Time is the
-control
-loop's own, 2 ms per step: if a busy machine stalls the loop, arm and reference stall together.
+controller. One lock protects the register; planning runs without it. A target is planned from where the reference
+will be in a moment, checked against the boxes, and started at that moment, so the planned path is the path that is
+driven. Time is the control loop's own, 2 ms per step: if a busy machine stalls the loop, arm and reference stall
+together.
 """
 
 import threading
@@ -71,9 +70,8 @@ class Application:
     def take(self, request: Request, asked: int | None = None) -> str:
         """Start a request; return the line to answer. Raises Refused, Malformed.
 
-        `asked` is the value of that property when the request arrived; a request that was held before it could
-        start does not
-        start.
+        `asked` is the value of that property when the request arrived; a request that was held before it could start
+        does not start.
         """
         asked = self._holds if asked is None else asked
         letter = request.letter

@@ -1,8 +1,7 @@
 """The three cameras, in a separate process: ``python -m simulators.pa10.cameras --dir DIR``.
 
-The control loop writes the scene's positions into `scene.mem`; pictures are made only on request. `cameras.json`
-has the
-address of each camera, `camera` that of the first.
+The control loop writes the scene's positions into `scene.mem`; pictures are made only on request. `cameras.json` has
+the address of each camera, `camera` that of the first.
 """
 
 import argparse

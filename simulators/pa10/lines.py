@@ -12,8 +12,7 @@ def lines(line: socket.socket) -> Iterator[str]:
     """Yield each line without its end, until the connection ends.
 
     A line that is too long is cut so that the reader can see this; bytes that are not ASCII become U+FFFD. An
-    unfinished line
-    at the end is dropped.
+    unfinished line at the end is dropped.
 
     Raises:
         OSError: the connection was lost.

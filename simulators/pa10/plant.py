@@ -1,8 +1,7 @@
 """The arm itself: takes joint torques, returns positions, velocities and applied torques.
 
 This is the open controller architecture of the PA10 (Dziemian et al. 2004, "Introduction"): another control layer
-replaces
-`simulators.pa10.controllers`, not this file.
+replaces `simulators.pa10.controllers`, not this file.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
 """When the control loop may pause: a scene at rest needs no steps, and a Raspberry Pi has other work.
 
 The loop runs at 500 Hz while anything moves, is about to move or is pushed, and for a second after. Its time stands
-still
-while it pauses, as it does in a stall; pictures of a scene at rest do not change, so a viewer needs no steps either.
+still while it pauses, as it does in a stall; pictures of a scene at rest do not change, so a viewer needs no steps
+either.
 """
 
 import threading

@@ -1,9 +1,8 @@
 """The network side of the museum arm: one client at a time, lines in, lines out.
 
-After Dziemian et al. 2004, figure 4: network threads apart from the control loop. Ours: the client may need a token, an
-owner with a newer epoch replaces an older one, `W` is answered when the arm rests while other lines go on, `h`
-overtakes
-everything, the end of the connection holds, and each end is logged with its cause.
+After Dziemian et al. 2004, figure 4: network threads apart from the control loop. Ours: the client may need a token,
+an owner with a newer epoch replaces an older one, `W` is answered when the arm rests while other lines go on, `h`
+overtakes everything, the end of the connection holds, and each end is logged with its cause.
 """
 
 import contextlib

@@ -1,8 +1,7 @@
 """The set-point that the controller follows: along a path, by velocities, or at rest.
 
 It has no lock and no clock: its owner calls it under one lock, and `now` is the control loop's time in s. Angles in
-rad,
-velocities in rad/s.
+rad, velocities in rad/s.
 """
 
 from dataclasses import dataclass

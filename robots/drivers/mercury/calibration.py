@@ -70,8 +70,7 @@ def find_change(before: Picture, after: Picture) -> tuple[float, float]:
     """Return where (u, v from the middle, px) the sand changed, which is the nozzle's place.
 
     The middle of the whole mark is shifted away from the light, the middle between its bright and its dark side is
-    shifted
-    towards the light; their mean is right within half a millimetre.
+    shifted towards the light; their mean is right within half a millimetre.
 
     Raises:
         NotCalibrated: nothing changed enough.

@@ -45,6 +45,10 @@ class Robot(Protocol):
     def moving(self) -> bool:
         """Return whether a motion runs."""
 
+    @property
+    def motion(self) -> int:
+        """Return the number of the newest motion."""
+
     def velocity(self, velocity: Velocity, epoch: int) -> str:
         """Drive; return why not, in one sentence, or an empty text."""
 
@@ -179,15 +183,19 @@ class Operations:
         if self._holds.get(peer, 0) >= MOST_HOLDS:
             raise Refused(f"{MOST_HOLDS} holds wait for their answers already; the robot is being held")
         self._holds[peer] = self._holds.get(peer, 0) + 1
-        task = asyncio.get_running_loop().create_task(self._rest(peer, asked))
+        task = asyncio.get_running_loop().create_task(self._rest(peer, asked, self._robot.motion))
         self._waiting.add(task)
         task.add_done_callback(self._waiting.discard)
 
-    async def _rest(self, peer: Peer, asked: Operation) -> None:
+    async def _rest(self, peer: Peer, asked: Operation, held: int) -> None:
         until = self._clock.monotonic() + REST_S
-        while self._robot.moving and self._clock.monotonic() < until:
+
+        def rested() -> bool:  # its commander may drive on between two looks
+            return not self._robot.moving or self._robot.motion != held
+
+        while not rested() and self._clock.monotonic() < until:
             await asyncio.sleep(LOOK_S)
-        rests = not self._robot.moving
+        rests = rested()
         message = "at rest" if rests else f"the robot still moves {REST_S:g} s after the hold"
         self._holds[peer] -= 1
         if not self._holds[peer]:

@@ -70,6 +70,11 @@ class Simulator:
         """Return whether a motion runs."""
         return self.world.drive.moving
 
+    @property
+    def motion(self) -> int:
+        """Return the number of the newest motion."""
+        return self.world.drive.motion
+
     def velocity(self, velocity: Velocity, epoch: int) -> str:
         """Drive; return why not, or an empty text."""
         with self._lock:

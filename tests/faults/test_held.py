@@ -41,7 +41,6 @@ def rest_after(rig, at, command):
     return max(r["t"] for r in rig.sim.journal() if r["event"] == "rest") - at
 
 
-@pytest.mark.tenth
 def test_a_jog_goes_on_while_held_and_ends_when_released(rig):
     rig.owner()
     rig.grant()

@@ -93,6 +93,8 @@ def silent():
     threading.Thread(target=serve, daemon=True).start()
     yield server.getsockname()[1], calls
     server.close()
+    for call in calls:
+        call.close()
 
 
 @pytest.mark.asvs("15.2.2")

@@ -96,7 +96,7 @@ def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
             if services.open_grant(rig.robot) is None:
                 rig.grant(seconds=3000)
             with socket_of(web, rig.people["ada"]) as operator, socket_of(web, rig.people["kim"]) as staff:
-                drain(staff)
+                said = drain(staff)
                 heard = drain(operator) if condition != "frozen tab" else []
                 time.sleep(0.4)
                 fill(rig, 100)
@@ -112,6 +112,8 @@ def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
                 if proxy:
                     time.sleep(0.5)
                     proxy.set("pass")
+                told = said if presser is staff else heard  # released as people do, once they are told of the stop
+                wait_for(lambda told=told: any(m["t"] == "answer" and m["to"] == "stop" for m in told), 20, "an answer")
                 release(rig)
                 assert not any(m["t"] == "answer" and m["to"] == "stop" and not m["ok"] for m in heard if not proxy)
                 wait_for(lambda: not Command.objects.filter(state="queued").exists(), 30, "what waited is cancelled")

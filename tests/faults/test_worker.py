@@ -146,7 +146,6 @@ def test_a_late_command_never_moves(rig):
 
 
 @pytest.mark.alone  # judged by seconds
-@pytest.mark.tenth
 def test_stop_in_mid_motion_holds_latches_and_wants_a_release(rig):
     rig.owner()
     rig.grant()

@@ -32,6 +32,7 @@ def keep() -> None:
     """Keep a copy of the migrated database for the processes after this one, unless there is one."""
     if _kept().exists():
         return
+    FOLDER.mkdir(exist_ok=True)
     beside = FOLDER / f"migrated-{os.getpid()}.part"
     if connection.vendor == "sqlite":
         copy = sqlite3.connect(beside)

@@ -34,7 +34,8 @@ class Mutant:
 MUTANTS = (
     Mutant(1, "a claim does not look at the state", "workers/commands/claim.py",
            "filter(pk=ID, state=CommandState.QUEUED, epoch=EPOCH, deadline__gt=NOW)",
-           "filter(pk=ID, deadline__gt=NOW)", MACHINE),
+           "filter(pk=ID, deadline__gt=NOW)",
+           "tests/services/test_claim.py::test_a_command_is_claimed_once_however_often_it_is_delivered"),
     Mutant(1, "the same sequence number makes a new row", "robots/services/commands.py",
            "        return Issued(Command.objects.get(pk=counted.same), created=False)\n    if (counted",
            "        client_seq = next_seq(grant)\n    if (counted",

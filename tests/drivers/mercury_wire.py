@@ -49,10 +49,18 @@ class Terminal:
         """Listen once, at most so long."""
         if select.select([self.descriptor], [], [], seconds)[0]:
             self._rest += os.read(self.descriptor, 65536)
-        while len(self._rest) >= 2 and len(self._rest) >= self._rest[1] + 6:
-            size = self._rest[1]
-            body, self._rest = self._rest[: 2 + size], self._rest[6 + size :]
-            self.heard.append((body[0], body[2], body[3:]))
+        while (message := self._next()) is not None:
+            self.heard.append((message[0], message[2], message[3:]))
+
+    def _next(self) -> bytes | None:
+        """Take the first whole message off what was received; before it may lie the rest of a message cut in two."""
+        for start in range(len(self._rest) - 6):
+            end = start + 2 + self._rest[start + 1]
+            body, checksum = self._rest[start:end], self._rest[end : end + 4]
+            if len(body) >= 3 and checksum == struct.pack("<I", zlib.crc32(body)):
+                self._rest = self._rest[end + 4 :]
+                return body
+        return None
 
     def until(self, met, seconds: float = 5.0):
         """Listen until `met` of the received messages is true; return its value, or the last one at the end."""

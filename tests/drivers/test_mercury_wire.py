@@ -184,3 +184,18 @@ def test_a_flood_waits_in_the_senders_buffer(line, sim):
             time.sleep(0.01)
     assert sent < 200_000
     assert memory() - before < 4_000_000
+
+
+@pytest.mark.parametrize("cut", range(1, 8))
+def test_a_line_taken_over_in_the_middle_of_a_message_is_read_on_from_the_next_one(cut):
+    """A program that was killed has read a part of a message; whoever opens the line then hears the rest."""
+    simulator, program = os.openpty()
+    try:
+        torn, whole = frame(STATE, 4, bytes(9)), frame(ACK, 5, b"\0")
+        terminal = Terminal(Path(os.ttyname(program)))
+        os.write(simulator, torn[cut:] + whole)
+        assert terminal.until(lambda heard: (ACK, 5, b"\0") in heard)
+        terminal.close()
+    finally:
+        os.close(simulator)
+        os.close(program)

@@ -164,6 +164,16 @@ def messages(
             raise ValueError(f"a damaged recording: {error}") from error
 
 
+def topics(path: Path) -> set[str]:
+    """Return the topics of its messages. Raises OSError; ValueError if it is no such file."""
+    with path.open("rb") as file:
+        if _complete(file):
+            summary = SeekingReader(file).get_summary()
+            assert summary is not None
+            return {channel.topic for channel in summary.channels.values()}
+    return {message.topic for message in messages(path)}
+
+
 def about(path: Path) -> dict[str, str]:
     """Return what the file says of itself: robot, driver, kind. Raises OSError, ValueError."""
     with path.open("rb") as file:

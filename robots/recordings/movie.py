@@ -2,20 +2,24 @@
 
     python -m robots.recordings.movie KIND OUT < plan.json
 
-The plan: pictures a second, whether the pictures come `every_s` seconds (of a time-lapse) or as they were taken, and
-files: recordings, or single JPEGs. It runs with the lowest priority and ends by itself at its limits. No Django.
+The plan: pictures a second, whether the pictures come `every_s` seconds (of a time-lapse, which shows the first
+camera) or as they were taken (by all cameras, side by side), and files: recordings, or single JPEGs. It runs with the
+lowest priority and ends by itself at its limits. No Django.
 """
 
 import json
+import math
 import os
 import resource
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from robots.recordings.container import CAMERA, jpeg_of, messages, taken_ms
+import numpy as np
+
+from robots.recordings.container import CAMERA, jpeg_of, messages, taken_ms, topics
 
 CODECS = {"mp4": ("libx264", {"preset": "veryfast", "crf": "24"}),
           "webm": ("libvpx-vp9", {"deadline": "realtime", "cpu-used": "8", "crf": "34", "b": "0"})}  # fmt: skip
@@ -24,32 +28,65 @@ MEMORY = 2_000_000_000  # bytes
 LARGEST = 400_000_000  # bytes of a movie
 CPU_S = 280
 MOST = 30_000  # pictures
+NEXT_MS = 20  # between two pictures of a movie at least; of several cameras some come together
 HOLD_MS = 5000  # a picture stays no longer, where the next one came later
 
 
-def _of_file(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Yield when each picture of the first camera was taken (ms), and its JPEG."""
+class Sheet:
+    """The last picture of each camera side by side, in cells of the size of the first picture that came."""
+
+    def __init__(self, cameras: Sequence[int]) -> None:
+        columns = max(1, math.ceil(math.sqrt(len(cameras))))
+        self._cell_of = {camera: divmod(n, columns) for n, camera in enumerate(cameras)}
+        self._shape = math.ceil(len(cameras) / columns), columns
+        self._cell = (0, 0)  # height, width in pixels
+        self._sheet: Any = None
+
+    def with_picture(self, camera: int, picture: Any) -> Any:
+        """Return the sheet (an av.VideoFrame) with this picture (another) in its cell, whole, in the middle."""
+        from av import VideoFrame  # noqa: PLC0415 - only here
+
+        if self._sheet is None:
+            self._cell = picture.height // 2 * 2, picture.width // 2 * 2
+            self._sheet = np.zeros((self._shape[0] * self._cell[0], self._shape[1] * self._cell[1], 3), np.uint8)
+        share = min(self._cell[0] / picture.height, self._cell[1] / picture.width)
+        height, width = (max(1, round(share * pixels)) for pixels in (picture.height, picture.width))
+        row, column = self._cell_of[camera]
+        top = row * self._cell[0] + (self._cell[0] - height) // 2
+        left = column * self._cell[1] + (self._cell[1] - width) // 2
+        self._sheet[top : top + height, left : left + width] = picture.reformat(width, height, "rgb24").to_ndarray()
+        return VideoFrame.from_ndarray(self._sheet, "rgb24")
+
+
+def cameras_of(plan: dict[str, Any]) -> list[int]:
+    """Return the cameras that the movie shows. Raises OSError, ValueError."""
+    if plan.get("every_s"):
+        return [0]
+    found = {topic for name in plan["files"] for topic in topics(Path(name)) if topic.startswith(CAMERA)}
+    return sorted(int(topic.removeprefix(CAMERA)) for topic in found)
+
+
+def _of_file(path: Path, cameras: Sequence[int]) -> Iterator[tuple[int, int, bytes]]:
+    """Yield when each picture of these cameras was taken (ms), its camera, and its JPEG."""
     if path.suffix == ".jpg":
-        yield int(path.stat().st_mtime * 1000), path.read_bytes()
+        yield int(path.stat().st_mtime * 1000), 0, path.read_bytes()
         return
-    for message in messages(path, [f"{CAMERA}0"]):
+    for message in messages(path, [f"{CAMERA}{camera}" for camera in cameras]):
         told = message.told()
-        yield taken_ms(told), jpeg_of(told)
+        yield taken_ms(told), int(message.topic.removeprefix(CAMERA)), jpeg_of(told)
 
 
-def chosen(plan: dict[str, Any]) -> Iterator[tuple[int, bytes]]:
-    """Yield the time of each picture in the movie (ms), and its JPEG."""
-    every_ms, shown, last, at = int(1000 * plan.get("every_s", 0)), 0, -(10**15), 0
+def chosen(plan: dict[str, Any], cameras: Sequence[int]) -> Iterator[tuple[int, int, bytes]]:
+    """Yield the time of each picture in the movie (ms), never earlier than the one before, its camera, and its JPEG."""
+    every_ms, begun, last, at = int(1000 * plan.get("every_s", 0)), False, -(10**15), 0
     for name in plan["files"]:
-        for taken, jpeg in _of_file(Path(name)):
-            if taken <= last or (every_ms and taken - last < every_ms):
+        for taken, camera, jpeg in _of_file(Path(name), cameras):
+            if every_ms and taken - last < every_ms:
                 continue
-            at += int(1000 / plan["hz"]) if every_ms else min(HOLD_MS, taken - last) if shown else 0
-            last = taken
-            yield at, jpeg
-            shown += 1
-            if shown >= MOST:
-                return
+            if begun:
+                at += int(1000 / plan["hz"]) if every_ms else min(HOLD_MS, max(0, taken - last))
+            last, begun = max(taken, last), True
+            yield at, camera, jpeg
 
 
 def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
@@ -57,26 +94,33 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
     import av  # noqa: PLC0415 - only here
 
     codec, options = CODECS[kind]
-    count = 0
+    count, shown_at = 0, -NEXT_MS
+    cameras = cameras_of(plan)
     with av.open(str(out), "w", format=kind, options={"movflags": "+faststart"} if kind == "mp4" else {}) as movie:
         stream: Any = None
+        sheet = Sheet(cameras)
         decoder: Any = av.CodecContext.create("mjpeg", "r")
-        for at, jpeg in chosen(plan):
+        for at, camera, jpeg in chosen(plan, cameras):
             try:
                 pictures = decoder.decode(av.Packet(jpeg))
             except av.FFmpegError:
                 continue  # one picture that is broken ends no movie
             for picture in pictures:
+                together = sheet.with_picture(camera, picture)
+                if at < shown_at + NEXT_MS:
+                    continue  # it comes with the next one
                 if stream is None:
                     stream = movie.add_stream(codec, rate=25, options=options)
-                    stream.width, stream.height = picture.width // 2 * 2, picture.height // 2 * 2
+                    stream.width, stream.height = together.width, together.height
                     stream.pix_fmt = "yuv420p"
                     stream.codec_context.time_base = Fraction(1, TICKS)
                     stream.codec_context.thread_count = 1
-                shown = picture.reformat(stream.width, stream.height, "yuv420p")
+                shown = together.reformat(format="yuv420p")
                 shown.pts, shown.time_base = at, Fraction(1, TICKS)
                 movie.mux(stream.encode(shown))
-                count += 1
+                count, shown_at = count + 1, at
+            if count >= MOST:
+                break
         if stream is not None:
             movie.mux(stream.encode())
     return count

@@ -1,6 +1,7 @@
 """Movies of recordings and time-lapses: who may have them made, how many, what is in them, and when they go."""
 
 import json
+import os
 import subprocess
 import sys
 from datetime import timedelta
@@ -95,6 +96,36 @@ def test_a_movie_shows_each_picture_when_it_was_taken(recording, client, kind):
     assert address in page
 
 
+def grey_of(cell):
+    return int(cell[cell.shape[0] // 2, cell.shape[1] // 2])
+
+
+@pytest.mark.parametrize("torn", [False, True])
+def test_a_movie_shows_all_cameras_side_by_side(roles, torn):
+    """Three cells and an empty one; one of a camera of another shape is fitted in, and all tell the same moment."""
+    recording = made(Turn.objects.get().grant, ())
+    path, began = keeping.path_of(recording), int(recording.began_at.timestamp() * 1000)
+    tape = Tape(path, {})
+    wide = cv2.imencode(".jpg", np.full((100, 400), 220, np.uint8))[1].tobytes()
+    pictures = [(0, 0, jpeg(60)), (5, 2, wide), (0, 1, jpeg(140)), (1000, 0, jpeg(100)), (2000, 2, b"broken")]
+    for n, (ms, camera, data) in enumerate(pictures):
+        packet = picture_packet(n, began + ms, camera, (), data)
+        tape.put(f"camera/{camera}", (began + ms) * 10**6 + n, picture_of(packet))
+    tape.close()
+    if torn:
+        os.truncate(path, tape.whole - 20)  # no index
+    movie = let_make(movies.ask(recording, "mp4", SYSTEM.now()))
+    assert movie.state == Movie.State.READY, movie.reason
+    with av.open(str(keeping.movie_path(movie))) as file:
+        seen = [(round(float(f.time), 1), f.to_ndarray(format="gray")) for f in file.decode(video=0)]
+    assert [at for at, _ in seen] == [0.0, 1.0]
+    last = seen[-1][1]
+    assert last.shape == (2 * 164, 2 * 192)
+    cells = last[:164, :192], last[:164, 192:], last[164:, :192], last[164:, 192:]
+    assert np.allclose([grey_of(cell) for cell in cells], (100, 140, 220, 0), atol=20)
+    assert grey_of(cells[2][:40]) < 20, "the wide picture is whole, so there is nothing above it"
+
+
 def test_pictures_that_are_broken_are_left_out_and_a_pause_is_shortened(roles):
     movie = movies.ask(
         made(Turn.objects.get().grant, ((0, 10), (400, None), (800, 50), (60_000, 90))), "mp4", SYSTEM.now()
@@ -106,7 +137,7 @@ def test_pictures_that_are_broken_are_left_out_and_a_pause_is_shortened(roles):
 def test_a_recording_without_pictures_makes_no_movie(roles, client):
     recording = made(Turn.objects.get().grant, ())
     movie = let_make(movies.ask(recording, "webm", SYSTEM.now()))
-    assert movie.state == Movie.State.FAILED and movie.reason
+    assert movie.state == Movie.State.FAILED and movie.reason == "It has no pictures."
     assert movie.reason in client.get(recording.get_absolute_url()).content.decode()
 
 

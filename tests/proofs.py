@@ -7,6 +7,7 @@ left out unless it is named (`make proofs P=7`).
 import json
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -63,9 +64,20 @@ PROMISES = {
     44: "A hostile client on a robot's wire changes nothing.",
     45: "A hostile socket leaves nothing behind.",
     46: "What a stranger may ask for delays no command, stop or presence.",
-    47: "The age that a page shows is the picture's true age.",
+    47: "A job runs at most once, in its fair place, without its person.",
+    48: "Motion beyond the connection ends inside its bound.",
+    49: "The age that a page shows is the picture's true age.",
 }
-ELSEWHERE = {27: "No proof yet: [shorter soaks](soak.md)."}
+ELSEWHERE = {
+    27: "No proof yet: [shorter soaks](soak.md).",
+    37: "Nothing can be uploaded: no page takes a file.",
+}
+TESTED = {  # whole files, or tests of other names
+    39: ("test_passwords.py::test_signing_in_makes_a_new_session_key",),
+    40: ("test_addresses.py", "test_networks.py"),
+    47: ("test_jobs.py", "test_queue_machine.py"),
+    48: ("test_policies.py", "test_stop_unconfirmed.py"),
+}
 
 
 def machine() -> str:
@@ -118,6 +130,22 @@ def take(folder: Path) -> None:
     KEPT.write_text(json.dumps(results, indent=1) + "\n")
 
 
+def tests_of(promise: int) -> list[str]:
+    """Return the tests that name the promise, and what else is known to test it."""
+    named = [
+        f"{file.name}::{name}"
+        for file in sorted((ROOT / "tests").rglob("test_*.py"))
+        for name in re.findall(rf"def (test_promise_{promise:02}_\w+)", file.read_text())
+    ]
+    return [*named, *TESTED.get(promise, ())]
+
+
+def without_figures(promise: int) -> str:
+    """Return what is said of a promise of which nothing was measured."""
+    names = ", ".join(f"`{name}`" for name in tests_of(promise))
+    return ELSEWHERE.get(promise) or (f"No figures; tested by {names}." if names else "No proof yet.")
+
+
 def write() -> None:
     """Write the page."""
     lines = [
@@ -131,7 +159,7 @@ def write() -> None:
         mine = [r for r in results if r["promise"] == number]
         lines += [f"## {number}. {text}", ""]
         if not mine:
-            lines += [ELSEWHERE.get(number, "No proof yet."), ""]
+            lines += [without_figures(number), ""]
             continue
         lines += ["| figure | run / asked | test | database | date |", "|---|---|---|---|---|"]
         for r in mine:

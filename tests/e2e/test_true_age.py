@@ -34,7 +34,7 @@ SAMPLE = """async ({seconds, cell, columns, rows}) => {
 
 @pytest.mark.alone
 @pytest.mark.parametrize("viewers", [1, at_length(100), at_length(1000)])
-def test_promise_47_the_age_shown_is_the_true_age(portal, visitor, proof, viewers):
+def test_promise_49_the_age_shown_is_the_true_age(portal, visitor, proof, viewers):
     seconds = proof.count("seconds of watching", 6, 20)
     web = Web(**MANY)
     portal.sim.fault("cam_stamp")

@@ -73,6 +73,21 @@ ELSEWHERE = {
     37: "Nothing can be uploaded: no page takes a file.",
 }
 TESTED = {  # whole files, or tests of other names
+    14: (
+        "test_queue.py::test_a_turn_goes_on_while_nobody_waits_and_ends_a_minute_after_somebody_joins",
+        "test_queue_machine.py",
+    ),
+    15: ("test_fairshare.py", "test_queue.py::test_who_has_driven_much_waits_behind_who_has_not"),
+    16: ("test_queue_machine.py", "test_queue.py::test_a_double_accept_is_one_turn"),
+    17: (
+        "test_queue.py::test_a_lost_line_keeps_the_turn_for_twenty_seconds",
+        "test_queue.py::test_somebody_absent_is_passed_over_and_keeps_the_place",
+    ),
+    18: ("test_queue.py::test_ending_twice_charges_once", "test_jobs.py"),
+    19: (
+        "test_fairshare.py::test_the_estimate_is_a_range_that_grows_with_the_queue",
+        "test_queue.py::test_the_wait_is_a_range_or_unknown",
+    ),
     39: ("test_passwords.py::test_signing_in_makes_a_new_session_key",),
     40: ("test_addresses.py", "test_networks.py"),
     47: ("test_jobs.py", "test_queue_machine.py"),

@@ -17,12 +17,13 @@ from simulators.common import stamp
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
+from simulators.common.kept import BOOTS
 from simulators.common.threads import names, record_deaths
 from simulators.irat.cameras import Overhead, RobotCamera, Stage, jpeg
 from simulators.irat.drive import End
 from simulators.irat.plant import TICK_S
 from simulators.irat.server import Network
-from simulators.irat.state import BOOTS, Kept, keep, restore
+from simulators.irat.state import Kept, keep, restore
 from simulators.irat.world import World
 
 IDLE_S = 0.1  # of a tick while nothing moves

@@ -21,6 +21,7 @@ from robots.files import replace_text
 from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
+from simulators.common.kept import BOOTS
 from simulators.common.microphone import Microphone
 from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import names, record_deaths
@@ -30,7 +31,7 @@ from simulators.mercury.controller import Controller
 from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
 from simulators.mercury.sound import ArmEar
-from simulators.mercury.state import BOOTS, START, keep, restore
+from simulators.mercury.state import START, keep, restore
 from simulators.mercury.workspace import Workspace
 
 READOUT_S = 0.030  # the card reads the chip after the exposure

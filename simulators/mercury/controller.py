@@ -14,8 +14,8 @@ from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Flag, Frame, Instruction, Mode, Reply
 from simulators.common.faults import FaultBoard
 from simulators.common.journal import Journal
+from simulators.common.kept import BOOTS
 from simulators.mercury.arm import AT_REST_M, Body, Pose
-from simulators.mercury.state import BOOTS
 from simulators.mercury.workspace import Workspace
 
 CALIBRATE_S = 1.2

@@ -1,0 +1,36 @@
+"""What outlives a kill of a simulator: one JSON object with the number of its last start, and what the robot needs.
+
+The file is written beside and then replaced, so that readers always see a complete one.
+"""
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from robots.files import replaced
+
+BOOTS = 2**32
+Kept = TypeVar("Kept")
+
+
+def restored(path: Path, read: Callable[[Any], Kept], new: Kept) -> tuple[Kept, int]:
+    """Return what `read` makes of the stored object, and the last boot number; `new` and 0 if nothing was stored yet.
+
+    If nothing can be read, `new`, and the boot number continues from the time of day in seconds, because no number may
+    come twice. `read` may raise ValueError, TypeError, KeyError and OverflowError.
+    """
+    try:
+        stored = json.loads(path.read_text())
+        return read(stored), int(stored["boot"]) % BOOTS
+    except FileNotFoundError:
+        return new, 0
+    except (OSError, ValueError, TypeError, KeyError, OverflowError):
+        return new, int(time.time()) % BOOTS
+
+
+def keep(path: Path, boot: int, told: Mapping[str, object]) -> None:
+    """Write the object. Raises OSError."""
+    with replaced(path) as file:
+        file.write(json.dumps({**told, "boot": boot}).encode())

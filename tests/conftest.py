@@ -97,6 +97,9 @@ def django_db_setup(django_db_setup, django_db_blocker):
 
     with django_db_blocker.unblock():
         migrated.keep()
+    yield
+    with django_db_blocker.unblock():
+        migrated.leave_alone()
 
 
 @pytest.fixture(scope="session")

@@ -46,6 +46,16 @@ def keep() -> None:
     beside.replace(_kept())
 
 
+def leave_alone() -> None:
+    """End other sessions of the database, which could not be dropped: of a process just killed, of a test's thread."""
+    if connection.vendor == "postgresql":
+        with connection.cursor() as cursor:
+            cursor.execute(
+                "select pg_terminate_backend(pid, 5000) from pg_stat_activity"
+                " where datname = current_database() and pid <> pg_backend_pid()"
+            )
+
+
 def _kept() -> Path:
     """Return the file's name, which changes with any migration. What models add by themselves, `migrate` makes anew."""
     total = hashlib.sha256()

@@ -1,9 +1,9 @@
 """Runs the tests of `make test`, or with `all` those of `make test-all`; goes on after a failure and names each.
 
-First what judges by fractions of a second, one test after another, and beside it, at the lowest priority, what only
-computes: the unit tests, and the rules that ask no clock. Then everything else, several files side by side, on both
-databases at once. A test that only waited too long is tried once more and named; a
-wrong answer is not, nor a measured time over its limit.
+First what judges by fractions of a second, one test after another; then everything else, several files side by side,
+on both databases at once. Beside both, at the lowest priority, what only computes: the unit tests, and the rules that
+ask no clock. A test that only waited too long is tried once more and named; a wrong answer is not, nor a measured time
+over its limit.
 """
 
 import os
@@ -60,31 +60,38 @@ class Part:
 
 
 Lane = tuple[Part, ...]  # one after another
-STEPS: tuple[tuple[Lane, ...], ...] = (
-    (
-        (
-            Part("sqlite", ("tests",), "alone and not length", naming=("alone",)),
-            Part("postgres", ("tests",), "tenth and alone and not length", naming=("tenth",)),
-        ),
-        (
-            Part("sqlite", COMPUTING, SHORT, workers=2, aside=True),
-            *(Part(database, RULES, f"computes and {SHORT}", workers=2, aside=True) for database in DATABASES),
-        ),
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is run: `computing` beside everything else, `lone` tests with nothing but that, then `rest` side by side."""
+
+    computing: Lane
+    lone: Lane
+    rest: tuple[Lane, ...]
+
+
+SOME = Run(
+    computing=(
+        Part("sqlite", COMPUTING, SHORT, workers=2, aside=True),
+        *(Part(database, RULES, f"computes and {SHORT}", workers=2, aside=True) for database in DATABASES),
     ),
-    (
+    lone=(
+        Part("sqlite", ("tests",), "alone and not length", naming=("alone",)),
+        Part("postgres", ("tests",), "tenth and alone and not length", naming=("tenth",)),
+    ),
+    rest=(
         (Part("sqlite", WAITING, f"not computes and {SHORT}", workers=6),),
         (Part("postgres", ("tests",), f"{BOTH} and {SHORT}", workers=1, naming=("service", "tenth")),),
     ),
 )
-ALL: tuple[tuple[Lane, ...], ...] = (
-    (
-        tuple(Part(database, ("tests",), "alone") for database in DATABASES),
-        (
-            *(Part(database, COMPUTING, "not alone", workers=2, aside=True) for database in DATABASES),
-            *(Part(database, RULES, "computes and not alone", workers=2, aside=True) for database in DATABASES),
-        ),
+ALL = Run(
+    computing=(
+        *(Part(database, COMPUTING, "not alone", workers=2, aside=True) for database in DATABASES),
+        *(Part(database, RULES, "computes and not alone", workers=2, aside=True) for database in DATABASES),
     ),
-    tuple((Part(database, WAITING, "not computes and not alone", workers=3),) for database in DATABASES),
+    lone=tuple(Part(database, ("tests",), "alone") for database in DATABASES),
+    rest=tuple((Part(database, WAITING, "not computes and not alone", workers=3),) for database in DATABASES),
 )
 
 
@@ -115,12 +122,13 @@ def run(lane: Lane, shown: bool) -> list[str]:
 
 
 def main() -> int:
-    """Run all steps; return the exit status."""
-    failed = []
-    for lanes in ALL if sys.argv[1:] == ["all"] else STEPS:
-        with ThreadPoolExecutor(len(lanes)) as side_by_side:
-            ended = [side_by_side.submit(run, lane, shown=lane is lanes[0]) for lane in lanes]
-        failed += [name for lane in ended for name in lane.result()]
+    """Run everything; return the exit status."""
+    chosen = ALL if sys.argv[1:] == ["all"] else SOME
+    with ThreadPoolExecutor() as side_by_side:
+        computed = side_by_side.submit(run, chosen.computing, shown=False)
+        failed = run(chosen.lone, shown=True)
+        ended = [side_by_side.submit(run, lane, shown=lane is chosen.rest[0]) for lane in chosen.rest]
+        failed += [name for lane in (*ended, computed) for name in lane.result()]
     for name in failed:
         sys.stdout.write(f"FAILED: {name}\n")
     return 1 if failed else 0

@@ -1,5 +1,6 @@
 """The iRat's driver against its simulator over the real WebSocket, with its brain as a real process."""
 
+import math
 import os
 import signal
 import threading
@@ -15,13 +16,16 @@ from robots.autonomy.ratslam.storage import load
 from robots.contract.session import Progress
 from robots.drivers.errors import BadRequest, GaveUp, GrantOver, Held, LineGone
 from robots.drivers.irat.brain.messages import Save
+from robots.drivers.irat.brain.mind import IN_DOCK_M
 from robots.drivers.irat.roaming import MapCleared
+from simulators.irat.plant import docked
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import CLOCK, FASTER, journal, until
 from tests.drivers.pa10_wire import allow
 
 # a map that answers half a second late holds the robot, so nothing else runs beside it
 pytestmark = [pytest.mark.alone, pytest.mark.length]
+FAR_M = IN_DOCK_M + 0.2  # the map is a little wrong
 SMALL = 12  # experiences: a map of a few decimetres
 
 
@@ -180,11 +184,18 @@ def test_black_and_frozen_pictures_teach_nothing(rat_driver, irat):
         irat.clear()
 
 
-def went(driver, tries=3):
+def away(driver, irat):
+    """Explore until the robot stands so far from the dock that its place can be a goal, and return it."""
+    explored(driver)
+    while math.dist(irat.status()["pose"][:2], docked()[:2]) < FAR_M:
+        explored(driver, driver.brain.newest.experiences + 1)
+    return here(driver)
+
+
+def went(driver, irat, tries=3):
     """Explore, and go back to where that began; a goal may be given up, so at most so many times."""
     for left in reversed(range(tries)):
-        explored(driver)
-        goal, told = here(driver), []
+        goal, told = away(driver, irat), []
         explored(driver, driver.brain.newest.experiences + SMALL)
         try:
             return goal, told, driver.execute("goal", goal, allow, told.append)
@@ -196,7 +207,7 @@ def went(driver, tries=3):
 
 def test_a_goal_is_reached_when_the_map_says_so(rat_driver, irat):
     folder = Path(rat_driver.settings["folder"]) / "brain"
-    goal, told, outcome = went(rat_driver)
+    goal, told, outcome = went(rat_driver, irat)
     assert outcome.sent["experience"] == goal["experience"]
     assert outcome.sent["limit_s"] >= 30.0
     rat_driver.brain.call(Save)
@@ -209,8 +220,7 @@ def test_a_goal_is_reached_when_the_map_says_so(rat_driver, irat):
 
 
 def test_a_brain_that_dies_in_a_goal_rests_the_wheels_and_goes_on_to_the_same_place(rat_driver, irat):
-    explored(rat_driver)
-    goal, ends = here(rat_driver), []
+    goal, ends = away(rat_driver, irat), []
     explored(rat_driver, rat_driver.brain.newest.experiences + 2 * SMALL)
     rat_driver.brain.call(Save)
 
@@ -261,8 +271,7 @@ def test_a_cleared_map_is_a_new_one_and_its_goals_are_gone(rat_driver, irat):
 
 
 def test_a_map_that_staff_clear_on_the_way_ends_its_goal(rat_driver, irat):
-    explored(rat_driver)
-    goal = here(rat_driver)
+    goal = away(rat_driver, irat)
     explored(rat_driver, rat_driver.brain.newest.experiences + SMALL)
 
     def clear():
@@ -278,8 +287,7 @@ def test_a_map_that_staff_clear_on_the_way_ends_its_goal(rat_driver, irat):
 
 
 def test_a_goal_that_takes_too_long_is_given_up(rat_driver, irat, monkeypatch):
-    explored(rat_driver)
-    goal = here(rat_driver)
+    goal = away(rat_driver, irat)
     explored(rat_driver, rat_driver.brain.newest.experiences + SMALL)
     answer = rat_driver.brain.call
 

@@ -1,4 +1,4 @@
-"""What depends on a process's role (web, owner, housekeeping, recorder): how long it waits for the stores.
+"""What depends on a process's role (web, owner, housekeeping, recorder): how long it waits for the stores, and who tidies SQLite's log.
 
 `portal/settings.py` reads it for the role in the environment. A fork of a process that has read the settings already
 takes its own role with `take`.
@@ -10,10 +10,19 @@ REDIS_TIMEOUT_S = 0.2
 CONSUMERS = ("owner", "housekeeping")
 
 
-def database_waits(engine: str, role: str) -> dict[str, Any]:
-    """Return the options of the database that depend on the role; an owner has to renew a lease of three seconds."""
+def database_options(engine: str, role: str) -> dict[str, Any]:
+    """Return the options of the database that depend on the role; an owner has to renew a lease of three seconds.
+
+    SQLite's log is written back into the database by whoever commits when it has grown to that many pages of 4 KiB,
+    which takes as long as the disk needs. So housekeeping does it early, and whoever is on a command's path only where
+    housekeeping did not.
+    """
     if engine.endswith("sqlite3"):
-        return {"timeout": 2 if role == "owner" else 20}
+        pages = 1000 if role == "housekeeping" else 8000
+        return {
+            "timeout": 2 if role == "owner" else 20,
+            "init_command": f"PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL; PRAGMA wal_autocheckpoint={pages};",
+        }
     return {"wait_s": 2.0 if role == "owner" else 10.0}
 
 
@@ -32,6 +41,6 @@ def take(role: str) -> None:
         return
     settings.ROLE = role
     database, broker = settings.DATABASES["default"], settings.CELERY_BROKER_TRANSPORT_OPTIONS
-    database["OPTIONS"].update(database_waits(database["ENGINE"], role))
+    database["OPTIONS"].update(database_options(database["ENGINE"], role))
     broker.clear()  # in place: Django and Celery may hold both already
     broker.update(broker_options(role))

@@ -124,10 +124,7 @@ def _database() -> dict[str, Any]:
     )
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
-        config["OPTIONS"] = {
-            "transaction_mode": "IMMEDIATE",
-            "init_command": "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;",
-        }
+        config["OPTIONS"] = {"transaction_mode": "IMMEDIATE"}
         # the tests' workers are separate processes: they need a file, not memory
         if name := env.str("FARHAND_TEST_SQLITE", ""):
             config["TEST"] = {"NAME": name}
@@ -137,7 +134,7 @@ def _database() -> dict[str, Any]:
         config["OPTIONS"] = {
             "connect_timeout": 3, "server_side_binding": True, "prepare_threshold": 5,
         } | config.get("OPTIONS", {})  # fmt: skip
-    config["OPTIONS"].update(roles.database_waits(config["ENGINE"], ROLE))
+    config["OPTIONS"].update(roles.database_options(config["ENGINE"], ROLE))
     return config
 
 

@@ -118,12 +118,16 @@ from accounts.models import User
 from robots import services
 from robots.clock import SYSTEM
 from robots.models import Robot
-from robots.states import Cycle, GrantKind
+from robots.states import COMMAND_FINAL, Cycle, GrantKind
 admin, now, robot = User.objects.get(username="admin"), SYSTEM.now(), Robot.objects.get(slug="mercury")
-Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING, speed=0.05)
+Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
 services.start_grant(robot, GrantKind.TURN, now, admin, now + timedelta(minutes=5))
-import time; time.sleep(4)  # until the owner has read the new speed
-print(services.issue("mercury", admin, "move", {"x": -0.2, "y": 0.3}, 1).command.pk)
+slow = services.issue("mercury", admin, "speed", {"speed": 0.02}, 1).command
+while slow.state not in COMMAND_FINAL:  # a motion that lasts until everything is stopped
+    SYSTEM.sleep(0.1)
+    slow.refresh_from_db()
+assert slow.state == "completed", slow.reason
+print(services.issue("mercury", admin, "move", {"x": -0.2, "y": 0.3}, 2).command.pk)
 """
 
 

@@ -22,10 +22,15 @@ def offers_turns(robot: Robot) -> bool:
 
 def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
     """Return the command kinds that may be requested as jobs; none if the robot's package is not installed."""
+    return job_kinds_or_none(robot) or ()
+
+
+def job_kinds_or_none(robot: Robot) -> tuple[CommandKind, ...] | None:
+    """Return the same, but None if the robot's package is not installed, so that nobody knows."""
     try:
         commands = spec_of(robot.driver).commands
     except LookupError:
-        return ()
+        return None
     return tuple(c for c in commands if c.open_to(ANYONE) and not c.held)
 
 

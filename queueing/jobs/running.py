@@ -102,7 +102,7 @@ def end(queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: 
         follow_charge(job.account)
     settle_clock(queue)
     announce(queue, job.user)
-    if job.mail and job.user is not None and job.user.email:
+    if job.mail and job.user is not None and job.user.is_active and job.user.email:
         _mail_on_commit(job, f"{job.kind}: {JobState(state).label.lower()}. {reason}".strip())
 
 

@@ -23,7 +23,7 @@ from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.jobs.kinds import job_kinds, kinds_for, link_of
-from queueing.jobs.suspending import resume, suspended
+from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
@@ -63,7 +63,7 @@ def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int
     link = link_of(robot)
     context = {
         "robot": robot, "kinds": kinds_for(robot, request.user), "any_kinds": job_kinds(robot),
-        "suspended": suspended(robot, link), "guests_ask": link is not None and link.guests_ask,
+        "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip
     return render(request, "pages/jobs.html", context, status=status)
@@ -73,8 +73,8 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
     try:
         if request.POST.get("do") == "resume":
             resume(robot, request.user, SYSTEM.now())
-            messages.success(request, "Jobs, idle behaviour and needs go on.")
-            return redirect("jobs", slug=robot.slug)
+            messages.success(request, RESUMED)
+            return redirect(robot) if request.POST.get("back") == "robot" else redirect("jobs", slug=robot.slug)
         return _ask(request, robot)
     except (QueueError, RobotError) as error:
         if wants_json(request):
@@ -193,6 +193,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     ahead = next((one.ahead for one in order if one.job == job), 0)
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
+        "suspended": job.state == JobState.WAITING and waits_for_staff(job.robot),
         "asked": _in_words(job, texts=may_cancel(job, asker)),
         "may_cancel": may_cancel(job, asker),
         "grants": grants,

@@ -1,4 +1,4 @@
-"""Judges waiting jobs again, by the rule by which they were asked for (`kinds.may_ask`), in statements for all at once."""
+"""Judges waiting jobs again by the rule of asking (`kinds.may_ask`), in statements for all of them at once."""
 
 from datetime import datetime
 

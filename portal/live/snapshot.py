@@ -161,7 +161,7 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
     shown = None
     if ticket is not None:
         ahead = place(ticket) if ticket.state == TicketState.WAITING else 0
-        wait = wait_range(robot, ahead, now)
+        wait = wait_range(robot, ticket, now)
         shown = {
             "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": _ms(ticket.offer_until),
         }  # fmt: skip

@@ -118,7 +118,7 @@ def _cost(robot: Robot, link: QueueRobot | None, kind: str) -> float:
 
 def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
     """Return the open jobs in order, each with its start tag, or with the tag that it will probably get."""
-    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue"))
+    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue", "robot"))
     if not jobs:
         return {}
     tags = _tags(jobs, _cost(robot, link, jobs[0].kind))

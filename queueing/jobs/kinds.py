@@ -50,3 +50,12 @@ def kinds_for(robot: Robot, user: Any) -> tuple[CommandKind, ...]:
     link = link_of(robot)
     guests = link is not None and link.guests_ask
     return tuple(kind for kind in job_kinds(robot) if may_ask(robot, user, kind, guests))
+
+
+def label_of(robot: Robot, kind: str) -> str:
+    """Return what the robot calls this kind of command; its plain name where the robot no longer knows it."""
+    try:
+        found = spec_of(robot.driver).command(kind)
+    except LookupError:
+        found = None
+    return found.label if found is not None else kind.capitalize()

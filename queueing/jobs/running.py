@@ -9,6 +9,7 @@ from django.db import transaction
 from accounts.adapter import send_in_background
 from queueing.charging import charge, serve
 from queueing.charging import settle as settle_clock
+from queueing.jobs.kinds import label_of
 from queueing.jobs.tagging import follow_charge
 from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
 from queueing.rows import announce
@@ -103,7 +104,7 @@ def end(queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: 
     settle_clock(queue)
     announce(queue, job.user)
     if job.mail and job.user is not None and job.user.is_active and job.user.email:
-        _mail_on_commit(job, f"{job.kind}: {JobState(state).label.lower()}. {reason}".strip())
+        _mail_on_commit(job, f"{label_of(job.robot, job.kind)}: {JobState(state).label.lower()}. {reason}".strip())
 
 
 def _mail_on_commit(job: Job, text: str) -> None:

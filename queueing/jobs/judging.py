@@ -1,4 +1,4 @@
-"""Judges waiting jobs again by the rule of asking (`kinds.may_ask`), in statements for all of them at once."""
+"""Judges waiting jobs again: by the rule of asking (`kinds.may_ask`), and by what the robot tells meanwhile."""
 
 from datetime import datetime
 
@@ -6,6 +6,7 @@ from django.db.models import Q
 
 from accounts.models import Clearance
 from queueing.jobs.kinds import job_kinds_or_none
+from queueing.jobs.outdated import outdated
 from queueing.jobs.running import end
 from queueing.models import Job, JobState, Queue, QueueRobot
 from robots.contract.spec import CommandKind
@@ -18,17 +19,19 @@ NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
 NOTHING_KNOWN = Q(pk=None)  # of no job
 
 
-def end_unfit(queue: Queue, now: datetime) -> None:
-    """End the waiting jobs whose asker may no longer ask for them, each with the reason; they cost nothing."""
-    waiting = Job.objects.filter(queue=queue, state=JobState.WAITING)
+def judge_waiting(queue: Queue, now: datetime) -> None:
+    """End the waiting jobs that may not start any more, each with the reason; they cost nothing."""
+    waiting = Job.objects.filter(queue=queue, state=JobState.WAITING).select_related("account", "robot", "user")
     if not waiting.exists():
         return
     for link in QueueRobot.objects.select_related("robot").filter(queue=queue):
+        of_robot = waiting.filter(robot=link.robot)
         rules = refusals(link.robot, link.guests_ask)
-        unfit = waiting.filter(_any(rules), robot=link.robot).select_related("account", "robot", "user")
-        for job in list(unfit):
+        for job in list(of_robot.filter(_any(rules))):
             why = next(reason for rule, reason in rules if Job.objects.filter(rule, pk=job.pk).exists())
             end(queue, job, JobState.CANCELLED, why, 0.0, now)
+        for job, good in outdated(link.robot, of_robot, now):
+            end(queue, job, JobState.FAILED, good.text, 0.0, now, good.code)
 
 
 def unfit(robot: Robot, guests_ask: bool) -> Q:

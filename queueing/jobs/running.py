@@ -92,10 +92,12 @@ def _used(grant: Grant, robot: Robot) -> float:
     return max(0.0, ((grant.ended_at or grant.opened_at) - grant.opened_at).total_seconds())
 
 
-def end(queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime) -> None:
-    """End a job for good, charge it, and tell its asker."""
+def end(
+    queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime, code: str = ""
+) -> None:  # fmt: skip
+    """End a job for good, charge it, and tell its asker. `code`: the robot's own word for why it never began."""
     open_one = Job.objects.filter(pk=job.pk, state=job.state)
-    if not open_one.update(state=state, reason=reason[:300], ended_at=now, charged=cost):
+    if not open_one.update(state=state, reason=reason[:300], code=code, ended_at=now, charged=cost):
         return
     if job.start_tag is not None and cost:
         charge(queue, job.account, job.start_tag, cost)

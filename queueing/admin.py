@@ -8,10 +8,21 @@ from django.http import HttpRequest
 from queueing import staff
 from queueing.jobs.asking import Asker
 from queueing.jobs.cancelling import cancel
+from queueing.jobs.suspending import RESUMED, resume
 from queueing.models import OPEN_JOB, Account, Job, Queue, QueueRobot, Ticket, Turn
 from robots.clock import SYSTEM
 from robots.history import Kept
 from robots.inlines import NamedInline, NamedRowsAdmin
+from robots.models import Robot
+from robots.verbs import add, staff_only
+
+
+@add
+@staff_only
+def resume_jobs(robot: Robot, request: HttpRequest) -> str:
+    """Let jobs, idle behaviour and needs go on after a stop."""
+    resume(robot, request.user, SYSTEM.now())
+    return RESUMED
 
 
 class LinkInline(NamedInline):

@@ -64,5 +64,4 @@ def _standing(ticket: Ticket, now: datetime) -> Standing | None:
         return replace(found, until=turn.until, kept_until=kept)
     if state == "missed":
         return replace(found, ended_at=ticket.ended_at, reason=ticket.end_reason)
-    ahead = place(ticket)
-    return replace(found, ahead=ahead, wait_s=wait_range(robot, ahead, now))
+    return replace(found, ahead=place(ticket), wait_s=wait_range(robot, ticket, now))

@@ -42,7 +42,7 @@ def _serve(queue: Queue, link: QueueRobot, now: datetime) -> None:
         _give_way(grant, need_first(robot, need), now)
         open_need(robot, need, now)
         return
-    job = head_of(robot) if idle else None
+    job = head_of(robot, link) if idle else None
     if ticket is not None and (job is None or _before(ticket, job)):
         _to_a_person(queue, robot, grant, ticket, now)
     elif job is not None:

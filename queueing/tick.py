@@ -7,6 +7,7 @@ from datetime import datetime, timedelta
 from django.db import transaction
 from django.db.models import Exists, OuterRef, Q, QuerySet
 
+from queueing.jobs.judging import judge_waiting
 from queueing.jobs.running import settle as settle_jobs
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, Ticket, TicketState, Turn
 from queueing.offers import recall_offers
@@ -89,5 +90,6 @@ def _tick(queue: Queue, now: datetime) -> None:
     ):
         withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
     settle_jobs(queue, now)
+    judge_waiting(queue, now)  # after it, for it puts back what was cut short
     if not queue.paused:
         serve_next(queue, now)

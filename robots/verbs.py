@@ -95,6 +95,12 @@ def test(robot: Robot, request: HttpRequest) -> str:
     return "The connection is being tested; the result appears below in some seconds."
 
 
+def add(verb: Verb) -> Verb:
+    """Offer a verb of another app on the robot's admin page too, by its name."""
+    VERBS[verb.__name__] = verb
+    return verb
+
+
 VERBS: dict[str, Verb] = {
     verb.__name__: verb for verb in (enable, disable, stop, release, lock_out, lift, maintenance, procedure, test)
 }

@@ -16,6 +16,7 @@ import { Sound } from "./sound.ts";
 import "./stop_in_view.ts";
 import { StopPress } from "./stop.ts";
 import { Streams } from "./streams.ts";
+import { Suspended } from "./suspended.ts";
 import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { Watching } from "./watching.ts";
@@ -72,6 +73,7 @@ export class RobotPage {
   private seqGrant = 0;
   private stateHeardAt = 0;
   private stopPress: StopPress;
+  private suspended = new Suspended((words, level) => this.notice(words, level));
   private storeDown = "";
   private noticeTimer = 0;
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -318,6 +320,7 @@ export class RobotPage {
     text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
     text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
     this.place.draw(s, this.live.now(), f.lineUp);
+    this.suspended.draw(s);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
     text("stop-said", unconfirmed(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");

@@ -25,6 +25,8 @@ export interface Snapshot {
   replay?: boolean;
   robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean };
   stopped: boolean; operator: string | null; queue: number;
+  /** After a stop, jobs and the robot's own behaviour wait until staff resume them. */
+  suspended: boolean;
   /** In the order in which they will be served. */
   jobs: JobInfo[];
   /** The latched stop: whether the robot confirmed that it rests, and if not, the latest time by which it rests. */

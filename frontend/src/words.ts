@@ -27,6 +27,16 @@ export function waitWords(wait: readonly [number, number] | null): string {
   return low < 10 ? `at most ${far}` : rounded(low) === far ? `about ${far}` : `about ${rounded(low)} to ${far}`;
 }
 
+/** Jobs of a robot after a stop. */
+export const SUSPENDED = "Jobs and the robot's own behaviour wait until staff press Resume jobs.";
+
+/** How a job of the viewer's stands that waits, with so many requests before it. */
+export function standing(noun: string, ahead: number, wait: readonly [number, number] | null, suspended: boolean): string {
+  if (suspended) return `Your ${noun} keeps its place. ${SUSPENDED}`;
+  const before = ahead === 0 ? "It is next" : ahead === 1 ? "One is before it" : `${ahead} are before it`;
+  return `Your ${noun} waits. ${before}; ${waitWords(wait)}.`;
+}
+
 function rounded(seconds: number): string {
   return seconds < 90 ? `${Math.max(10, Math.ceil(seconds / 10) * 10)} s` : `${Math.ceil(seconds / 60)} min`;
 }

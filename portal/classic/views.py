@@ -77,7 +77,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     still = newest_still(robot)
     mine = turn is not None and turn.user_id == request.user.pk
     ahead = place(ticket) if ticket is not None and ticket.state == TicketState.WAITING else 0
-    wait = wait_range(robot, ahead, now) if ticket else None
+    wait = wait_range(robot, ticket, now) if ticket else None
     unwritten = None
     if request.user.is_authenticated:
         unwritten = Turn.objects.filter(user=request.user, robot=robot, entry=None).exclude(ended_at=None).first()

@@ -9,6 +9,7 @@ from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.estimates import place, wait_range, waiting
 from queueing.jobs.kinds import kinds_for, offers_turns
+from queueing.jobs.suspending import waits_for_staff
 from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn
 from robots.grants import open_grant, owner_alive
@@ -105,6 +106,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             "turns": offers_turns(robot),
         },
         "stopped": robot.stop_latched,
+        "suspended": waits_for_staff(robot),
         "stop": _stop(stop_shown(robot, now)),
         "operator": turn.user.username if turn else ("staff" if _by_staff(grant) else None),
         "queue": waiting(robot),
@@ -159,7 +161,7 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
     shown = None
     if ticket is not None:
         ahead = place(ticket) if ticket.state == TicketState.WAITING else 0
-        wait = wait_range(robot, ahead, now)
+        wait = wait_range(robot, ticket, now)
         shown = {
             "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": _ms(ticket.offer_until),
         }  # fmt: skip

@@ -18,12 +18,13 @@ from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.limits.addresses import network_of
 from portal.pages.job_answers import AGAIN_S, own_listed, refused, told, wants_json
+from portal.pages.job_words import asked, result, share_of, stages
 from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.jobs.kinds import job_kinds, kinds_for, link_of
-from queueing.jobs.suspending import resume, suspended
+from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
@@ -63,7 +64,7 @@ def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int
     link = link_of(robot)
     context = {
         "robot": robot, "kinds": kinds_for(robot, request.user), "any_kinds": job_kinds(robot),
-        "suspended": suspended(robot, link), "guests_ask": link is not None and link.guests_ask,
+        "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip
     return render(request, "pages/jobs.html", context, status=status)
@@ -73,8 +74,8 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
     try:
         if request.POST.get("do") == "resume":
             resume(robot, request.user, SYSTEM.now())
-            messages.success(request, "Jobs, idle behaviour and needs go on.")
-            return redirect("jobs", slug=robot.slug)
+            messages.success(request, RESUMED)
+            return redirect(robot) if request.POST.get("back") == "robot" else redirect("jobs", slug=robot.slug)
         return _ask(request, robot)
     except (QueueError, RobotError) as error:
         if wants_json(request):
@@ -164,18 +165,6 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     return _show(request, job, asker)
 
 
-def _in_words(job: Job, texts: bool) -> list[tuple[str, str]]:
-    """Return what was asked, each value with its unit, where the robot still takes such jobs.
-
-    `texts`: what people wrote too, which only its asker and staff see.
-    """
-    kinds = (kind for kind in job_kinds(job.robot) if kind.kind == job.kind)
-    units = {argument.name: argument.unit for kind in kinds for argument in kind.arguments}
-    shown = {name: value for name, value in job.args.items() if texts or not isinstance(value, str)}
-    told = {name: f"{value:.10g}" if isinstance(value, float) else str(value) for name, value in shown.items()}
-    return [(name, f"{value} {units.get(name, '')}".strip()) for name, value in told.items()]
-
-
 def _survey(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
     if not consume(request, app="farhand", action="survey", config=settings.RATE_LIMITS):
         return _show(request, job, asker, "Too many answers come from your network; send yours in a minute.", 429)
@@ -191,12 +180,17 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
     grants = job.runs.values("grant")
     order = foreseen(job.robot, SYSTEM.now()) if job.state == JobState.WAITING else []
     ahead = next((one.ahead for one in order if one.job == job), 0)
+    commands = list(Command.objects.filter(grant__in=grants).order_by("id"))
+    last, mine = commands[-1] if commands else None, may_cancel(job, asker)
     context = {
         "job": job, "open": job.state in OPEN_JOB, "ahead": ahead,
-        "asked": _in_words(job, texts=may_cancel(job, asker)),
-        "may_cancel": may_cancel(job, asker),
+        "suspended": job.state == JobState.WAITING and waits_for_staff(job.robot),
+        "asked": asked(job, texts=mine),
+        "result": result(job, last, texts=mine),
+        "share": share_of(last),
+        "may_cancel": mine,
         "grants": grants,
-        "commands": Command.objects.filter(grant__in=grants).order_by("id"),
+        "runs": [(number, stages(command)) for number, command in enumerate(commands, 1)],
         "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
         "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],
         "problem": problem,

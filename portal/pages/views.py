@@ -19,6 +19,7 @@ from portal.live.snapshot import status_of
 from portal.pages.errors import software_missing
 from queueing.estimates import waiting
 from queueing.jobs.kinds import job_kinds, offers_turns
+from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
@@ -79,6 +80,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         "views": description.views(described),
         "classic": drawn(robot),
         "takes_jobs": bool(job_kinds(robot)),
+        "suspended": waits_for_staff(robot),
         "composites": robot.spec().all_of(Composite),
         "turns": offers_turns(robot),
     }

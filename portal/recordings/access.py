@@ -6,6 +6,7 @@ from typing import Any
 from django.http import Http404
 
 from operatorlog.models import Entry, Visibility
+from queueing.jobs.kinds import label_of
 from queueing.models import Job, Turn
 from robots.models import Recording, RecordingState
 
@@ -30,10 +31,10 @@ def about(recording: Recording) -> About | None:
         hidden = Entry.objects.filter(turn=turn, visibility=Visibility.HIDDEN).exists()
         name = turn.user.get_username()
         return About(f"Turn of {name}", name, turn.get_absolute_url(), False, hidden)
-    job = Job.objects.select_related("user").filter(runs__grant=recording.grant_id).first()
+    job = Job.objects.select_related("user", "robot").filter(runs__grant=recording.grant_id).first()
     if job is not None:
         return About(
-            f"{job.kind.capitalize()} (a job)", job.shown_name, job.get_absolute_url(), job.user is None, False
+            f"{label_of(job.robot, job.kind)} (a job)", job.shown_name, job.get_absolute_url(), job.user is None, False
         )
     return None
 

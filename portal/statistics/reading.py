@@ -89,12 +89,14 @@ def _numbers(told: Any, which: str) -> dict[str, float]:
 
 def _asks(robot: Robot, declared: Statistics, span: Span) -> tuple[list[Ask], bool]:
     jobs = Job.objects.filter(robot=robot, asked_at__gte=span.start, asked_at__lt=span.end).order_by("asked_at", "id")
-    rows = list(jobs.values_list("id", "asked_at", "state", "faults", "user_id", "guest")[: MOST_JOBS + 1])
+    rows = list(jobs.values_list("id", "asked_at", "state", "faults", "user_id", "guest", "code")[: MOST_JOBS + 1])
     last = _last_commands(robot, span)
     own = frozenset(code for code, _ in declared.ends)
     asks = []
-    for pk, at, state, faults, user, guest in rows[:MOST_JOBS]:
+    for pk, at, state, faults, user, guest, never in rows[:MOST_JOBS]:
         command_state, code, told = last.get(pk, ("", "", None))
+        if never:  # the robot left it behind while it waited
+            command_state, code = CommandState.REJECTED, never
         outcome = outcome_of(state, faults, command_state, code, own)
         asks.append(Ask(at, outcome, guest or f"{user}", _numbers(told, "began").get(declared.against)))
     return asks, len(rows) > MOST_JOBS

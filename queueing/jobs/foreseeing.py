@@ -1,5 +1,6 @@
 """The order in which open jobs will probably be served, and how long each may wait. Reads only."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -58,6 +59,38 @@ def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
     return found
 
 
+def jobs_before(ticket: Ticket) -> list[Job]:
+    """Return the waiting jobs of the ticket's queue that are served before it. Jobs that wait for staff are not."""
+    waiting = Job.objects.filter(queue=ticket.queue_id, state=JobState.WAITING)
+    if not waiting.exists():
+        return []
+    found: list[Job] = []
+    for link in QueueRobot.objects.select_related("robot").filter(queue=ticket.queue_id):
+        if suspended(link.robot, link):
+            continue
+        tags = _tagged(link.robot, link)
+        found += [job for job, tag in tags.items() if _precedes(job, tag, ticket)]
+    return found
+
+
+def _precedes(job: Job, tag: float, ticket: Ticket) -> bool:
+    if job.state != JobState.WAITING or job.user_id == ticket.user_id:  # one's own gave way to the ticket
+        return False
+    return (tag, job.asked_at) < (ticket.start_tag, ticket.joined_at)
+
+
+def jobs_take(robot: Robot, jobs: Sequence[Job], now: datetime) -> Range:
+    """Return the least and greatest time (s) until these jobs are done, and the one that runs on the robot."""
+    first = Job.objects.filter(robot=robot, state=JobState.RUNNING).first()
+    low = high = 0.0
+    if first is not None:
+        low, high = _left(first, durations(robot, first.kind), now)
+    for kind, number in Counter(job.kind for job in jobs).items():
+        least, most = durations(robot, kind)
+        low, high = low + number * least, high + number * most
+    return low, high
+
+
 def durations(robot: Robot, kind: str) -> Range:
     """Return from when to when most of the robot's jobs end (s); from 0 to the kind's limit if none has ended."""
     runs = JobRun.objects.filter(
@@ -85,7 +118,7 @@ def _cost(robot: Robot, link: QueueRobot | None, kind: str) -> float:
 
 def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
     """Return the open jobs in order, each with its start tag, or with the tag that it will probably get."""
-    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue"))
+    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue", "robot"))
     if not jobs:
         return {}
     tags = _tags(jobs, _cost(robot, link, jobs[0].kind))

@@ -22,10 +22,15 @@ def offers_turns(robot: Robot) -> bool:
 
 def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
     """Return the command kinds that may be requested as jobs; none if the robot's package is not installed."""
+    return job_kinds_or_none(robot) or ()
+
+
+def job_kinds_or_none(robot: Robot) -> tuple[CommandKind, ...] | None:
+    """Return the same, but None if the robot's package is not installed, so that nobody knows."""
     try:
         commands = spec_of(robot.driver).commands
     except LookupError:
-        return ()
+        return None
     return tuple(c for c in commands if c.open_to(ANYONE) and not c.held)
 
 
@@ -45,3 +50,12 @@ def kinds_for(robot: Robot, user: Any) -> tuple[CommandKind, ...]:
     link = link_of(robot)
     guests = link is not None and link.guests_ask
     return tuple(kind for kind in job_kinds(robot) if may_ask(robot, user, kind, guests))
+
+
+def label_of(robot: Robot, kind: str) -> str:
+    """Return what the robot calls this kind of command; its plain name where the robot no longer knows it."""
+    try:
+        found = spec_of(robot.driver).command(kind)
+    except LookupError:
+        found = None
+    return found.label if found is not None else kind.capitalize()

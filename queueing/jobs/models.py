@@ -44,6 +44,10 @@ class Job(models.Model):
     start_tag = models.FloatField(null=True, blank=True)
     state = models.CharField(max_length=10, choices=JobState, default=JobState.WAITING)
     reason = models.CharField(max_length=300, blank=True)
+    code = models.CharField(
+        max_length=40, blank=True, default="", db_default="", editable=False,
+        help_text="The robot's own word for why it ended before it began.",
+    )  # fmt: skip
     shown_name = models.CharField(max_length=40, blank=True)
     mail = models.BooleanField(default=False, help_text="Its asker wants a mail at its end.")
     asked_at = models.DateTimeField()

@@ -9,6 +9,7 @@ from django.db import transaction
 from accounts.adapter import send_in_background
 from queueing.charging import charge, serve
 from queueing.charging import settle as settle_clock
+from queueing.jobs.kinds import label_of
 from queueing.jobs.tagging import follow_charge
 from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
 from queueing.rows import announce
@@ -91,10 +92,12 @@ def _used(grant: Grant, robot: Robot) -> float:
     return max(0.0, ((grant.ended_at or grant.opened_at) - grant.opened_at).total_seconds())
 
 
-def end(queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime) -> None:
-    """End a job for good, charge it, and tell its asker."""
+def end(
+    queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: datetime, code: str = ""
+) -> None:  # fmt: skip
+    """End a job for good, charge it, and tell its asker. `code`: the robot's own word for why it never began."""
     open_one = Job.objects.filter(pk=job.pk, state=job.state)
-    if not open_one.update(state=state, reason=reason[:300], ended_at=now, charged=cost):
+    if not open_one.update(state=state, reason=reason[:300], code=code, ended_at=now, charged=cost):
         return
     if job.start_tag is not None and cost:
         charge(queue, job.account, job.start_tag, cost)
@@ -102,8 +105,8 @@ def end(queue: Queue, job: Job, state: JobState, reason: str, cost: float, now: 
         follow_charge(job.account)
     settle_clock(queue)
     announce(queue, job.user)
-    if job.mail and job.user is not None and job.user.email:
-        _mail_on_commit(job, f"{job.kind}: {JobState(state).label.lower()}. {reason}".strip())
+    if job.mail and job.user is not None and job.user.is_active and job.user.email:
+        _mail_on_commit(job, f"{label_of(job.robot, job.kind)}: {JobState(state).label.lower()}. {reason}".strip())
 
 
 def _mail_on_commit(job: Job, text: str) -> None:

@@ -3,11 +3,31 @@
 from datetime import datetime
 from typing import Any
 
+from queueing.jobs.kinds import job_kinds
 from queueing.models import QueueRobot
 from queueing.rows import announce, queue_of
+from robots.contract.capabilities import Idle, Need
+from robots.contract.find import spec_of
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
 from robots.permissions import need_staff
+
+RESUMED = "Jobs and the robot's own behaviour go on."
+
+
+def waits_for_staff(robot: Robot) -> bool:
+    """Return whether a robot that takes jobs, or does anything by itself, does not until staff resume it."""
+    if not robot.stop_latched and robot.stopped_at is None:  # the usual case, without a question to the database
+        return False
+    return _works_alone(robot) and suspended(robot, QueueRobot.objects.filter(robot=robot).first())
+
+
+def _works_alone(robot: Robot) -> bool:
+    try:
+        spec = spec_of(robot.driver)
+    except LookupError:
+        return False
+    return bool(job_kinds(robot) or spec.all_of(Idle) or spec.all_of(Need))
 
 
 def suspended(robot: Robot, link: QueueRobot | None) -> bool:

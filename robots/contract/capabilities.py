@@ -137,6 +137,21 @@ class Need:
 
 
 @dataclass(frozen=True)
+class GoodWhile:
+    """A waiting job of that kind is good while its `argument` equals the value of `channel`, if it was given.
+
+    Once the robot tells another value, such jobs end as failed, uncharged, with `text` as the reason; statistics count
+    them by `code`, as they do what the driver refuses with it. Of a job that runs the driver judges itself.
+    """
+
+    kind: str
+    argument: str
+    channel: str
+    code: str
+    text: str
+
+
+@dataclass(frozen=True)
 class Composite:
     """One drawn picture of all that the robot shows, as motion JPEG for programs and browsers without scripts.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Literal, TypeVar
 
-from robots.contract.capabilities import Composite, Idle, Need, Programs, Statistics
+from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Programs, Statistics
 from robots.contract.channels import MOST, Pose, Scalar, Scale
 from robots.contract.policies import HOLD, Policies
 from robots.contract.session import RobotState
@@ -164,12 +164,26 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
             yield f"names {capability.kind!r} of the lane {found.lane!r} in its {name}; only motions belong there"
     if isinstance(capability, Statistics):
         yield from _wrong_with_statistics(capability, spec)
+    if isinstance(capability, GoodWhile):
+        yield from _wrong_with_good_while(capability, spec)
     if not isinstance(capability, Need):
         return
     if capability.channel not in [c.name for c in spec.channels]:
         yield f"has no channel {capability.channel!r}, which its Need names"
     if not capability.below <= capability.until:
         yield f"has a Need that begins below {capability.below:g} and ends at {capability.until:g}, which is less"
+
+
+def _wrong_with_good_while(good: GoodWhile, spec: Spec) -> Iterator[str]:
+    command = spec.command(good.kind)
+    if command is None:
+        yield f"has no command {good.kind!r}, which its GoodWhile names"
+    elif not any(a.name == good.argument and not a.text for a in command.arguments):
+        yield f"has no number {good.argument!r} in its command {good.kind!r}, which its GoodWhile names"
+    if good.channel not in [c.name for c in spec.channels]:
+        yield f"has no channel {good.channel!r}, which its GoodWhile names"
+    if not good.code:
+        yield "gives no code for the end of jobs in its GoodWhile"
 
 
 def _wrong_with_statistics(statistics: Statistics, spec: Spec) -> Iterator[str]:

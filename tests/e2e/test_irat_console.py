@@ -88,7 +88,7 @@ def test_two_strangers_one_on_a_phone_give_goals_by_click_and_from_the_list(port
     expect(a.locator("#asked")).to_contain_text("Your goal was cancelled.")
     expect(b.locator("#asked")).to_contain_text("It is next")
     b.locator("#asked-do a").click()
-    expect(b.locator("h1")).to_have_text("Goal on iRat")
+    expect(b.locator("h1")).to_have_text("Go to a place on iRat")
 
 
 @pytest.mark.length
@@ -97,7 +97,11 @@ def test_staff_drive_by_hand_under_lock_out_and_strangers_see_no_pad(portal, vis
     expect(stranger.page.locator("#drive")).to_be_hidden()
     kim = visitor(color_scheme="dark")
     session(kim, people["kim"])
+    expect(stranger.page.locator("#suspended")).to_be_hidden()
     services.lock_out(portal.robot, people["kim"], "driven by hand")
+    expect(stranger.page.locator("#suspended")).to_contain_text("wait until staff press Resume jobs")
+    expect(stranger.page.locator("#suspended")).to_be_visible()
+    expect(stranger.page.locator("#suspended button")).to_have_count(0)
     robot = Robot.objects.get(pk=portal.robot.pk)
     services.release_stop(robot, people["kim"], True)
     services.start_maintenance(robot, people["kim"])
@@ -114,6 +118,12 @@ def test_staff_drive_by_hand_under_lock_out_and_strangers_see_no_pad(portal, vis
     kim.page.mouse.up()
     assert command.args == {"forward": 1, "turn": 0}
     kim.axe("staff drive")
+    resume = kim.page.locator("#suspended button")
+    expect(resume).to_have_attribute("aria-disabled", "false")
+    resume.click()
+    expect(kim.page.locator(".messages")).to_contain_text("Jobs and the robot's own behaviour go on.")
+    for page in (kim.page, stranger.page):
+        expect(page.locator("#suspended")).to_be_hidden()
 
 
 @pytest.fixture

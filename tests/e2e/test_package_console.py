@@ -84,6 +84,7 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
     page.evaluate(f"document.querySelector('{DIAL}').replaceChildren()")  # a console may break its own drawing
     stop.click()
     expect(page.locator("#release")).to_be_visible()
+    expect(page.locator("#suspended")).to_be_visible()  # it has idle behaviour and takes jobs
     expect(page.locator("#ladder li", has_text="Turn").first).to_have_attribute("data-state", "cancelled")
     expect(page.locator("[data-command=turn]")).to_have_attribute("aria-disabled", "true")
     assert turns("cancelled").count() == 1

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import socket
 
 import pytest
 from django.conf import settings
@@ -10,7 +11,7 @@ from django.test import Client
 from portal.processes import robot_processes
 from portal.seeding import add_robot
 from queueing import services as queue
-from queueing.models import Account, Job, JobRun
+from queueing.models import Account, Job, JobRun, Queue
 from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Frame, Grant, Robot
@@ -37,6 +38,19 @@ class Guest:
         return not self.goals and self.job.ended_at
 
 
+def left_behind(robot):
+    """A job that waits on a rail which is taken away meanwhile; nothing is begun, as while the robot charges."""
+    Queue.objects.update(paused=True)
+    said = Client(REMOTE_ADDR="192.0.2.9").post("/robots/shuttle/jobs/", {"kind": "go", "arg-x": 0.5, "arg-rail": 1})
+    job = Job.objects.get(key=said["Location"].split("/")[2])
+    with socket.socket(socket.AF_UNIX) as line:
+        line.connect((robot.rig_dir / "tty").read_text().strip())
+        line.sendall(json.dumps({"do": "new_rail"}).encode() + b"\n")
+    wait_for(lambda: queue.tick(SYSTEM.now()) or Job.objects.filter(pk=job.pk, state="failed").exists(), 30, "its end")
+    job.refresh_from_db()
+    return job
+
+
 @pytest.mark.alone  # an owner that the machine stalls for longer than its lease ends a job as unknown, for good
 def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(transactional_db, redis_server, monkeypatch):
     bus.connection().flushall()
@@ -60,6 +74,7 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
             lost = [Guest("192.0.2.7", [1.75]), Guest("192.0.2.8", [1.25])]
             wait_for(lambda: all([g.go_on() for g in lost]) or queue.tick(SYSTEM.now()), 30, "both are told why not")
             wait_for(lambda: queue.tick(SYSTEM.now()) or Grant.objects.filter(kind="idle").exists(), 20, "it roams")
+            dropped = left_behind(robot)
         finally:
             for child in children[::-1]:
                 child.kill()
@@ -73,10 +88,12 @@ def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(trans
     assert rows["Driven"] is None, "it tells no such value, so none is invented"
     assert Frame.objects.filter(robot=robot, width=128, height=16).exists(), "its pictures come by its driver"
     refused, gave_up = (guest.job for guest in lost)
+    assert (dropped.code, dropped.charged, dropped.runs.count()) == ("rail", 0.0, 0)
+    assert rows["Dropped, because the rail was taken away"] == 1
     assert (refused.state, refused.reason) == ("failed", "The rail ends before this place today.")
     assert (gave_up.state, gave_up.reason) == ("failed", "A leaf lies on the rail here.")
     assert (refused.charged, gave_up.charged) == (0.0, 1.0)
-    served = [j for j in Job.objects.order_by("ended_at") if j not in (refused, gave_up)]
+    served = [j for j in Job.objects.order_by("ended_at") if j not in (refused, gave_up, dropped)]
     assert [(j.state, j.reason) for j in served if j.state != "done"] == []
     order = [j.account.network for j in served]
     first, second = order[:2]

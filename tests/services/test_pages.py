@@ -45,7 +45,7 @@ def test_the_admin_is_for_staff(people, client, address, who):
     assert client.get(address).status_code == 302
 
 
-@pytest.mark.parametrize("verb", ["stop", "enable", "disable", "lock_out", "lift", "procedure", "test", "release", "maintenance"])  # fmt: skip
+@pytest.mark.parametrize("verb", ["stop", "enable", "disable", "lock_out", "lift", "procedure", "test", "release", "maintenance", "resume_jobs"])  # fmt: skip
 @pytest.mark.parametrize("who", [None, "ada", "mod"])
 def test_admin_verbs_are_refused_to_everybody_else(robot, people, client, verb, who):
     if who:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.capabilities import Idle, Need, Programs, Share, Statistics, Times, Total
+from robots.contract.capabilities import GoodWhile, Idle, Need, Programs, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
 from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
@@ -47,6 +47,10 @@ def alone(seconds, name="wheel"):
         ({"capabilities": (Statistics(rows=(Times("Docked", "dock"),)),)}, "no command 'dock', which its Statistics names"),
         ({"capabilities": (Statistics(rows=(Share("Busy", ("go", "x")),)),)}, "no command 'x', which its Statistics names"),
         ({"capabilities": (Statistics(ends=(("a", "A"), ("a", "B"))),)}, "names the end 'a' twice in its Statistics"),
+        ({"capabilities": (GoodWhile("dock", "x", "charge", "old", "Old."),)}, "no command 'dock', which its GoodWhile names"),
+        ({"capabilities": (GoodWhile("go", "y", "charge", "old", "Old."),)}, "no number 'y' in its command 'go', which its"),
+        ({"capabilities": (GoodWhile("go", "x", "map", "old", "Old."),)}, "no channel 'map', which its GoodWhile names"),
+        ({"capabilities": (GoodWhile("go", "x", "charge", "", "Old."),)}, "gives no code for the end of jobs in its Good"),
         ({"capabilities": (Need("dock", "charge", 20.0, 90.0),)}, "no command 'dock', which its Need names"),
         ({"capabilities": (Need("go", "battery", 20.0, 90.0),)}, "no channel 'battery', which its Need names"),
         ({"capabilities": (Need("go", "charge", 90.0, 20.0),)}, "begins below 90 and ends at 20"),

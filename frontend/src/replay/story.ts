@@ -38,7 +38,7 @@ export class Story {
     return {
       t: "snapshot", now_ms: this.index.began_ms + at, link: true, store: "", replay: true,
       robot: { slug, name, state: "operating", label: "Recording", why: "", turns: true },
-      stopped, stop: null, operator: who || null, queue: 0, turn: null, still: null, before: null, log: [],
+      stopped, suspended: false, stop: null, operator: who || null, queue: 0, turn: null, still: null, before: null, log: [],
       jobs: commands.filter(({ state }) => !FINAL.has(state)).map(job),
       me: { signed_in: false, cleared: false, ticket: null, can: { watch: true, drive: false, ask: false, stop: false } },
       commands: commands.slice(0, SHOWN),

@@ -4,7 +4,7 @@ import type { RobotPage } from "../page.ts";
 import { arrange, type Part, say, show } from "../parts.ts";
 import type { JobInfo } from "../protocol.ts";
 import { byId } from "../svg.ts";
-import { waitWords } from "../words.ts";
+import { standing, SUSPENDED, waitWords } from "../words.ts";
 
 /** What a job of this robot is called, where its values say that it leads, and how people ask for one. */
 export interface Words { kind: string; noun: string; how: string; where(values: Record<string, number | string>): string }
@@ -109,11 +109,10 @@ export class JobPanel {
     if (!job) return s.me.can.ask ? `${how} You need not wait here: the ${noun}'s own page tells how it ended.` : this.whyNot();
     if (!job.open) return `${ended(job, noun)} You can ask for another.`;
     const told = this.open.find(({ job: { id } }) => id === job.id)?.job;
-    const stopped = s.stopped ? " The robot was stopped; your place is kept." : "";
-    if (!told) return `Your ${noun} was taken.${stopped}`;
+    if (!told) return `Your ${noun} was taken.${s.suspended ? ` ${SUSPENDED}` : ""}`;
     if (told.state === "running") return this.begun();
-    const before = told.ahead === 0 ? "It is next" : told.ahead === 1 ? "One is before it" : `${told.ahead} are before it`;
-    return `Your ${noun} waits. ${before}; ${waitWords(told.wait_s)}.${[job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean).map((why) => ` ${why}`).join("")}${stopped}`;
+    const why = [job.reason, told.wait_s === null ? s.robot.why : ""].filter(Boolean);
+    return [standing(noun, told.ahead, told.wait_s, s.suspended), ...why].join(" ");
   }
 
   private actions(job: OwnJob | undefined): Part[] {
@@ -127,7 +126,7 @@ export class JobPanel {
       const row = this.rows.get(job.id) ?? document.createElement("li");
       this.rows.set(job.id, row);
       row.className = own ? "own" : "";
-      const state = job.state === "running" ? "on its way" : waitWords(job.wait_s);
+      const state = job.state === "running" ? "on its way" : this.page.snapshot?.suspended ? "waits for staff" : waitWords(job.wait_s);
       const parts: Part[] = [
         { tag: "b", text: String(job.ahead) }, { tag: "span", text: `${this.words.where(job.args)}: ${state}${own ? " (yours)" : ""}` },
       ];

@@ -2,7 +2,7 @@
 
 from math import pi
 
-from robots.contract.capabilities import Composite, Idle, Need, Share, Statistics, Times, Total
+from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
@@ -28,6 +28,7 @@ STATISTICS = Statistics(  # the rows of the paper's Table 1, its figures 8 and 9
     job="goal",
     done="reached",
 )
+ON_ITS_MAP = GoodWhile("goal", "map", "map", "map_cleared", "The map was cleared, so this place is no longer known.")
 SCENE = "robots.drivers.irat.composites.scene:Scene"
 COMPOSITES = (Composite("desktop", 780, 460, SCENE), Composite("phone", 320, 480, SCENE))  # the paper's sizes
 SCALES = {
@@ -67,7 +68,8 @@ def spec() -> Spec:
         ),
         streams=(Stream("map", "application/x-irat-map"), Stream("cells", "application/x-irat-cells")),
         capabilities=(
-            Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), STATISTICS, *COMPOSITES,
+            Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), ON_ITS_MAP, STATISTICS,
+            *COMPOSITES,
         ),
         commands=(
             CommandKind(

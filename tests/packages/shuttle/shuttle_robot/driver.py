@@ -25,8 +25,8 @@ class Driver(Session):
                 said = json.loads(line.makefile().readline())
         except (OSError, ValueError) as error:
             raise LineGone(f"The shuttle does not answer: {error}.") from error
-        battery = {"battery": said["battery"]}
-        self.keep(RobotState(time.monotonic(), (said["x"],), (said["x"],), said["moving"], True, values=battery))
+        values = {"battery": said["battery"], "rail": said["rail"]}
+        self.keep(RobotState(time.monotonic(), (said["x"],), (said["x"],), said["moving"], True, values=values))
         return said
 
     def state(self):

@@ -13,6 +13,7 @@ SPEED, COST, FILL = 1.0, 0.2, 1.0
 class Cart:
     def __init__(self, journal):
         self.x, self.goal, self.battery, self.held, self.doing = 0.0, 0.0, 1.0, False, ""
+        self.rail = 1
         self.lock, self.seen, self.journal = threading.Lock(), time.monotonic(), journal
 
     def _pass(self):
@@ -35,12 +36,14 @@ class Cart:
             self._pass()
             if said["do"] == "hold":
                 self.held, self.goal, self.doing = self.held or self.moving, self.x, ""
+            elif said["do"] == "new_rail":  # by whoever stands beside it
+                self.rail += 1
             elif said["do"] != "state":
                 self.goal = said["x"] if said["do"] == "go" else 0.0
                 self.doing, self.held = said["do"], False
                 with self.journal.open("a") as out:
                     out.write(json.dumps(said | {"battery": round(self.battery, 3)}) + "\n")
-            return {"x": self.x, "moving": self.moving, "held": self.held, "battery": self.battery}
+            return {"x": self.x, "moving": self.moving, "held": self.held, "battery": self.battery, "rail": self.rail}
 
 
 def main():

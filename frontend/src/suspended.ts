@@ -1,0 +1,26 @@
+/** The part of a robot's page that says that a stop suspended its jobs, where staff resume them. */
+import { allow, refusal, say } from "./parts.ts";
+import type { Snapshot } from "./protocol.ts";
+
+const FIRST = { stopped: "Release the stop first.", released: "Look at the robot first." };
+
+export class Suspended {
+  private box = document.getElementById("suspended"); // a recording's page has none
+  private button = this.box?.querySelector("button");
+  private first = document.getElementById("resume-first");
+
+  constructor(notice: (words: string, level: string) => void) {
+    this.box?.addEventListener("submit", (event) => {
+      const why = this.button ? refusal(this.button) : "";
+      if (!why) return;
+      event.preventDefault();
+      notice(why, "warning");
+    });
+  }
+
+  draw(s: Snapshot): void {
+    if (this.box) this.box.hidden = !s.suspended;
+    if (this.button) allow(this.button, s.stopped ? FIRST.stopped : "");
+    if (this.first) say(this.first, s.stopped ? FIRST.stopped : FIRST.released);
+  }
+}

@@ -1,0 +1,101 @@
+"""What the page of a job tells in words: what was asked, every stage of every run, how far it is, and the result."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from queueing.models import Job
+from robots.models import Command
+from robots.states import CommandState
+
+UNDER_WAY = "Under way"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of a run: its name, when it was reached, and what is told of it."""
+
+    words: str
+    at: datetime
+    note: str = ""
+
+
+def asked(job: Job, texts: bool) -> list[tuple[str, str]]:
+    """Return name and value of what was asked, with its unit, where the robot still takes such jobs.
+
+    `texts`: what people wrote too, which only its asker and staff see.
+    """
+    return list(_valued(job.args, _units(job), texts))
+
+
+def stages(command: Command) -> list[Stage]:
+    """Return the stages that a command has reached, in the order of time, and its newest progress among them."""
+    stamped = (
+        (CommandState.QUEUED, command.created_at), (CommandState.ACCEPTED, command.accepted_at),
+        (CommandState.SENT, command.sent_at), (CommandState.ACKNOWLEDGED, command.acknowledged_at),
+    )  # fmt: skip
+    found = [Stage(str(state.label), at) for state, at in stamped if at is not None]
+    if said := _progress(command):
+        found.append(Stage(UNDER_WAY, _told_at(command) or found[-1].at, said))
+    if command.ended_at is not None:
+        found.append(Stage(command.get_state_display(), command.ended_at, command.reason))
+    return found
+
+
+def share_of(command: Command | None) -> float | None:
+    """Return how much of a command that runs is done, from 0 to 1; None where the robot does not say."""
+    share = command.progress.get("share") if command is not None and not command.final else None
+    return share if isinstance(share, int | float) else None
+
+
+def result(job: Job, command: Command | None, texts: bool) -> list[tuple[str, str]]:
+    """Return name and value of what the job's last command ended with; nothing before its end.
+
+    First what was really sent or answered, then the channels at its end, then the words about its picture.
+    """
+    if command is None or not command.final:
+        return []
+    told, units = command.result, _units(job)
+    found = list(_valued(_object(told.get("sent")), units, texts))
+    measured = _object(_object(told.get("channels")).get("ended"))
+    found += [(f"{name} at its end", value) for name, value in _valued(measured, units, texts)]
+    return found + [
+        (name, str(told[key])) for name, key in (("ended", "ended"), ("picture", "verdict")) if told.get(key)
+    ]
+
+
+def _progress(command: Command) -> str:
+    told, share = command.progress, command.progress.get("share")
+    much = f" ({share:.0%})".replace("%", " %") if isinstance(share, int | float) else ""
+    return f"{told.get('text') or ''}{much}".strip()
+
+
+def _told_at(command: Command) -> datetime | None:
+    at_ms = command.progress.get("at_ms")
+    return datetime.fromtimestamp(at_ms / 1000, UTC) if isinstance(at_ms, int | float) else None
+
+
+def _units(job: Job) -> dict[str, str]:
+    """Return the unit of each argument and channel; none where the robot's package is not installed."""
+    try:
+        spec = job.robot.spec()
+    except LookupError:
+        return {}
+    kind = spec.command(job.kind)
+    return {channel.name: channel.unit for channel in spec.channels} | {
+        argument.name: argument.unit for argument in (kind.arguments if kind else ())
+    }
+
+
+def _valued(values: Mapping[str, Any], units: Mapping[str, str], texts: bool) -> Iterator[tuple[str, str]]:
+    for name, value in values.items():
+        if isinstance(value, int | float):
+            number = f"{value:.10g}" if isinstance(value, float) else str(value)
+            yield name, f"{number} {units.get(name, '')}".strip()
+        elif texts or not isinstance(value, str):
+            yield name, str(value)
+
+
+def _object(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, dict) else {}

@@ -1,0 +1,22 @@
+"""What pages tell of jobs."""
+
+from django import template
+
+from queueing.jobs.kinds import label_of
+from queueing.jobs.suspending import waits_for_staff
+from queueing.models import Job
+from robots.models import Robot
+
+register = template.Library()
+
+
+@register.filter
+def suspended(robot: Robot) -> bool:
+    """Return whether jobs and the robot's own behaviour wait until staff resume them."""
+    return waits_for_staff(robot)
+
+
+@register.filter
+def job_label(job: Job) -> str:
+    """Return what the robot calls this kind of job."""
+    return label_of(job.robot, job.kind)

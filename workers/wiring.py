@@ -30,6 +30,7 @@ from workers.handover import Handover
 from workers.owned import OwnedRobot
 from workers.recovery import Recovery
 from workers.regain import Listen, Regain
+from workers.restoring import Restoring
 from workers.safety.deadman import DeadManTimer
 from workers.safety.follow import Follower
 from workers.safety.gate import Gate
@@ -97,8 +98,11 @@ class Owner:
         runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted)
         self.motion = Commands(owned, lease, self.lane, self.runner.run)
         self.config = Commands(owned, lease, self.beside, runner_beside.run)
-        handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, self.config)
-        self.control = Control(owned, lease, self.motion, self.config, connection, self.regain, handover, pictures)
+        restoring = Restoring(owned, lease, self.latch, connection, self.config)
+        handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, restoring)
+        self.control = Control(
+            owned, lease, self.motion, self.config, connection, self.regain, handover, restoring, pictures
+        )
 
     @property
     def lanes(self) -> tuple[Lane, ...]:

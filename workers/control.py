@@ -11,7 +11,6 @@ from workers.connection import Connection
 from workers.handover import Handover
 from workers.owned import OwnedRobot
 from workers.regain import Regain
-from workers.restoring import Restoring
 from workers.safety.lease import OwnerLease
 
 SWEEP_S, IDLE_SWEEP_S = 0.1, 1.0
@@ -24,11 +23,10 @@ class Control:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, motion: Commands, beside: Commands,
-        connection: Connection, regain: Regain, handover: Handover, restoring: Restoring, pictures: Pictures,
+        connection: Connection, regain: Regain, handover: Handover, pictures: Pictures,
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._motion, self._beside = owned, lease, motion, beside
-        self._connection, self._regain, self._handover = connection, regain, handover
-        self._restoring, self._pictures = restoring, pictures
+        self._connection, self._regain, self._handover, self._pictures = connection, regain, handover, pictures
         self._looked = 0.0
 
     def loop(self) -> None:
@@ -41,7 +39,7 @@ class Control:
                 continue
             unfinished = True
             if self._connection.connected:
-                unfinished = self.run_due()  # commands come before everything else
+                unfinished = self._motion.run_due()  # commands come before everything else
                 if lane.beat - swept < SWEEP_S:
                     continue
             swept = lane.beat
@@ -56,15 +54,11 @@ class Control:
             if not self._connection.connected:
                 with lane.taking(AWAY_S), self._beside.lane.paused(PAUSE_S):
                     self._connection.mend()
-                self.run_due()
+                self._motion.run_due()
             if self._connection.connected and owned.robot.cycle == Cycle.HANDOVER:
                 with lane.taking(180.0):
                     self._handover.hand_over()
             self._look_if_unseen()
-
-    def run_due(self) -> bool:
-        """Run every motion that waits, once all settings are as they must be. Return whether any command may wait."""
-        return self._motion.run_due() if self._restoring.settled() else True
 
     def _look_if_unseen(self) -> None:
         """Take the picture of the robot at rest if a motion was cut short or the last picture failed."""

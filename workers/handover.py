@@ -15,8 +15,8 @@ from workers.incidents import incident
 from workers.owned import OwnedRobot
 from workers.restoring import Restoring
 from workers.safety.gate import Gate
-from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
+from workers.safety.memory import StopLatch
 
 log = logging.getLogger(__name__)
 LIMIT_S = 180

@@ -12,8 +12,8 @@ from robots.states import CommandState, Cycle, GrantKind
 from workers.commands.claim import Commands
 from workers.connection import Connection
 from workers.owned import OwnedRobot
-from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
+from workers.safety.memory import StopLatch
 
 LIMIT_S = 180
 POLL_S = 0.1
@@ -24,15 +24,17 @@ class Restoring:
     """Sets back the settings of one robot: at a handover, or at the release of a stop that kept a handover from it."""
 
     def __init__(
-        self, owned: OwnedRobot, lease: OwnerLease, latch: StopLatch, connection: Connection, config: Commands
-    ) -> None:
+        self, owned: OwnedRobot, lease: OwnerLease, latch: StopLatch, connection: Connection,
+        motion: Commands, config: Commands,
+    ) -> None:  # fmt: skip
         self._owned, self._lease, self._latch = owned, lease, latch
-        self._connection, self._config = connection, config
-        self._owed: bool | None = None  # something is to be set back; None: not known, as after a start
+        self._connection, self._motion, self._config = connection, motion, config
+        self.put_off()  # what an earlier owner left is not known
 
     def put_off(self) -> None:
-        """Note that a handover could set nothing back, because the robot is stopped."""
-        self._owed = None
+        """Note that a handover could set nothing back, because the robot is stopped: no motion before that is done."""
+        self._owed: bool | None = None  # something is to be set back; None: not known
+        self._motion.before = self.settled
 
     def restore(self, grant: Grant) -> None:
         """Set changed settings back under an open grant. Raises HardwareFault if that is not confirmed."""
@@ -47,20 +49,23 @@ class Restoring:
             if row.state != CommandState.COMPLETED:
                 raise HardwareFault(f"The setting {row.kind} could not be set back: {row.reason}")
             self._confirm(next(kind for kind in kinds if kind.kind == row.kind), row)
-        self._owed = False
+        self._motion.before = None
 
     def settled(self) -> bool:
-        """Set back what a stop kept from being set back. Return whether commands may run; called before each.
+        """Set back what a stop kept from being set back. Return whether motions may run.
 
         It runs under the open turn, or under a grant of its own where there is none. What cannot be set back keeps
         everything from moving, and is tried again with the connection. Under the latch nothing is tried.
         """
         owned = self._owned
-        if self._owed is False or owned.robot.cycle == Cycle.HANDOVER:
+        if owned.robot.cycle == Cycle.HANDOVER:
             return True
         if self._owed is None:
             self._owed = bool(to_restore(owned.robot, owned.robot.spec().commands, open_grant(owned.robot)))
-        return not self._owed or (not self._latch.latched and self._settle())
+        if self._owed:
+            return not self._latch.latched and self._settle()
+        self._motion.before = None
+        return True
 
     def _settle(self) -> bool:
         owned, grant = self._owned, open_grant(self._owned.robot)

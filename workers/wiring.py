@@ -34,12 +34,10 @@ from workers.restoring import Restoring
 from workers.safety.deadman import DeadManTimer
 from workers.safety.follow import Follower
 from workers.safety.gate import Gate
-from workers.safety.grants import KnownGrants
 from workers.safety.lane import CONFIG, MOTION, Lane, Pace
-from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
-from workers.safety.link import Link
 from workers.safety.listen import Listener
+from workers.safety.memory import KnownGrants, Link, StopLatch
 from workers.safety.stop import Stop
 from workers.safety.watch import Watch
 from workers.sound.sound import Sound
@@ -98,11 +96,9 @@ class Owner:
         runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted)
         self.motion = Commands(owned, lease, self.lane, self.runner.run)
         self.config = Commands(owned, lease, self.beside, runner_beside.run)
-        restoring = Restoring(owned, lease, self.latch, connection, self.config)
+        restoring = Restoring(owned, lease, self.latch, connection, self.motion, self.config)
         handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, restoring)
-        self.control = Control(
-            owned, lease, self.motion, self.config, connection, self.regain, handover, restoring, pictures
-        )
+        self.control = Control(owned, lease, self.motion, self.config, connection, self.regain, handover, pictures)
 
     @property
     def lanes(self) -> tuple[Lane, ...]:

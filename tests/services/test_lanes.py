@@ -331,10 +331,10 @@ class TestRestoringAfterAStop:
         self.next_turn(stopped, people)
         self.released(stopped, people["bob"])
         mine = services.issue("turntable", people["bob"], "turn", {"angle": 1.0}, 1, stopped.owned.now()).command
-        stopped.control.run_due()  # the owner has not seen the release yet
+        stopped.motion.run_due()  # the owner has not seen the release yet
         assert (state_of(mine), stopped.owned.driver.order) == ("queued", [])
         stopped.stopping.follow()
-        stopped.control.run_due()
+        stopped.motion.run_due()
         assert (state_of(mine), stopped.owned.driver.order, stopped.owned.driver.pace) == (
             "completed", ["pace", "turn"], 1.0,
         )  # fmt: skip
@@ -346,7 +346,7 @@ class TestRestoringAfterAStop:
         self.released(stopped, people["bob"])
         services.issue("turntable", people["bob"], "pace", {"pace": 0.7}, 1, stopped.owned.now())
         stopped.stopping.follow()
-        stopped.control.run_due()
+        stopped.motion.run_due()
         stopped.config.run_due()
         assert stopped.owned.driver.order == ["pace"]
         assert stopped.owned.driver.pace == 0.7
@@ -356,7 +356,7 @@ class TestRestoringAfterAStop:
     def test_where_nobody_has_the_robot_it_is_set_back_and_nothing_moves(self, stopped, people):
         self.released(stopped, people["kim"])
         stopped.stopping.follow()
-        stopped.control.run_due()
+        stopped.motion.run_due()
         row = Command.objects.filter(kind="pace").first()
         assert (row.grant.kind, row.grant.end_code, row.state) == ("handover", "finished", "completed")
         assert (stopped.owned.driver.order, stopped.owned.driver.pace) == (["pace"], 1.0)
@@ -371,12 +371,12 @@ class TestRestoringAfterAStop:
         stopped.stopping.follow()
         stopped.owned.driver.setting = fail
         mine = services.issue("turntable", people["bob"], "turn", {"angle": 1.0}, 1, stopped.owned.now()).command
-        stopped.control.run_due()
+        stopped.motion.run_due()
         assert (state_of(mine), stopped.connection.connected) == ("queued", False)
         assert "pace could not be set back" in Robot.objects.get().reason
         stopped.owned.driver.setting = lambda: None
         stopped.connection.connected = True  # as after the next attempt
-        stopped.control.run_due()
+        stopped.motion.run_due()
         assert (state_of(mine), stopped.owned.driver.pace) == ("completed", 1.0)
 
     def test_an_owner_that_was_started_in_the_next_turn_finds_it_too(self, owner, issue, people):
@@ -386,5 +386,5 @@ class TestRestoringAfterAStop:
         owner.owned.driver.rest.set()
         owner.connection.connected = True
         self.next_turn(owner, people)
-        owner.control.run_due()
+        owner.motion.run_due()
         assert (owner.owned.driver.pace, Command.objects.filter(kind="pace").first().grant.kind) == (1.0, "turn")

@@ -5,7 +5,7 @@ motions that are no longer allowed; `listen` receives stops; `link`, `follow` an
 and `camera` publish; `sound` does while somebody listens.
 """
 
-import contextlib
+import logging
 import os
 from collections.abc import Callable
 from functools import partial
@@ -16,7 +16,6 @@ from django.conf import settings
 from robots import bus
 from robots.brownout import Brownout
 from robots.clock import SYSTEM, Clock
-from robots.drivers.errors import RobotError
 from robots.grants import newest_grant
 from robots.messages import Notice
 from robots.models import Robot
@@ -46,6 +45,7 @@ from workers.streams import Streams
 from workers.threads import Threads
 from workers.trace import WireTrace
 
+log = logging.getLogger(__name__)
 LOST = 3  # exit status: the robot was held, and its lease is lost
 INTERRUPTED = "The robot's worker was interrupted and is back. Look at the picture, then go on."
 
@@ -145,11 +145,13 @@ class Owner:
             return
         owned.running = False
         self.wake()
-        with contextlib.suppress(RobotError):
+        try:
             state = owned.driver.latest()
             busy = any(lane.current is not None for lane in self.lanes)
             if self.connection.connected and (state is None or state.moving or busy):
                 owned.driver.hold()
+        except Exception:
+            log.exception("the robot could not be held")
         for name in ("control", "config"):
             self.threads.join(name, 8.0)
         self.listener.close()

@@ -20,6 +20,7 @@ def spec():
         commands=(
             CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),), progress=True),
             CommandKind("home", "Home"),
+            CommandKind("fling", "Fling", level=2),
             CommandKind(
                 "tour", "Tour", (Argument("stops", "", 1, 8),), asked_by=EVERYBODY, limit_s=60.0, policies=ALONE
             ),

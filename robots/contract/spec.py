@@ -54,7 +54,6 @@ class CommandKind:
     still_after: bool = True  # a new stable picture belongs to its end, where there is a camera
     held: bool = False  # it goes on for as long as keep-alives arrive
     replaceable: bool = False  # a newer one may take its place in motion; its driver asks `permit` on the way
-    progress: bool = False  # it tells how far it is
     policies: Policies = HOLD  # at the end of its grant and without a connection
 
     def open_to(self, who: str) -> bool:

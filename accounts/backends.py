@@ -1,11 +1,16 @@
-"""Sign-in that takes the same time whether the account exists or not."""
+"""Sign-in that takes the same time whether the account exists or not; and permissions that follow from clearances."""
 
 from typing import Any
 
 from allauth.account.auth_backends import AuthenticationBackend
 from allauth.account.internal.userkit import filter_users_by_email, get_user_by_username
+from django.contrib.auth.backends import BaseBackend
 from django.contrib.auth.base_user import AbstractBaseUser
 from django.http import HttpRequest
+
+from accounts.services import cleared
+from robots.models import Robot
+from robots.permissions import LEVEL
 
 
 class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
@@ -22,3 +27,15 @@ class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
         user = found[0] if found else get_user_by_username(name)
         known: AbstractBaseUser | None = self._check_password(user, str(credentials.get("password") or ""))
         return known
+
+
+class ClearanceBackend(BaseBackend):
+    """Signs nobody in. Answers `has_perm("robots.level_2", robot)`: whether the person's clearance reaches the level.
+
+    So `robots`, which may not import this app, can ask.
+    """
+
+    def has_perm(self, user_obj: Any, perm: str, obj: Any = None) -> bool:
+        """Return whether the clearance for the robot `obj` reaches the level that `perm` ends with."""
+        level = perm.removeprefix(LEVEL)
+        return isinstance(obj, Robot) and level != perm and level.isdecimal() and cleared(user_obj, obj, int(level))

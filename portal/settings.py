@@ -167,7 +167,7 @@ CELERY_BEAT_SCHEDULE = {
 }
 
 AUTH_USER_MODEL = "accounts.User"
-AUTHENTICATION_BACKENDS = ["accounts.backends.ConstantTimeBackend"]
+AUTHENTICATION_BACKENDS = ["accounts.backends.ConstantTimeBackend", "accounts.backends.ClearanceBackend"]
 AUTH_PASSWORD_VALIDATORS = [
     {"NAME": f"django.contrib.auth.password_validation.{name}"}
     for name in (

@@ -1,8 +1,12 @@
-"""Permissions of staff beyond driving; each verb asks for them itself."""
+"""Permissions beyond driving; each verb asks for them itself."""
 
 from typing import Any
 
+from robots.contract.spec import CommandKind
 from robots.drivers.errors import NotPermitted
+from robots.models import Robot
+
+LEVEL = "robots.level_"  # with a number: the clearance for a robot reaches it; the authentication backend answers
 
 
 class NotStaff(NotPermitted):
@@ -13,3 +17,24 @@ def need_staff(user: Any) -> None:
     """Return if the person may change robots. Raises NotStaff."""
     if user is None or not user.has_perm("robots.change_robot"):
         raise NotStaff("This is for staff who may change robots.")
+
+
+class NotCleared(NotPermitted):
+    """The person's clearance does not reach the level of the command."""
+
+    code = "not_cleared"
+
+
+def reaches(user: Any, robot: Robot, level: int) -> bool:
+    """Return whether the person may give the robot commands of that level; whoever has the turn may of level 1."""
+    if level <= 1:
+        return True
+    return user is not None and (user.has_perm("robots.change_robot") or user.has_perm(f"{LEVEL}{level}", robot))
+
+
+def need_level(user: Any, robot: Robot, kind: CommandKind) -> None:
+    """Return if the person may give this command. Raises NotCleared."""
+    if not reaches(user, robot, kind.level):
+        raise NotCleared(
+            f"{kind.label} needs a clearance of level {kind.level} for this robot; staff can give it to you."
+        )

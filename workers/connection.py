@@ -15,7 +15,7 @@ from workers.safety.lane import Lane
 from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
-AGAIN_S = 3.0
+AGAIN_S, REFUSED_S = 3.0, 10.0
 
 
 class Connection:
@@ -74,6 +74,12 @@ class Connection:
             log.warning("the robot: %s", error)
             self.later(0.0)
             self._unready(str(error), code=error.code)
+
+    def refuse(self, error: RobotError) -> None:
+        """Let nothing move because of `error`, until the robot was connected again in ten seconds."""
+        log.warning("nothing moves: %s", error)
+        self._unready(str(error), code=error.code)
+        self.later(REFUSED_S)
 
     def config_faulted(self, error: HardwareFault, command: Command) -> None:
         """Check the robot soon, because a command beside a motion failed; a running motion reports its own failure."""

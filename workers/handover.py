@@ -7,17 +7,16 @@ from robots.contract.session import Permit, RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
 from robots.models import Grant
-from robots.services import restore
-from robots.states import CommandState, Cycle, GrantEnd, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.pictures import Pictures
-from workers.commands.claim import Commands
 from workers.connection import Connection
 from workers.incidents import incident
 from workers.owned import OwnedRobot
+from workers.restoring import Restoring
 from workers.safety.gate import Gate
-from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
+from workers.safety.memory import StopLatch
 
 log = logging.getLogger(__name__)
 LIMIT_S = 180
@@ -28,10 +27,10 @@ class Handover:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, latch: StopLatch, gate: Gate,
-        pictures: Pictures, connection: Connection, config: Commands,
+        pictures: Pictures, connection: Connection, restoring: Restoring,
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._latch, self._gate = owned, lease, latch, gate
-        self._pictures, self._connection, self._config = pictures, connection, config
+        self._pictures, self._connection, self._restoring = pictures, connection, restoring
 
     def hand_over(self) -> None:
         """Put the robot in order; it ends ready, or in fault with a reason."""
@@ -64,12 +63,13 @@ class Handover:
         state = owned.driver.state()
         if self._latch.latched:
             # A stop outlives the turn: nothing moves, and the next operator must look and
-            # release it. Only rest and picture are verified.
+            # release it. Only rest and picture are verified; settings are set back at the release.
+            self._restoring.put_off()
             if state.moving:
                 raise HardwareFault("The robot moves although it is stopped.")
         else:
             state = self._homed(state, permit)
-            self._restore(grant)
+            self._restoring.restore(grant)
         owned.remember(state)
         if not pictures.cameras:
             return
@@ -94,20 +94,6 @@ class Handover:
             calibrate_and_keep(owned, self._pictures, permit)
             state = self._home(permit) or state
         return state
-
-    def _restore(self, grant: Grant) -> None:
-        """Set back settings that commands of the last turn changed. Raises HardwareFault if that is not confirmed."""
-        owned, kinds = self._owned, self._owned.robot.spec().commands
-        rows = restore(owned.robot, kinds, grant, self._lease.epoch, owned.now())
-        if not rows:
-            return
-        self._config.run_due()
-        with self._config.lane.paused(LIMIT_S):  # wait for a command that the lane's own thread has started
-            pass
-        for row in rows:
-            row.refresh_from_db()
-            if row.state != CommandState.COMPLETED:
-                raise HardwareFault(f"The setting {row.kind} could not be set back: {row.reason}")
 
     def _home(self, permit: Permit) -> RobotState | None:
         driver, state = self._owned.driver, None

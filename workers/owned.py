@@ -8,11 +8,11 @@ from robots import bus
 from robots.clock import Clock
 from robots.contract.channels import finite, whole
 from robots.contract.find import open_session
-from robots.contract.policies import Known
 from robots.contract.session import RobotState, Session
 from robots.messages import Changed
 from robots.models import Lease, Robot
 from robots.states import Cycle
+from workers.safety.gate import Known
 from workers.safety.lease import OwnerLease
 from workers.streams import Streams
 

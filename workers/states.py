@@ -13,7 +13,7 @@ from robots.messages import state_packet
 from workers.connection import Connection
 from workers.owned import OwnedRobot
 from workers.safety.lane import Pace
-from workers.safety.latch import StopLatch
+from workers.safety.memory import StopLatch
 from workers.sound.sound import Sound
 from workers.streams import Streams
 from workers.trace import WireTrace

@@ -53,6 +53,7 @@ class Threads:
                 if failed == FAILURES:
                     self._end(f"its thread {name!r} failed {FAILURES} times in a row")
                     return
-            else:
+            else:  # it went round
+                failed = 0
                 continue
             owned.clock.sleep(PAUSE_S)

@@ -5,7 +5,7 @@ motions that are no longer allowed; `listen` receives stops; `link`, `follow` an
 and `camera` publish; `sound` does while somebody listens.
 """
 
-import contextlib
+import logging
 import os
 from collections.abc import Callable
 from functools import partial
@@ -16,7 +16,6 @@ from django.conf import settings
 from robots import bus
 from robots.brownout import Brownout
 from robots.clock import SYSTEM, Clock
-from robots.drivers.errors import RobotError
 from robots.grants import newest_grant
 from robots.messages import Notice
 from robots.models import Robot
@@ -30,15 +29,14 @@ from workers.handover import Handover
 from workers.owned import OwnedRobot
 from workers.recovery import Recovery
 from workers.regain import Listen, Regain
+from workers.restoring import Restoring
 from workers.safety.deadman import DeadManTimer
 from workers.safety.follow import Follower
 from workers.safety.gate import Gate
-from workers.safety.grants import KnownGrants
 from workers.safety.lane import CONFIG, MOTION, Lane, Pace
-from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
-from workers.safety.link import Link
 from workers.safety.listen import Listener
+from workers.safety.memory import KnownGrants, Link, StopLatch
 from workers.safety.stop import Stop
 from workers.safety.watch import Watch
 from workers.sound.sound import Sound
@@ -47,6 +45,7 @@ from workers.streams import Streams
 from workers.threads import Threads
 from workers.trace import WireTrace
 
+log = logging.getLogger(__name__)
 LOST = 3  # exit status: the robot was held, and its lease is lost
 INTERRUPTED = "The robot's worker was interrupted and is back. Look at the picture, then go on."
 
@@ -97,7 +96,8 @@ class Owner:
         runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted)
         self.motion = Commands(owned, lease, self.lane, self.runner.run)
         self.config = Commands(owned, lease, self.beside, runner_beside.run)
-        handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, self.config)
+        restoring = Restoring(owned, lease, self.latch, connection, self.motion, self.config)
+        handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, restoring)
         self.control = Control(owned, lease, self.motion, self.config, connection, self.regain, handover, pictures)
 
     @property
@@ -145,11 +145,13 @@ class Owner:
             return
         owned.running = False
         self.wake()
-        with contextlib.suppress(RobotError):
+        try:
             state = owned.driver.latest()
             busy = any(lane.current is not None for lane in self.lanes)
             if self.connection.connected and (state is None or state.moving or busy):
                 owned.driver.hold()
+        except Exception:
+            log.exception("the robot could not be held")
         for name in ("control", "config"):
             self.threads.join(name, 8.0)
         self.listener.close()

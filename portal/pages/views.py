@@ -29,6 +29,7 @@ from robots.contract.compact import Layout
 from robots.contract.procedures import procedures
 from robots.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
+from robots.permissions import reaches
 from robots.services import newest_still
 
 
@@ -66,7 +67,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     turn = open_turn(robot)
     try:
         described, console = robot.description(), console_of(robot.driver)
-        facts = console_facts(robot, request.user.has_perm("robots.change_robot"))
+        facts = console_facts(robot, request.user)
     except (LookupError, ImportError, OSError):
         return software_missing(request, robot.name)
     context = {
@@ -94,8 +95,12 @@ def _command(kind: CommandKind) -> dict[str, Any]:
     return told | {"asked_by": sorted(kind.asked_by)}
 
 
-def console_facts(robot: Robot, staff: bool) -> dict[str, Any]:
-    """Return what the robot's console in the browser needs to know; to staff, also the commands of staff."""
+def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
+    """Return what the robot's console in the browser needs to know.
+
+    Its commands are those that the person may give in a turn: not above their clearance; to staff, also those of staff.
+    """
+    staff = user is not None and user.has_perm("robots.change_robot")
     described = robot.description()
     spec = robot.spec()
     facts: dict[str, Any] = {name: described[name] for name in described.get("console", {}).get("tables", ())}
@@ -108,7 +113,11 @@ def console_facts(robot: Robot, staff: bool) -> dict[str, Any]:
         "cameras": len(description.views(described)),
         "labels": {c.kind: c.label for c in (*spec.commands, *procedures(spec))},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],
-        "commands": [_command(c) for c in spec.commands if c.open_to(TURN) or (staff and c.open_to(STAFF))],
+        "commands": [
+            _command(c)
+            for c in spec.commands
+            if (c.open_to(TURN) or (staff and c.open_to(STAFF))) and reaches(user, robot, c.level)
+        ],
     }
     if "limb" in described:
         from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs

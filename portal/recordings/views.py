@@ -40,7 +40,7 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     if recording.shown:
         try:
             described, console = robot.description(), console_of(robot.driver)
-            context |= {"description_json": console_facts(robot, False), "views": description.views(described)}
+            context |= {"description_json": console_facts(robot, None), "views": description.views(described)}
         except (LookupError, ImportError, OSError):
             return software_missing(request, robot.name)
         context |= {**asdict(console), "replay_json": _facts(recording, about)}

@@ -1,15 +1,10 @@
-"""What a motion may go on with when others are held: pure data, and the rule that judges it.
+"""What a motion may go on with when others are held: pure data, which the owner's gate judges (`workers/safety/gate`).
 
 A robot is held when its grant ends and when the connection is lost. A kind of command may say otherwise, inside
 a `Bound`; whatever it says, nothing moves past the end of the open grant.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
-from typing import Literal
-
-Why = Literal["", "link", "grant"]
 
 
 @dataclass(frozen=True)
@@ -48,40 +43,3 @@ class Policies:
 
 
 HOLD = Policies()
-
-
-@dataclass(frozen=True)
-class Known:
-    """What is known of the robot now: values by name and velocities of joints; None: nothing that is fresh."""
-
-    values: Mapping[str, float]
-    velocities: tuple[float, ...] = ()
-
-
-def inside(bound: Bound, known: Known | None) -> bool:
-    """Tell whether the robot is known to be inside the bound's area and speed."""
-    if known is None:
-        return not bound.area and bound.speed is None
-    if not all(r.low <= known.values.get(r.name, inf) <= r.high for r in bound.area):
-        return False
-    if bound.speed is None:
-        return True
-    return bool(known.velocities) and all(abs(v) <= bound.speed for v in known.velocities)
-
-
-def why_held(policies: Policies, now: float, lost_at: float | None, until: float, known: Known | None) -> Why:
-    """Return why a motion has to be held now: for its grant, for the connection; empty while it may go on.
-
-    Times are monotonic (s): `lost_at` since when the connection is lost (None: it is not), `until` when the
-    grant ends.
-    """
-    if not now < until:
-        return "grant"
-    if lost_at is not None:
-        alone = policies.on_link_lost
-        if alone is None or not now < lost_at + alone.seconds or not inside(alone, known):
-            return "link"
-    last = policies.on_grant_end
-    if last is not None and now >= until - last.seconds and not inside(last, known):
-        return "grant"
-    return ""

@@ -49,11 +49,11 @@ class CommandKind:
     lane: Lane = "motion"
     asked_by: frozenset[str] = frozenset({TURN})
     default: Mapping[str, Any] | None = None
+    shown: Mapping[str, str] = field(default_factory=dict)
     moves: bool = True
     still_after: bool = True  # a new stable picture belongs to its end, where there is a camera
     held: bool = False  # it goes on for as long as keep-alives arrive
     replaceable: bool = False  # a newer one may take its place in motion; its driver asks `permit` on the way
-    progress: bool = False  # it tells how far it is
     policies: Policies = HOLD  # at the end of its grant and without a connection
 
     def open_to(self, who: str) -> bool:
@@ -210,6 +210,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         yield "has no time limit"
     if command.lane == "config":
         yield from _wrong_in_setting(command)
+    yield from (f"shows {name!r}, which is no argument," for name in command.shown if name not in names)
+    yield from (f"shows a value as {c!r}, which no state tells," for c in command.shown.values() if c not in told)
     for bound in (command.policies.on_link_lost, command.policies.on_grant_end):
         if bound is None:
             continue

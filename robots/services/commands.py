@@ -17,7 +17,7 @@ from robots.contract.values import check
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
 from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Lease, Robot
-from robots.permissions import need_staff
+from robots.permissions import need_level, need_staff
 from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
 from robots.states import COMMAND_FINAL, GrantEnd, GrantKind, Lane
@@ -76,7 +76,7 @@ def issue(
     The same sequence number returns the same row again. The owner and the driver repeat every check.
 
     Raises:
-        NotPermitted: no grant, grant over, stop latched, robot offline, too many waiting.
+        NotPermitted: no grant, grant over, stop latched, robot offline, too many waiting, clearance too low.
         BadRequest, OutOfWorkspace: the command itself is wrong.
     """
     now = now or SYSTEM.now()
@@ -110,8 +110,10 @@ def _issue(
     if by_staff is None:
         if found is None or args.keys() & REFERENCES:
             kind, args = resolve(robot, user, kind, args)
-        check(robot.driver, kind, args, robot.driver_settings())
         wanted = spec.command(kind)
+        if wanted is not None and wanted.level > 1:
+            need_level(user, robot, wanted)
+        check(robot.driver, kind, args, robot.driver_settings())
     limit_s = wanted.limit_s if wanted else LIMIT_S
     lane = wanted.lane if wanted else Lane.MOTION
     return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane)

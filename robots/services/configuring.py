@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import transaction
-from django.db.models import F, Max, Min, Q
+from django.db.models import F, Min, Q
 
 from robots import bus
 from robots.clock import SYSTEM
@@ -24,22 +24,32 @@ from robots.states import CommandState, GrantKind, Lane
 # by staff: under their own grant or another person's
 BY_STAFF = Q(grant__kind__in=(GrantKind.UPKEEP, GrantKind.STAFF)) | ~Q(issued_by=F("grant__holder"))
 
+NEVER_BEGUN = Q(state__in=(CommandState.REJECTED, CommandState.EXPIRED)) | Q(
+    state=CommandState.CANCELLED, accepted_at=None
+)
 
-def to_restore(robot: Robot, kinds: Iterable[CommandKind]) -> list[tuple[CommandKind, Mapping[str, Any]]]:
-    """Return (kind, arguments) of each setting that differs from what staff set or from the default."""
+
+def to_restore(
+    robot: Robot, kinds: Iterable[CommandKind], grant: Grant | None = None
+) -> list[tuple[CommandKind, Mapping[str, Any]]]:
+    """Return (kind, arguments) of each setting that differs from what staff set or from the default.
+
+    What was asked for under the open `grant` is left as it is, also if it waits still.
+    """
     found: list[tuple[CommandKind, Mapping[str, Any]]] = []
     for kind in kinds:
         if kind.lane != "config" or kind.default is None:
             continue
-        tried = Command.objects.filter(robot=robot, lane=Lane.CONFIG, kind=kind.kind).exclude(
-            Q(state__in=(CommandState.QUEUED, CommandState.REJECTED, CommandState.EXPIRED))
-            | Q(state=CommandState.CANCELLED, accepted_at=None)
-        )
+        asked = Command.objects.filter(robot=robot, lane=Lane.CONFIG, kind=kind.kind).exclude(NEVER_BEGUN)
+        if grant is not None and asked.filter(grant=grant, issued_by__isnull=False).exists():
+            continue
+        tried = asked.exclude(state=CommandState.QUEUED)
         theirs = tried.filter(BY_STAFF, issued_by__isnull=False)
         last = tried.first()
         if last is None or theirs.filter(pk=last.pk).exists():
             continue
-        if last.issued_by_id is None and last.grant.kind != GrantKind.TURN and last.state == CommandState.COMPLETED:
+        by_owner = last.issued_by_id is None and (last.client_seq < 0 or last.grant.kind != GrantKind.TURN)
+        if by_owner and last.state == CommandState.COMPLETED:
             continue  # set back already
         kept = theirs.filter(state=CommandState.COMPLETED).first()
         found.append((kind, kept.args if kept else kind.default))
@@ -49,13 +59,13 @@ def to_restore(robot: Robot, kinds: Iterable[CommandKind]) -> list[tuple[Command
 def restore(robot: Robot, kinds: Iterable[CommandKind], grant: Grant, epoch: int, now: datetime) -> list[Command]:
     """Write the commands that set back changed settings, under an open grant. Return them.
 
-    The owner runs them as any other command; a completed one is confirmed by the robot.
+    They are numbered downwards, so that the numbers of a holder's commands are not used. The owner runs them as any
+    other command; a completed one is confirmed by the robot.
     """
     rows = []
-    for kind, args in to_restore(robot, kinds):
-        last = Command.objects.filter(grant=grant).aggregate(last=Max("client_seq"))["last"] or 0
+    for kind, args in to_restore(robot, kinds, grant):
         row = Command.objects.create(
-            robot=robot, grant=grant, client_seq=last + 1, kind=kind.kind, lane=kind.lane, args=dict(args),
+            robot=robot, grant=grant, client_seq=_number_below(grant), kind=kind.kind, lane=kind.lane, args=dict(args),
             epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=kind.limit_s,
         )  # fmt: skip
         rows.append(row)
@@ -90,5 +100,9 @@ def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: dat
             raise NotPermitted(ONE_COMMAND)
         elif grant.kind == GrantKind.HANDOVER:
             raise NotPermitted(IN_ORDER)
-        first = Command.objects.filter(grant=grant).aggregate(first=Min("client_seq"))["first"] or 0
-        return issue_under(grant, user, kind, args, min(first, 0) - 1, now).command
+        return issue_under(grant, user, kind, args, _number_below(grant), now).command
+
+
+def _number_below(grant: Grant) -> int:
+    first = Command.objects.filter(grant=grant).aggregate(first=Min("client_seq"))["first"] or 0
+    return min(first, 0) - 1

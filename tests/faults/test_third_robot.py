@@ -47,7 +47,8 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
         assert (command.state, command.result["verdict"]) == ("completed", "no camera")
         kept = Lease.objects.get(robot=robot).state
         assert kept["joints"] == pytest.approx([1.0], abs=1e-6)
-        assert (kept["pose"], kept["values"]) == ([], {"warmth": pytest.approx(21.0, abs=1e-6)}), "and nothing invented"
+        told = {"warmth": pytest.approx(21.0, abs=1e-6), "pace": 1.0}
+        assert (kept["pose"], kept["values"]) == ([], told), "and nothing invented"
         far = services.issue(robot.slug, people["ada"], "turn", {"angle": -3.0}, 2).command
         wait_for(lambda: Command.objects.get(pk=far.pk).state == "acknowledged", 10, "it turns")
         time.sleep(0.3)

@@ -1,6 +1,7 @@
 """Two lanes: what changes a setting runs beside a motion, and through the same gate."""
 
 import threading
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -26,7 +27,19 @@ class Table(Arm):
     def __init__(self):
         super().__init__()
         self.holds, self.resets, self.pace, self.setting = 0, 0, 1.0, lambda: None
+        self.shows = lambda: self.pace
         self.moving, self.rest, self.order = threading.Event(), threading.Event(), []
+
+    def latest(self):
+        return replace(super().latest(), values={"pace": self.shows()})
+
+    state = latest
+
+    def connect(self):
+        return self.latest()
+
+    def close(self):
+        pass
 
     def hold(self):
         self.rest.set()
@@ -268,3 +281,110 @@ class TestRestoring:
         with owner.lane.taking(180.0):  # as the control loop does
             owner.control._handover.hand_over()
         assert (Robot.objects.get().cycle, owner.owned.driver.pace) == ("ready", 1.0)
+
+    def test_what_the_robot_does_not_show_is_not_taken_for_set_back(self, owner, issue):
+        issue("pace", pace=0.5)
+        owner.config.run_due()
+        owner.owned.driver.shows = lambda: 0.5  # it acknowledges, and goes on as before
+        assert self.hand_over(owner) == "fault"
+        assert "shows 0.5" in Robot.objects.get().reason
+
+    def test_what_the_robot_shows_a_moment_later_is_confirmed(self, owner, issue):
+        issue("pace", pace=0.5)
+        owner.config.run_due()
+        later = iter([0.5, 0.6, 0.8])
+        owner.owned.driver.shows = lambda: next(later, 1.0)
+        assert self.hand_over(owner) == "ready"
+        assert next(later, None) is None
+
+
+class TestRestoringAfterAStop:
+    """Under a latched stop nothing is set back, so it is done at the release, before anything moves."""
+
+    hand_over = TestRestoring.hand_over
+
+    @pytest.fixture
+    def stopped(self, owner, issue, people):
+        """A turn ended under a stop, with a setting of its own; the robot was handed over."""
+        issue("pace", pace=0.5)
+        owner.config.run_due()
+        services.stop(owner.owned.robot, people["ada"], owner.owned.now())
+        owner.stopping.follow()
+        owner.connection.connected = True
+        assert self.hand_over(owner) == "ready"
+        owner.owned.refresh()
+        assert (owner.latch.latched, owner.owned.driver.pace) == (True, 0.5)
+        owner.owned.driver.order.clear()
+        yield owner
+        owner.latch.release()
+
+    def next_turn(self, owner, people):
+        now = owner.owned.now()
+        services.start_grant(owner.owned.robot, GrantKind.TURN, now, people["bob"], now + timedelta(seconds=60))
+        Robot.objects.update(cycle=Cycle.OPERATING)
+        owner.owned.refresh()
+
+    def released(self, owner, user):
+        services.release_stop(owner.owned.robot, user, checked=True)
+
+    def test_in_the_next_turn_it_is_set_back_before_the_first_motion(self, stopped, people):
+        self.next_turn(stopped, people)
+        self.released(stopped, people["bob"])
+        mine = services.issue("turntable", people["bob"], "turn", {"angle": 1.0}, 1, stopped.owned.now()).command
+        stopped.motion.run_due()  # the owner has not seen the release yet
+        assert (state_of(mine), stopped.owned.driver.order) == ("queued", [])
+        stopped.stopping.follow()
+        stopped.motion.run_due()
+        assert (state_of(mine), stopped.owned.driver.order, stopped.owned.driver.pace) == (
+            "completed", ["pace", "turn"], 1.0,
+        )  # fmt: skip
+        assert services.to_restore(stopped.owned.robot, stopped.owned.robot.spec().commands) == []
+        assert services.next_seq(mine.grant) == 2, "the numbers of the controls are not used"
+
+    def test_what_the_next_operator_has_set_already_stays(self, stopped, people):
+        self.next_turn(stopped, people)
+        self.released(stopped, people["bob"])
+        services.issue("turntable", people["bob"], "pace", {"pace": 0.7}, 1, stopped.owned.now())
+        stopped.stopping.follow()
+        stopped.motion.run_due()
+        stopped.config.run_due()
+        assert stopped.owned.driver.order == ["pace"]
+        assert stopped.owned.driver.pace == 0.7
+        assert self.hand_over(stopped) == "ready"
+        assert stopped.owned.driver.pace == 1.0
+
+    def test_where_nobody_has_the_robot_it_is_set_back_and_nothing_moves(self, stopped, people):
+        self.released(stopped, people["kim"])
+        stopped.stopping.follow()
+        stopped.motion.run_due()
+        row = Command.objects.filter(kind="pace").first()
+        assert (row.grant.kind, row.grant.end_code, row.state) == ("handover", "finished", "completed")
+        assert (stopped.owned.driver.order, stopped.owned.driver.pace) == (["pace"], 1.0)
+        assert (services.open_grant(stopped.owned.robot), Robot.objects.get().cycle) == (None, "ready")
+
+    def test_nothing_moves_until_it_can_be_set_back(self, stopped, people):
+        def fail():
+            raise HardwareFault("The table did not take it.")
+
+        self.next_turn(stopped, people)
+        self.released(stopped, people["bob"])
+        stopped.stopping.follow()
+        stopped.owned.driver.setting = fail
+        mine = services.issue("turntable", people["bob"], "turn", {"angle": 1.0}, 1, stopped.owned.now()).command
+        stopped.motion.run_due()
+        assert (state_of(mine), stopped.connection.connected) == ("queued", False)
+        assert "pace could not be set back" in Robot.objects.get().reason
+        stopped.owned.driver.setting = lambda: None
+        stopped.connection.connected = True  # as after the next attempt
+        stopped.motion.run_due()
+        assert (state_of(mine), stopped.owned.driver.pace) == ("completed", 1.0)
+
+    def test_an_owner_that_was_started_in_the_next_turn_finds_it_too(self, owner, issue, people):
+        issue("pace", pace=0.5)
+        owner.config.run_due()
+        services.end_grant(services.open_grant(owner.owned.robot), "holder", "test", owner.owned.now())
+        owner.owned.driver.rest.set()
+        owner.connection.connected = True
+        self.next_turn(owner, people)
+        owner.motion.run_due()
+        assert (owner.owned.driver.pace, Command.objects.filter(kind="pace").first().grant.kind) == (1.0, "turn")

@@ -1,6 +1,7 @@
 """A thread of the owner that fails: it goes on, or the robot is held and the owner ends."""
 
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -14,7 +15,10 @@ from workers.threads import FAILURES, WELL_S, Threads
 
 
 def run(outcomes):
-    """Run a loop with these outcomes, one a call; return how often the owner was ended, and what was left undone."""
+    """Run a loop with these outcomes, one a call; return how often the owner was ended, and what was left undone.
+
+    None: it goes round and returns; a number: it fails after so many seconds.
+    """
     owned, left, ended = SimpleNamespace(running=True, clock=FakeClock()), list(outcomes), []
 
     def loop():
@@ -22,7 +26,8 @@ def run(outcomes):
         if not left:
             owned.running = False
         owned.clock.go(outcome if isinstance(outcome, float) else 0.0)
-        raise outcome if isinstance(outcome, Exception) else ValueError("after a while")
+        if outcome is not None:
+            raise outcome if isinstance(outcome, Exception) else ValueError("after a while")
 
     def end(why):
         ended.append(why)
@@ -43,6 +48,12 @@ def test_three_failures_in_a_row_end_the_owner():
 
 def test_a_loop_that_went_well_for_a_while_begins_to_count_anew():
     assert run([ValueError(), ValueError(), WELL_S + 0.1, 0.0]) == ([], [])
+
+
+def test_a_loop_that_goes_round_between_failures_has_not_failed_in_a_row():
+    assert run([ValueError(), ValueError(), None] * 5) == ([], [])
+    ended, _ = run([ValueError(), None, ValueError(), ValueError(), ValueError()])
+    assert len(ended) == 1
 
 
 @pytest.mark.parametrize("error", [OperationalError("gone"), redis.ConnectionError("gone")])
@@ -67,6 +78,42 @@ class TestOwner:
         owner.threads.begin("broken", lambda: 1 / 0)
         owner.threads.join("broken", 10.0)
         assert (told, owner.owned.running) == (["held", "ended"], False)
+
+    @pytest.mark.parametrize("broken", [("hold",), ("close",), ("hold", "close")])
+    def test_the_owner_ends_whatever_holding_and_closing_raise(self, robot, people, broken):
+        told = []
+        owner = made_owner(robot, people, on_lost=lambda: told.append("ended"))
+
+        def part(name):
+            def run():
+                told.append(name)
+                if name in broken:
+                    raise ValueError(f"an error of the driver's program in {name}")
+
+            return run
+
+        owner.owned.driver.hold, owner.owned.driver.close = part("hold"), part("close")
+        owner.threads.begin("broken", lambda: 1 / 0)
+        owner.threads.join("broken", 10.0)
+        assert (told, owner.owned.running) == (["hold", "close", "ended"], False)
+
+    def test_a_stopped_owner_gives_its_lease_back_whatever_holding_raises(self, robot, people):
+        owner = made_owner(robot, people)
+        moving, closed = replace(owner.owned.driver.latest(), moving=True), []
+        owner.owned.driver.latest, owner.owned.driver.close = lambda: moving, lambda: closed.append(1)
+        owner.owned.driver.hold = lambda: 1 / 0
+        owner.connection.connected = True
+        owner.stop()
+        assert (closed, owner.lease.lost) == ([1], True)
+
+    def test_a_hold_that_fails_too_leaves_no_command_without_its_end(self, robot, people):
+        owner = made_owner(robot, people)
+        owner.owned.driver.hold = owner.owned.driver.on_the_way = lambda: 1 / 0
+        command = services.issue(robot.slug, people["ada"], "ready", {}, 1, owner.owned.now()).command
+        with pytest.raises(ZeroDivisionError):
+            owner.motion.run_one(command)
+        command.refresh_from_db()
+        assert command.state == "unknown"
 
     @pytest.mark.parametrize(("where", "state"), [("on_the_way", "unknown"), ("execute", "failed")])
     def test_an_error_of_the_driver_itself_holds_and_leaves_no_word_that_is_untrue(self, robot, people, where, state):

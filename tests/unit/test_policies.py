@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.policies import HOLD, Bound, Known, Policies, Range, inside, why_held
+from robots.contract.policies import HOLD, Bound, Policies, Range
+from workers.safety.gate import Known, inside, why_held
 
 SECONDS = st.floats(0.0, 1e6, exclude_min=True)
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True)

@@ -71,6 +71,8 @@ def alone(seconds, name="wheel"):
         ({"pose": Pose(("x", "wheel"))}, "names the joint, coordinate or channel 'wheel' twice"),
         ({"commands": (GO, replace(PACE, asked_by=frozenset({ANYONE})))}, "jobs change no settings, in its command"),
         ({"commands": (GO, replace(PACE, default={"speed": 1.0}))}, "a default for 'speed', which is no argument"),
+        ({"commands": (GO, replace(PACE, shown={"speed": "charge"}))}, "shows 'speed', which is no argument, in its command"),
+        ({"commands": (GO, replace(PACE, shown={"pace": "pace"}))}, "shows a value as 'pace', which no state tells"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
         ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "has policies although it is held"),

@@ -93,9 +93,12 @@ class Commands:
 
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, run: Callable[[Command], None]) -> None:
         self._owned, self._lease, self.lane, self._run = owned, lease, lane, run
+        self.before: Callable[[], bool] | None = None  # asked before anything runs: whether it may; None: it may
 
     def run_due(self) -> bool:
         """Run every command that waits. Return whether the robot had any command that was not final, of any lane."""
+        if self.before is not None and not self.before():
+            return True
         found = list(_UNFINISHED(robot=self._owned.robot.pk))
         for command in found:
             if not self._owned.running:

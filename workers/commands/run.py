@@ -116,10 +116,12 @@ class Runner:
 
     def _hold_and_end(self, command: Command) -> None:
         """Hold the robot and end a command that an error in our code or in the driver broke off."""
-        with contextlib.suppress(RobotError):
-            self._owned.driver.hold()
-        begun = self._said == command.pk
-        self._end(command, CommandState.UNKNOWN if begun else CommandState.FAILED, BROKEN)
+        try:
+            with contextlib.suppress(RobotError):
+                self._owned.driver.hold()
+        finally:  # whatever the driver raises
+            begun = self._said == command.pk
+            self._end(command, CommandState.UNKNOWN if begun else CommandState.FAILED, BROKEN)
 
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Store the end of a command; while the database is away, try again for as long as the robot is ours."""

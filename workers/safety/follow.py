@@ -4,9 +4,8 @@ from robots import bus
 from robots.grants import end_at_until, open_grant
 from robots.messages import Changed
 from workers.owned import OwnedRobot
-from workers.safety.grants import KnownGrants
 from workers.safety.lane import Lane, Pace
-from workers.safety.link import Link
+from workers.safety.memory import KnownGrants, Link
 from workers.safety.stop import Stop
 
 FOLLOW_S, IDLE_FOLLOW_S, IDLE_LINK_S = 0.1, 1.0, 0.5

@@ -1,31 +1,69 @@
 """The gate: may this process move the robot now? Asked last, before every actuation."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from math import inf
+from typing import Literal
 
 from robots.clock import Clock
-from robots.contract.policies import HOLD, Known, Policies, Why, why_held
+from robots.contract.policies import HOLD, Bound, Policies
 from robots.contract.session import Permit
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.models import Command, Grant
 from robots.states import ONE_COMMAND
-from workers.safety.grants import KnownGrants
-from workers.safety.latch import StopLatch
 from workers.safety.lease import OwnerLease
-from workers.safety.link import Link
+from workers.safety.memory import KnownGrants, Link, StopLatch
 
 BEFORE_S = 0.5  # a command must be sent this long before its deadline, because the robot has to plan it
 LAPSED = "The robot's worker lost control of the robot for a moment; this command was not carried out."
 TURN_OVER = "The turn is over."
 ONE_OVER = "The robot's time for this is over."  # nobody had a turn
 TOO_LATE = "The command came too late and was not carried out."
+Why = Literal["", "link", "grant"]
 
 
 class LinkDown(NotPermitted):
     """The live link is down: nobody could stop the robot past the queue."""
 
     code = "link_down"
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of the robot now: values by name and velocities of joints; None: nothing that is fresh."""
+
+    values: Mapping[str, float]
+    velocities: tuple[float, ...] = ()
+
+
+def inside(bound: Bound, known: Known | None) -> bool:
+    """Tell whether the robot is known to be inside the bound's area and speed."""
+    if known is None:
+        return not bound.area and bound.speed is None
+    if not all(r.low <= known.values.get(r.name, inf) <= r.high for r in bound.area):
+        return False
+    if bound.speed is None:
+        return True
+    return bool(known.velocities) and all(abs(v) <= bound.speed for v in known.velocities)
+
+
+def why_held(policies: Policies, now: float, lost_at: float | None, until: float, known: Known | None) -> Why:
+    """Return why a motion has to be held now: for its grant, for the connection; empty while it may go on.
+
+    Times are monotonic (s): `lost_at` since when the connection is lost (None: it is not), `until` when the
+    grant ends.
+    """
+    if not now < until:
+        return "grant"
+    if lost_at is not None:
+        alone = policies.on_link_lost
+        if alone is None or not now < lost_at + alone.seconds or not inside(alone, known):
+            return "link"
+    last = policies.on_grant_end
+    if last is not None and now >= until - last.seconds and not inside(last, known):
+        return "grant"
+    return ""
 
 
 @dataclass

@@ -7,8 +7,8 @@ import redis
 from robots import bus
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
-from workers.safety.grants import KnownGrants
 from workers.safety.lane import Lane
+from workers.safety.memory import KnownGrants
 from workers.safety.stop import Stop
 
 

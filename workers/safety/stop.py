@@ -14,7 +14,7 @@ from robots.models import Robot
 from robots.prepared import Prepared, Slot
 from workers.incidents import incident
 from workers.owned import OwnedRobot
-from workers.safety.latch import StopLatch
+from workers.safety.memory import StopLatch
 
 log = logging.getLogger(__name__)
 ROBOT = Slot("robot", BigAutoField())

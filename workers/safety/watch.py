@@ -67,11 +67,21 @@ class Watch:
                 self._owned.driver.hold()
 
     def leave(self, why: str) -> None:
-        """Hold the robot and end this process; another owner takes the robot, or the supervisor starts one."""
+        """Hold the robot and end this process, whatever its driver raises.
+
+        Another owner takes the robot, or the supervisor starts one.
+        """
         owned = self._owned
         log.error("the owner of %s holds it and ends: %s", owned.robot.slug, why)
         owned.running = False
-        with contextlib.suppress(RobotError, OSError):
+        try:
             owned.driver.hold()
-        owned.driver.close()
-        self._on_lost()
+        except Exception:
+            log.exception("the robot could not be held")
+        finally:
+            try:
+                owned.driver.close()
+            except Exception:
+                log.exception("the line could not be closed")
+            finally:
+                self._on_lost()

@@ -74,10 +74,10 @@ def spec() -> Spec:
         commands=(
             CommandKind(
                 "goal", "Go to a place", place, limit_s=float(description["map"]["goal_s"]),
-                asked_by=BY_ANYONE, still_after=False, progress=True,
+                asked_by=BY_ANYONE, still_after=False,
             ),
             CommandKind("explore", "Explore", limit_s=SLICE_S, asked_by=BY_STAFF, still_after=False),
-            CommandKind("charge", "Charge", limit_s=CHARGE_S, asked_by=BY_STAFF, still_after=False, progress=True),
+            CommandKind("charge", "Charge", limit_s=CHARGE_S, asked_by=BY_STAFF, still_after=False),
             CommandKind(
                 "drive", "Drive by hand", share, limit_s=HAND_LONGEST_S, asked_by=BY_STAFF, still_after=False,
                 held=True,

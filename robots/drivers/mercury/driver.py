@@ -14,7 +14,7 @@ from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.drivers.mercury.scara import scara
-from robots.drivers.permits import unless_held, until_held
+from robots.drivers.permits import until_held
 from robots.drivers.waiting import Limit, until_at_rest
 
 POLL_S = 0.2
@@ -22,6 +22,7 @@ REST_S = 2.0  # a hold must have brought the arm to rest by then
 ARRIVED_M = 0.0006  # rounding of binary32 on the wire and of joints to a pose
 SQUARE_RAD = 0.003
 JOG_STEP_M = 0.008  # short enough that a step and its braking end soon after the keep-alives end
+STOPPED = "The motion was stopped on its way."
 
 
 class Driver(Session):
@@ -135,7 +136,7 @@ class Driver(Session):
         return outcome
 
     def _run(self, build: Any, sent: dict[str, Any], permit: Permit, on_stage: OnStage, limit_s: float) -> Outcome:
-        free = unless_held(lambda: self.line.holds)
+        before = self.line.holds
         seq = self.line.instruct(build, permit, lambda: on_stage("sent"))
         on_stage("acknowledged")
         limit = Limit(self.clock, limit_s)
@@ -152,7 +153,8 @@ class Driver(Session):
                 end = self.line.end_of(seq, POLL_S)
                 if end is not None:
                     return Outcome(sent, self._ended(end))
-                free()
+                if self.line.holds != before:
+                    raise Held(STOPPED)
                 return Outcome(sent, state)
             if limit.over:
                 self.line.instruct(lambda s: Frame(Instruction.HOLD, s), None)
@@ -163,7 +165,7 @@ class Driver(Session):
         if end.id == Reply.HELD:
             if self.line.holds == 0:
                 raise HardwareFault("The controller held the motion by itself.")
-            raise Held("The motion was stopped on its way.")
+            raise Held(STOPPED)
         return state
 
     def hold(self) -> RobotState:

@@ -16,6 +16,7 @@ from robots.contract.session import Permit, Trace
 from robots.drivers.errors import (
     ControllerRefused,
     ControllerRestarted,
+    Held,
     LineBusy,
     LineGone,
     LineSilent,
@@ -23,7 +24,6 @@ from robots.drivers.errors import (
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
-from robots.drivers.permits import unless_held
 from robots.drivers.waiting import Limit
 
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
@@ -203,11 +203,11 @@ class HostLine:
         hold = frame.id == Instruction.HOLD
         if hold:
             self._holds += 1
-        free = unless_held(lambda: self._holds, "A stop came first.")
+        before = self._holds
 
         def allowed() -> None:
-            if not hold:
-                free()
+            if not hold and self._holds != before:
+                raise Held("A stop came first.")
             if permit is not None:
                 permit()
 

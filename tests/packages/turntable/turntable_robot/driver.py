@@ -46,7 +46,8 @@ class Driver(Session):
             raise LineGone(f"The turntable does not answer: {error}.") from error
         angle = said["angle"]
         self._tell(bytes.fromhex(said["trail"]))
-        self.keep(RobotState(time.monotonic(), (angle,), (), said["moving"], True, values={"warmth": said["warmth"]}))
+        values = {"warmth": said["warmth"], "pace": said["pace"]}
+        self.keep(RobotState(time.monotonic(), (angle,), (), said["moving"], True, values=values))
         return said
 
     def state(self):

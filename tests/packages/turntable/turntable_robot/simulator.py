@@ -45,6 +45,7 @@ class Table:
                 "angle": here,
                 "moving": abs(here - self.goal) > 1e-6,
                 "held": self.held,
+                "pace": self.pace,
                 "warmth": 20.0 + min(abs(here), 9.0),
             }
 

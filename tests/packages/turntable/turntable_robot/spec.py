@@ -15,16 +15,20 @@ def spec():
         name="Turntable",
         joints=("table",),
         handover=("home",),
-        channels=(Scalar("warmth", "°C", 0.0, 90.0),),
+        channels=(Scalar("warmth", "°C", 0.0, 90.0), Scalar("pace", "rad/s", 0.0, 2.0)),
         streams=(Stream("trail"),),
         commands=(
-            CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),), progress=True),
+            CommandKind("turn", "Turn", (Argument("angle", "rad", -3.0, 3.0),)),
             CommandKind("home", "Home"),
+            CommandKind("fling", "Fling", level=2),
             CommandKind(
                 "tour", "Tour", (Argument("stops", "", 1, 8),), asked_by=EVERYBODY, limit_s=60.0, policies=ALONE
             ),
             CommandKind("sway", "Sway", asked_by=frozenset({STAFF}), limit_s=60.0),
-            CommandKind("pace", "Pace", (pace,), lane="config", default={"pace": 1.0}, moves=False, still_after=False),
+            CommandKind(
+                "pace", "Pace", (pace,), lane="config", default={"pace": 1.0}, shown={"pace": "pace"},
+                moves=False, still_after=False,
+            ),
         ),
         capabilities=(Idle("sway", 60.0),),
-    )
+    )  # fmt: skip

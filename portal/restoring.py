@@ -8,6 +8,7 @@ import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -20,6 +21,7 @@ from django.db.models import F
 
 from portal.archive import ArchiveError, counts
 from robots.clock import SYSTEM
+from robots.files import replaced
 from robots.grants import end_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.recordings import keeping
@@ -28,6 +30,7 @@ from robots.states import COMMAND_RUNNING, CommandState, Cycle, GrantEnd
 EPOCHS_AHEAD = 1_000_000  # no worker before the restore can have had a later epoch
 RESTORED = "The portal was restored from a backup; whether this was carried out is not known."
 BAD = (OSError, tarfile.TarError, zlib.error, EOFError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
+SETTINGS = "0018_settings"  # an older backup has columns of single robots
 NEW, OLD = ".restoring", ".before-restoring"  # beside the pictures, so that a rename is enough
 
 
@@ -148,12 +151,27 @@ def _put_back(media: Path) -> None:
 def _load(rows: Path, manifest: dict[str, Any]) -> None:
     if any(counts().values()):
         call_command("flush", interactive=False, verbosity=0)
+    if f"robots.{SETTINGS}" not in manifest["migrations"]:
+        _move_settings(rows)
     call_command("loaddata", str(rows), verbosity=0)
     found = counts()
     wrong = [kind for kind, number in manifest["rows"].items() if found.get(kind) != number]
     if wrong:
         raise ValueError(f"they are not those of the backup's own list, first {wrong[0]}")
     _close_what_was_open()
+
+
+def _move_settings(path: Path) -> None:
+    """Change the rows of an older backup as the migration changes those of a database."""
+    migration = import_module(f"robots.migrations.{SETTINGS}")
+    with path.open() as lines, replaced(path) as out:
+        for line in lines:
+            row = json.loads(line)
+            if row["model"] == "robots.robot":
+                old = {name: row["fields"].pop(name) for name in migration.OLD if name in row["fields"]}
+                row["fields"]["settings"] = migration.moved(old)
+                line = json.dumps(row) + "\n"
+            out.write(line.encode())
 
 
 def _close_what_was_open() -> None:

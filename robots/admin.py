@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from django import forms
 from django.contrib import admin, messages
 from django.core.exceptions import PermissionDenied
 from django.http import HttpRequest, HttpResponse
@@ -12,13 +11,11 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import bus, grants, programs, services
-from robots.boxes import JSONField as BoxesField
-from robots.boxes import checked
 from robots.clock import SYSTEM
 from robots.contract import procedures
-from robots.contract.capabilities import Calibration, Stills
-from robots.contract.find import spec_of
+from robots.contract.capabilities import Calibration
 from robots.drivers.errors import RobotError
+from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of
 from robots.history import Guarded, Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
@@ -30,35 +27,6 @@ __all__ = (
     "CommandAdmin", "FrameAdmin", "GrantAdmin", "IncidentAdmin", "MovieAdmin", "ProgramAdmin", "RecordingAdmin",
     "RobotAdmin", "RobotForm",
 )  # fmt: skip
-OF_STILLS = ("stability_threshold", "delivery_exposure_s")
-SETTINGS = ("speed", *OF_STILLS, "turn_s")
-RECORDING = ("records", "recordings_keep_days", "recordings_limit_mb")
-
-
-class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
-    """A robot's row; the driver must be installed."""
-
-    boxes = BoxesField(required=False, help_text=Robot._meta.get_field("boxes").help_text)
-
-    class Meta:
-        model = Robot
-        fields = (
-            "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera", "microphone",
-            *SETTINGS, *RECORDING, "boxes",
-        )  # fmt: skip
-
-    def clean_boxes(self) -> list[dict[str, Any]]:
-        """Refuse a value that is not a list of boxes, with a sentence."""
-        return checked(self.cleaned_data.get("boxes") or [])
-
-    def clean(self) -> dict[str, Any]:
-        """Refuse a robot that is not installed. Its driver is not loaded: the test of the connection does that."""
-        cleaned = super().clean() or {}
-        try:
-            spec_of(cleaned.get("driver", ""))
-        except LookupError as error:
-            raise forms.ValidationError({"driver": str(error)}) from error
-        return cleaned
 
 
 @admin.register(Robot)
@@ -74,9 +42,8 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     fieldsets = (
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
         ("Connection", {"fields": ("driver", "address", "camera", "microphone")}),
-        ("Settings", {"fields": SETTINGS}),
+        ("Settings", {"fields": TURNS}),
         ("Recording", {"fields": RECORDING}),
-        ("Forbidden boxes", {"fields": ("boxes",), "classes": ("boxes-field",)}),
         ("State", {"fields": ("enabled", "cycle", "reason", "lockout_note")}),
     )
 
@@ -113,10 +80,6 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
             "stop": services.stop_shown(robot, SYSTEM.now()),
             "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
             "commands": commands[:8] if user.has_perm("robots.view_command") else None,
-            "calibration": [
-                (name, one.get("residual_mm"), one.get("points"))
-                for name, one in robot.calibration.items() if isinstance(one, dict)
-            ],
             "readings": robot.readings(lease.state) if lease else (),
             **self._offered(robot),
         }  # fmt: skip
@@ -128,22 +91,46 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
             spec = robot.spec()
         except LookupError:
             return {"procedures": (), "calibrates": False}
+        calibration = spec.capability(Calibration)
         offered = [p for p in procedures.procedures(spec) if p != procedures.PICTURE]
-        return {"procedures": offered, "calibrates": spec.capability(Calibration) is not None}
+        rows = calibration.told(robot.calibration) if calibration else ()
+        return {"procedures": offered, "calibrates": calibration is not None, "calibration": rows}
+
+    def get_form(self, request: HttpRequest, obj: Robot | None = None, change: bool = False, **kwargs: Any) -> Any:
+        """Return the form, for a saved robot with the settings that its spec declares."""
+        form = form_for(obj) if obj is not None else RobotForm
+        return super().get_form(request, obj, change, **{"form": form, **kwargs})
 
     def get_fieldsets(self, request: HttpRequest, obj: Robot | None = None) -> Any:
-        """Return the form's groups without settings that this robot does not use."""
-        if obj is None or self._takes_stills(obj):
-            return super().get_fieldsets(request, obj)
-        kept = tuple(name for name in SETTINGS if name not in OF_STILLS)
-        return tuple((t, {**o, "fields": kept} if t == "Settings" else o) for t, o in self.fieldsets or ())
+        """Return the form's groups, with the settings that the robot's spec declares."""
+        if obj is None:
+            return self.fieldsets
+        if not self.has_change_permission(request, obj):
+            return tuple(
+                (t, {"fields": (*TURNS, "settings_shown")} if t == "Settings" else o) for t, o in self.fieldsets
+            )
+        declared = settings_of(obj.driver)
+        of_lists = tuple((s.label, {"fields": names([s], "list")}) for s in declared if s.kind == "list")
+        groups: list[Any] = []
+        for title, options in self.fieldsets:
+            if title == "Settings":
+                groups += [(title, {"fields": (*names(declared, "number"), *TURNS)}), *of_lists]
+            else:
+                groups.append((title, options))
+        return tuple(groups)
+
+    @admin.display(description="Set by staff")
+    def settings_shown(self, robot: Robot) -> str:
+        """Return the settings as text, for staff who may only look."""
+        told = [(s.label, robot.settings.get(s.name), s.unit) for s in settings_of(robot.driver)]
+        return "; ".join(f"{label}: {value} {unit}".strip() for label, value, unit in told if value is not None) or "-"
 
     @staticmethod
-    def _takes_stills(robot: Robot) -> bool:
+    def _is_arm(robot: Robot) -> bool:
         try:
-            return robot.spec().capability(Stills) is not None
-        except LookupError:
-            return True
+            return "limb" in robot.description()
+        except ImportError:  # its package is not installed; the form says so when it is saved
+            return False
 
     def do(self, request: HttpRequest, pk: int, verb: str) -> HttpResponse:
         """Run one verb, sent by POST."""
@@ -171,7 +158,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         if robot is not None and not self.has_view_permission(request, robot):
             raise PermissionDenied
         extra = {**(extra_context or {}), **(self._status(robot, request.user) if robot else {})}
-        if robot is not None and "limb" in robot.description():
+        if robot is not None and self._is_arm(robot):
             from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
             extra["model_facts"] = model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")

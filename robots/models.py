@@ -15,7 +15,7 @@ from robots import description
 from robots.contract.find import spec_of
 from robots.contract.spec import Spec
 from robots.recordings.models import Movie, Recording, RecordingState, Records
-from robots.rules import a_turn, camera_addresses, microphone_address, positive, robot_address
+from robots.rules import a_turn, camera_addresses, microphone_address, robot_address
 from robots.states import COMMAND_FINAL, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
 __all__ = (
@@ -65,17 +65,6 @@ class Robot(models.Model):
     stopped_at = models.DateTimeField(null=True, blank=True, editable=False)
     stop_confirmed = models.BooleanField(default=False, db_default=False, editable=False)  # the robot said it rests
     rests_by = models.DateTimeField(null=True, blank=True, editable=False)  # at the latest, where it did not say so
-    speed = models.FloatField(
-        null=True, blank=True, validators=[positive], help_text="m/s; empty for the driver's default."
-    )
-    stability_threshold = models.FloatField(
-        null=True, blank=True, validators=[positive], help_text="Grey levels; empty: default."
-    )
-    delivery_exposure_s = models.FloatField(null=True, blank=True, validators=[positive], help_text="s; empty: 1/150.")
-    boxes = models.JSONField(
-        default=list, blank=True,
-        help_text="Forbidden boxes beside the robot's own, in its base's frame: name, two corners in m.",
-    )  # fmt: skip
     turn_s = models.PositiveIntegerField(
         null=True, blank=True, validators=[a_turn], help_text="Seconds a turn; empty: default."
     )
@@ -95,6 +84,8 @@ class Robot(models.Model):
     recordings_limit_mb = models.PositiveIntegerField(
         null=True, blank=True, help_text="All recordings together; the oldest are removed first. Empty: default."
     )
+
+    settings = models.JSONField(default=dict, db_default={}, blank=True, editable=False)  # those that its spec declares
 
     class Meta:
         ordering = ("name",)
@@ -124,9 +115,12 @@ class Robot(models.Model):
     def driver_settings(self, epoch: int = 0) -> dict[str, Any]:
         """Return the settings handed to the driver of the owner with that epoch."""
         token = os.environ.get(f"FARHAND_TOKEN_{self.slug.upper().replace('-', '_')}")  # secrets are not stored in rows
-        more = {"speed": self.speed, "boxes": self.boxes, "token": token}
         folder = str(Path(settings.VAR) / "robots" / self.slug)
-        return {"epoch": epoch, "folder": folder} | {name: value for name, value in more.items() if value}
+        told = {"epoch": epoch, "folder": folder} | ({"token": token} if token else {})
+        try:
+            return told | self.spec().for_driver(self.settings)
+        except LookupError:
+            return told
 
     def camera_address(self, index: int) -> str:
         """Return the address of one of its cameras; empty for a simulated camera or one that it does not have."""

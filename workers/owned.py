@@ -54,7 +54,7 @@ class OwnedRobot:
         """Read the row again. Return True if the change needs a new driver."""
         old, self.robot = self.robot, Robot.objects.get(pk=self.robot.pk)
         new = self.robot
-        return (new.address, new.speed, new.boxes) != (old.address, old.speed, old.boxes)
+        return (new.address, new.driver_settings()) != (old.address, old.driver_settings())
 
     def set_cycle(self, cycle: Cycle, reason: str, was: str) -> bool:
         """Advance the robot's turn cycle by a conditional UPDATE."""

@@ -17,5 +17,7 @@ async function refresh(): Promise<void> {
 if (box) setInterval(() => void refresh(), 2000);
 
 const facts = document.getElementById("model-facts");
-const field = document.querySelector<HTMLTextAreaElement>("#id_boxes");
-if (facts && field) void import("./admin_boxes.ts").then(({ edit }) => edit(field, JSON.parse(facts.textContent ?? "{}")));
+interface Editor { edit(field: HTMLTextAreaElement, facts: unknown): Promise<void> }
+const editors = import.meta.glob<Editor>("./admin_*.ts"); // by the names that settings give
+for (const field of facts ? document.querySelectorAll<HTMLTextAreaElement>("textarea[data-editor]") : [])
+  void editors[`./admin_${field.dataset["editor"]}.ts`]?.().then(({ edit }) => edit(field, JSON.parse(facts?.textContent ?? "{}")));

@@ -7,7 +7,8 @@ interface Facts extends ArmDescription { posture: number[] }
 const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
 
 /** Put the editor before the text field; the field stays for people who prefer to write. */
-export async function edit(field: HTMLTextAreaElement, facts: Facts): Promise<void> {
+export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<void> {
+  const facts = told as Facts;
   const box = document.createElement("div");
   box.className = "boxes-editor";
   const holder = document.createElement("div");

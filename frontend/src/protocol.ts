@@ -6,7 +6,8 @@ export interface Still {
   id: number; url: string; at_ms: number; stable: boolean; verdict: string;
   /** Where the robot was: coordinates that its spec declares, joints (rad, m), and values of its channels by name. */
   pose: number[]; joints: number[]; values: Record<string, number>; width: number; height: number;
-  calibration: Record<string, { matrix: number[][]; z: number; theta: number; residual_mm: number }>;
+  /** The result of the robot's own calibration at that time; its console knows what it holds. */
+  calibration: Record<string, unknown>;
 }
 export interface CommandInfo {
   id: number; seq: number; grant: number; kind: string; state: string; reason: string;
@@ -46,7 +47,7 @@ export interface CommandSpec { kind: string; label: string; lane: "motion" | "co
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 export interface StreamInfo { name: string; media: string }
 /** What the page knows about its robot, for every robot. */
-export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
+export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */

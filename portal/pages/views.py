@@ -112,6 +112,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
         "labels": {c.kind: c.label for c in (*spec.commands, *procedures(spec))},
+        "set": {s.name: robot.settings[s.name] for s in spec.settings() if s.shown and s.name in robot.settings},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],
         "commands": [
             _command(c)
@@ -123,7 +124,6 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
         facts |= model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")
-        facts["boxes"] += robot.boxes
     return facts
 
 

@@ -7,7 +7,30 @@ processor and 50 MB whatever the values are, and raises nothing but errors of `r
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from math import inf
+from typing import Any, Literal
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A value that staff may set for one robot on its page of the admin; the driver reads it from `settings` by name.
+
+    A `number` lies between `low` and `high`, in `unit`; where it is left empty, the driver uses its own value, which
+    `default` tells. A `list` is JSON: `check(value)` returns it tidied or raises BadRequest, and `editor` names the
+    admin's editor for it, if there is one. Consoles are told the values of those that are `shown`.
+    """
+
+    name: str
+    label: str
+    kind: Literal["number", "list"] = "number"
+    unit: str = ""
+    low: float = -inf
+    high: float = inf
+    default: float | None = None
+    help: str = ""
+    check: str = ""
+    editor: str = ""
+    shown: bool = False
 
 
 @dataclass(frozen=True)
@@ -72,16 +95,38 @@ class PictureTaken:
 
 
 @dataclass(frozen=True)
+class ResultRow:
+    """A value of a calibration's result that staff are shown; `path` are the keys that lead to it."""
+
+    label: str
+    path: tuple[str, ...]
+    unit: str = ""
+
+    def value(self, result: Any) -> float | str | None:
+        """Return the value, or None where the result has none."""
+        for key in self.path:
+            result = result.get(key) if isinstance(result, Mapping) else None
+        return result if isinstance(result, int | float | str) else None
+
+
+@dataclass(frozen=True)
 class Calibration:
     """A procedure that measures the robot; it runs before the first turn and when staff ask for it.
 
     `procedure(session, settle, permit)` returns the result as JSON; `settle()` returns a stable picture with its
     verdict (`robots.vision.stability.Verdict`). Raises NotCalibrated and what `Session.execute` raises.
+    `rows` are what staff are shown of the result.
     """
 
     procedure: str
     label: str = "Calibrate the camera"
     limit_s: float = 180.0
+    rows: tuple[ResultRow, ...] = ()
+
+    def told(self, result: Mapping[str, Any]) -> tuple[tuple[str, Any, str], ...]:
+        """Return label, value and unit of each row that the result has."""
+        found = ((row.label, row.value(result), row.unit) for row in self.rows)
+        return tuple((label, value, unit) for label, value, unit in found if value is not None)
 
 
 @dataclass(frozen=True)
@@ -90,7 +135,8 @@ class Stills:
 
     `threshold` is in grey levels, `tries` the most pairs. The delivered picture is exposed for `exposure_s`, within
     `exposure_range_s` (s). `brightness` names a class whose `correct(picture)` returns (picture, next corrector).
-    Without this capability one picture is taken and not judged.
+    Staff may set `threshold` and `exposure_s` (`settings`). Without this capability one picture is taken and not
+    judged, and the camera chooses the exposure.
     """
 
     settle_exposure_s: float
@@ -100,13 +146,18 @@ class Stills:
     exposure_range_s: tuple[float, float]
     brightness: str = ""
 
-    @classmethod
-    def described(cls, camera: Mapping[str, Any], brightness: str = "") -> "Stills":
-        """Return it from the table `[camera]` of a `robot.toml`."""
-        low, high = camera["exposure_range_s"]
-        return cls(
-            float(camera["stability_exposure_s"]), float(camera["stability_threshold"]),
-            int(camera["stability_tries"]), float(camera["delivery_exposure_s"]), (low, high), brightness,
+    def settings(self) -> tuple[Setting, Setting]:
+        """Return what staff may set."""
+        shortest, longest = self.exposure_range_s
+        return (
+            Setting(
+                "still_threshold", "Stability threshold", unit="grey levels", low=0.01, high=255.0,
+                default=self.threshold, help="Two pictures that differ by less are of a robot at rest.",
+            ),
+            Setting(
+                "still_exposure_s", "Exposure of delivered pictures", unit="s", low=shortest, high=longest,
+                default=self.exposure_s,
+            ),
         )  # fmt: skip
 
 

@@ -57,9 +57,9 @@ class Outcome:
 class Session(ABC):
     """The base of every driver. The constructor opens nothing; five methods are a robot's own.
 
-    `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a `speed`,
-    forbidden `boxes`, a secret `token`, and `folder`, where a driver may keep files between its runs. `trace`
-    is told of each message on the wire: direction, bytes, words.
+    `address` is a port, a file or a URL. `settings` may hold the owner's fencing `epoch`, a secret
+    `token`, `folder`, where a driver may keep files between its runs, and what staff have set of the settings that the
+    robot's spec declares. `trace` is told of each message on the wire: direction, bytes, words.
     """
 
     clock: Timer = TIMER  # for limits and states; tests may let time pass faster

@@ -2,11 +2,11 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from math import inf
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite
 from typing import Any, Literal, TypeVar
 
-from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Programs, Statistics
+from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Programs, Setting, Statistics, Stills
 from robots.contract.channels import MOST, Pose, Scalar, Scale
 from robots.contract.policies import HOLD, Policies
 from robots.contract.session import RobotState
@@ -14,6 +14,7 @@ from robots.contract.streams import MOST as MOST_STREAMS
 from robots.contract.streams import Stream
 
 Lane = Literal["motion", "config"]
+OWNERS = ("epoch", "folder", "token")  # what every driver is given beside the settings that its spec declares
 TURN, ANYONE, STAFF = "turn", "anyone", "staff"
 C = TypeVar("C")
 
@@ -124,6 +125,32 @@ class Spec:
         """Return every capability of that kind, in the order of the declaration."""
         return tuple(c for c in self.capabilities if isinstance(c, kind))
 
+    def settings(self) -> tuple[Setting, ...]:
+        """Return what staff may set for the robot: its own settings, then those of its stills."""
+        return (*self.all_of(Setting), *(setting for stills in self.all_of(Stills) for setting in stills.settings()))
+
+    def for_driver(self, kept: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what staff have set of the robot's own settings, by name."""
+        found = ((setting.name, _usable(setting, kept.get(setting.name))) for setting in self.all_of(Setting))
+        return {name: value for name, value in found if value is not None}
+
+    def stills(self, kept: Mapping[str, Any]) -> Stills | None:
+        """Return how pictures at rest are taken, with what staff have set; None where the spec does not say."""
+        stills = self.capability(Stills)
+        if stills is None:
+            return None
+        threshold, exposure_s = (_usable(setting, kept.get(setting.name)) for setting in stills.settings())
+        return replace(stills, threshold=threshold or stills.threshold, exposure_s=exposure_s or stills.exposure_s)
+
+
+def _usable(setting: Setting, value: Any) -> Any:
+    """Return a kept value as it is used: a number inside the range, which may be narrower than when it was kept."""
+    if setting.kind == "list":
+        return value if isinstance(value, list) and value else None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        return None
+    return min(max(float(value), setting.low), setting.high)
+
 
 def _contradictions(spec: Spec) -> Iterator[str]:
     """Yield what is wrong with a spec, each as the end of a sentence that begins with the spec's name."""
@@ -132,6 +159,7 @@ def _contradictions(spec: Spec) -> Iterator[str]:
         ("joint, coordinate or channel", spec.names()),
         ("stream", [s.name for s in spec.streams]),
         ("composite", [c.name for c in spec.all_of(Composite)]),
+        ("setting", [*OWNERS, *(setting.name for setting in spec.settings())]),
     ):
         yield from (f"names the {what} {name!r} twice" for name in _twice(names))
     told = set(spec.names())
@@ -162,6 +190,8 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
             yield f"has no command {capability.kind!r}, which its {name} names"
         elif found.lane != "motion":
             yield f"names {capability.kind!r} of the lane {found.lane!r} in its {name}; only motions belong there"
+    if isinstance(capability, Setting):
+        yield from _wrong_with_setting(capability)
     if isinstance(capability, Statistics):
         yield from _wrong_with_statistics(capability, spec)
     if isinstance(capability, GoodWhile):
@@ -184,6 +214,17 @@ def _wrong_with_good_while(good: GoodWhile, spec: Spec) -> Iterator[str]:
         yield f"has no channel {good.channel!r}, which its GoodWhile names"
     if not good.code:
         yield "gives no code for the end of jobs in its GoodWhile"
+
+
+def _wrong_with_setting(setting: Setting) -> Iterator[str]:
+    if setting.kind == "list":
+        if not setting.check:
+            yield f"has no check of the setting {setting.name!r}"
+        return
+    if not -inf < setting.low <= setting.high < inf:
+        yield f"gives the setting {setting.name!r} no range"
+    elif setting.default is not None and not setting.low <= setting.default <= setting.high:
+        yield f"has a default for the setting {setting.name!r} that is out of its range"
 
 
 def _wrong_with_statistics(statistics: Statistics, spec: Spec) -> Iterator[str]:

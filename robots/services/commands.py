@@ -27,7 +27,7 @@ PENDING = 128
 # the fields needed to check a command; few, because every click reads them
 NEEDED = (
     "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
-    "robot__speed", "robot__boxes", "robot__lease__epoch", "robot__lease__expires_at",
+    "robot__settings", "robot__lease__epoch", "robot__lease__expires_at",
 )  # fmt: skip
 SLUG, SEQ, GRANT = Slot("slug", CharField()), Slot("seq", BigIntegerField()), Slot("grant", BigIntegerField())
 REFERENCES = {"program", "still"}  # values that name a row: a saved program, the picture of a click

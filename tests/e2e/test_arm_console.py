@@ -233,21 +233,21 @@ def test_staff_draw_a_box_and_the_controller_refuses_it(portal, visitor, django_
     editor.get_by_label("name").fill("the vase")
     for label, value in zip(CORNERS, (0.4, 0.1, 0.0, 0.6, 0.3, 0.3), strict=True):
         editor.get_by_label(f"{label} (m)").fill(str(value))
-    assert '"the vase"' in page.input_value("[name=boxes]")
+    assert '"the vase"' in page.input_value("[name=setting_boxes]")
     kim.axe("box editor")
     page.click("[name=_continue]")
     expect(page.locator(".messagelist")).to_contain_text("was changed successfully")
     vase = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}
-    assert Robot.objects.get(pk=portal.robot.pk).boxes == [vase]
+    assert Robot.objects.get(pk=portal.robot.pk).settings == {"boxes": [vase]}
     expect(editor.get_by_label("name")).to_have_value("the vase")
     wait_for(lambda: any(r["extra"] == ["the vase"] for r in portal.sim.journal() if r["event"] == "boxes"), 30, "the controller is told")  # fmt: skip
     with pytest.raises(OutOfWorkspace, match="the vase"):
         check("pa10", "pose", {"x": 0.5, "y": 0.2, "z": 0.15, "roll": 3.14, "pitch": 0, "yaw": 3.14}, {"boxes": [vase]})  # fmt: skip
     # nonsense is named, and nothing of what was written is lost
-    page.fill("[name=boxes]", '[{"name": "", "low": [0, 0, 0], "high": [1, 1, 1]}]')
+    page.fill("[name=setting_boxes]", '[{"name": "", "low": [0, 0, 0], "high": [1, 1, 1]}]')
     page.click("[name=_continue]")
     expect(page.locator(".errorlist")).to_contain_text("name")
-    assert '"high": [1, 1, 1]' in page.input_value("[name=boxes]")
+    assert '"high": [1, 1, 1]' in page.input_value("[name=setting_boxes]")
     page.goto(address)
     page.click("text=Remove the vase")
     page.click("[name=_continue]")

@@ -16,6 +16,7 @@ from portal import archive, privacy, restoring
 from robots.models import Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
+SINCE = ("robots.0018_settings", "robots.0019_settings_alone")
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -56,6 +57,36 @@ def changed(backup, change, extra=()):
 
 def same(name, data):
     return data
+
+
+def of_an_older_version(name, data):
+    """Return a file of a backup from before a robot's settings were declared by its spec."""
+    if name == "manifest.json":
+        told = json.loads(data)
+        told["migrations"] = [one for one in told["migrations"] if one not in SINCE]
+        del told["rows_sha256"]
+        return json.dumps(told).encode()
+    if name != "rows.jsonl":
+        return data
+    rows = [json.loads(line) for line in data.splitlines()]
+    for row in rows:
+        if row["model"] == "robots.robot":
+            del row["fields"]["settings"]
+            row["fields"] |= {"speed": 0.2, "boxes": [], "stability_threshold": None, "delivery_exposure_s": 0.01}
+    return b"".join(json.dumps(row).encode() + b"\n" for row in rows)
+
+
+def test_settings_of_an_older_backup_are_restored(backup, media):
+    restoring.read(changed(backup, of_an_older_version), replace=True)
+    assert Robot.objects.get().settings == {"speed": 0.2, "still_exposure_s": 0.01}
+
+
+def test_settings_are_restored(robot, people, media, tmp_path):
+    Robot.objects.update(settings={"speed": 0.25})
+    archive.write(tmp_path / "with.tar.gz")
+    Robot.objects.update(settings={})
+    restoring.read(tmp_path / "with.tar.gz", replace=True)
+    assert Robot.objects.get().settings == {"speed": 0.25}
 
 
 def manifest_with(**more):

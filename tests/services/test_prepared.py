@@ -34,7 +34,7 @@ def test_it_finds_what_its_query_finds_with_other_values_at_each_call(lease, rob
     with django_assert_num_queries(4):
         (found,) = LEASES(slug="mercury", epoch=3, now=now)
         assert (found.pk, found.state, found.expires_at, found.robot) == (lease.pk, {"a": 1}, lease.expires_at, robot)
-        assert found.robot.boxes == robot.boxes
+        assert found.robot.settings == robot.settings
         assert LEASES(slug="mercury", epoch=4, now=now) == []
         assert LEASES(slug="mercury' or '1'='1", epoch=3, now=now) == []
         assert LEASES(slug="mercury", epoch=3, now=late) == []

@@ -4,16 +4,15 @@ import json
 
 import pytest
 from django.contrib.auth.models import Permission
-from django.core.exceptions import ValidationError
 from django.test import Client
 
 from accounts.services import preview_job
 from portal.live.messages import ROBOT, NotUnderstood
 from robots import previews, programs, services
-from robots.admin import checked
 from robots.clock import SYSTEM
 from robots.description import load
 from robots.drivers.errors import BadRequest, NotPermitted, OutOfWorkspace
+from robots.drivers.pa10.boxes import checked
 from robots.models import Command, Program, Robot
 from robots.motion.described import posture
 from robots.states import GrantKind
@@ -171,7 +170,7 @@ def test_a_box_of_staff_is_in_the_way_of_preview_and_command(robot, people, owne
     services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
     place = {"x": 0.5, "y": 0.16, "z": 0.15, "roll": 3.14159265, "pitch": 0.0, "yaw": 3.14159265}
     services.issue(robot.slug, people["ada"], "pose", place, 1)
-    Robot.objects.update(boxes=[{"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}])
+    Robot.objects.update(settings={"boxes": [{"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}]})
     robot.refresh_from_db()
     with pytest.raises(OutOfWorkspace, match="the vase"):
         services.issue(robot.slug, people["ada"], "pose", place, 2)
@@ -188,7 +187,7 @@ def test_boxes_are_checked_before_they_are_kept(robot):
         [{"name": "a", "low": [0, 0, True], "high": [1, 1, 1]}], [{"name": "a", "low": [0, 0, 0], "high": [1, 1, 99]}],
         [{"name": f"b{i}", "low": [0, 0, 0], "high": [1, 1, 1]} for i in range(21)],
     ):  # fmt: skip
-        with pytest.raises(ValidationError):
+        with pytest.raises(BadRequest):
             checked(bad)
 
 

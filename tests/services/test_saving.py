@@ -48,7 +48,6 @@ GOOD = {
     "slug": "second",
     "driver": "mercury",
     "address": "sim:mercury",
-    "boxes": "[]",
     "records": "off",
 }
 
@@ -56,9 +55,8 @@ GOOD = {
 @pytest.mark.asvs("1.3.6", "15.3.2")
 @pytest.mark.parametrize("field, value", [
     ("address", "serial:/dev/../etc/passwd"), ("address", "tcp:169.254.169.254:80"), ("address", "file:///etc/passwd"),
-    ("camera", "http://169.254.169.254/latest"), ("camera", "file:///etc/passwd"), ("speed", "0"), ("speed", "-1"),
-    ("microphone", "http://169.254.169.254/a.wav"), ("microphone", "alsa:file:/etc/passwd"), ("speed", "nan"), ("speed", "1e999"), ("turn_s", "0"), ("turn_s", "5"), ("turn_s", "99999999"),
-    ("stability_threshold", "-3"), ("delivery_exposure_s", "0"),
+    ("camera", "http://169.254.169.254/latest"), ("camera", "file:///etc/passwd"),
+    ("microphone", "http://169.254.169.254/a.wav"), ("microphone", "alsa:file:/etc/passwd"), ("turn_s", "0"), ("turn_s", "5"), ("turn_s", "99999999"),
 ])  # fmt: skip
 def test_a_robot_that_cannot_be_is_not_saved(robot, client, admin_user, field, value):
     client.force_login(admin_user)
@@ -74,7 +72,6 @@ def test_a_robot_that_can_be_is_saved(robot, client, admin_user):
         "address": "tcp:arm.example.org:8101",
         "camera": "http://cam.example.org/a.jpg",
         "microphone": "alsa:hw:1,0",
-        "speed": "0.1",
         "turn_s": "60",
     }
     assert client.post("/admin/robots/robot/add/", GOOD | more).status_code == 302

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.capabilities import GoodWhile, Idle, Need, Programs, Share, Statistics, Times, Total
+from robots.contract.capabilities import GoodWhile, Idle, Need, Programs, Setting, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
 from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
@@ -23,6 +23,7 @@ PACE = CommandKind(
     "pace", "Pace", (Argument("pace", "m/s", 0.0, 1.0),), lane="config", default={"pace": 0.5}, moves=False
 )
 CHARGE = Scalar("charge", "%", 0.0, 100.0)
+FAST = Setting("fast", "Fast", unit="m/s", low=0.1, high=0.5, default=0.3)
 SOUND = Spec("Cart", (GO, PACE), ("wheel",), ("go",), (CHARGE,), (Idle("go"), Need("go", "charge", 20.0, 90.0)))
 
 
@@ -66,6 +67,11 @@ def alone(seconds, name="wheel"):
         ({"channels": (replace(CHARGE, low=200.0),)}, "gives the channel 'charge' no range"),
         ({"streams": (Stream("map"), Stream("map"))}, "names the stream 'map' twice"),
         ({"streams": tuple(Stream(f"s{n}") for n in range(9))}, "has 9 streams; at most 8 are possible"),
+        ({"capabilities": (FAST, FAST)}, "names the setting 'fast' twice"),
+        ({"capabilities": (replace(FAST, name="token"),)}, "names the setting 'token' twice"),
+        ({"capabilities": (replace(FAST, high=inf),)}, "gives the setting 'fast' no range"),
+        ({"capabilities": (replace(FAST, default=9.0),)}, "a default for the setting 'fast' that is out of its range"),
+        ({"capabilities": (Setting("walls", "Walls", "list"),)}, "has no check of the setting 'walls'"),
         ({"rest_s": -1.0}, "rests by itself after -1 s"),
         ({"rest_s": inf}, "rests by itself after inf s"),
         ({"pose": Pose(("x", "wheel"))}, "names the joint, coordinate or channel 'wheel' twice"),
@@ -84,6 +90,18 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(change, said):
         replace(SOUND, **change)
     assert said in str(refused.value)
     assert str(refused.value).endswith(".")
+
+
+def test_only_settings_that_are_declared_reach_the_driver_and_only_within_their_range():
+    cart = replace(SOUND, capabilities=(FAST, Setting("walls", "Walls", "list", check="m:f")))
+    for kept, told in (
+        ({"fast": 0.2, "slow": 3, "walls": [1]}, {"fast": 0.2, "walls": [1]}),
+        ({"fast": 9, "walls": []}, {"fast": 0.5}),
+        ({"fast": True, "walls": "x"}, {}),
+        ({"fast": float("nan")}, {}), ({"fast": "0.2"}, {}), ({}, {}),
+    ):  # fmt: skip
+        assert cart.for_driver(kept) == told
+    assert SOUND.for_driver({"fast": 0.2}) == {}
 
 
 def test_what_staff_alone_set_needs_no_default():

@@ -25,7 +25,7 @@ class Camera:
             self.close()
             self._address = robot.camera_address(self.index)
 
-    def grab(self, exposure_s: float) -> Picture:
+    def grab(self, exposure_s: float | None) -> Picture:
         """Return one picture. Raises CameraFault."""
         with self.lock:
             try:

@@ -29,7 +29,6 @@ from workers.cameras.steps import Steps, jpeg
 from workers.cameras.video import Shot, load
 
 log = logging.getLogger(__name__)
-EXPOSURE_S = 1 / 150  # if the robot names none
 
 
 def _ms(at: datetime) -> int:
@@ -54,8 +53,9 @@ class Pictures:
         self._steps = [Steps(robot.slug, camera.index, quantizer) for camera in self.cameras]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
-        self._stills = robot.spec().capability(Stills)
-        corrector = self._stills.brightness if self._stills else ""
+        self._declared = robot.spec().capability(Stills)
+        self._stills = robot.spec().stills(robot.settings)
+        corrector = self._declared.brightness if self._declared else ""
         self._brightness: Any = function(corrector)() if corrector else None
         self.still_id = 0  # the still that shows the robot as it rests; 0 while it moves
 
@@ -69,9 +69,10 @@ class Pictures:
         for camera in self.cameras:
             camera.configure(robot)
         self._robot = robot
+        self._stills = robot.spec().stills(robot.settings)
 
-    def grab(self, exposure_s: float) -> Picture:
-        """Return one picture of the first camera. Raises CameraFault."""
+    def grab(self, exposure_s: float | None) -> Picture:
+        """Return one picture of the first camera; without an exposure the camera chooses it. Raises CameraFault."""
         return self.cameras[0].grab(exposure_s)
 
     def _corrected(self, picture: Picture) -> Picture:
@@ -86,17 +87,8 @@ class Pictures:
         """Run the stability check that the robot declares; without one, take one picture. Raises CameraFault."""
         stills = self._stills
         if stills is None:
-            return Verdict(self.grab(EXPOSURE_S), False, "not judged", 0.0, 1)
-        threshold = self._robot.stability_threshold or stills.threshold
-        return settle(lambda: grey(self.grab(stills.settle_exposure_s)), threshold, stills.tries)
-
-    @property
-    def _exposure_s(self) -> float:
-        """Return the exposure of a delivered picture (s)."""
-        if self._stills is None:
-            return EXPOSURE_S
-        low, high = self._stills.exposure_range_s
-        return min(max(self._robot.delivery_exposure_s or self._stills.exposure_s, low), high)
+            return Verdict(self.grab(None), False, "not judged", 0.0, 1)
+        return settle(lambda: grey(self.grab(stills.settle_exposure_s)), stills.threshold, stills.tries)
 
     def still(self, state: RobotState, grant: Grant | None, command: Command | None) -> tuple[Frame | None, Verdict]:
         """Wait for a stable picture, take the delivered one, store and publish it. Raises CameraFault.
@@ -107,7 +99,7 @@ class Pictures:
         try:
             with self.cameras[0].lock:
                 verdict = self.settle()
-                picture = self.grab(self._exposure_s)
+                picture = self.grab(self._stills.exposure_s if self._stills else None)
                 number = self.cameras[0].next()
             shown = self._corrected(picture)
             data = jpeg(shown)
@@ -160,7 +152,7 @@ class Pictures:
             with source.lock:
                 if first and self._wanted.is_set():
                     return True  # a still was started while this thread waited for the camera
-                picture = source.grab(self._stills.exposure_s if self._stills else EXPOSURE_S)
+                picture = source.grab(self._declared.exposure_s if self._declared else None)
                 number, still = source.next(), self.still_id if first else 0
         except CameraFault:
             return True

@@ -28,8 +28,8 @@ ANSWER = answer_within(2 * TIMEOUT_S, TIMEOUT_S)
 class Source(Protocol):
     """A source of pictures of shape (rows, columns), or (rows, columns, 3) for colour."""
 
-    def grab(self, exposure_s: float) -> Picture:
-        """Return a picture whose exposure began after this call. Raises CameraFault."""
+    def grab(self, exposure_s: float | None) -> Picture:
+        """Return a picture whose exposure began after this call; None lets the camera choose. Raises CameraFault."""
 
     def close(self) -> None:
         """Release the camera."""
@@ -42,7 +42,7 @@ class SnapshotCamera:
         self._parts, self._colour = urlsplit(url), colour
         self._connection: http.client.HTTPConnection | None = None
 
-    def grab(self, exposure_s: float) -> Picture:
+    def grab(self, exposure_s: float | None) -> Picture:
         """Request one picture; try once more if the kept connection was closed. Raises CameraFault."""
         for attempt in (1, 2):
             try:
@@ -53,7 +53,7 @@ class SnapshotCamera:
                     raise CameraFault("The camera does not answer.") from error
         raise CameraFault("The camera does not answer.")
 
-    def _fetch(self, exposure_s: float) -> bytes:
+    def _fetch(self, exposure_s: float | None) -> bytes:
         if self._connection is None:
             made = http.client.HTTPSConnection if self._parts.scheme == "https" else http.client.HTTPConnection
             self._connection = made(self._parts.netloc, timeout=TIMEOUT_S)
@@ -65,8 +65,9 @@ class SnapshotCamera:
             except addresses.AddressError as error:
                 self.close()
                 raise CameraFault(str(error)) from error
-        path = f"{self._parts.path or '/'}?{self._parts.query}&exposure={exposure_s:.6f}"
-        self._connection.request("GET", path)
+        wanted = [] if exposure_s is None else [f"exposure={exposure_s:.6f}"]
+        query = "&".join([*filter(None, [self._parts.query]), *wanted])
+        self._connection.request("GET", f"{self._parts.path or '/'}{'?' if query else ''}{query}")
         answer = self._connection.getresponse()
         try:
             body = answer.read(LARGEST)
@@ -121,7 +122,7 @@ class DriverCamera:
     def __init__(self, of_driver: OfDriver, view: str, colour: bool = False) -> None:
         self._of_driver, self._view, self._colour = of_driver, view, colour
 
-    def grab(self, exposure_s: float) -> Picture:
+    def grab(self, exposure_s: float | None) -> Picture:
         """Return the first picture that the driver hears from now on. Raises CameraFault."""
         data = self._of_driver(self._view, TIMEOUT_S)
         if data is None:
@@ -177,7 +178,7 @@ class StreamCamera:
             options = {"max_redirects": "0"} if parts.scheme.startswith("http") else {}
         return av.open(self._source, format=self._form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
 
-    def grab(self, exposure_s: float) -> Picture:
+    def grab(self, exposure_s: float | None) -> Picture:
         """Return the first picture that arrives from now on; the camera chooses the exposure. Raises CameraFault."""
         since = time.monotonic()
         with self._news:

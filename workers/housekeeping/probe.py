@@ -14,6 +14,7 @@ from django.conf import settings
 
 from robots import addresses, probes
 from robots.clock import SYSTEM
+from robots.contract.capabilities import Stills
 from robots.contract.channels import finite, whole
 from robots.contract.find import open_session
 from robots.description import views
@@ -96,11 +97,12 @@ def probe(robot: Robot) -> dict[str, Any]:
         driver.close()
     if not views(described):
         return found | {"picture": "It has no camera."}
+    stills = robot.spec().capability(Stills)
     try:
         view, colour = views(described)[0], bool(described["camera"].get("colour"))
         source = DriverCamera(lambda _view, _seconds: taken, view, colour) if by_driver else None
         with closing(source or open_camera(robot.camera_address(0), robot.rig_dir, view, colour)) as camera:
-            picture = camera.grab(1 / 150)
+            picture = camera.grab(stills.exposure_s if stills else None)
         name = f"frames/{robot.slug}/probe-{frame_name()}.jpg"
         path = Path(settings.MEDIA_ROOT) / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -2,13 +2,22 @@
 
 from math import radians
 
-from robots.contract.capabilities import Calibration, Check, ClickInPicture, Stills
+from robots.contract.capabilities import Calibration, Check, ClickInPicture, ResultRow, Setting
 from robots.contract.channels import Pose, Scale
 from robots.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.description import load
+from robots.drivers.stills import stills
 
 JOG_LONGEST_S = 20.0
 HERE = "robots.drivers.mercury"
+MEASURED = tuple(
+    row
+    for height in ("up", "down")
+    for row in (
+        ResultRow(f"residual {height}", (height, "residual_mm"), "mm"),
+        ResultRow(f"moves {height}", (height, "points")),
+    )
+)
 BY_STAFF = frozenset({STAFF})
 
 
@@ -21,7 +30,8 @@ def spec() -> Spec:
     burst = Argument("seconds", "s", shortest, longest, required=False)
     place = Argument("x", "m", *sand["x"]), Argument("y", "m", *sand["y"])
     direction = Argument("dx", "", -1.0, 1.0), Argument("dy", "", -1.0, 1.0)
-    speed = Argument("speed", "m/s", *motion["speed_range"])
+    slowest, fastest = motion["speed_range"]
+    speed = Argument("speed", "m/s", slowest, fastest)
     arm = description["arm"]
     scales = {
         name: Scale(radians(arm[f"{name}_deg"][0] - 1), radians(arm[f"{name}_deg"][1] + 1), 2e-5)
@@ -38,8 +48,9 @@ def spec() -> Spec:
         capabilities=(
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.click:resolve"),
-            Calibration(f"{HERE}.calibrating:calibrate"),
-            Stills.described(description["camera"], f"{HERE}.brightness:Brightness"),
+            Calibration(f"{HERE}.calibrating:calibrate", rows=MEASURED),
+            stills(description["camera"], f"{HERE}.brightness:Brightness"),
+            Setting("speed", "Speed", unit="m/s", low=slowest, high=fastest, default=motion["speed"]),
         ),
         commands=(
             CommandKind("move", "Move", place, limit_s=limit),

@@ -1,11 +1,12 @@
 """The spec of the museum arm; readable without its driver."""
 
-from robots.contract.capabilities import Check, Preview, Programs, Stills
+from robots.contract.capabilities import Check, Preview, Programs, Setting
 from robots.contract.channels import Pose, Scale
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.description import load
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, LONGEST_TEXT, PLANNED_S
 from robots.drivers.pa10.protocol import Mode
+from robots.drivers.stills import stills
 from robots.motion.described import chain
 
 HERE = "robots.drivers.pa10"
@@ -13,6 +14,11 @@ JOG_LONGEST_S = 20.0
 GRIPPER = "gripper"  # the last joint of the state: the opening of each finger, m
 FINE, COARSE = 1.2e-5, 3e-5  # rad; together at most 0.03 mm at the tool
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
+
+MORE_BOXES = Setting(
+    "boxes", "Forbidden boxes", kind="list", check=f"{HERE}.boxes:checked", editor="boxes", shown=True,
+    help="Beside the arm's own, in its base's frame: name, two corners in m.",
+)  # fmt: skip
 
 
 def spec() -> Spec:
@@ -47,7 +53,8 @@ def spec() -> Spec:
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),
             Programs("program", "the lines of the arm's own wire"),
-            Stills.described(description["camera"]),
+            stills(description["camera"]),
+            MORE_BOXES,
         ),
         commands=(
             CommandKind("joints", "Move joints", (*joints, share), limit_s=limit, replaceable=True),

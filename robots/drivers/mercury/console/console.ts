@@ -1,5 +1,5 @@
 /** The console of an arm with a camera and an air jet over sand: a picture and a map to click. */
-import { nozzlePixel, onSand, target, type Description } from "./scara.ts";
+import { type Description, type Map2, nozzlePixel, onSand, target } from "./scara.ts";
 import "./console.css";
 import { CameraView } from "../../../../frontend/src/camera.ts";
 import type { Facts } from "../../../../frontend/src/controls.ts";
@@ -164,9 +164,10 @@ class SandConsole extends Basics {
   }
 }
 
-function mapFor(still: Still): { matrix: number[][]; theta: number } | null {
+function mapFor(still: Still): Map2 | null {
   const z = still.pose[2] ?? 0;
-  return Object.values(still.calibration).find((e) => Math.abs(e.z - z) < 0.005) ?? null;
+  const measured = Object.values(still.calibration) as (Map2 & { z: number })[];
+  return measured.find((e) => Math.abs(e.z - z) < 0.005) ?? null;
 }
 
 page.begin(new SandConsole());

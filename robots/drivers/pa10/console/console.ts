@@ -11,7 +11,7 @@ import { byId } from "../../../../frontend/src/svg.ts";
 import { Joints } from "../../../../frontend/src/arm/joints.ts";
 import { Position } from "../../../../frontend/src/arm/position.ts";
 import { type ArmDescription, deg, type Judge, type Target } from "../../../../frontend/src/arm/types.ts";
-import type { ArmView } from "../../../../frontend/src/arm/view.ts";
+import type { ArmView, ForbiddenBox } from "../../../../frontend/src/arm/view.ts";
 import { Programs } from "./programs.ts";
 import { FINAL } from "../../../../frontend/src/words.ts";
 import { Tabs } from "../../../../frontend/src/tabs.ts";
@@ -19,7 +19,7 @@ import { Terminal } from "./terminal.ts";
 
 interface Plan { key: string; ok: boolean; text: string }
 
-const description = JSON.parse(byId("description").textContent ?? "{}") as ArmDescription;
+const description = JSON.parse(byId("description").textContent ?? "{}") as ArmDescription & { set: { boxes?: ForbiddenBox[] } };
 const page = new RobotPage();
 const FINGERS = ["left_finger", "right_finger"]; // of the model; the state has one width for both
 const PLAN_MS = 120;
@@ -70,7 +70,7 @@ class ArmConsole implements Console, Judge {
       const [{ ArmView }, answer] = await Promise.all([import("../../../../frontend/src/arm/view.ts"), fetch(description.model)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
       const names = [...description.joints.map((j) => [j.name]), FINGERS];
-      this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, description.boxes, (x, y) => {
+      this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...(description.set.boxes ?? [])], (x, y) => {
         if (byId("modes").hidden) return;
         this.tabs.choose("position");
         this.position.place(x, y);

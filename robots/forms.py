@@ -1,0 +1,137 @@
+"""The form of a robot in the admin, with fields for the settings that the robot's spec declares."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from django import forms
+from django.core.validators import MaxValueValidator, MinValueValidator
+from django.forms.fields import InvalidJSONInput
+
+from robots.contract.capabilities import Setting
+from robots.contract.find import function, spec_of
+from robots.drivers.errors import RobotError
+from robots.models import Robot
+
+PREFIX = "setting_"  # so that no setting can take the place of a field of every robot
+TURNS = ("turn_s",)
+RECORDING = ("records", "recordings_keep_days", "recordings_limit_mb")
+
+
+class ListField(forms.JSONField):
+    """A setting that is a list: JSON, checked by the robot's own function.
+
+    It also refuses JSON that is nested too deep or has numbers of thousands of digits.
+    """
+
+    def __init__(self, setting: Setting, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._setting = setting
+
+    def to_python(self, value: Any) -> Any:
+        """Return the parsed value. Raises ValidationError."""
+        try:
+            return super().to_python(value)
+        except (ValueError, RecursionError) as error:
+            raise forms.ValidationError("Write a list as JSON.") from error
+
+    def clean(self, value: Any) -> Any:
+        """Return the value as it is kept. Raises ValidationError."""
+        found = super().clean(value)
+        return checked(self._setting, found) if found else None
+
+    def bound_data(self, data: Any, initial: Any) -> Any:
+        """Return the text that the form shows again."""
+        try:
+            return super().bound_data(data, initial)
+        except (ValueError, RecursionError):
+            return InvalidJSONInput(data)
+
+
+def checked(setting: Setting, value: Any) -> Any:
+    """Return a list as the robot's own check leaves it. Raises ValidationError."""
+    try:
+        return function(setting.check)(value)
+    except RobotError as error:
+        raise forms.ValidationError(str(error)) from error
+
+
+def _accepted(setting: Setting, value: Any) -> Any:
+    """Return a kept list as the check leaves it, None if it is refused."""
+    try:
+        return checked(setting, value)
+    except forms.ValidationError:
+        return None
+
+
+def _number(setting: Setting) -> forms.Field:
+    low, high, unit = setting.low, setting.high, setting.unit
+    refused = " ".join(f"Write a number from {low:g} to {high:g} {unit}".split()) + ", or leave it empty."
+    default = "" if setting.default is None else f"Empty: {setting.default:.4g} {unit}".strip() + "."
+    return forms.FloatField(
+        required=False, label=f"{setting.label} ({unit})" if unit else setting.label,
+        help_text=f"{setting.help} {default}".strip(), error_messages={"invalid": refused},
+        validators=[MinValueValidator(low, refused), MaxValueValidator(high, refused)],
+    )  # fmt: skip
+
+
+def _list(setting: Setting) -> forms.Field:
+    widget = forms.Textarea(attrs={"data-editor": setting.editor} if setting.editor else {})
+    return ListField(setting, required=False, label=setting.label, help_text=setting.help, widget=widget)
+
+
+def settings_of(driver: str) -> tuple[Setting, ...]:
+    """Return the settings that the robot's spec declares; none if its package is not installed."""
+    try:
+        return spec_of(driver).settings()
+    except LookupError:
+        return ()
+
+
+def names(settings: Iterable[Setting], kind: str) -> tuple[str, ...]:
+    """Return the names of the fields for the settings of that kind."""
+    return tuple(PREFIX + setting.name for setting in settings if setting.kind == kind)
+
+
+class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
+    """A robot's row; the driver must be installed."""
+
+    declared: tuple[Setting, ...] = ()
+
+    class Meta:
+        model = Robot
+        fields = (
+            "name", "slug", "tagline", "story", "clearance_required", "driver", "address", "camera", "microphone",
+            *TURNS, *RECORDING,
+        )  # fmt: skip
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        for setting in self.declared:
+            empty: list[Any] | None = [] if setting.kind == "list" else None
+            self.initial[PREFIX + setting.name] = self.instance.settings.get(setting.name, empty)
+
+    def clean(self) -> dict[str, Any]:
+        """Refuse a robot that is not installed. Its driver is not loaded: the test of the connection does that."""
+        cleaned = super().clean() or {}
+        try:
+            spec_of(cleaned.get("driver", ""))
+        except LookupError as error:
+            raise forms.ValidationError({"driver": str(error)}) from error
+        return cleaned
+
+    def save(self, commit: bool = True) -> Any:
+        """Save the row with the settings that were written; those of another driver are kept for its return."""
+        written = {setting.name: self.cleaned_data.get(PREFIX + setting.name) for setting in self.declared}
+        kept = self.instance.settings | written
+        for setting in settings_of(self.instance.driver):  # which may be another driver than before
+            if setting.kind == "list" and kept.get(setting.name):
+                kept[setting.name] = _accepted(setting, kept[setting.name])
+        self.instance.settings = {name: value for name, value in kept.items() if value is not None}
+        return super().save(commit)
+
+
+def form_for(robot: Robot) -> type[RobotForm]:
+    """Return the form with fields for what the robot's spec declares."""
+    declared = settings_of(robot.driver)
+    fields = {PREFIX + s.name: _list(s) if s.kind == "list" else _number(s) for s in declared}
+    return type("RobotForm", (RobotForm,), {"declared": declared, **fields})

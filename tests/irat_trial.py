@@ -15,7 +15,7 @@ import numpy as np
 
 from robots.clock import Waitable
 from robots.contract.session import JSON
-from robots.drivers.errors import HardwareFault
+from robots.drivers.errors import HardwareFault, Held
 from robots.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
 from robots.drivers.irat.brain.mind import Mind
 from robots.drivers.irat.brain.process import SILENT_S
@@ -32,6 +32,7 @@ from simulators.irat.world import World
 
 T = TypeVar("T")
 WIDTH, HEIGHT = 416, 240  # of the robot's camera
+NARROW = 208  # of drawn pictures: quicker, and a little worse than the robot's own
 THINKING_S = 0.04
 REST_STEP_S = 1.0  # between two steps at rest
 
@@ -222,6 +223,36 @@ class Trial:
 
 def silent(_: object) -> None:
     """Take a command's progress."""
+
+
+def free() -> None:
+    """A permit that allows everything."""
+
+
+def until(trial: Trial, seconds: float) -> Callable[[], None]:
+    """Return a permit that ends after so many seconds of the robot's time."""
+    end = trial.now + seconds
+
+    def permit() -> None:
+        if trial.now > end:
+            raise Held("The time is over.")
+
+    return permit
+
+
+def explore(trial: Trial, seconds: float) -> None:
+    """Explore in whole slices, for at least so many seconds of the robot's time."""
+    end = trial.now + seconds
+    while trial.now < end:
+        trial.roaming.explore(free, silent)
+
+
+def begun(folder: Path, **options: Any) -> tuple[Trial, JSON]:
+    """Return a trial that knows some places, and the arguments of a goal."""
+    trial = Trial(folder, width=NARROW, **options)
+    explore(trial, 40)
+    held = trial.brain.mind.slam.map
+    return trial, place(trial, int(held.ids[held.count - 8]))
 
 
 def place(trial: Trial, experience: int) -> JSON:

@@ -82,7 +82,7 @@ class Day:
     def _visitors(self) -> None:
         self._maps.add(self.trial.brain.mind.slam.map_number)
         charge = self.trial.world.battery.charge
-        self.flat += charge < LIVE_S <= self.lowest
+        self.flat += int(charge < LIVE_S <= self.lowest)
         self.lowest = min(self.lowest, charge)
         if self.trial.now - self._clicked < CLICK_S:
             return

@@ -96,7 +96,9 @@ def test_it_maps_its_maze_closes_loops_and_reaches_places(tmp_path, seed, prunin
 
 
 @pytest.mark.length
-@pytest.mark.parametrize(("fault", "value"), [("slip", 0.6), ("ir_dead", 0b010), ("false_marker", 7), ("carried", 11)])
+@pytest.mark.parametrize(
+    ("fault", "value"), [("slip", 0.6), ("ir_dead", 0b010), ("false_marker", 7), ("carried", 11), ("stall", 1)]
+)
 def test_a_goal_under_a_fault_ends_with_a_word_and_at_rest(tmp_path, fault, value):
     trial = Trial(tmp_path, seed=3, width=NARROW)
     explore(trial, 180)

@@ -19,6 +19,7 @@ from robots.description import load
 from robots.drivers.errors import BadRequest, GaveUp, Held, RobotError
 from robots.drivers.irat.brain.messages import Care
 from robots.drivers.irat.roaming import MapCleared
+from simulators.irat.simulator import LIVE_S
 from tests.irat_trial import Trial, place, silent
 
 HOURS, SEED, PRUNING = (
@@ -30,6 +31,7 @@ CLICK_S, QUEUE = 50.0, 10
 TRUE_M = 0.25
 PAPER = {"goals": 676, "reached": 447, "metres": 199, "recharges": 7, "cleared": 61}
 GOAL, GOAL_PRUNING, TIMES = 0.80, 0.95, 24.0
+CLEARED = (45, 80)  # maps a day, where they are not pruned
 
 
 class Day:
@@ -44,6 +46,8 @@ class Day:
         self.apart: list[float] = []
         self._dice, self._clicked = random.Random(SEED), 0.0
         self._maps: set[int] = set()
+        self.flat = 0  # 1 once the battery was flat
+        self.lowest = 1.0  # share of the battery's charge
         self.spent: Counter[str] = Counter()
         self.trial.each_step = self._visitors
 
@@ -77,6 +81,9 @@ class Day:
 
     def _visitors(self) -> None:
         self._maps.add(self.trial.brain.mind.slam.map_number)
+        charge = self.trial.world.battery.charge
+        self.flat += int(charge < LIVE_S <= self.lowest)
+        self.lowest = min(self.lowest, charge)
         if self.trial.now - self._clicked < CLICK_S:
             return
         self._clicked += CLICK_S
@@ -131,6 +138,11 @@ class Day:
             self.count[f"charge: {error}"[:60]] += 1
             self.trial.world.carry(-1)  # staff put it into its dock
 
+    @property
+    def cleared(self) -> int:
+        """Return how many maps were cleared."""
+        return len(self._maps) - 1
+
     def told(self, took: float) -> dict[str, object]:
         """Return what is printed."""
         ended = self.count["goals"] - len(self.goals)
@@ -140,7 +152,7 @@ class Day:
             "of_attempted": round(self.count["reached"] / max(1, attempted), 3),
             "near_by_truth": round(sum(d < TRUE_M for d in self.apart) / max(1, len(self.apart)), 3),
             "apart_m": [round(percentile(self.apart, q), 2) for q in (0.5, 0.9)] if self.apart else [],
-            "metres": round(self.trial.world.driven, 1), "cleared": len(self._maps) - 1,
+            "metres": round(self.trial.world.driven, 1), "cleared": self.cleared, "flat": self.flat, "lowest": round(self.lowest, 3),
             "experiences": self.trial.brain.mind.slam.map.count, "times_real": round(self.trial.now / took, 1),
             "spent_s": {name: round(s) for name, s in self.spent.items()},
             "paper": PAPER,
@@ -157,7 +169,8 @@ def main() -> None:
     share, goal = float(str(found["share"])), GOAL_PRUNING if PRUNING else GOAL
     held = (
         share >= goal and day.trial.world.driven >= PAPER["metres"] * HOURS / 24 and not day.count["recharges failed"]
-        and float(str(found["times_real"])) >= TIMES
+        and float(str(found["times_real"])) >= TIMES and not day.flat
+        and (PRUNING or CLEARED[0] <= day.cleared * 24 / HOURS <= CLEARED[1])
     )  # fmt: skip
     tell("irat_day", share, "of the goals that were accepted are reached", f">= {goal}", held, found)
 

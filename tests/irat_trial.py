@@ -15,7 +15,7 @@ import numpy as np
 
 from robots.clock import Waitable
 from robots.contract.session import JSON
-from robots.drivers.errors import HardwareFault
+from robots.drivers.errors import HardwareFault, Held, LineSilent
 from robots.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
 from robots.drivers.irat.brain.mind import Mind
 from robots.drivers.irat.brain.process import SILENT_S
@@ -32,23 +32,30 @@ from simulators.irat.world import World
 
 T = TypeVar("T")
 WIDTH, HEIGHT = 416, 240  # of the robot's camera
+NARROW = 208  # of drawn pictures: quicker, and a little worse than the robot's own
 THINKING_S = 0.04
 REST_STEP_S = 1.0  # between two steps at rest
 
 
 class Live(Generic[T]):
-    """A topic whose newest value is always that of this moment."""
+    """A topic whose newest value is always that of this moment, while the radio works."""
 
     def __init__(self, trial: "Trial", read: Callable[[], T]) -> None:
         self._trial, self._read = trial, read
+        self._heard = read(), trial.now
+
+    def _listened(self) -> tuple[T, float]:
+        if not self._trial.silent_radio:
+            self._heard = self._read(), self._trial.now
+        return self._heard
 
     @property
     def value(self) -> T:
-        return self._read()
+        return self._listened()[0]
 
     @property
     def at(self) -> float:
-        return self._trial.now
+        return self._listened()[1]
 
 
 class Line:
@@ -81,13 +88,15 @@ class Line:
     def drive(self, velocity: Velocity, permit: Callable[[], object]) -> None:
         permit()
         world = self._trial.world
-        if not world.drive.holding:
+        if not world.drive.holding and not self._trial.silent_radio:
             world.drive.velocity(velocity.linear, velocity.angular, 1, world.now)
 
     def obeys(self) -> None:
         """Nothing: nobody else commands it."""
 
     def hold(self) -> None:
+        if self._trial.silent_radio:
+            raise LineSilent("The robot does not answer.")
         drive, until = self._trial.world.drive, self._trial.now + REST_S
         drive.hold()
         while drive.moving and self._trial.now < until:
@@ -155,7 +164,7 @@ class Trial:
         with_maze: bool = True, each_step: Callable[[], object] = lambda: None,
     ) -> None:  # fmt: skip
         self.now, self._due, self.each_step = 0.0, 0.0, each_step
-        self.picture_bytes = 0  # of the newest step
+        self.picture_bytes, self._frozen = 0, b""  # of the newest step; the newest picture
         self.faults, self.notes = FaultBoard(seed), Counter[str]()
         self.world = World(lambda event, **_: self.notes.update((event,)), self.faults, seed, pose, charge, with_maze)
         self._camera = RobotCamera(Stage(with_maze), width, seed=seed)
@@ -169,6 +178,11 @@ class Trial:
         self.truth: dict[int, tuple[float, float, float]] = {}  # where each experience of this map was made
         self._map = 0
         self.sleep(2 * STEP_S)
+
+    @property
+    def silent_radio(self) -> bool:
+        """Tell whether nothing reaches the robot, and nothing comes from it."""
+        return bool(self.faults.value("awol"))
 
     def monotonic(self) -> float:
         return self.now
@@ -197,7 +211,7 @@ class Trial:
         awake = self.senses.is_awake
         self._due = self.now + (STEP_S if awake else REST_STEP_S)
         self.picture_bytes = 0
-        if awake:
+        if awake and not self.silent_radio and not self.faults.value("cam_gone"):
             picture = self._picture()
             self.picture_bytes = len(picture)
             self.senses.take(Picture(picture, self.now))
@@ -211,17 +225,50 @@ class Trial:
 
     def _picture(self) -> bytes:
         """Return a grey JPEG, with the fault board's faults of the camera."""
+        if self.faults.value("cam_freeze") and self._frozen:
+            return self._frozen
         drawn = self._camera.take(self.world.plant.frame, int(self.faults.value("false_marker")))
         if self.faults.value("cam_black"):
             drawn = np.zeros_like(drawn)
         grey = cv2.cvtColor(drawn, cv2.COLOR_RGB2GRAY)
         if grey.shape != (HEIGHT, WIDTH):
             grey = cv2.resize(grey, (WIDTH, HEIGHT))
-        return bytes(cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1])
+        self._frozen = bytes(cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1])
+        return self._frozen
 
 
 def silent(_: object) -> None:
     """Take a command's progress."""
+
+
+def free() -> None:
+    """A permit that allows everything."""
+
+
+def until(trial: Trial, seconds: float) -> Callable[[], None]:
+    """Return a permit that ends after so many seconds of the robot's time."""
+    end = trial.now + seconds
+
+    def permit() -> None:
+        if trial.now > end:
+            raise Held("The time is over.")
+
+    return permit
+
+
+def explore(trial: Trial, seconds: float) -> None:
+    """Explore in whole slices, for at least so many seconds of the robot's time."""
+    end = trial.now + seconds
+    while trial.now < end:
+        trial.roaming.explore(free, silent)
+
+
+def begun(folder: Path, **options: Any) -> tuple[Trial, JSON]:
+    """Return a trial that knows some places, and the arguments of a goal."""
+    trial = Trial(folder, width=NARROW, **options)
+    explore(trial, 40)
+    held = trial.brain.mind.slam.map
+    return trial, place(trial, int(held.ids[held.count - 8]))
 
 
 def place(trial: Trial, experience: int) -> JSON:

@@ -140,13 +140,24 @@ def install(name: str) -> None:
 
 
 def compile_loops() -> None:
-    """Compile the loops whose machine code is kept beside their sources, so that no first start waits for them."""
+    """Compile the loops whose machine code is kept beside their sources, so that no first start waits for them.
+
+    What has such loops, a driver or a simulator, compiles them in its `prepare.py`.
+    """
+    doors = prepared()
     stamp = VENV / ".loops.stamp"
-    mark = digest(ROOT / "robots" / "autonomy", ROOT / "simulators" / "common", ROOT / "requirements" / "base.lock")
+    sources = (ROOT / "robots" / "autonomy", ROOT / "simulators" / "common", ROOT / "requirements" / "base.lock")
+    mark = digest(*sources, *doors)
     if not done_before(stamp, mark):
         say("compiling loops")
-        run(BIN / "python", "-c", LOOPS)
+        for door in doors:
+            run(BIN / "python", "-m", ".".join(door.relative_to(ROOT).with_suffix("").parts))
         stamp.write_text(mark)
+
+
+def prepared() -> list[Path]:
+    """Return the `prepare.py` of every robot that has one."""
+    return sorted([*ROOT.glob("robots/drivers/*/prepare.py"), *ROOT.glob("simulators/*/prepare.py")])
 
 
 def add_lerobot() -> None:
@@ -258,17 +269,6 @@ def sparticuz(node: Path) -> list[str]:
         f"FARHAND_CHROMIUM_LIBS={folder / 'al2023' / 'lib'}",
         f"FONTCONFIG_FILE={folder / 'fonts.conf'}",
     ]
-
-
-LOOPS = """
-import numpy as np
-from robots.autonomy.ratslam.ready import compile_loops
-from simulators.irat.cameras import Overhead, RobotCamera, Stage
-compile_loops()
-stage = Stage()
-RobotCamera(stage).take(np.eye(4))
-Overhead(stage).take(np.eye(4))
-"""
 
 
 FONTS = """<?xml version="1.0"?>

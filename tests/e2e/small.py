@@ -12,14 +12,14 @@ from tests.rig import Child, Web, housekeeping
 
 
 class SmallPortal:
-    """Web process, housekeeping and the robot with its owner."""
+    """Web process, housekeeping and the robot with its owner. `env`: settings of the web process."""
 
-    def __init__(self, robot, ready_s=60):
+    def __init__(self, robot, ready_s=60, **env):
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         self.robot = robot
         specs = robot_processes(robot)
         self._children = [Child(p.name.replace(" ", "-"), list(p.argv), **p.env) for p in specs]
-        self.web = Web()
+        self.web = Web(**env)
         self._children += [housekeeping(), self.web]
         self.url = self.web.url
         try:

@@ -36,6 +36,7 @@ def rat_house(transactional_db, redis_server):
     for folder in (robot.rig_dir, settings.VAR / "robots" / robot.slug):
         shutil.rmtree(folder, ignore_errors=True)
     children = [Child(spec.name.replace(" ", "-"), list(spec.argv), **spec.env) for spec in robot_processes(robot)]
+    robot.children = children
     yield robot
     for child in children[::-1]:
         child.stop()
@@ -91,6 +92,36 @@ def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house
     assert ends == [1, 1]
     assert rows["Recharges"] == Command.objects.filter(kind="charge", state="completed").count() >= 1
     assert rows["Driven, by odometry"] > 1.0
+
+
+def test_a_crash_in_mid_goal_ends_it_unknown_and_who_waits_keeps_the_place(rat_house):
+    robot = rat_house
+    wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 150, "the robot is in order")
+    wait_for(lambda: told(robot).get("experiences", 0) > EXPERIENCES, 200, "a map")
+    board, number = Board(robot.rig_dir), told(robot)["map"]
+    job = goal(robot, "a", map=number, x=0.0, y=-0.5, experience=50)
+    running = Command.objects.filter(kind="goal", state="acknowledged")
+    wait_for(lambda: told(robot) and running.exists() and board.status()["moving"], 30, "the goal is on its way")
+    other = goal(robot, "b", map=number, x=0.0, y=-0.5, experience=40)
+    tag = other.start_tag
+    owner = next(child for child in robot.children if child.pid == Lease.objects.get(robot=robot).pid)
+    owner.kill()
+    wait_for(lambda: not board.status()["moving"], 10, "rest without an owner")
+    motions = board.count("motion")
+    spec = robot_processes(robot)[-1]
+    robot.children.append(Child("owner-again", list(spec.argv), **spec.env))
+    wait_for(lambda: told(robot) and Job.objects.get(pk=job.pk).ended_at, 90, "the end of the goal")
+    job.refresh_from_db()
+    assert (job.state, job.charged, job.runs.count()) == ("unknown", 0.0, 1)
+    assert job.args["experience"] == 50, "a click on the same place makes a new goal"
+    other.refresh_from_db()
+    assert other.state == "running" or (other.state, other.start_tag) == ("waiting", tag)
+    wait_for(lambda: told(robot) and Job.objects.get(pk=other.pk).ended_at, 400, "who waited is served")
+    other.refresh_from_db()  # how far it comes is the robot's own affair, and on a busy machine its map answers late
+    assert other.state == "done" or "was not reached within" in other.reason, (other.state, other.reason)
+    assert board.count("motion") > motions
+    assert Command.objects.filter(kind="goal").count() == 2, "none runs twice"
+    assert told(robot)["map"] == number, "the map was kept"
 
 
 def test_at_critical_charge_staff_are_called_and_it_is_in_order_again_once_it_charges(rat_house):

@@ -6,13 +6,16 @@ from pathlib import Path
 
 import pytest
 
+from tools.setup import prepared
+
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("robots", "workers", "portal", "queueing", "accounts", "operatorlog")
 OF_ONE_ROBOT = ("robots/drivers/", "robots/motion/", "robots/autonomy/", "/migrations/")
 WORDS = frozenset({
     "click", "calibrate", "soft_reset", "sand", "arm", "up", "down", "air", "move", "jog", "home", "gripper", "pen",
-    "stability_exposure_s", "stability_tries", "exposure_range_s", "mercury", "pa10", "irat", "turntable",
+    "stability_exposure_s", "stability_tries", "exposure_range_s", "mercury", "pa10", "turntable",
     "stability_threshold", "delivery_exposure_s", "boxes", "speed", "residual", "residual_mm", "theta",
+    "irat", "ratslam", "goal", "explore", "charge", "dock", "experience", "map_cleared", "clear_map", "pruning",
 })  # fmt: skip
 AS_NAMES = WORDS - {
     "up",
@@ -24,11 +27,13 @@ AS_NAMES = WORDS - {
     "pen",
     "click",
     "soft_reset",
+    "charge",
     "exposure_range_s",
 }  # plain English too
 ALLOWED = {
     "robots/contract/procedures.py": {"calibrate", "soft_reset"},  # the portal's own, declared once
     "robots/contract/policies.py": {"speed"},  # what a bound of any robot's motion limits
+    "workers/safety/gate.py": {"speed"},  # where that bound is kept
     "accounts/passwords.py": {"mercury", "arm"},  # words that make a password easy to guess
     "robots/models.py": {"mercury"},  # what the form of a new robot begins with
     "portal/seeding.py": {"mercury", "pa10", "irat"},  # the demo's robots
@@ -83,6 +88,16 @@ def test_no_word_of_a_single_robot_stands_in_generic_pages(path):
 @pytest.mark.parametrize("path", generic())
 def test_no_exposure_is_invented(path):
     assert not EXPOSURE.search((ROOT / path).read_text())
+
+
+def test_set_up_names_no_robot_and_finds_what_each_one_has_compiled():
+    tool = (ROOT / "tools/setup.py").read_text()
+    robots = {f.name for room in ("robots/drivers", "simulators") for f in (ROOT / room).iterdir() if f.is_dir()}
+    assert len(robots & {"mercury", "pa10", "irat", "so101"}) == 4
+    assert [word for word in robots - {"common"} if word in tool] == []
+    assert [str(f.relative_to(ROOT)) for f in prepared()] == [
+        "robots/drivers/irat/prepare.py", "simulators/irat/prepare.py",
+    ]  # fmt: skip
 
 
 def test_the_admin_offers_only_what_is_declared():

@@ -13,9 +13,7 @@ from robots.drivers.irat.brain.messages import Care, Clear, Forget
 from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.roaming import MapCleared
 from simulators.irat.maze import DOCK
-from tests.irat_trial import Trial, place, silent
-
-WIDTH = 208  # of drawn pictures: quicker, and a little worse than the robot's own
+from tests.irat_trial import NARROW, Trial, begun, explore, free, place, silent, until
 
 
 @dataclass(frozen=True)
@@ -32,27 +30,6 @@ def before_dock(far, aside=0.0):
     return (
         x + far * math.cos(out) - aside * math.sin(out), y + far * math.sin(out) + aside * math.cos(out), out + math.pi,
     )  # fmt: skip
-
-
-def free():
-    """A permit that allows everything."""
-
-
-def until(trial, seconds):
-    """Return a permit that ends after so many seconds of the robot's time."""
-    end = trial.now + seconds
-
-    def permit():
-        if trial.now > end:
-            raise Held("The time is over.")
-
-    return permit
-
-
-def explore(trial, seconds):
-    end = trial.now + seconds
-    while trial.now < end:
-        trial.roaming.explore(free, silent)
 
 
 def error_of(trial):
@@ -85,7 +62,7 @@ def test_it_docks_charges_and_leaves_backwards(tmp_path):
 
 @pytest.mark.length
 def test_bent_contacts_are_told_after_twelve_tries(tmp_path):
-    trial = Trial(tmp_path, pose=before_dock(0.5), charge=0.19, width=WIDTH)
+    trial = Trial(tmp_path, pose=before_dock(0.5), charge=0.19, width=NARROW)
     trial.faults.set("contacts_bent")
     told = []
     with pytest.raises(GaveUp, match="12 tries; its contacts may be bent"):
@@ -103,7 +80,7 @@ def test_bent_contacts_are_told_after_twelve_tries(tmp_path):
 @pytest.mark.length
 @pytest.mark.parametrize(("seed", "pruning"), [(1, False), (2, True)], ids=["cleared", "pruned"])
 def test_it_maps_its_maze_closes_loops_and_reaches_places(tmp_path, seed, pruning):
-    trial = Trial(tmp_path, seed=seed, width=WIDTH)
+    trial = Trial(tmp_path, seed=seed, width=NARROW)
     trial.brain.call(lambda number: Care(number, pruning))
     explore(trial, 420)
     slam = trial.brain.mind.slam
@@ -119,9 +96,11 @@ def test_it_maps_its_maze_closes_loops_and_reaches_places(tmp_path, seed, prunin
 
 
 @pytest.mark.length
-@pytest.mark.parametrize(("fault", "value"), [("slip", 0.6), ("ir_dead", 0b010), ("false_marker", 7), ("carried", 11)])
+@pytest.mark.parametrize(
+    ("fault", "value"), [("slip", 0.6), ("ir_dead", 0b010), ("false_marker", 7), ("carried", 11), ("stall", 1)]
+)
 def test_a_goal_under_a_fault_ends_with_a_word_and_at_rest(tmp_path, fault, value):
-    trial = Trial(tmp_path, seed=3, width=WIDTH)
+    trial = Trial(tmp_path, seed=3, width=NARROW)
     explore(trial, 180)
     goal = int(trial.brain.mind.slam.map.ids[20])
     trial.faults.set(fault, value)
@@ -139,65 +118,6 @@ def test_a_goal_under_a_fault_ends_with_a_word_and_at_rest(tmp_path, fault, valu
     if reached:
         held = trial.brain.mind.slam.map
         assert math.dist(seen.pose[:2], held.poses[index_of(held, goal), :2]) < 0.15, "its own map says so"
-
-
-def begun(tmp_path, **options):
-    """Return a trial that knows some places, and the arguments of a goal."""
-    trial = Trial(tmp_path, width=WIDTH, **options)
-    explore(trial, 40)
-    held = trial.brain.mind.slam.map
-    return trial, place(trial, int(held.ids[held.count - 8]))
-
-
-def test_a_goal_that_charging_cuts_short_keeps_the_map_until_it_has_had_its_time(tmp_path):
-    trial, goal = begun(tmp_path)
-    trial.roaming._clear_s = 10.0
-    trial.faults.set("charge", 0.19)
-    trial.sleep(1.0)
-    with pytest.raises(Held):  # the need's hold
-        trial.roaming.goal(goal, until(trial, 0.5), silent)
-    with pytest.raises(Held):  # staff let it explore
-        trial.roaming.explore(until(trial, 5), silent)
-    assert trial.brain.mind.slam.map_number == goal["map"]
-    trial.faults.set("charge", 0.98)
-    trial.roaming.charged()
-    trial.sleep(590)
-    trial.roaming.clear_if_due()
-    assert trial.brain.mind.slam.map_number == goal["map"]
-    trial.sleep(20)
-    trial.roaming.clear_if_due()
-    assert trial.brain.mind.slam.map_number == goal["map"] + 1
-
-
-@pytest.mark.parametrize(("error", "stays"), [(Held("Cancelled."), False), (HardwareFault("The radio."), True)])
-def test_a_cancelled_goal_does_not_keep_the_map_and_one_with_a_fault_does(tmp_path, error, stays):
-    trial, goal = begun(tmp_path)
-    trial.roaming._clear_s = 10.0
-    times = iter(range(9))
-
-    def permit():
-        if next(times) > 4:
-            raise error
-
-    with pytest.raises(type(error)):
-        trial.roaming.goal(goal, permit, silent)
-    trial.sleep(1.0)
-    trial.roaming.clear_if_due()
-    assert (trial.brain.mind.slam.map_number == goal["map"]) == stays
-
-
-def test_a_goal_is_reached_although_the_map_cannot_be_cleared_then(tmp_path, monkeypatch):
-    trial, goal = begun(tmp_path)
-    call = trial.brain.call
-
-    def deaf(make, seconds=0.0):
-        if isinstance(make(0), Clear):
-            raise HardwareFault("The robot's map does not answer.")
-        return call(make, seconds)
-
-    monkeypatch.setattr(trial.brain, "call", deaf)
-    trial.roaming._clear_s = 10.0
-    assert trial.roaming.goal(goal, free, silent)["experience"] == goal["experience"]
 
 
 def test_a_brain_that_was_started_again_is_told_the_goal_again(tmp_path):
@@ -244,7 +164,7 @@ def test_at_critical_charge_a_goal_ends_at_rest_with_the_map_saved(tmp_path):
 
 
 def test_a_map_that_is_cleared_on_the_way_ends_the_goal(tmp_path):
-    trial = Trial(tmp_path, width=WIDTH)
+    trial = Trial(tmp_path, width=NARROW)
     explore(trial, 40)
     slam = trial.brain.mind.slam
     away = np.hypot(*(slam.map.poses[:, :2] - slam.map.poses[0, :2]).T)  # from the dock, where no goal may lie

@@ -19,6 +19,7 @@ EARLY_S = 3.0  # a slice ends by itself so long before its grant
 BACK_M, BACK_M_S, BACK_S = 0.42, 0.10, 8.0  # out of the dock's funnel
 ROUND_RAD, ROUND_RAD_S, ROUND_S = 2.6, 1.2, 5.0
 CHARGES_S, COMES_S = 3 * 3600.0, 600.0  # so long a goal that was cut short keeps the map: to charge, and else
+KNOWN_S = 3.0  # an answer of the brain of which the map's age is taken: at rest one comes each second
 UNLED_S = 2.0  # without being led to the goal: it is said again
 
 
@@ -34,8 +35,11 @@ class Roaming:
     def __init__(self, wheels: Wheels) -> None:
         self._wheels, self._brain, self._senses = wheels, wheels.brain, wheels.senses
         self._clock = wheels.clock
-        self._clear_s = float(load("irat")["map"]["clear_s"])
+        described = load("irat")["map"]
+        self._clear_s, self._latest_s = float(described["clear_s"]), float(described["clear_latest_s"])
         self._kept_until = -1e9  # a goal that was cut short may come again until then, and needs this map
+        self._served_until = -1e9  # those who waited while the robot charged have their goals until then
+        self._cleared = NONE  # the number of the map that was cleared last
 
     def explore(self, permit: Permit, on_stage: OnStage) -> JSON:
         """Roam for a slice."""
@@ -53,19 +57,31 @@ class Roaming:
         return {"driven": round(self._senses.driven - began, 3)}
 
     def clear_if_due(self) -> None:
-        """Clear a map that is not pruned and old enough, unless a goal that was cut short needs it.
+        """Clear a map that is not pruned and old enough, where no goal waits; see `_clear_after`."""
+        self._clear_after(self._clear_s)
+
+    def _clear_between_goals(self) -> None:
+        """Clear a map that is so old that it goes although others may wait, unless these have just waited long."""
+        if self._clock.monotonic() >= self._served_until:
+            self._clear_after(self._latest_s)
+
+    def _clear_after(self, seconds: float) -> None:
+        """Clear a map of this age (s), unless a goal that was cut short needs it.
 
         A brain that does not answer clears it another time.
         """
-        seen = self._brain.fresh()
-        if seen is None or seen.pruning or seen.age < self._clear_s or self._clock.monotonic() < self._kept_until:
+        seen = self._brain.fresh(KNOWN_S)
+        if seen is None or seen.pruning or seen.age < seconds or seen.map_number == self._cleared:
             return
-        with contextlib.suppress(HardwareFault):
-            self._brain.call(Clear)
+        if self._clock.monotonic() >= self._kept_until:
+            with contextlib.suppress(HardwareFault):
+                self._brain.call(Clear)
+                self._cleared = seen.map_number
 
     def charged(self) -> None:
-        """A goal that charging cut short comes soon, or not at all."""
-        self._kept_until = min(self._kept_until, self._clock.monotonic() + COMES_S)
+        """Goals that waited meanwhile come now; one that was cut short comes soon, or not at all."""
+        self._served_until = self._clock.monotonic() + COMES_S
+        self._kept_until = min(self._kept_until, self._served_until)
 
     def _cut_short(self, error: RobotError) -> None:
         """Keep the map for a goal that waits again: the robot has to charge, or had a fault.
@@ -122,15 +138,19 @@ class Roaming:
         answer = aim(ANSWER_S)
         self._kept_until = -1e9  # one that was cut short comes before all others, so it is this one, or was cancelled
         self._brain.keep_aim(lambda n: Aim(n, which, x, y, answer.experience))
+        over = False
         try:
             self._wheels.during(permit, Mode.GOAL, lambda free: self._go(which, answer, aim, free, on_stage))
+            over = True
         except RobotError as error:
             self._cut_short(error)
+            over = isinstance(error, GaveUp | BadRequest)  # what else ended it may let it wait again
             raise
         finally:
             self._brain.keep_aim(None)
             self._brain.post(Forget())
-        self.clear_if_due()
+            if over:
+                self._clear_between_goals()
         return {"experience": answer.experience, "map": which, "limit_s": round(answer.limit_s, 1)}
 
     def _go(self, which: int, aimed: Answer, aim: Callable[[float], Answer], permit: Permit, on_stage: OnStage) -> None:

@@ -135,7 +135,8 @@ class Senses:
         with self._changed:
             picture = self._picture
         jpeg = picture.jpeg if picture is not None and picture is not self._fed else None
-        if self._brain.feed(Feed(now, distance / dt if dt else 0.0, turn / dt if dt else 0.0, dt, jpeg, self.find)):
+        speeds = (distance / dt, turn / dt) if dt else (0.0, 0.0)
+        if self._brain.feed(Feed(now, *speeds, dt, jpeg, self.find, self.charging)):
             self._here, self._stepped_at, self._fed = here, now, picture
             self.driven += abs(distance)
 

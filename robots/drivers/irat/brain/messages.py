@@ -16,7 +16,10 @@ NONE = -1  # no experience
 
 
 class Feed(msgspec.Struct, frozen=True, tag=True, array_like=True):
-    """A step of odometry, perhaps with the picture at its end; `find`: look for the dock's markers in it."""
+    """A step of odometry, perhaps with the picture at its end.
+
+    find: look for the dock's markers in it; docked: the robot stands in its dock, where it learns nothing new.
+    """
 
     at: float
     v: float
@@ -24,6 +27,7 @@ class Feed(msgspec.Struct, frozen=True, tag=True, array_like=True):
     dt: float
     jpeg: bytes | None = None
     find: bool = False
+    docked: bool = False
 
 
 class Aim(msgspec.Struct, frozen=True, tag=True, array_like=True):
@@ -87,7 +91,7 @@ class Seen(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """The answer to a `Feed`, with its `at`.
 
     picture: what it was worth (see `robots.autonomy.ratslam.slam.Step`). outer, small: the dock's markers.
-    age: of the map, in s.
+    age: of the map, in s outside the dock.
     """
 
     at: float

@@ -26,6 +26,7 @@ from robots.vision.markers import Markers
 log = logging.getLogger(__name__)
 SAVE_S = 10.0  # on the machine's clock unless told another: it spares the disk
 WHERE_EACH = 10  # feeds, after which it is reckoned again where the dock is
+LONGEST_STEP_S = 2.0  # by more a map does not age between two feeds
 FIND_EACH = 4  # pictures, of which one is searched for the dock while nobody looks for it
 CLEARED = "The map was cleared, so this place is no longer known."
 NO_PLACE = "No place on the map is within 0.1 m of this click."
@@ -47,6 +48,7 @@ class Mind:
         self._guide: Guide | None = None
         self._map_stream, self._cell_stream = MapStream(), CellStream()
         self._markers, self._ahead = dock_markers(), float(described("irat")["camera"]["ahead"])
+        self._fed_at = math.inf  # of the newest feed
         self._pictures, self._saved = 0, self._clock.monotonic()
         self._feeds, self._dock_at, self._dock_map = 0, self._where(), self.slam.map_number
 
@@ -146,7 +148,9 @@ class Mind:
         except ValueError as error:
             log.warning("a step was not used: %s", error)
             step = slam.step(0.0, None, 0.0, 0.0, 0.0)
-        self._age += min(max(feed.dt, 0.0), 1.0)
+        if not feed.docked:
+            self._age += min(max(0.0, feed.at - self._fed_at), LONGEST_STEP_S)
+        self._fed_at = feed.at
         outer, small = self._dock(picture, feed.find)
         self._feeds += 1
         if self._feeds % WHERE_EACH == 0 or step.map_number != self._dock_map:  # it moves slowly, as the map is pulled

@@ -15,5 +15,7 @@ def needed(*packages: str) -> None:
     sys.path.append(str(KEPT))
     if any(find_spec(package) is None for package in packages):
         uv, lock = ROOT / ".venv" / "bin" / "uv", ROOT / "requirements" / "bench.lock"
-        subprocess.run([uv, "pip", "install", "-q", "--system-certs", "--no-deps", "--target", KEPT, "-r", lock], check=True)
+        subprocess.run(
+            [uv, "pip", "install", "-q", "--system-certs", "--no-deps", "--target", KEPT, "-r", lock], check=True
+        )
         invalidate_caches()

@@ -200,7 +200,18 @@ def _environment() -> Path:
     stamp = kept / "made.from"
     if not stamp.exists() or stamp.read_text() != LOCK.read_text():
         subprocess.run([UV, "venv", "-q", "--clear", "-p", sys.executable, kept], check=True)
-        command = [UV, "pip", "install", "-q", "--system-certs", "--require-hashes", "-p", kept / "bin" / "python", "-r", LOCK]
+        command = [
+            UV,
+            "pip",
+            "install",
+            "-q",
+            "--system-certs",
+            "--require-hashes",
+            "-p",
+            kept / "bin" / "python",
+            "-r",
+            LOCK,
+        ]
         subprocess.run(command, check=True)
         stamp.write_text(LOCK.read_text())
     return kept

@@ -29,7 +29,7 @@ class Parts(ABC):
 
     @abstractmethod
     async def make(self, viewer: Viewer) -> None:
-        """Make pictures of what comes into the viewer's mailbox, and `tell` each; return when nothing comes any more."""
+        """Make pictures of what comes into the viewer's mailbox, `tell` each; return when nothing comes any more."""
 
     @contextmanager
     def watched(self) -> Iterator[None]:

@@ -333,6 +333,8 @@ LOGGING = {
     },
 }
 
+OPERATORS_PORT = env.int("FARHAND_OPERATORS_PORT", 0)  # of a second web process, for operators' streams; 0: none
+
 # What one network address (IPv6: its /64) may have open in a web process, and the bounds of a request.
 LIMITS: dict[str, Any] = {
     "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),

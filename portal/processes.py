@@ -32,10 +32,10 @@ def redis_process() -> ProcessSpec:
     )  # fmt: skip
 
 
-def web_process(host: str, port: int) -> ProcessSpec:
-    """Return how to start the process that serves pages and sockets."""
+def web_process(host: str, port: int, name: str = "web") -> ProcessSpec:
+    """Return how to start a process that serves pages and sockets; any number may run on ports of their own."""
     return ProcessSpec(
-        "web",
+        name,
         (PYTHON, "-m", "portal.serve", "--host", host, "--port", str(port)),
         {"FARHAND_ROLE": "web"},
         rank=0,

@@ -330,9 +330,12 @@ LOGGING = {
     },
 }
 
+OPERATORS_PORT = env.int("FARHAND_OPERATORS_PORT", 0)  # of a second web process, for operators' streams; 0: none
+
 # What one network address (IPv6: its /64) may have open in a web process, and the bounds of a request.
 LIMITS: dict[str, Any] = {
     "SOCKETS": env.int("FARHAND_SOCKETS_PER_ADDRESS", 1000),
+    "SOCKETS_OF_ACCOUNT": env.int("FARHAND_SOCKETS_PER_ACCOUNT", 20),  # beside operators' streams
     "OPERATORS": env.int("FARHAND_OPERATOR_SOCKETS_PER_ADDRESS", 50),
     "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
     "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),

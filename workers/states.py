@@ -88,7 +88,7 @@ class States:
 
     def _publish(self, state: RobotState) -> None:
         self._number += 1
-        at_ms = int((self._owned.clock.now().timestamp() - self._owned.age(state)) * 1000)
+        at_ms = int((self._owned.now().timestamp() - self._owned.age(state)) * 1000)
         latched, told = self._latch.latched, self._spec.named(state)
         packet = state_packet(self._number, at_ms, state, latched, self._packed, told)
         self._heard = bus.publish_state(self._owned.robot.slug, packet)

@@ -34,7 +34,7 @@ from workers.safety.deadman import DeadManTimer
 from workers.safety.follow import Follower
 from workers.safety.gate import Gate
 from workers.safety.lane import CONFIG, MOTION, Lane, Pace
-from workers.safety.lease import OwnerLease
+from workers.safety.lease import DatabaseClock, OwnerLease
 from workers.safety.listen import Listener
 from workers.safety.memory import KnownGrants, Link, StopLatch
 from workers.safety.stop import Stop
@@ -64,15 +64,16 @@ class Owner:
         self.latch = StopLatch(run / f"{slug}.stopped")
         self.lease = OwnerLease(robot, run / f"{slug}.lock", clock)
         self.link, self.grants = Link(clock, float(settings.FARHAND["REDIS_GONE_S"])), KnownGrants(clock)
-        trace = WireTrace(slug, clock)
-        self.streams = Streams(slug, robot.spec().streams, clock)
+        stamps = DatabaseClock(clock, self.lease.now)  # of all that is published
+        trace = WireTrace(slug, stamps)
+        self.streams = Streams(slug, robot.spec().streams, stamps)
         self.owned = OwnedRobot(robot, self.lease, clock, trace.publish, self.streams)
         self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
         self.deadman = DeadManTimer(clock)
-        self.pictures = Pictures(robot, clock, self.owned.picture)
+        self.pictures = Pictures(robot, stamps, self.owned.picture)
         self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
         self.threads = Threads(self.owned, self.watch.leave)
-        sound = Sound(slug, clock)
+        sound = Sound(slug, stamps)
         recovery = Recovery(self.owned, self.lease, self.lane.gate, self.pictures)
         self.connection = Connection(self.owned, self.lease, self.lane, recovery)
         self.states = States(self.owned, self.connection, self.latch, trace, self.pace, self.streams, sound)

@@ -21,7 +21,7 @@ import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { Watching } from "./watching.ts";
 import { complete } from "./widgets/basics.ts";
-import { ago, KINDS, SETTINGS } from "./words.ts";
+import { KINDS, pictureAge, SETTINGS } from "./words.ts";
 
 /** The part that differs between robots: the middle of the page. */
 export interface Console {
@@ -352,8 +352,9 @@ export class RobotPage {
     const badge = byId("age");
     const rate = age < SILENT_MS ? this.watching.rate() : 0;
     const often = rate ? `, ${rate < 9.5 ? rate.toFixed(1) : Math.round(rate)} a second` : "";
-    badge.textContent = at ? `Picture ${ago(age)} old${often}` : facts.cameras ? "No picture yet" : "";
-    badge.dataset["age"] = age < 2000 ? "fresh" : age < 5000 ? "ageing" : "old";
+    const [words, mark] = pictureAge(age, often);
+    badge.textContent = at ? words : facts.cameras ? "No picture yet" : "";
+    badge.dataset["age"] = mark;
     text("pace-said", this.watching.said(facts.cameras > 0 && f.snapshot?.robot.state !== "offline"));
     this.sound?.draw(this.watching.soundless);
     text("latency", this.live.latency === null ? "" : `${Math.round(this.live.latency)} ms`);

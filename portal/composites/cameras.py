@@ -14,9 +14,14 @@ FRESH_S, SAME_S = 2.0, 1.0
 Taken = tuple[int, bytes] | None
 
 
-def _fresh_ms() -> float:
-    """Return when a picture that is fresh now was taken at the earliest (ms since 1970)."""
-    return (SYSTEM.now().timestamp() - FRESH_S) * 1000
+def _old(viewer: Viewer, camera: int) -> bytes | None:
+    """Return the picture that a viewer was given when it came, unless it is fresh. What comes later is fresh.
+
+    So a picture is shown whatever the clocks of the robot's host and of this one are apart.
+    """
+    kept = viewer.frames.get(camera)
+    age_s = SYSTEM.now().timestamp() - taken_ms(kept) / 1000 if kept is not None else 0.0
+    return None if abs(age_s) < FRESH_S else kept
 
 
 class Passed(Parts):
@@ -27,19 +32,19 @@ class Passed(Parts):
         self._camera = camera
 
     async def make(self, viewer: Viewer) -> None:
-        """Hand on each picture."""
+        """Hand on each picture; end when none comes any more, for a frozen stream must not look live."""
         loop = asyncio.get_running_loop()
-        heard, since_ms = loop.time(), _fresh_ms()
-        while loop.time() - heard < GONE_S:
+        seen, kept = loop.time(), _old(viewer, self._camera)
+        while loop.time() - seen < GONE_S:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(1.0):
                     await viewer.wake.wait()
             viewer.wake.clear()
             viewer.events.clear()
-            if viewer.state is not None:
-                heard, viewer.state = loop.time(), None
+            viewer.state = None
             picture = viewer.frames.pop(self._camera, None)
-            if picture is not None and taken_ms(picture) >= since_ms:  # what was kept may be old
+            if picture is not None and picture is not kept:
+                seen = loop.time()
                 self.tell(read_picture(picture))
 
 
@@ -69,10 +74,10 @@ async def _look(slug: str, camera: int) -> Taken:
     viewer = Viewer(slug)
     viewer.cameras = frozenset({camera})
     hub().attach(viewer)
-    since_ms = _fresh_ms()
+    kept = _old(viewer, camera)
     try:
         async with asyncio.timeout(NEXT_S):
-            while camera not in viewer.frames or taken_ms(viewer.frames[camera]) < since_ms:
+            while viewer.frames.get(camera, kept) is kept:
                 await viewer.wake.wait()
                 viewer.wake.clear()
                 viewer.events.clear()

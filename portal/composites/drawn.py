@@ -48,7 +48,7 @@ class Drawn(Parts):
 
     async def make(self, viewer: Viewer) -> None:
         """Draw ten times a second what the robot tells."""
-        heard = due = time.monotonic()
+        heard = seen = due = time.monotonic()
         shown = -UNHEARD_S
         while time.monotonic() - heard < GONE_S:
             due = max(due + EVERY_S, time.monotonic())
@@ -59,6 +59,9 @@ class Drawn(Parts):
             viewer.events.clear()
             if news is not None:
                 heard = time.monotonic()
+            seen = time.monotonic() if picture is not None else seen
+            if time.monotonic() - seen > GONE_S:
+                self._picture = None  # an old one must not look live
             if time.monotonic() - self._looked >= JOBS_S:
                 self._looked = time.monotonic()
                 with suppress(Error):  # while the database is away the jobs that were known are drawn

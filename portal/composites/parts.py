@@ -10,7 +10,7 @@ from portal.live.hub import hub
 from portal.live.rooms import Viewer
 
 log = logging.getLogger(__name__)
-GONE_S = 5.0  # without a state: the robot's owner is gone
+GONE_S = 5.0  # without a state: the robot's owner is gone; without a picture: its camera is
 BOUNDARY = b"farhand"
 TYPE = f"multipart/x-mixed-replace; boundary={BOUNDARY.decode()}"
 END = b"--" + BOUNDARY + b"--\r\n"
@@ -29,7 +29,7 @@ class Parts(ABC):
 
     @abstractmethod
     async def make(self, viewer: Viewer) -> None:
-        """Make pictures of what comes into the viewer's mailbox, and `tell` each; return when the owner is gone."""
+        """Make pictures of what comes into the viewer's mailbox, `tell` each; return when nothing comes any more."""
 
     @contextmanager
     def watched(self) -> Iterator[None]:
@@ -47,7 +47,7 @@ class Parts(ABC):
     async def parts(self) -> AsyncIterator[bytes]:
         """Yield the newest picture as a part of the answer, again and again; who reads slowly skips some.
 
-        Ends when the robot's owner is gone.
+        Ends when the robot's owner is gone, or the camera whose pictures they are.
         """
         if self._part:
             yield self._part

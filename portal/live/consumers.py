@@ -8,12 +8,14 @@ import asyncio
 import contextlib
 import json
 import logging
+from functools import cache
 from typing import Any
 from urllib.parse import parse_qs
 
 from django.conf import settings
 from django.db import Error
 
+from portal.limits.counts import AddressCount
 from portal.live import codes
 from portal.live.actions import Answer, act
 from portal.live.hub import hub
@@ -45,7 +47,14 @@ log = logging.getLogger(__name__)
 WAITING = 64
 FULL = 4503
 FULL_TEXT = "As many people watch this robot as the portal can serve. This page tries again."
+ENOUGH_TEXT = "You watch robots in as many pages as one account may. Close one of them."
 OUR_FAULT = "The portal failed at this request. Staff can find the reason in the log."
+
+
+@cache
+def accounts() -> AddressCount:
+    """Return this process's counter of the sockets of each account."""
+    return AddressCount(settings.LIMITS["SOCKETS_OF_ACCOUNT"])
 
 
 class RobotConsumer(Viewing):
@@ -77,9 +86,22 @@ class RobotConsumer(Viewing):
         if self.stranger() and hub().strangers(self.slug) >= settings.LIMITS["VIEWERS"]:
             await self.close(FULL, FULL_TEXT)
             return
+        if not self._enters():
+            await self.close(FULL, ENOUGH_TEXT)
+            return
         await self.view(self._wish(), self._cameras)
         if self.me:
             self.check_in()
+
+    def _enters(self) -> bool:
+        """Count the socket for its account. Return False if that has too many."""
+        if not self.me:
+            return True
+        account = str(self.me)
+        entered = accounts().enter(account)
+        if entered:
+            self._leave.callback(accounts().leave, account)
+        return entered
 
     async def left(self) -> None:
         """Remove the viewer; the operator's turn is kept for a while."""
@@ -116,7 +138,8 @@ class RobotConsumer(Viewing):
 
         Raises Robot.DoesNotExist.
         """
-        self.nobody = not current_user(self.scope).is_authenticated
+        user = current_user(self.scope)
+        self.me, self.nobody = user.pk or 0, not user.is_authenticated
         robot = Robot.objects.get(slug=self.slug)
         try:
             held = frozenset(c.kind for c in robot.spec().commands if c.held)

@@ -12,7 +12,7 @@ from channels.generic.websocket import AsyncWebsocketConsumer
 
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
-from portal.live.threads import ANYBODY, KNOWN
+from portal.live.threads import ANYBODY, KNOWN, Pool
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
@@ -31,7 +31,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.over = False
-        self.me, self.known = 0, False  # the person, and whether they stand in a queue, operate or are staff
+        self.me, self.known = 0, False  # the person, and whether they stand in a queue or are staff
         self._tokens, self._filled = BURST, time.monotonic()
         self._tasks: set[asyncio.Task[None]] = set()
         self._main: asyncio.Task[Any] | None = None
@@ -53,9 +53,13 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
     async def left(self) -> None:
         """Release everything; called once, however the socket ended, after its tasks have ended."""
 
+    def pool(self) -> Pool:
+        """Return the threads for this kind of person."""
+        return KNOWN if self.known else ANYBODY
+
     async def orm(self, function: Callable[..., Any], *args: Any) -> Any:
         """Query the database in the threads for this kind of person."""
-        return await (KNOWN if self.known else ANYBODY).orm(function, self.me)(*args)
+        return await self.pool().orm(function, self.me)(*args)
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Serve the socket to its end; tasks are ended whatever was raised."""

@@ -12,7 +12,7 @@ from portal.live import codes
 from portal.live.consumers import RobotConsumer
 from portal.live.people import current_user
 from portal.live.sessions import Ending, SignIn
-from portal.live.threads import Pool
+from portal.live.threads import DRIVERS, Pool
 from queueing.sessions import Place
 from robots.clock import SYSTEM
 from robots.models import Grant
@@ -47,8 +47,15 @@ class OperatorConsumer(RobotConsumer):
         except Error:
             await self.close(OVER, codes.UNKNOWN)
             return
-        self.known = True
         await super().opened()
+
+    def _enters(self) -> bool:
+        """Return True: whoever drives can always open the stream; codes and the address are limited."""
+        return True
+
+    def pool(self) -> Pool:
+        """Return the threads of those who drive."""
+        return DRIVERS
 
     def _use(self, code: str) -> int:
         return codes.use(code, self.slug, current_user(self.scope), SYSTEM.now())
@@ -57,10 +64,14 @@ class OperatorConsumer(RobotConsumer):
         """Return False: an operator whose stream ends is away."""
         return False
 
-    def _snapshot(self, link: bool) -> tuple[dict[str, Any], SignIn | None]:
-        shown, sign_in = super()._snapshot(link)
+    def alone(self) -> bool:
+        """Return True: it is the stream of one person."""
+        return True
+
+    def _snapshot(self, link: bool, public: str = "") -> tuple[str, SignIn | None]:
+        shown, sign_in = super()._snapshot(link, public)
         # whose session has ended is dealt with by the check of sessions
-        self._goes_on = shown["me"].get("grant") == self._opened_for or self.nobody
+        self._goes_on = self.holds == self._opened_for or self.nobody
         return shown, sign_in
 
     async def send_snapshot(self) -> None:

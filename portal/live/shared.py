@@ -1,32 +1,50 @@
-"""The snapshot that everybody who is not signed in gets: read once for all who ask at about the same time."""
+"""What everybody sees of a robot: read once for all who ask at about the same time.
+
+Who is not signed in gets it as it is; to the others only what is theirs is added. Whoever drives does not wait for it.
+"""
 
 import asyncio
 import json
 from collections.abc import Awaitable, Callable
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from django.contrib.auth.models import AnonymousUser
 
 from portal.live.snapshot import snapshot
-from portal.live.threads import ANYBODY
+from portal.live.threads import EVERYBODY
 from robots.clock import SYSTEM
 
+T = TypeVar("T")
 
-class Shared:
+
+class Shown(NamedTuple):
+    """A snapshot as JSON: without a person, and of somebody who is not signed in."""
+
+    public: str
+    of_strangers: str
+
+
+def with_person(public: str, me: dict[str, Any]) -> str:
+    """Return the snapshot with what is a person's of it."""
+    return f'{public[:-1]}, "me": {json.dumps(me)}}}'
+
+
+class Shared(Generic[T]):
     """An answer that is worked out for many at once, and never from before they asked."""
 
-    def __init__(self, work: Callable[[], Awaitable[str]]) -> None:
+    def __init__(self, work: Callable[[], Awaitable[T]]) -> None:
         self._work = work
-        self._running: asyncio.Task[str] | None = None
-        self._next: asyncio.Task[str] | None = None
+        self._running: asyncio.Task[T] | None = None
+        self._next: asyncio.Task[T] | None = None
 
-    async def ask(self) -> str:
+    async def ask(self) -> T:
         """Return an answer whose work begins after this call. Raises what the work raises."""
         if self._next is None:
             self._next = asyncio.create_task(self._after(self._running))
             self._next.add_done_callback(lambda task: task.cancelled() or task.exception())  # nobody may be left to ask
         return await asyncio.shield(self._next)
 
-    async def _after(self, before: asyncio.Task[str] | None) -> str:
+    async def _after(self, before: asyncio.Task[T] | None) -> T:
         if before is not None:
             await asyncio.wait([before])
         self._running, self._next = self._next, None
@@ -38,17 +56,19 @@ class Shared:
 
 
 class Snapshots:
-    """The snapshots of one event loop for people who are not signed in, one for each robot."""
+    """The snapshots of one event loop, one for each robot."""
 
     def __init__(self) -> None:
-        self._of: dict[str, Shared] = {}
+        self._of: dict[str, Shared[Shown]] = {}
 
-    async def ask(self, slug: str, link: Callable[[], bool]) -> str:
-        """Return the snapshot as JSON. Raises django.db.Error and Robot.DoesNotExist."""
+    async def ask(self, slug: str, link: Callable[[], bool]) -> Shown:
+        """Return the snapshot. Raises django.db.Error and Robot.DoesNotExist."""
 
-        async def work() -> str:
-            shown = await ANYBODY.orm(snapshot)(slug, AnonymousUser(), SYSTEM.now(), link())
-            return json.dumps(shown)
+        async def work() -> Shown:
+            shown = await EVERYBODY.orm(snapshot)(slug, AnonymousUser(), SYSTEM.now(), link())
+            me = shown.pop("me")
+            public = json.dumps(shown)
+            return Shown(public, with_person(public, me))
 
         shared = self._of.setdefault(slug, Shared(work))
         try:

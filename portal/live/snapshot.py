@@ -90,8 +90,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     turn = open_turn(robot)
     frame = newest_still(robot)
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
-    driven = grant is not None and grant.kind != GrantKind.UPKEEP
-    mine = grant is not None and driven and user.is_authenticated and grant.holder_id == user.pk
+    mine = _mine(grant, user)
     return {
         "t": "snapshot",
         "now_ms": _ms(now),
@@ -126,6 +125,17 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
             .select_related("author", "frame")[:5]
         ],
     }
+
+
+def of_person(slug: str, user: Any, now: datetime) -> dict[str, Any] | None:
+    """Return what is only this person's of a snapshot; None if they drive, for then more of it is theirs."""
+    robot = Robot.objects.get(slug=slug)
+    return None if _mine(open_grant(robot), user) else {**_me(robot, user, now, False), "grant": 0}
+
+
+def _mine(grant: Grant | None, user: Any) -> bool:
+    driven = grant is not None and grant.kind != GrantKind.UPKEEP
+    return grant is not None and driven and user.is_authenticated and grant.holder_id == user.pk
 
 
 def _stop(shown: StopShown | None) -> dict[str, Any] | None:

@@ -17,9 +17,9 @@ from portal.live.messages import Watch
 from portal.live.people import current_user, session_key
 from portal.live.rooms import Viewer, watchers_text
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
-from portal.live.shared import snapshots
-from portal.live.snapshot import snapshot
-from portal.live.threads import URGENT
+from portal.live.shared import snapshots, with_person
+from portal.live.snapshot import of_person, snapshot
+from portal.live.threads import DRIVERS, URGENT, Pool
 from portal.stores import down_text
 from queueing.sessions import Place, disconnect, session_over
 from robots import bus
@@ -28,6 +28,7 @@ from robots.messages import Changed
 from robots.models import Robot
 
 RESYNC_S = 1.0
+LEAST_S = 0.5  # between two snapshots for a person who is signed in and does not drive, however often something changes
 IDLE_S = 15.0  # a mailbox in which nothing waits is looked into all the same
 AGAIN_S = 2.0  # between two attempts while the database is away
 NOT_FOUND = 4404
@@ -42,6 +43,7 @@ class Viewing(Line):
         self.slug = ""
         self.viewer: Viewer | None = None
         self.grant = 0  # the grant of this person in the last snapshot; staff need none
+        self.holds = 0  # the same, of staff too
         self.placed, self.operating, self.may_stop = False, False, False
         self._stale = asyncio.Event()
         self._looking = self.nobody = False
@@ -106,9 +108,10 @@ class Viewing(Line):
         """Send everything, and remember what this person may do."""
         try:
             if self.stranger():
-                await self._tell_text(await snapshots().ask(self.slug, lambda: hub().link))
+                await self._tell_text((await snapshots().ask(self.slug, lambda: hub().link)).of_strangers)
                 return
-            shown, sign_in = await self.orm(self._snapshot, hub().link)
+            public = "" if self.alone() else (await snapshots().ask(self.slug, lambda: hub().link)).public
+            shown, sign_in = await self.orm(self._snapshot, hub().link, public)
         except Error as error:
             await self.store_down(error)
             return
@@ -116,7 +119,7 @@ class Viewing(Line):
             await self.close(NOT_FOUND)
             return
         self.sign(sign_in)
-        await self.send(json.dumps(shown))
+        await self.send(shown)
 
     def stranger(self) -> bool:
         """Return whether nobody is signed in, and nobody will be: a sign-in makes a new session."""
@@ -134,18 +137,30 @@ class Viewing(Line):
         self._looking = False
         self._stale.set()
 
-    def _snapshot(self, link: bool) -> tuple[dict[str, Any], SignIn | None]:
-        user = current_user(self.scope)
-        shown = snapshot(self.slug, user, SYSTEM.now(), link)
-        me = shown["me"]
-        self.me, self.operating = user.pk or 0, bool(me["can"]["drive"])
+    def pool(self) -> Pool:
+        """Return the threads of those who drive, to whoever does."""
+        return DRIVERS if self.operating else super().pool()
+
+    def alone(self) -> bool:
+        """Return whether this socket's snapshots wait for nobody else's: the person drives."""
+        return self.operating
+
+    def _snapshot(self, link: bool, public: str = "") -> tuple[str, SignIn | None]:
+        """Return the snapshot as JSON, and who signed in; `public`: that of everybody, if it was asked for."""
+        user, now = current_user(self.scope), SYSTEM.now()
+        me = of_person(self.slug, user, now) if public else None
+        if me is None:
+            shown = snapshot(self.slug, user, now, link)
+            me = shown.pop("me")
+            public = json.dumps(shown)
+        self.me, self.operating, self.holds = user.pk or 0, bool(me["can"]["drive"]), me["grant"]
         self.nobody = not user.is_authenticated
         staff = bool(me.get("staff"))
-        self.grant = 0 if staff else me["grant"]
+        self.grant = 0 if staff else self.holds
         self.may_stop = staff or self.grant > 0  # an operator's stop names the grant, even if this is out of date
         self.placed = me["ticket"] is not None
         self.known = self.may_stop or self.operating or self.placed
-        return shown, sign_in_of(self.scope, user)
+        return with_person(public, me), sign_in_of(self.scope, user)
 
     async def _forward(self, viewer: Viewer) -> None:
         """Send what waits in the mailbox; while Redis is away, read the database every second."""
@@ -229,3 +244,5 @@ class Viewing(Line):
             await self._stale.wait()
             self._stale.clear()
             await self.send_snapshot()
+            if not (self.operating or self.stranger()):  # of strangers' there is one for all
+                await asyncio.sleep(LEAST_S)

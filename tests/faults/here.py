@@ -77,7 +77,8 @@ class WebHere:
     def stop(self):
         self.server.should_exit = True
         self._thread.join(10)
-        for pool in (previews.PREPARE, sessions.SESSIONS, threads.URGENT, threads.KNOWN, threads.ANYBODY):
+        for pool in (previews.PREPARE, sessions.SESSIONS, threads.URGENT, threads.DRIVERS, threads.KNOWN,
+                     threads.EVERYBODY, threads.ANYBODY):  # fmt: skip
             _close_connections(pool._executor)
         with contextlib.suppress(RuntimeError):
             self.loop.close()

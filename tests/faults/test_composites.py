@@ -36,7 +36,7 @@ class Teller:
     def __init__(self):
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._tell, daemon=True)
-        self.number = 0
+        self.number, self.behind_s, self.sees = 0, 0.0, True
         self.view = cv2.imencode(".jpg", np.full((240, 416, 3), 90, np.uint8))[1].tobytes()
         bus.publish_stream("irat", 0, [pack(StreamPacket(0, 1, 1, True, RING))], from_key=True)
         self._thread.start()
@@ -47,7 +47,9 @@ class Teller:
             now = int(time.time() * 1000)
             told = RobotState(0.0, (), (0.2, 0.1, self.number / 10), True, True, mode=f"step {self.number}")
             bus.publish_state("irat", state_packet(self.number, now, told, False, SPEC.packed(), SPEC.named(told)))
-            bus.publish_picture("irat", picture_packet(self.number, now, 0, (), self.view))
+            if self.sees:
+                at_ms = now - int(1000 * self.behind_s)
+                bus.publish_picture("irat", picture_packet(self.number, at_ms, 0, (), self.view))
 
     def stop(self):
         self._over.set()
@@ -210,6 +212,41 @@ def test_the_stream_ends_cleanly_when_the_owner_is_gone(served):
     Lease.objects.update(expires_at=SYSTEM.now() - timedelta(seconds=1))
     offline = watch()
     assert (offline.status, offline.read()) == (503, b"This robot is offline now; try again later.\n")
+
+
+def test_a_camera_that_sends_nothing_any_more_ends_its_stream_though_the_robot_is_there(served):
+    watch, teller = served
+    answer = watch(CAMERA)
+    assert part(answer) is not None
+    teller.sees = False
+    while part(answer) is not None:
+        pass
+    assert answer.read() == b"", "the answer is complete"
+    assert part(watch()) is not None, "the drawing goes on"
+
+
+def test_a_drawing_shows_no_picture_of_a_camera_that_sends_nothing_any_more(served):
+    watch, teller = served
+    answer = watch()
+
+    def sees():
+        """Tell whether the camera's grey wall is in the drawing."""
+        shown = cv2.imdecode(np.frombuffer(part(answer), np.uint8), cv2.IMREAD_COLOR).astype(int)
+        return (np.abs(shown - 90).max(axis=2) < 6).mean() > 0.1
+
+    wait_for(sees, 15, "the picture")
+    teller.sees = False
+    wait_for(lambda: not sees(), 30, "the end of a picture that is old")
+    teller.sees = True
+    wait_for(sees, 15, "the picture")
+
+
+def test_a_clock_of_the_robot_s_host_that_is_behind_hides_no_picture(served):
+    watch, teller = served
+    teller.behind_s = 60
+    one = watch(CAMERA)
+    assert part(one) == teller.view
+    assert ask(NEWEST)(one.line.port).status == 302
 
 
 def test_what_cannot_be_read_is_left_out_until_the_next_key_packet(served):

@@ -245,3 +245,28 @@ def test_one_persons_sockets_take_no_more_than_their_share_of_the_threads(web, p
     finally:
         free.set()
     wait_for(lambda: len(running) == 50, 10, "all of them")
+
+
+def test_people_who_wait_delay_no_command_of_who_drives(web, people, owned, robot):
+    """All threads of those who wait in queues stand still."""
+    from portal.live.threads import KNOWN
+
+    free, kept = threading.Event(), []
+
+    def fill():
+        import asyncio
+
+        kept.extend(asyncio.ensure_future(KNOWN.run(free.wait)) for _ in range(20))
+
+    services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"], None)
+    with line(web, people["ada"]) as ada:
+        heard(ada, "snapshot")
+        web.ask(fill)
+        try:
+            for seq in range(1, 6):
+                ada.send(json.dumps({"t": "command", "kind": "noop", "args": {}, "seq": seq}))
+                assert heard(ada, "answer")["ok"]
+            assert not free.is_set()
+        finally:
+            free.set()
+    web.nothing_left()

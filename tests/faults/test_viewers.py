@@ -1,5 +1,6 @@
 """What a viewer gets over a slow line, with any compression, and when a thousand ask at once."""
 
+import contextlib
 import json
 import select
 import signal
@@ -14,8 +15,9 @@ from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
 from portal.limits.sockets import dropped
-from portal.live import shared
+from portal.live import consumers, shared, viewing
 from portal.live.snapshot import snapshot
+from portal.live.viewing import LEAST_S
 from robots import bus
 from robots.messages import Changed, Notice
 from robots.models import Robot
@@ -222,5 +224,65 @@ def test_more_strangers_than_a_robot_may_have_are_told_so_and_people_who_are_sig
         one.close()
     web.nothing_left()
     with line(web) as again:
+        heard(again, "snapshot")
+    web.nothing_left()
+
+
+def newer(one):
+    """Return the first snapshot with the robot's new name, and how many came before it."""
+    before = 0
+    while (said := heard(one, "snapshot"))["robot"]["name"] != "Mercury the Second":
+        before += 1
+    return said | {"before": before}
+
+
+def test_what_everybody_sees_is_read_once_for_all_who_are_signed_in_too(web, people, monkeypatch):
+    read = []
+
+    def counted(slug, user, *more):
+        read.append(user.pk)
+        return snapshot(slug, user, *more)
+
+    for room in (shared, viewing):
+        monkeypatch.setattr(room, "snapshot", counted)
+    monkeypatch.setattr(consumers.accounts(), "most", 100)
+    with contextlib.ExitStack() as stack:
+        crowd = [stack.enter_context(line(web, people[name])) for name in ("bob", "eve") for _ in range(15)]
+        for one in crowd:
+            heard(one, "snapshot")
+        read.clear()
+        Robot.objects.update(name="Mercury the Second")
+        bus.publish("mercury", Changed("robot"))
+        shown = [newer(one) for one in crowd]
+        assert [said["me"]["name"] for said in shown] == ["bob"] * 15 + ["eve"] * 15
+        assert len(read) <= 2, "one for those who ask at once"
+    web.nothing_left()
+
+
+def test_a_person_who_only_watches_is_sent_no_snapshot_for_each_of_many_changes(web, people):
+    with line(web, people["eve"]) as one:
+        heard(one, "snapshot")
+        begun = time.monotonic()
+        for _ in range(60):
+            bus.publish("mercury", Changed("frame"))
+            time.sleep(0.02)
+        Robot.objects.update(name="Mercury the Second")
+        bus.publish("mercury", Changed("robot"))
+        count = newer(one)["before"]
+        assert count <= 2 + (time.monotonic() - begun) / LEAST_S
+    web.nothing_left()
+
+
+def test_an_account_has_so_many_sockets_and_no_more(web, people, monkeypatch):
+    monkeypatch.setattr(consumers.accounts(), "most", 3)
+    with contextlib.ExitStack() as stack:
+        for _ in range(3):
+            heard(stack.enter_context(line(web, people["ada"])), "snapshot")
+        with line(web, people["ada"]) as late:
+            assert closed(late) == (4503, "You watch robots in as many pages as one account may. Close one of them.")
+        with line(web, people["bob"]) as other:
+            heard(other, "snapshot")
+    web.nothing_left()
+    with line(web, people["ada"]) as again:
         heard(again, "snapshot")
     web.nothing_left()

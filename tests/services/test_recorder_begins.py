@@ -7,10 +7,11 @@ import pytest
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.contract.streams import StreamPacket, pack, unpack
+from robots.grants import end_grant
 from robots.models import Command, Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
 from robots.recordings.timeline import HEAD, read_index, read_slice
-from robots.states import GrantKind, Lane
+from robots.states import GrantEnd, GrantKind, Lane
 from workers.recorder.recorder import Recorder
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.parametrize("which", ["irat"], indirect=True)]
@@ -101,3 +102,30 @@ def test_what_a_broken_link_has_hidden_of_the_map_is_read_when_it_is_back(turn):
     path = keeping.live_path(Recording.objects.get())
     numbers = [unpack(data).number for _, data in given(path, read_index(path).began_ms) if data[0] == 3]
     assert numbers == [7, 7, 8]
+
+
+def test_a_recording_that_ends_beside_the_next_of_the_same_robot_leaves_that_one_its_ears(turn, people):
+    """The command of the first is not final when its grant ends, so it is recorded for a while beside the second."""
+    recorder, steps, until = Recorder(SlowClock(), "here"), [], SYSTEM.monotonic() + 60
+
+    def over():
+        if not steps and recorder.running:
+            now = SYSTEM.now()
+            Command.objects.update(state="acknowledged")
+            end_grant(turn, GrantEnd.HOLDER, "over", now)
+            services.start_grant(turn.robot, GrantKind.TURN, now, people["bob"], now + timedelta(minutes=5))
+            steps.append("second")
+        elif steps == ["second"] and len(recorder.running) == 2:
+            Command.objects.update(state="completed")
+            steps.append("both")
+        elif steps == ["second", "both"] and len(recorder.running) == 1:
+            kept(0, 9, True, b"after")
+            steps.append("one")
+        elif "one" in steps:
+            steps.append("heard")  # each time it has listened before
+        return steps.count("heard") > 2 or SYSTEM.monotonic() > until
+
+    recorder.run(over)
+    assert "heard" in steps, steps
+    path = keeping.live_path(Recording.objects.get(grant__holder=people["bob"]))
+    assert 9 in [unpack(data).number for _, data in given(path, read_index(path).began_ms) if data[0] == 3]

@@ -14,13 +14,13 @@ from portal.live import audience as counting
 from portal.live.audience import Audience, write
 from portal.live.consumers import RobotConsumer
 from portal.live.sessions import SESSIONS
-from portal.live.threads import ANYBODY, KNOWN
+from portal.live.threads import ANYBODY, DRIVERS, EVERYBODY, KNOWN
 from robots import services
 from robots.models import Lease, Usage
 from workers import tasks
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
-POOLS = (KNOWN, ANYBODY, SESSIONS)
+POOLS = (DRIVERS, KNOWN, EVERYBODY, ANYBODY, SESSIONS)
 
 
 @pytest.fixture(autouse=True)

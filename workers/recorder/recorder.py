@@ -273,7 +273,8 @@ class Recorder:
         if self._pubsub is not None:
             others = {c for other in self.running.values() for c in other.channels()}
             gone = set(one.channels()) - others
-            self._pubsub.unsubscribe(*gone)
+            if gone:  # none would mean all
+                self._pubsub.unsubscribe(*gone)
             self._heard -= gone
         one.taping.close()
         self._ending.append(one)

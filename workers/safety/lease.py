@@ -52,6 +52,14 @@ def kill_recorded_owner(lease: Lease) -> None:
             os.close(descriptor)
 
 
+class DatabaseClock:
+    """A clock whose `now` is the database's time, as far as the owner's lease has measured it."""
+
+    def __init__(self, clock: Clock, now: Callable[[], datetime]) -> None:
+        self.now = now
+        self.monotonic, self.sleep = clock.monotonic, clock.sleep
+
+
 class OwnerLease:
     """Whether the robot is ours.
 

@@ -41,6 +41,8 @@ class Command(BaseCommand):
         tighten(settings.VAR)
         password = _apart(self._prepare)
         fixed = [web_process(host, port), housekeeping_process(), recorder_process()]
+        if settings.OPERATORS_PORT:
+            fixed.append(web_process(host, settings.OPERATORS_PORT, "operators' web"))
         if "REDIS_URL" not in os.environ:
             fixed.insert(0, redis_process())
 

@@ -11,6 +11,8 @@ export interface Handlers {
   video?(packet: VideoPacket): void;
   sound?(packet: SoundPacket): void;
   line(up: boolean): void;
+  /** A message of so many bytes has come. */
+  took?(bytes: number): void;
   /** Whether another socket must not take over now: something runs that belongs to this one. */
   busy?(): boolean;
 }
@@ -193,6 +195,7 @@ export class Live {
 
   private receive(data: string | ArrayBuffer): void {
     this.hear();
+    this.handlers.took?.(typeof data === "string" ? data.length : data.byteLength);
     if (typeof data !== "string") {
       this.probeAfter = PROBE_MS;
       const packet = decode(data, this.layout, this.now());

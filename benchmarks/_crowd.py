@@ -7,6 +7,7 @@ waits for a line on standard input after each. How old a picture is they read in
 import argparse
 import asyncio
 import contextlib
+import itertools
 import json
 import random
 import sys
@@ -30,8 +31,9 @@ PAUSE_S, LONGEST_S = 0.4, 8.0  # before a page connects again, doubled with each
 class Viewer(asyncio.Protocol):
     """One viewer: reads frames as they come, and notes the delay of each picture."""
 
-    def __init__(self, crowd: "Crowd") -> None:
-        self.crowd = crowd
+    def __init__(self, crowd: "Crowd", turn: int) -> None:
+        """`turn` tells at which of several web processes it has knocked."""
+        self.crowd, self.turn = crowd, turn
         self.joined = asyncio.get_running_loop().create_future()
         self._rest, self._left = b"", 0  # the beginning of a head; bytes that the present frame still lacks
         self._sent = 0.0  # when the present frame's picture was published; 0: it is no picture
@@ -110,18 +112,23 @@ class Viewer(asyncio.Protocol):
             self.joined.set_exception(exc or ConnectionError("the server closed the connection"))
         elif self.crowd.again:
             self.crowd.viewers.remove(self)
-            self.crowd.hold(self.crowd.come_back())
+            self.crowd.hold(self.crowd.come_back(self.turn))
 
 
 class Crowd:
     """The viewers, and what they have noted."""
 
-    def __init__(self, url: str, addresses: int = 0, again: bool = False) -> None:
-        """`addresses`: from how many network addresses they come; `again`: who is cut off comes back, as a page does."""
+    def __init__(self, url: str, addresses: int = 0, again: bool = False, also: int = 0) -> None:
+        """`addresses`: from how many network addresses they come; `again`: who is cut off comes back, as a page does.
+
+        `also`: the port of a second web process; who finds one of them gone knocks at the other.
+        """
         parts = urlsplit(url)
         self.addresses, self.again = addresses, again
         self._tasks: set[asyncio.Task[None]] = set()
-        self.host, self.port = parts.hostname or "127.0.0.1", parts.port or 80
+        self.host = parts.hostname or "127.0.0.1"
+        self._ports = [parts.port or 80, *([also] if also else [])]
+        self._turns = itertools.count()
         self.handshake = (
             f"GET {parts.path or '/'} HTTP/1.1\r\nHost: {parts.netloc}\r\nOrigin: http://{parts.netloc}\r\n"
             "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
@@ -137,20 +144,23 @@ class Crowd:
         if self.noting:
             self.delays.append(delay_s)
 
-    async def join(self) -> None:
-        """Add one more viewer. Raises OSError if it is refused."""
+    async def join(self, turn: int | None = None) -> None:
+        """Add one more viewer, who knocks where it is this turn. Raises OSError if it is refused."""
+        turn = next(self._turns) if turn is None else turn
         loop = asyncio.get_running_loop()
         here = (f"127.0.2.{len(self.viewers) % self.addresses + 1}", 0) if self.addresses else None
-        _, viewer = await loop.create_connection(lambda: Viewer(self), self.host, self.port, local_addr=here)
+        _, viewer = await loop.create_connection(
+            lambda: Viewer(self, turn), self.host, self._ports[turn % len(self._ports)], local_addr=here
+        )
         await viewer.joined
         self.viewers.append(viewer)
 
-    async def come_back(self) -> None:
+    async def come_back(self, turn: int) -> None:
         """Connect again after a random pause, longer after each attempt that failed."""
         for attempt in range(20):
             await asyncio.sleep(min(LONGEST_S, PAUSE_S * 2**attempt) * (0.5 + random.random()))
             with contextlib.suppress(OSError):
-                await self.join()
+                await self.join(turn + 1 + attempt)
                 break
 
     def hold(self, coroutine: Any) -> None:
@@ -202,7 +212,7 @@ class Crowd:
 
 async def run(asked: argparse.Namespace) -> None:
     """Have them join, then watch."""
-    crowd = Crowd(asked.url, asked.addresses, asked.again)
+    crowd = Crowd(asked.url, asked.addresses, asked.again, asked.also)
     for many in (FIRST, asked.viewers):
         while len(crowd.viewers) < many:
             await asyncio.gather(*(crowd.join() for _ in range(min(AT_ONCE, many - len(crowd.viewers)))))
@@ -228,4 +238,5 @@ if __name__ == "__main__":
     parser.add_argument("--changes", type=float, default=0.0, help="how many leave, and others join, each second")
     parser.add_argument("--addresses", type=int, default=0, help="of how many network addresses they are")
     parser.add_argument("--again", action="store_true", help="who is cut off comes back")
+    parser.add_argument("--also", type=int, default=0, help="the port of a second web process")
     uvloop.run(run(parser.parse_args()))

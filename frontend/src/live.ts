@@ -11,6 +11,8 @@ export interface Handlers {
   video?(packet: VideoPacket): void;
   sound?(packet: SoundPacket): void;
   line(up: boolean): void;
+  /** A message of so many bytes has come. */
+  took?(bytes: number): void;
   /** Whether another socket must not take over now: something runs that belongs to this one. */
   busy?(): boolean;
 }
@@ -19,7 +21,7 @@ const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
 const OVERDUE_MS = 2000, CHECK_MS = 2000;
-const DEAD_MS = 6000; // after this long another socket is opened
+const DEAD_MS = 6000, SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
 const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
 const DRAIN_MS = 3000; // for answers to what was asked over the socket before
 const ANSWER = '{"t": "answer"';
@@ -34,6 +36,11 @@ export class Live {
   up = false;
   /** The number of sockets opened so far; it tells into which one a message went. */
   opened = 0;
+  private readonly slug: string;
+  private readonly handlers: Handlers;
+  private readonly pingEvery: () => number;
+  private readonly layout: CompactLayout | null;
+  private readonly wish: ((moved: boolean) => object) | null;
   private socket: WebSocket | null = null;
   private tries = 0;
   private retry = 0;
@@ -43,6 +50,7 @@ export class Live {
   private heard = 0;
   private downAt = performance.now();
   private doubted = 0;
+  private deadAfter = DEAD_MS; // drawn with each doubt: a process that falls silent has many pages
   private probeAfter = PROBE_MS;
   private own: OwnStream;
   private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
@@ -54,9 +62,10 @@ export class Live {
    * another socket takes over.
    */
   constructor(
-    private slug: string, private handlers: Handlers, private pingEvery: () => number,
-    private layout: CompactLayout | null = null, private wish: ((moved: boolean) => object) | null = null,
+    slug: string, handlers: Handlers, pingEvery: () => number, layout: CompactLayout | null = null,
+    wish: ((moved: boolean) => object) | null = null,
   ) {
+    [this.slug, this.handlers, this.pingEvery, this.layout, this.wish] = [slug, handlers, pingEvery, layout, wish];
     this.own = new OwnStream(slug, document.querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "");
     this.open();
     this.beat();
@@ -186,6 +195,7 @@ export class Live {
 
   private receive(data: string | ArrayBuffer): void {
     this.hear();
+    this.handlers.took?.(typeof data === "string" ? data.length : data.byteLength);
     if (typeof data !== "string") {
       this.probeAfter = PROBE_MS;
       const packet = decode(data, this.layout, this.now());
@@ -235,6 +245,7 @@ export class Live {
   private probe(): void {
     if (!this.up || this.doubted) return;
     this.doubted = performance.now();
+    this.deadAfter = DEAD_MS + SPREAD_MS * Math.random();
     this.probeAfter = Math.min(this.probeAfter * 2, this.pingEvery()); // a robot that is off sends nothing for long
     this.ping();
   }
@@ -242,7 +253,7 @@ export class Live {
   private watch(): void {
     if (!this.up) return;
     if (performance.now() - this.heard > this.probeAfter) this.probe();
-    if (this.doubted && performance.now() - this.doubted > DEAD_MS) {
+    if (this.doubted && performance.now() - this.doubted > this.deadAfter) {
       this.set(false);
       this.open();
     }

@@ -94,7 +94,7 @@ export class RobotPage {
       {
         message: (m) => this.message(m), state: (p) => this.gotState(p), picture: (p) => this.gotPicture(p),
         stream: (p) => this.gotStream(p), video: (p) => this.gotVideo(p), sound: (p) => this.sound?.take(p),
-        line: (up) => this.gotLine(up), busy: () => this.facts().busy,
+        line: (up) => this.gotLine(up), busy: () => this.facts().busy, took: (bytes) => this.watching.took(bytes),
       },
       () => (this.snapshot?.me.can.drive ? 2000 : 10_000),
       facts.compact, (moved) => this.watching.wish(moved),
@@ -234,12 +234,12 @@ export class RobotPage {
   }
 
   private gotVideo(packet: VideoPacket): void {
-    this.watching.arrived(packet);
+    this.watching.arrived(packet, packet.vp8.length);
     this.film.take(packet);
   }
 
   private gotPicture(packet: PicturePacket): void {
-    this.watching.arrived(packet);
+    this.watching.arrived(packet, packet.jpeg.size);
     this.showPicture(packet);
   }
 
@@ -356,6 +356,7 @@ export class RobotPage {
     badge.textContent = at ? words : facts.cameras ? "No picture yet" : "";
     badge.dataset["age"] = mark;
     text("pace-said", this.watching.said(facts.cameras > 0 && f.snapshot?.robot.state !== "offline"));
+    text("line-said", this.watching.lineSaid());
     this.sound?.draw(this.watching.soundless);
     text("latency", this.live.latency === null ? "" : `${Math.round(this.live.latency)} ms`);
   }

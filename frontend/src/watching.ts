@@ -2,12 +2,14 @@
 import { CODING } from "./film.ts";
 import { kept } from "./kept.ts";
 import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
+import { lineWords, Meter, short } from "./throughput.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
 const RATE_MS = 5000;
 const NO_VIDEO_MS = 4000; // nothing comes as video: the robot's encoder may have failed,
 const REST_MS = 5000, REST_MOST_MS = 60_000; //   so JPEG is asked for for so long, each time longer, at most
 const FLOWS_MS = 10_000; // video that has come for so long works
+const COARSE_HZ = 5; // the most that is sent coarse
 const TICK_MS = 1000; // between two judgements; one that is later is of a page that did not run
 
 /** The part of a socket that is used here. */
@@ -15,7 +17,7 @@ interface Line {
   send(message: object): boolean; now(): number; check(): void;
   readonly latency: number | null; readonly best: number; readonly overdue: boolean; readonly lost: boolean;
 }
-interface Picture { camera: number; atMs: number }
+interface Picture { camera: number; atMs: number; number: number }
 
 const SAID: Record<Pace, string> = {
   live: "", coarse: "Slow connection: the pictures are coarse.", stills: `Slow connection: a new picture every ${STILLS_S} seconds.`,
@@ -26,6 +28,7 @@ export class Watching {
   private cameras: number[] = [0];
   private chosen: Pace | null; // null: as the line allows
   private judge: LineJudge;
+  private meter = new Meter(performance.now());
   private arrivals: number[] = []; // of the first wanted camera's pictures, performance.now
   private told = "";
   private expected = false;
@@ -86,7 +89,7 @@ export class Watching {
 
   /** Why this page has no sound sent, whoever listens; empty if it may. */
   get soundless(): string {
-    if (this.pace === "live" || this.pace === "coarse") return "";
+    if (this.whole) return "";
     return this.chosen === null ? "No sound over so slow a connection." : "No sound while so little is asked for.";
   }
 
@@ -111,9 +114,16 @@ export class Watching {
     return wish;
   }
 
-  arrived(picture: Picture): void {
-    if (picture.camera !== this.cameras[0]) return;
+  /** A message of so many bytes has come. */
+  took(bytes: number): void {
+    this.meter.took(bytes, performance.now());
+  }
+
+  /** A picture of so many bytes has come. */
+  arrived(picture: Picture, bytes: number): void {
     const now = performance.now();
+    if (this.whole) this.meter.picture(picture.camera, picture.number, bytes, now);
+    if (picture.camera !== this.cameras[0]) return;
     this.fruitless = false;
     if (this.filmedSince) this.filmed(now);
     this.arrivals = [...this.arrivals.filter((at) => now - at < RATE_MS), now];
@@ -149,17 +159,33 @@ export class Watching {
       if (expected && this.judge.doubts) line.check();
       const fast = quick(line.overdue ? null : line.latency, line.best);
       if (this.filmedSince && now - this.saidAt > TICK_MS) this.filmedSince = now;
+      if (now - this.saidAt > TICK_MS) this.meter.begin(now); // the page did not run
       this.saidAt = now;
       if (expected && fast && this.filmedSince && now - this.filmedSince > NO_VIDEO_MS) this.rest(now);
-      this.judge.judge(now, expected, fast);
+      this.judge.judge(now, expected, fast, short(this.carried(now)));
       this.tell();
     }
     return this.chosen === null ? SAID[this.judge.pace] : "";
   }
 
+  /** The line in a word, and what comes over it; empty while there is none. */
+  lineSaid(): string {
+    const line = this.line();
+    if (line.lost || (line.latency === null && !line.overdue)) return "";
+    return lineWords(this.carried(performance.now()), line.overdue ? null : line.latency, line.best);
+  }
+
+  private carried(now: number): { arrives: number; needs: number } {
+    return this.meter.carried(now, this.pace === "coarse" ? COARSE_HZ * this.cameras.length : Infinity);
+  }
+
+  /** Each picture is wanted, whole or coarse. */
+  private get whole(): boolean {
+    return this.pace === "live" || this.pace === "coarse";
+  }
+
   private get filming(): boolean {
-    if (!this.film || performance.now() < this.restsUntil) return false;
-    return (this.pace === "live" || this.pace === "coarse") && this.cameras.length > 0;
+    return this.film && performance.now() >= this.restsUntil && this.whole && this.cameras.length > 0;
   }
 
   private wished(): object {
@@ -179,6 +205,7 @@ export class Watching {
 
   private asked(written: string): void {
     this.told = written;
+    this.meter.begin(performance.now());
     this.filmedSince = this.filming ? performance.now() : 0;
     this.filmsSince = 0;
   }

@@ -1,0 +1,161 @@
+/** The socket to a robot: when it counts as lost, and when it is opened again, on a clock of the test's own. */
+import assert from "node:assert/strict";
+import { beforeEach, mock, test } from "node:test";
+
+const OPEN = 1, CLOSED = 3;
+let now = 0; // ms
+let sockets: Socket[] = [];
+let reached = true; // whether a server takes connections
+
+/** A browser's socket; the test is the server. */
+class Socket {
+  static readonly OPEN = OPEN;
+  readyState = 0;
+  sent: string[] = [];
+  closed = false;
+  readonly at = now;
+  onopen: (() => void) | null = null;
+  onmessage: ((event: { data: string | ArrayBuffer }) => void) | null = null;
+  onclose: ((event: { code: number; reason: string }) => void) | null = null;
+  readonly url: string;
+
+  constructor(url: string) {
+    this.url = url;
+    sockets.push(this);
+    setTimeout(() => (reached ? this.accept() : this.end(1006)), 1);
+  }
+
+  private accept(): void {
+    this.readyState = OPEN;
+    this.onopen?.();
+  }
+
+  send(message: string): void {
+    this.sent.push(message);
+  }
+
+  say(message: object): void {
+    this.onmessage?.({ data: JSON.stringify(message) });
+  }
+
+  end(code: number): void {
+    this.readyState = CLOSED;
+    this.onclose?.({ code, reason: "Too many watch." });
+  }
+
+  close(): void {
+    this.closed = true;
+  }
+}
+
+const stubs = {
+  document: { querySelector: () => null }, location: { protocol: "http:", host: "robots.example.org" }, window: globalThis,
+  addEventListener: () => undefined, WebSocket: Socket, performance: { now: () => now },
+};
+for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
+const { Live } = await import("../src/live.ts");
+
+/** Let time go on. */
+function pass(ms: number): void {
+  for (let left = ms; left > 0; left -= 10) {
+    now += 10;
+    mock.timers.tick(10);
+  }
+}
+
+function page(slug = "mercury", said: string[] = []): InstanceType<typeof Live> {
+  return new Live(slug, {
+    message: (m) => void (m.t === "notice" && said.push(m.text)), state: () => undefined, picture: () => undefined, line: () => undefined,
+  }, () => 10_000);
+}
+
+/** Open so many pages; returns their sockets once those are open. */
+function pages(count: number): Socket[] {
+  for (let i = 0; i < count; i += 1) page();
+  pass(50);
+  return sockets.splice(0);
+}
+
+/** The times at which sockets were opened, in order. */
+const times = (): number[] => sockets.map((one) => one.at).sort((a, b) => a - b);
+
+/** The most of these times within so many ms. */
+const most = (at: number[], withinMs: number): number => Math.max(...at.map((from) => at.filter((t) => t >= from && t < from + withinMs).length));
+
+let dice = 1;
+mock.method(Math, "random", () => (dice = (dice * 48271) % 2147483647) / 2147483647);
+
+beforeEach(() => {
+  mock.timers.reset();
+  mock.timers.enable({ apis: ["setTimeout", "setInterval"] });
+  [now, sockets, reached, dice] = [0, [], true, 1];
+});
+
+test("the pages of a process that falls silent do not all come back at once", () => {
+  const silent = pages(200);
+  pass(12_000);
+  assert.equal(sockets.length, 200, "each page, once");
+  assert.ok(silent.every((one) => one.closed), "nobody waits for the silent ones any more");
+  assert.ok(most(times(), 300) <= 50, `${most(times(), 300)} of 200 within 300 ms`);
+});
+
+test("a page that is answered before it gave up keeps its socket", () => {
+  const live = page();
+  pass(50);
+  pass(5000);
+  assert.ok(live.lost, "it counts as lost already");
+  sockets[0]!.say({ t: "pong", n: 1, now_ms: 0 });
+  pass(1500);
+  assert.ok(!live.lost);
+  assert.equal(sockets.length, 1);
+});
+
+test("pages whose process was killed come back after random pauses, longer with each failed attempt", () => {
+  const killed = pages(100);
+  reached = false;
+  for (const one of killed) one.end(1006);
+  pass(700);
+  assert.ok(sockets.length >= 100, "soon");
+  assert.ok(most(times(), 100) <= 50, `${most(times(), 100)} of 100 within 100 ms`);
+  sockets.length = 0;
+  pass(60_000);
+  const before = sockets.length;
+  pass(24_000);
+  const tries = (sockets.length - before) / 100;
+  assert.ok(tries > 2 && tries < 4, `${tries} attempts a page in 24 s, one in 8 s`);
+  assert.ok(most(times().slice(before), 1000) <= 50, "spread");
+});
+
+test("a page that was heard by the new process begins with short pauses again", () => {
+  page();
+  pass(50);
+  reached = false;
+  sockets[0]!.end(1006);
+  pass(30_000);
+  reached = true;
+  pass(15_000);
+  const last = sockets.at(-1)!;
+  last.say({ t: "pong", n: 1, now_ms: 0 });
+  last.end(1006);
+  pass(700);
+  assert.notEqual(sockets.at(-1), last);
+});
+
+test("a full robot is tried again after 10 to 30 s and the page says why; one that is gone, never", () => {
+  const said: string[] = [];
+  page("full", said);
+  page("gone");
+  pass(50);
+  for (const one of sockets.splice(0)) one.end(one.url.includes("full") ? 4503 : 4404);
+  pass(60_000);
+  assert.ok(sockets[0]!.at > 10_000 && sockets[0]!.at < 30_100, `${sockets[0]!.at}`);
+  assert.ok(!sockets.some((one) => one.url.includes("gone")));
+  assert.deepEqual(said, ["Too many watch."]);
+});
+
+test("whose turn is over gets the public view without a pause", () => {
+  page();
+  pass(50);
+  sockets[0]!.end(4410);
+  assert.equal(sockets.length, 2);
+});

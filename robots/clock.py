@@ -65,6 +65,37 @@ class FasterTimer:
 TIMER: Timer = FasterTimer()  # the machine's
 
 
+class Limit:
+    """So many seconds by a clock, from now on."""
+
+    def __init__(self, clock: Timer, seconds: float) -> None:
+        self._clock, self._until = clock, clock.monotonic() + seconds
+
+    @property
+    def left(self) -> float:
+        """The seconds that are left; not above zero once they have passed."""
+        return self._until - self._clock.monotonic()
+
+    @property
+    def over(self) -> bool:
+        """Whether they have passed."""
+        return self.left < 0
+
+
+def poll(holds: Callable[[], object], clock: Timer, limit_s: float, pause_s: float) -> bool:
+    """Look each `pause_s` seconds whether it holds, for at most `limit_s`; tell whether it does."""
+    limit = Limit(clock, limit_s)
+    while not holds():
+        if limit.over:
+            return False
+        clock.sleep(pause_s)
+    return True
+
+
+Wall = Callable[[], float]  # the time of day: seconds since 1970, UTC
+WALL: Wall = time.time  # the machine's
+
+
 class Clock(Protocol):
     """The time as every part of Farhand sees it; `monotonic` counts suspend."""
 

@@ -14,13 +14,13 @@ from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
+from robots.clock import Limit
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
 from robots.drivers.errors import HardwareFault, LineGone, LineSilent
 from robots.drivers.lerobot_spec import REST_S, features
 from robots.drivers.permits import unless_held
-from robots.drivers.waiting import Limit
 
 STEP_S = 1 / 30  # between two goals of a path
 TRIES = 3  # goals and questions can be repeated

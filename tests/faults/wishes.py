@@ -4,9 +4,9 @@ import termios
 
 from robots.description import load
 from robots.motion.described import chain, posture
-from tests.conftest import wait_for
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
 from tests.rig import ArmSimulator, IratSimulator, Simulator
+from tests.waiting import wait_for
 
 
 def motions(journal):

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
-from typing import Protocol
+from typing import Protocol, overload
 
 
 class Waitable(Protocol):
@@ -90,6 +90,15 @@ def poll(holds: Callable[[], object], clock: Timer, limit_s: float, pause_s: flo
             return False
         clock.sleep(pause_s)
     return True
+
+
+@overload
+def ms_of(at: datetime) -> int: ...
+@overload
+def ms_of(at: None) -> None: ...
+def ms_of(at: datetime | None) -> int | None:
+    """Return whole milliseconds since 1970, as messages tell a time."""
+    return None if at is None else int(at.timestamp() * 1000)
 
 
 Wall = Callable[[], float]  # the time of day: seconds since 1970, UTC

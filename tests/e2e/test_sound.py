@@ -61,7 +61,7 @@ def test_a_person_listens_by_key_and_hears_the_arm_move(hearing, visitor):
     page.select_option("#pace", "stills")
     expect(said).to_have_text("No sound while so little is asked for.")
     assert "sound" not in heard.wishes()[-1]
-    page.select_option("#pace", "auto")
+    page.select_option("#pace", "live")  # a machine that is too busy would let the page ask for less
     sounds(page, heard, 5)
     button.focus()
     page.keyboard.press("Space")

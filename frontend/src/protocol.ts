@@ -49,7 +49,7 @@ export interface StreamInfo { name: string; media: string }
 /** What the page knows about its robot, for every robot. */
 export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
-export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
+export interface TraceLine { t: "trace"; direction: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
 export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number }
 export type Message =

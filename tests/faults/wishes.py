@@ -67,8 +67,8 @@ class Mercury:
     moves = ("move",)
     restart, cut = "power_cycle", ("cable", "serial")
 
-    def jog(self, way):
-        return "jog", {"dx": way, "dy": 0.3}
+    def jog(self, direction):
+        return "jog", {"dx": direction, "dy": 0.3}
 
 
 class MuseumArm:
@@ -85,8 +85,8 @@ class MuseumArm:
     motions = staticmethod(motions)
     drained = staticmethod(disconnected)
 
-    def jog(self, way):
-        return "jog_joints", {"S1": way, "W1": 0.5}
+    def jog(self, direction):
+        return "jog_joints", {"S1": direction, "W1": 0.5}
 
     def spell(self, kind, args, share):
         if kind == "move":
@@ -128,8 +128,8 @@ class Irat:
         sim.fault("carried", self.corridor)
         return sim
 
-    def jog(self, way):
-        return "drive", {"forward": way, "turn": 0.5}
+    def jog(self, direction):
+        return "drive", {"forward": direction, "turn": 0.5}
 
     def spell(self, kind, args, share):
         if kind == "move":

@@ -17,6 +17,7 @@ from django.db import connection, models, transaction
 from django.db.migrations.recorder import MigrationRecorder
 
 from robots.clock import SYSTEM
+from robots.files import replaced
 from robots.recordings.keeping import BUSY, FOLDER, LIVE, MOVIES, OLD
 
 LEFT_OUT = {"contenttypes.contenttype", "auth.permission", "sessions.session", "robots.movie"}
@@ -72,9 +73,12 @@ def write(path: Path, recordings: bool = True) -> dict[str, Any]:
     """Write the archive to `path`, with or without recordings' files; return its manifest. Raises ArchiveError."""
     without = frozenset() if recordings else frozenset({FOLDER})
     folder = Path(settings.MEDIA_ROOT)
-    part = path.with_name(path.name + ".part")
     try:
-        with tarfile.open(part, "w:gz") as tar, tempfile.TemporaryFile("w+", encoding="utf-8") as rows:
+        with (
+            replaced(path) as out,
+            tarfile.open(fileobj=out, mode="w:gz") as tar,
+            tempfile.TemporaryFile("w+", encoding="utf-8") as rows,
+        ):
             with _one_moment():
                 manifest: dict[str, Any] = {"made_at": SYSTEM.now().isoformat(), "rows": counts(), "media": {}}
                 for model in kept_models():
@@ -91,9 +95,7 @@ def write(path: Path, recordings: bool = True) -> dict[str, Any]:
             _add(tar, "rows.jsonl", lines)
             _add(tar, "manifest.json", json.dumps(manifest, indent=1).encode())
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise ArchiveError(f"The backup could not be written to {path}: {error.strerror}.") from error
-    part.replace(path)
     return manifest
 
 

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
-from typing import Protocol
+from typing import Protocol, overload
 
 
 class Waitable(Protocol):
@@ -63,6 +63,46 @@ class FasterTimer:
 
 
 TIMER: Timer = FasterTimer()  # the machine's
+
+
+class Limit:
+    """So many seconds by a clock, from now on."""
+
+    def __init__(self, clock: Timer, seconds: float) -> None:
+        self._clock, self._until = clock, clock.monotonic() + seconds
+
+    @property
+    def left(self) -> float:
+        """The seconds that are left; not above zero once they have passed."""
+        return self._until - self._clock.monotonic()
+
+    @property
+    def over(self) -> bool:
+        """Whether they have passed."""
+        return self.left < 0
+
+
+def poll(holds: Callable[[], object], clock: Timer, limit_s: float, pause_s: float) -> bool:
+    """Look each `pause_s` seconds whether it holds, for at most `limit_s`; tell whether it does."""
+    limit = Limit(clock, limit_s)
+    while not holds():
+        if limit.over:
+            return False
+        clock.sleep(pause_s)
+    return True
+
+
+@overload
+def ms_of(at: datetime) -> int: ...
+@overload
+def ms_of(at: None) -> None: ...
+def ms_of(at: datetime | None) -> int | None:
+    """Return whole milliseconds since 1970, as messages tell a time."""
+    return None if at is None else int(at.timestamp() * 1000)
+
+
+Wall = Callable[[], float]  # the time of day: seconds since 1970, UTC
+WALL: Wall = time.time  # the machine's
 
 
 class Clock(Protocol):

@@ -8,18 +8,31 @@ from typing import BinaryIO
 
 
 @contextlib.contextmanager
+def beside(path: Path, part: Path) -> Iterator[Path]:
+    """Let the file `part`, on the same disk, replace `path` after it was written; an error removes it.
+
+    Raises OSError; the old file stays then.
+    """
+    try:
+        yield part
+        part.replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise
+
+
+@contextlib.contextmanager
 def replaced(path: Path, sync: bool = False) -> Iterator[BinaryIO]:
     """Open a file that replaces `path` after it was written without an error.
 
     `sync`: the content is on the disk before the replacement. Raises OSError; the old file stays then.
     """
-    part = path.with_suffix(".part")
-    with part.open("wb") as out:
+    with beside(path, path.with_suffix(".part")) as part, part.open("wb") as out:
         yield out
         if sync:
             out.flush()
             os.fsync(out.fileno())
-    part.replace(path)
 
 
 def replace_text(path: Path, text: str) -> None:

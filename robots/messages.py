@@ -41,7 +41,7 @@ class Changed(_Message, frozen=True, tag="changed"):
 class Trace(_Message, frozen=True, tag="trace"):
     """One frame on the robot's wire, for staff: direction, bytes in hex, words."""
 
-    way: str
+    direction: str
     hex: str
     words: str
     at_ms: int

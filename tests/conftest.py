@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 from datetime import UTC, datetime, timedelta
 from itertools import count
 
@@ -14,6 +13,7 @@ from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
 
 from tests.proof import Proof
+from tests.waiting import wait_for as wait_for  # most tests take it from here
 
 hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
 hypothesis_settings.load_profile("farhand")
@@ -131,19 +131,6 @@ class RedisServer:
             self.process.kill()
             self.process.wait()
             self.process = None
-
-
-def wait_for(condition, seconds: float, what: str):
-    """Wait on a condition with a limit; return its value. Looks more rarely the longer it lasts, at least each 0.1 s."""
-    since = time.monotonic()
-    while True:
-        value = condition()
-        if value:
-            return value
-        waited = time.monotonic() - since
-        if waited > seconds:
-            raise AssertionError(f"{what}: not within {seconds} s")
-        time.sleep(min(0.02 + 0.05 * waited, 0.1))
 
 
 def at_length(value):

@@ -36,7 +36,7 @@ class House:
         self.sim: Simulator | None = None
         self.owner: Child | None = None
         self.web: Web | None = None
-        self.broom: Child | None = None
+        self.housekeeper: Child | None = None
         self._robot: Robot | None = None
         self._web_env: dict[str, str] = {}
 
@@ -73,9 +73,9 @@ class House:
 
     def housekeeping(self) -> Child:
         """Return a housekeeping process."""
-        if self.broom is None or not self.broom.alive():
-            self.broom = housekeeping()
-        return self.broom
+        if self.housekeeper is None or not self.housekeeper.alive():
+            self.housekeeper = housekeeping()
+        return self.housekeeper
 
     def settle(self) -> None:
         """Bring the robot to rest and forget what a test has made; close what cannot be brought to rest."""
@@ -121,13 +121,13 @@ class House:
 
     def leave(self) -> None:
         """Stop the robot's processes and housekeeping; the web process serves whatever rows there are."""
-        for child in (self.broom, self.owner):
+        for child in (self.housekeeper, self.owner):
             if child is not None:
                 child.signal(signal.SIGCONT)
                 child.kill()
         if self.sim is not None:
             self.sim.stop()
-        self._robot = self.sim = self.owner = self.broom = None
+        self._robot = self.sim = self.owner = self.housekeeper = None
 
     def close_web(self) -> None:
         """Stop the web process."""

@@ -15,7 +15,7 @@ from django.db import connection
 
 from robots.clock import FasterTimer
 from tests import forks
-from tests.conftest import wait_for
+from tests.waiting import wait_for
 
 ROOT = Path(__file__).resolve().parent.parent
 PYTHON = sys.executable

@@ -177,8 +177,8 @@ class Soak:
         self.redis.start()
         mercury, ada = cast()
         self.stands = [Stand(robot, ada, self.dice) for robot in (mercury, self._museum_arm(ada))]
-        self._web, self._broom = Web, housekeeping
-        self.web, self.broom = Web(), housekeeping()
+        self._web, self._housekeeper = Web, housekeeping
+        self.web, self.housekeeper = Web(), housekeeping()
         self.viewers = [
             Viewer(stand.robot.slug, lambda: self.web.url, random.Random(n))
             for stand in self.stands
@@ -226,7 +226,7 @@ class Soak:
             for stand in self.stands:
                 stand.close()
             self.web.kill()
-            self.broom.kill()
+            self.housekeeper.kill()
             self.redis.stop()
 
     def _look_after(self) -> None:
@@ -235,8 +235,8 @@ class Soak:
             stand.look_after()
         if not self.web.alive():
             self.web = self._web()
-        if not self.broom.alive():
-            self.broom = self._broom()
+        if not self.housekeeper.alive():
+            self.housekeeper = self._housekeeper()
 
     def _settle(self) -> None:
         for stand in self.stands:
@@ -267,7 +267,7 @@ class Soak:
                 stand.restart_simulator()
 
     def _processes(self) -> dict[str, int]:
-        found = {"web": self.web.pid, "housekeeping": self.broom.pid}
+        found = {"web": self.web.pid, "housekeeping": self.housekeeper.pid}
         for stand in self.stands:
             found |= {
                 f"{stand.robot.slug}-worker": stand.worker.pid,

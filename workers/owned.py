@@ -43,8 +43,8 @@ class OwnedRobot:
         opened.on_packet = self._streams.take
         return opened
 
-    def _frame(self, way: str, data: bytes, words: str) -> None:
-        self._trace(way, data, words, getattr(self.driver, "line", None))
+    def _frame(self, direction: str, data: bytes, words: str) -> None:
+        self._trace(direction, data, words, getattr(self.driver, "line", None))
 
     def picture(self, view: str, seconds: float) -> bytes | None:
         """Return a picture that comes over the robot's own wire, None if there is none in so many seconds."""

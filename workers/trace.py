@@ -23,10 +23,10 @@ class WireTrace:
         except (redis.RedisError, OSError):
             self._watched = False
 
-    def publish(self, way: str, data: bytes, words: str, line: Any) -> None:
+    def publish(self, direction: str, data: bytes, words: str, line: Any) -> None:
         """Publish one frame. `line` counts resent and broken frames, or is None."""
         if not self._watched:
             return
         at_ms = int(self._clock.now().timestamp() * 1000)
         resent, broken = getattr(line, "resent", 0), getattr(line, "broken", 0)
-        bus.publish_trace(self._slug, Trace(way, data.hex(" "), words, at_ms, resent, broken))
+        bus.publish_trace(self._slug, Trace(direction, data.hex(" "), words, at_ms, resent, broken))

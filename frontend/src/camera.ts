@@ -23,7 +23,7 @@ export class CameraView {
     this.context = canvas.getContext("2d")!;
     if (!overlay) return;
     this.tool = shape(overlay, "circle", { class: "tool-place", r: 4.5, cx: -20, cy: -20 });
-    this.path = shape(overlay, "line", { class: "way", x1: -9, y1: -9, x2: -9, y2: -9 });
+    this.path = shape(overlay, "line", { class: "path", x1: -9, y1: -9, x2: -9, y2: -9 });
     const cross = (this.cross = shape(overlay, "g", { class: "cross", transform: "translate(-50 -50)" }));
     shape(cross, "circle", { r: 7, cx: 0, cy: 0 });
     for (const [x, y] of [[1, 0], [-1, 0], [0, 1], [0, -1]] as const)

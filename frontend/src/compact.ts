@@ -1,8 +1,7 @@
 /** Reads compact states (robots/contract/compact.py): whole steps of scales, bit by bit, the highest bit first. */
-import type { StatePacket } from "./protocol.ts";
+import type { CompactLayout, StatePacket } from "./packets.ts";
 
-/** What the spec declares: the first byte, the controller's words, the number of joints, and each number's scale. */
-export interface CompactLayout { mark: number; modes: string[]; joints: number; scales: [low: number, step: number, bits: number, steps: number][] }
+export type { CompactLayout } from "./packets.ts";
 
 const CLOCK = 1 << 16; // ms after which the stamp begins again
 const words = new TextDecoder();

@@ -1,6 +1,7 @@
 /** The part of every robot's page: socket, turn panel, command list, stop and release, log. */
 import { bannerWords, unconfirmed } from "./banner.ts";
-import { blocked, type Facts, type Shown, tooLively } from "./controls.ts";
+import type { Console } from "./console_parts.ts";
+import { blocked, type Facts, tooLively } from "./controls.ts";
 import { facts, settings } from "./facts.ts";
 import { Film } from "./film.ts";
 import type { KeepAlive } from "./jog.ts";
@@ -11,7 +12,7 @@ import { type Line, openLine, replaying } from "./line.ts";
 import { LogList } from "./log_list.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
-import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, Still, StreamPacket, VideoPacket } from "./protocol.ts";
+import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, StreamPacket, VideoPacket } from "./protocol.ts";
 import { Sound } from "./sound.ts";
 import "./stop_in_view.ts";
 import { StopPress } from "./stop.ts";
@@ -22,31 +23,6 @@ import { WireTrace } from "./trace.ts";
 import { Watching } from "./watching.ts";
 import { complete } from "./widgets/basics.ts";
 import { KINDS, pictureAge, SETTINGS } from "./words.ts";
-
-/** The part that differs between robots: the middle of the page. */
-export interface Console {
-  /** The socket is open (again): choose cameras if not only the first one is wanted. */
-  watch?(): void;
-  picture(packet: PicturePacket): void;
-  /** `picture` takes those of video too, which have an `image` instead of a `jpeg`. */
-  video?: boolean;
-  state(packet: StatePacket): void;
-  /** The next packet of a byte stream: a key packet holds everything, a delta what changed since the one before. */
-  stream?(name: string, packet: StreamPacket): void;
-  still(still: Still): void;
-  /** A grant began or ended, or another one took its place. */
-  turn(): void;
-  command(command: CommandInfo): void;
-  draw(facts: Facts): void;
-  /** The line above the controls if nothing general prevents commands. */
-  advice(facts: Facts): string;
-  /** The picture of that camera that is shown now. */
-  shown(camera: number): Shown | undefined;
-  /** When the picture on screen was taken, server ms; 0 for none. */
-  pictureAt(): number;
-  /** Why this kind of command does not work now; empty if it does. */
-  whyNot(kind: string, facts: Facts): string;
-}
 
 const SILENT_MS = 3000;
 const ALONE_MS = 1500; // messages sent together with the robot's last one do not count

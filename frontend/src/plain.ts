@@ -9,7 +9,7 @@ import { Basics } from "./widgets/basics.ts";
 import { CommandForm } from "./widgets/command_form.ts";
 import { HeldButtons } from "./widgets/held_buttons.ts";
 
-class PlainConsole extends Basics {
+class PlainConsole extends Basics<RobotPage> {
   private box = byId("commands");
   private widgets = facts.commands.map((spec) => ({
     kind: spec.kind, made: spec.held ? new HeldButtons(this.page, spec) : new CommandForm(this.page, spec),

@@ -1,6 +1,9 @@
 /** The messages on the socket: binary packets for states and pictures, JSON for the rest. */
 
-import { type CompactLayout, compactState } from "./compact.ts";
+import { compactState } from "./compact.ts";
+import type { CompactLayout, Packet, SoundPacket, VideoPacket } from "./packets.ts";
+
+export type { Packet, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
 
 export interface Still {
   id: number; url: string; at_ms: number; stable: boolean; verdict: string;
@@ -49,7 +52,7 @@ export interface StreamInfo { name: string; media: string }
 /** What the page knows about its robot, for every robot. */
 export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
-export interface TraceLine { t: "trace"; way: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
+export interface TraceLine { t: "trace"; direction: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
 export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number }
 export type Message =
@@ -59,28 +62,6 @@ export type Message =
   | { t: "store"; text: string }
   | { t: "watchers"; count: number }
   | { t: "pong"; n: number; now_ms: number; link: boolean };
-
-export interface StatePacket {
-  moving: boolean; stopped: boolean; number: number; atMs: number;
-  /** rad and m; velocities and torques are empty if the robot does not send them. */
-  joints: number[]; velocities: number[]; torques: number[];
-  /** Values of the spec's channels, then the coordinates of its pose, in the spec's order; NaN if not known. */
-  values: number[];
-  /** The controller's own word for what it is doing. */
-  mode: string;
-}
-/** A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty and joints are not told. */
-export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob; image?: VideoFrame }
-
-/** A packet of a camera's video: the number of the picture that it changes, null for one that stands alone. */
-export interface VideoPacket { camera: number; number: number; atMs: number; still: number; follows: number | null; run: number; vp8: Uint8Array<ArrayBuffer> }
-
-/** A packet of a byte stream: its number in the spec (from 0), and whether it contains everything or only changes. */
-export interface StreamPacket { stream: number; key: boolean; run: number; number: number; atMs: number; data: Uint8Array }
-
-/** A packet of sound: its number counts the microphone's time, `ms` long; one that only says why nothing is heard lasts 0 ms. */
-export interface SoundPacket { run: number; number: number; atMs: number; ms: number; opus: Uint8Array<ArrayBuffer>; said: string }
-export type Packet = StatePacket | PicturePacket | StreamPacket | VideoPacket | SoundPacket;
 
 const STATE_HEAD = 16;
 const STREAM_HEAD = 16;

@@ -17,14 +17,14 @@ export class WireTrace {
 
   add(line: TraceLine): void {
     const row = document.createElement("li");
-    row.className = line.way === ">" ? "out" : "in";
-    const way = document.createElement("span");
-    way.textContent = line.way === ">" ? "host → robot" : "robot → host";
+    row.className = line.direction === ">" ? "out" : "in";
+    const direction = document.createElement("span");
+    direction.textContent = line.direction === ">" ? "host → robot" : "robot → host";
     const words = document.createElement("b");
     words.textContent = line.words;
     const hex = document.createElement("code");
     hex.textContent = line.hex;
-    row.append(way, words, ...(written(line.hex) === line.words ? [] : [hex]));
+    row.append(direction, words, ...(written(line.hex) === line.words ? [] : [hex]));
     this.box.prepend(row);
     while (this.box.childElementCount > KEEP) this.box.lastElementChild?.remove();
     this.count += 1;

@@ -1,46 +1,20 @@
 /** A recording's slices and story: what was known at a moment, back and forth. */
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { momentOf, Slices, unpack } from "../src/replay/slices.ts";
 import { type Index, Story } from "../src/replay/story.ts";
 
-function stream(at: number, key: boolean, number: number): Uint8Array {
-  const packet = new Uint8Array(17), view = new DataView(packet.buffer);
-  packet.set([3, key ? 1 : 0, 0, 5]);
-  view.setUint32(4, number, true);
-  packet[16] = number;
-  return packet;
-}
+// of tests/vectors, as Python writes it: key 1, state 1, delta 2, picture 1, key 3, state 2, what nobody knows, picture 2
+const SLICES = (JSON.parse(readFileSync(new URL("../../tests/vectors/recording_slices.json", import.meta.url), "utf-8")) as { slices: string[] }).slices;
+const DATA = Uint8Array.from(Buffer.from(SLICES[0]!, "hex")).buffer;
 
-function state(number: number): Uint8Array {
-  const packet = new Uint8Array(16), view = new DataView(packet.buffer);
-  packet[0] = 1;
-  packet[15] = 1;
-  view.setUint32(2, number, true);
-  return packet;
+/** A slice of one state, the first of the recording, at another time. */
+function state(at: number): ArrayBuffer {
+  const view = new DataView(DATA), begin = 8 + view.getUint32(0, true), part = DATA.slice(begin, begin + 8 + view.getUint32(begin, true));
+  new DataView(part).setUint32(4, at, true);
+  return part;
 }
-
-function picture(number: number): Uint8Array {
-  const packet = new Uint8Array(21), view = new DataView(packet.buffer);
-  packet[0] = 2;
-  view.setUint32(2, number, true);
-  return packet;
-}
-
-function slice(...parts: [number, Uint8Array][]): ArrayBuffer {
-  const whole = parts.flatMap(([at, packet]) => {
-    const head = new Uint8Array(8), view = new DataView(head.buffer);
-    view.setUint32(0, packet.length, true);
-    view.setUint32(4, at, true);
-    return [...head, ...packet];
-  });
-  return new Uint8Array(whole).buffer;
-}
-
-const DATA = slice(
-  [0, stream(0, true, 1)], [100, state(1)], [200, stream(200, false, 2)], [300, picture(1)], [900, stream(900, true, 3)],
-  [950, state(2)], [980, new Uint8Array([99, 1])], [990, picture(2)],
-);
 
 test("a slice is taken apart; what is not understood is left out, and a part that is cut off too", () => {
   assert.deepEqual(unpack(DATA).map(({ at }) => at), [0, 100, 200, 300, 900, 950, 990]);
@@ -109,7 +83,7 @@ test("of many slices that a moment needs, four are asked for at once", async () 
     most = Math.max(most, ++now);
     await new Promise((done) => setTimeout(done, 1));
     now -= 1;
-    return new Response(slice([number, state(number)]));
+    return new Response(state(number));
   }) as typeof fetch;
   try {
     const items = await new Slices("/x/", Array.from({ length: 40 }, () => 0)).until(39 * 5000);

@@ -2,11 +2,15 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
+import { Matrix4 } from "three";
 import { type Description, forward, type Map2, onSand, reach, target } from "../../robots/drivers/mercury/console/scara.ts";
 import { parse, type Step } from "../../robots/drivers/pa10/console/program_text.ts";
+import { understood } from "../../robots/drivers/pa10/console/terminal_lines.ts";
+import { numbersOf } from "../src/arm/pose.ts";
 import type { CompactLayout } from "../src/compact.ts";
 import { type Box, objectsAfter, type Placed } from "../src/objects.ts";
-import { decode, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
+import { decode, type PicturePacket, type SoundPacket, type StatePacket, type StreamPacket, type VideoPacket } from "../src/protocol.ts";
+import { momentOf, unpack } from "../src/replay/slices.ts";
 import { Streams } from "../src/streams.ts";
 import { Chain } from "../src/video_chain.ts";
 import { FINAL, STAGES } from "../src/words.ts";
@@ -54,6 +58,54 @@ test("the museum arm's programs are read as the arm reads them, and refused in t
     if (one.steps) assert.deepEqual(flat(parse(one.text)), one.steps, one.text);
     else assert.throws(() => parse(one.text), one.refused ? new RegExp(`^Error: Line ${one.refused}:`) : /has no end/, one.text);
   }
+});
+
+test("a typed line of the museum arm stands for the command that sends it, and what the arm refuses is refused", () => {
+  const axes = ["S1", "S2", "E1", "E2", "W1", "W2"];
+  const known = read("pa10_lines") as { understood: { line: string; kind: string; args: Record<string, number> }[]; refused: string[] };
+  for (const { line, kind, args } of known.understood) {
+    const found = understood(line, axes);
+    assert.deepEqual([found.kind, Object.keys(found.args)], [kind, Object.keys(args)], line);
+    near(Object.values(found.args) as number[], Object.values(args));
+  }
+  for (const line of known.refused) assert.throws(() => understood(line, axes), Error, line);
+});
+
+test("roll, pitch and yaw are those of Python", () => {
+  for (const { matrix, pose } of read("poses") as { matrix: number[][]; pose: number[] }[])
+    near(numbersOf(new Matrix4().fromArray(matrix.flat()).transpose()), pose);
+});
+
+interface Pictured { what: string; hex: string; number: number; at_ms: number; still: number; joints: number[]; jpeg: string; camera: number }
+
+test("a picture's packet is read as Python packs it, and one that is cut off is none", async () => {
+  for (const one of read("picture_packets") as Pictured[]) {
+    const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")), found = decode(bytes.buffer) as PicturePacket;
+    assert.deepEqual(
+      [found.camera, found.number, found.atMs, found.still, found.joints],
+      [one.camera, one.number % 2 ** 32, one.at_ms, one.still, one.joints], one.what,
+    );
+    assert.equal(Buffer.from(await found.jpeg.arrayBuffer()).toString("hex"), one.jpeg, one.what);
+    const head = bytes.length - one.jpeg.length / 2;
+    for (let length = 0; length <= head; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);
+  }
+});
+
+test("slices of a recording are taken apart as Python writes them; a packet that nobody knows is left out", () => {
+  const { slices, messages } = read("recording_slices") as {
+    slices: string[]; messages: { after_ms: number; topic: string; hex: string }[];
+  };
+  const items = slices.flatMap((hex) => unpack(Uint8Array.from(Buffer.from(hex, "hex")).buffer));
+  const known = messages.filter(({ hex }) => !hex.startsWith("63"));
+  assert.equal(known.length, messages.length - 1);
+  assert.deepEqual(items.map(({ at }) => at), known.map(({ after_ms }) => after_ms));
+  for (const [i, { hex, topic }] of known.entries()) {
+    const sent = decode(Uint8Array.from(Buffer.from(hex, "hex")).buffer)!, { packet } = items[i]!;
+    assert.deepEqual({ ...packet, jpeg: null }, { ...sent, jpeg: null }, topic);
+  }
+  const end = momentOf(items, 1e9);
+  assert.deepEqual([end.state?.at, [...end.pictures].map(([camera, { at }]) => [camera, at])], [10_100, [[0, 990], [2, 7500]]]);
+  assert.deepEqual(end.chains.get(0)?.map(({ at }) => at), [900, 5000]);
 });
 
 test("every state of a command has words, and the same ones are final", () => {

@@ -12,6 +12,7 @@ from queueing.jobs.kinds import kinds_for, offers_turns
 from queueing.jobs.suspending import waits_for_staff
 from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn
+from robots.clock import ms_of
 from robots.grants import open_grant, owner_alive
 from robots.models import Command, Frame, Grant, Lease, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
@@ -31,10 +32,6 @@ BY_ITSELF = {
     GrantKind.JOB: ("operating", "A job runs", "The robot does a job that somebody asked for."),
     GrantKind.IDLE: ("ready", "Moves by itself", ""),
 }
-
-
-def _ms(at: datetime | None) -> int | None:
-    return int(at.timestamp() * 1000) if at else None
 
 
 def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
@@ -58,7 +55,7 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
     if frame is None:
         return None
     return {
-        "id": frame.pk, "url": frame.url, "at_ms": _ms(frame.taken_at), "stable": frame.stable,
+        "id": frame.pk, "url": frame.url, "at_ms": ms_of(frame.taken_at), "stable": frame.stable,
         "verdict": frame.verdict, "pose": frame.pose, "joints": frame.joints, "values": frame.values,
         "calibration": frame.calibration, "width": frame.width, "height": frame.height,
     }  # fmt: skip
@@ -69,7 +66,7 @@ def command_info(command: Command) -> dict[str, Any]:
     return {
         "id": command.pk, "seq": command.client_seq, "grant": command.grant_id, "kind": command.kind,
         "state": command.state, "reason": command.reason, "result": command.result, "progress": command.progress,
-        "at_ms": _ms(command.reached_at),
+        "at_ms": ms_of(command.reached_at),
         "by": command.issued_by.username if command.issued_by else "",
     }  # fmt: skip
 
@@ -77,7 +74,7 @@ def command_info(command: Command) -> dict[str, Any]:
 def entry_info(entry: Entry) -> dict[str, Any]:
     """Return a log entry for the page."""
     return {
-        "id": entry.pk, "author": entry.author.username, "text": entry.text, "at_ms": _ms(entry.written_at),
+        "id": entry.pk, "author": entry.author.username, "text": entry.text, "at_ms": ms_of(entry.written_at),
         "picture": entry.frame.url if entry.frame else None, "featured": entry.visibility == Visibility.FEATURED,
     }  # fmt: skip
 
@@ -93,7 +90,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     mine = _mine(grant, user)
     return {
         "t": "snapshot",
-        "now_ms": _ms(now),
+        "now_ms": ms_of(now),
         "link": link,
         "store": trouble(),
         "robot": {
@@ -141,7 +138,7 @@ def _mine(grant: Grant | None, user: Any) -> bool:
 def _stop(shown: StopShown | None) -> dict[str, Any] | None:
     if shown is None:
         return None
-    return {"confirmed": shown.confirmed, "since_ms": _ms(shown.since), "rests_by_ms": _ms(shown.rests_by)}
+    return {"confirmed": shown.confirmed, "since_ms": ms_of(shown.since), "rests_by_ms": ms_of(shown.rests_by)}
 
 
 def _by_staff(grant: Grant | None) -> bool:
@@ -155,7 +152,7 @@ def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
     last = grant.commands.order_by("-client_seq").values_list("client_seq", flat=True).first() if grant else None
     return {
         "id": turn.pk if turn else None, "grant": grant.pk if grant else None, "mine": mine,
-        "until_ms": _ms(until), "next_seq": (last or 0) + 1,
+        "until_ms": ms_of(until), "next_seq": (last or 0) + 1,
         "extra": bool(turn and turn.until > turn.base_until), "staff": turn is None,
     }  # fmt: skip
 
@@ -173,7 +170,7 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
         ahead = place(ticket) if ticket.state == TicketState.WAITING else 0
         wait = wait_range(robot, ticket, now)
         shown = {
-            "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": _ms(ticket.offer_until),
+            "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": ms_of(ticket.offer_until),
         }  # fmt: skip
     last = user.turns.filter(robot=robot).exclude(ended_at=None).order_by("-id").first()
     return {

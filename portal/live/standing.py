@@ -8,11 +8,8 @@ from queueing import services as queue
 from queueing.errors import QueueError
 from queueing.places import Standing
 from queueing.presence import dismiss
+from robots.clock import ms_of
 from robots.models import Robot
-
-
-def _ms(at: datetime | None) -> int | None:
-    return int(at.timestamp() * 1000) if at else None
 
 
 def place_info(one: Standing, now: datetime) -> dict[str, Any]:
@@ -20,15 +17,15 @@ def place_info(one: Standing, now: datetime) -> dict[str, Any]:
     end = one.kept_until or one.until
     return {
         "state": one.state, "ticket": one.ticket, "robot": one.robot.slug, "name": one.robot.name,
-        "until_ms": _ms(one.until), "kept_until_ms": _ms(one.kept_until), "ahead": one.ahead, "wait_s": one.wait_s,
-        "ended_ms": _ms(one.ended_at), "away": one.state == "missed" and one.reason != queue.NO_ANSWER,
+        "until_ms": ms_of(one.until), "kept_until_ms": ms_of(one.kept_until), "ahead": one.ahead, "wait_s": one.wait_s,
+        "ended_ms": ms_of(one.ended_at), "away": one.state == "missed" and one.reason != queue.NO_ANSWER,
         "left_s": max(0, round((end - now).total_seconds())) if end else None,
     }  # fmt: skip
 
 
 def places(found: Sequence[Standing], now: datetime) -> dict[str, Any]:
     """Return everything that the bar on every page shows, the most urgent place first."""
-    return {"t": "places", "now_ms": _ms(now), "places": [place_info(one, now) for one in found]}
+    return {"t": "places", "now_ms": ms_of(now), "places": [place_info(one, now) for one in found]}
 
 
 def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:

@@ -56,7 +56,7 @@ class Told:
     declared: Statistics = field(default_factory=Statistics)
 
     def as_json(self, span: Span) -> dict[str, Any]:
-        """Return it for programs; times in UTC."""
+        """Return it as JSON for other software; times in UTC."""
         return {
             "from": _stamp(span.start), "to": _stamp(span.end), "until": _stamp(span.until),
             "complete": not self.cut,

@@ -204,7 +204,7 @@ class GoodWhile:
 
 @dataclass(frozen=True)
 class Composite:
-    """One drawn picture of all that the robot shows, as motion JPEG for programs and browsers without scripts.
+    """One drawn picture of all that the robot shows, as motion JPEG for other software and browsers without scripts.
 
     `name` is part of its address, `width` and `height` are in px. `scene` names a class of `Scene`s
     (`robots.contract.composites`), which is called with `width` and `height`.

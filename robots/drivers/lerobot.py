@@ -14,13 +14,13 @@ from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
+from robots.clock import Limit
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
 from robots.drivers.errors import HardwareFault, LineGone, LineSilent
 from robots.drivers.lerobot_spec import REST_S, features
-from robots.drivers.permits import unless_held
-from robots.drivers.waiting import Limit
+from robots.drivers.permits import unless_held, until_held
 
 STEP_S = 1 / 30  # between two goals of a path
 TRIES = 3  # goals and questions can be repeated
@@ -131,7 +131,8 @@ class LeRobotDriver(Session):
     def execute(self, kind: str, args: dict[str, Any], permit: Permit, on_stage: OnStage) -> Outcome:
         """Move to the goal in small steps; the outcome has the goal that LeRobot reports as sent."""
         check(self.described, kind, args, self.settings)
-        free = unless_held(lambda: self._holds, "The robot was stopped on its way.")
+        free = unless_held(lambda: self._holds)
+        go_on = until_held(permit, lambda: self._holds)
         permit()
         if kind == "noop":
             return Outcome({}, self.state())
@@ -145,11 +146,6 @@ class LeRobotDriver(Session):
                 for f, here in zip(self._listed, start, strict=True)
             )
         sent = self._go(start, goal, free, permit, on_stage)
-
-        def go_on() -> None:
-            permit()
-            free()
-
         state = self._at_rest(go_on) or self.state()
         told = {f.name: round(sent[f.key] * f.scale, 6) for f in self._listed}
         there = dict(zip(told, state.joints, strict=True))

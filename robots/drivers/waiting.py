@@ -1,27 +1,10 @@
-"""How drivers wait: until something is so, or a limit is over."""
+"""How drivers wait until the robot rests."""
 
 from collections.abc import Callable
 
-from robots.clock import Timer
+from robots.clock import Limit, Timer
 from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault
-
-
-class Limit:
-    """So many seconds by a clock, from now on."""
-
-    def __init__(self, clock: Timer, seconds: float) -> None:
-        self._clock, self._until = clock, clock.monotonic() + seconds
-
-    @property
-    def left(self) -> float:
-        """The seconds that are left; not above zero once they have passed."""
-        return self._until - self._clock.monotonic()
-
-    @property
-    def over(self) -> bool:
-        """Whether they have passed."""
-        return self.left < 0
 
 
 def until_at_rest(

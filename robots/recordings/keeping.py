@@ -15,6 +15,8 @@ from django.conf import settings
 from django.db import IntegrityError, connection, transaction
 from django.db.models import F, Q, Sum
 
+from robots.clock import ms_of
+from robots.files import beside
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings.models import SHOWN, keep_days
 from robots.states import GrantKind
@@ -175,7 +177,7 @@ def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -
 
     What the camera showed within two seconds of it goes too; for the still of a pose, everything that shows that pose.
     """
-    at_ms = int(at.timestamp() * 1000)
+    at_ms = ms_of(at)
     span = {"from_ms": at_ms - LATE_MS, "to_ms": at_ms + LATE_MS, "camera": camera, "still": still}
     meant = _around(robot, at)
     meant += [one for one in _beginning_with(robot, at, still, camera) if one not in meant] if still else []
@@ -238,8 +240,8 @@ def _written_again(row: Recording) -> bool:
     path = path_of(row)
     new = path.with_name(f"{path.stem}-{secrets.token_hex(4)}{BUSY}")
     try:
-        copy(path, new, lambda message: not taken_out(message, row.taken_out))
-        new.replace(path)
+        with beside(path, new):
+            copy(path, new, lambda message: not taken_out(message, row.taken_out))
     except (OSError, ValueError):
         log.exception("%s could not be written without what was taken down", row)
         path.unlink(missing_ok=True)

@@ -8,7 +8,6 @@ import contextlib
 import io
 import sys
 import threading
-import time
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from math import isfinite, nan
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from robots.brownout import Brownout
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, WALL, Timer, Wall
 from simulators.common import memory, stamp
 from simulators.common.faults import FaultBoard
 from simulators.common.microphone import Microphone
@@ -36,11 +35,12 @@ class Server(ThreadingHTTPServer):
     """One thread per viewer; a viewer that disconnects during a request is not an error."""
 
     daemon_threads = True
-    used_at: float | None = None  # when the last picture was made, until its memory is given back
+    real: Timer = TIMER
+    used_at: float | None = None  # when the last picture was made (by `real`), until its memory is given back
 
     def service_actions(self) -> None:
         """Give back memory once pictures have stopped; called twice a second of real time."""
-        if self.used_at is not None and time.monotonic() - self.used_at > IDLE_S:
+        if self.used_at is not None and self.real.monotonic() - self.used_at > IDLE_S:
             self.used_at = None
             memory.give_back()
 
@@ -51,14 +51,18 @@ class Server(ThreadingHTTPServer):
 
 
 class CameraServer:
-    """A camera at `http://127.0.0.1:<port>`; `take(exposure_s)` exposes one picture."""
+    """A camera at `http://127.0.0.1:<port>`; `take(exposure_s)` exposes one picture.
+
+    `clock` is the simulator's, `real` the machine's: by it streams are paced, and memory is given back.
+    """
 
     def __init__(
         self, take: Take, faults: FaultBoard, exposure_range: tuple[float, float], clock: Timer = TIMER,
-        microphone: Microphone | None = None,
+        microphone: Microphone | None = None, real: Timer = TIMER, wall: Wall = WALL,
     ) -> None:  # fmt: skip
         self._take, self._faults, self._clock = take, faults, clock
         self._range, self._microphone = exposure_range, microphone
+        self._real, self._wall = real, wall
         self._one_at_a_time = threading.Lock()
         self._frozen: NDArray[np.uint8] | None = None
         self._count = 0
@@ -74,6 +78,7 @@ class CameraServer:
                 camera.answer(self)
 
         self._server = Server(("127.0.0.1", 0), Handler)
+        self._server.real = real
         self.port = self._server.server_address[1]
         threading.Thread(target=self._server.serve_forever, daemon=True, name="camera").start()
 
@@ -128,9 +133,9 @@ class CameraServer:
             request.wfile.write(head.encode() + body + b"\r\n")
             request.wfile.flush()
             wait = min(brownout.every_s(STREAM_S), LEAST_OFTEN_S)
-            begun = time.monotonic()  # real time: it is the machine's lateness that is felt
-            time.sleep(wait)
-            brownout.feel(time.monotonic() - begun - wait, time.monotonic())
+            begun = self._real.monotonic()  # it is the machine's lateness that is felt
+            self._real.sleep(wait)
+            brownout.feel(self._real.monotonic() - begun - wait, self._real.monotonic())
 
     def picture(self, exposure: float) -> bytes:
         """Return one JPEG, with the faults of the fault board."""
@@ -140,13 +145,13 @@ class CameraServer:
             if self._faults.value("cam_freeze") and self._frozen is not None:
                 picture = self._frozen
             else:
-                begun = time.time()
+                begun = self._wall()
                 picture = self._take(exposure)
                 if self._faults.value("cam_stamp"):
                     picture = stamp.painted(picture, int(begun * 1000))
                 self._frozen = picture
                 self._count += 1
-            self._server.used_at = time.monotonic()
+            self._server.used_at = self._real.monotonic()
         if self._faults.value("cam_black"):
             picture = np.zeros_like(picture)
         if self._faults.value("cam_flicker"):

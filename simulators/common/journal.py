@@ -6,26 +6,27 @@ real time, however fast the simulator runs.
 
 import json
 import threading
-import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from robots.clock import TIMER, Timer
+
 
 class Journal:
-    """Counts events and appends them to a file."""
+    """Counts events and appends them to a file; `real` is the clock that all processes of the machine share."""
 
     LIMIT = 8_000_000  # bytes; then the file is rotated once
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, real: Timer = TIMER) -> None:
+        self._path, self._real = path, real
         self._lock = threading.Lock()
         self._file = path.open("a", buffering=1)
         self.counts: Counter[str] = Counter()
 
     def note(self, event: str, **details: Any) -> None:
         """Write `event` with its details."""
-        record = {"t": round(time.monotonic(), 4), "event": event, **details}
+        record = {"t": round(self._real.monotonic(), 4), "event": event, **details}
         with self._lock:
             self.counts[event] += 1
             self._file.write(json.dumps(record) + "\n")

@@ -4,18 +4,18 @@ The file is written beside and then replaced, so that readers always see a compl
 """
 
 import json
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from robots.clock import WALL, Wall
 from robots.files import replaced
 
 BOOTS = 2**32
 Kept = TypeVar("Kept")
 
 
-def restored(path: Path, read: Callable[[Any], Kept], new: Kept) -> tuple[Kept, int]:
+def restored(path: Path, read: Callable[[Any], Kept], new: Kept, wall: Wall = WALL) -> tuple[Kept, int]:
     """Return what `read` makes of the stored object, and the last boot number; `new` and 0 if nothing was stored yet.
 
     If nothing can be read, `new`, and the boot number continues from the time of day in seconds, because no number may
@@ -27,7 +27,7 @@ def restored(path: Path, read: Callable[[Any], Kept], new: Kept) -> tuple[Kept, 
     except FileNotFoundError:
         return new, 0
     except (OSError, ValueError, TypeError, KeyError, OverflowError):
-        return new, int(time.time()) % BOOTS
+        return new, int(wall()) % BOOTS
 
 
 def keep(path: Path, boot: int, told: Mapping[str, object]) -> None:

@@ -20,7 +20,7 @@ LATE_S = 1.0  # what a listener missed by so much is left out
 ENDLESS = 0xFFFFFFFF  # a length that is not known, as FFmpeg and sox write it
 
 
-class Ear(Protocol):
+class Sound(Protocol):
     """What one listener hears."""
 
     def hear(self, since: float, until: float, count: int) -> NDArray[np.float32]:
@@ -39,12 +39,12 @@ def _gone(line: socket.socket) -> bool:
 
 
 class Microphone:
-    """One microphone; `ear` makes what a new listener hears with."""
+    """One microphone; `sound` makes what a new listener hears."""
 
     path = "/microphone.wav"
 
-    def __init__(self, ear: Callable[[], Ear], faults: FaultBoard, clock: Timer = TIMER) -> None:
-        self._ear, self._faults, self._clock = ear, faults, clock
+    def __init__(self, sound: Callable[[], Sound], faults: FaultBoard, clock: Timer = TIMER) -> None:
+        self._sound, self._faults, self._clock = sound, faults, clock
         self._lock = threading.Lock()
         self.listeners = self.opened = 0
 
@@ -71,12 +71,12 @@ class Microphone:
             self.opened += max(0, change)
 
     def _send(self, request: BaseHTTPRequestHandler) -> None:
-        ear, count, at = self._ear(), int(RATE * BLOCK_S), self._clock.monotonic()
+        sound, count, at = self._sound(), int(RATE * BLOCK_S), self._clock.monotonic()
         while not self._faults.value("mic_gone"):
             self._clock.sleep(max(0.0, at + BLOCK_S - self._clock.monotonic()))
             if self._clock.monotonic() - at > LATE_S:
                 at = self._clock.monotonic() - BLOCK_S
-            heard = ear.hear(at, at + BLOCK_S, count)
+            heard = sound.hear(at, at + BLOCK_S, count)
             at += BLOCK_S
             if self._faults.value("mic_mute"):
                 if _gone(request.connection):

@@ -1,11 +1,10 @@
 """What a frame does: subscriptions, velocities, services."""
 
 import asyncio
-import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, WALL, Limit, Timer, Wall
 from robots.drivers.irat.messages import stamp_of
 from robots.drivers.irat.protocol import (
     CLAIM,
@@ -62,8 +61,8 @@ class Robot(Protocol):
 class Operations:
     """Does what frames ask for, in the network's event loop."""
 
-    def __init__(self, robot: Robot, note: Note, clock: Timer = TIMER) -> None:
-        self._robot, self._note, self._clock = robot, note, clock
+    def __init__(self, robot: Robot, note: Note, clock: Timer = TIMER, wall: Wall = WALL) -> None:
+        self._robot, self._note, self._clock, self._wall = robot, note, clock, wall
         self.claims = Claims(clock)
         self._waiting: set[asyncio.Task[None]] = set()  # an event loop keeps no task alive by itself
         self._holds: dict[Peer, int] = {}
@@ -102,7 +101,7 @@ class Operations:
     def _publish(self, peer: Peer, asked: Operation) -> None:
         self._advertise(peer, asked)
         velocity = Velocity.decode(asked.body if asked.name == COMMAND else nested(asked.body, "twist"))
-        late = time.time() - stamp_of(asked.body) if asked.name == STAMPED else 0.0
+        late = self._wall() - stamp_of(asked.body) if asked.name == STAMPED else 0.0
         if self.claims.commander is not peer:
             self._note("refused", peer=peer.name, why="no claim")
             raise Refused(f"claim the robot first: call {CLAIM} with your epoch")
@@ -188,12 +187,12 @@ class Operations:
         task.add_done_callback(self._waiting.discard)
 
     async def _rest(self, peer: Peer, asked: Operation, held: int) -> None:
-        until = self._clock.monotonic() + REST_S
+        limit = Limit(self._clock, REST_S)
 
         def rested() -> bool:  # its commander may drive on between two looks
             return not self._robot.moving or self._robot.motion != held
 
-        while not rested() and self._clock.monotonic() < until:
+        while not rested() and not limit.over:
             await asyncio.sleep(LOOK_S)
         rests = rested()
         message = "at rest" if rests else f"the robot still moves {REST_S:g} s after the hold"

@@ -5,14 +5,13 @@ in order, up to a number; who does not read them is disconnected.
 """
 
 import asyncio
-import time
 from collections import deque
 from dataclasses import dataclass
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, Limit, Timer
 from simulators.common.faults import FaultBoard
 
 MOST_ANSWERS = 64
@@ -31,10 +30,10 @@ class Subscription:
 
 
 class Peer:
-    """A client. All methods are called in the network's event loop."""
+    """A client. All methods are called in the network's event loop. `real` is the clock that its rate is judged by."""
 
-    def __init__(self, line: ServerConnection, faults: FaultBoard, clock: Timer = TIMER) -> None:
-        self.line, self._faults, self._clock = line, faults, clock
+    def __init__(self, line: ServerConnection, faults: FaultBoard, clock: Timer = TIMER, real: Timer = TIMER) -> None:
+        self.line, self._faults, self._clock, self._real = line, faults, clock, real
         self.name = ":".join(map(str, (line.remote_address or ("?", 0))[:2]))
         self.subscriptions: dict[str, dict[str | None, Subscription]] = {}
         self.epoch = 0  # under which it commands
@@ -42,11 +41,11 @@ class Peer:
         self._newest: dict[str, str] = {}
         self._answers: deque[str] = deque()
         self._some = asyncio.Event()
-        self._room, self._filled = BURST, time.monotonic()
+        self._room, self._filled = BURST, real.monotonic()
 
     async def within_rate(self) -> None:
         """Let others have their turn; wait if this client sends too fast."""
-        now = time.monotonic()
+        now = self._real.monotonic()
         self._room = min(BURST, self._room + (now - self._filled) * A_SECOND)
         self._filled, self.heard = now, self._clock.monotonic()
         self._room -= 1
@@ -73,8 +72,8 @@ class Peer:
         self._some.set()
 
     async def _pause(self, seconds: float) -> None:
-        until = self._clock.monotonic() + seconds
-        while self._clock.monotonic() < until:
+        limit = Limit(self._clock, seconds)
+        while not limit.over:
             await asyncio.sleep(LOOK_S)
 
     async def write(self) -> None:

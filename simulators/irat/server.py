@@ -15,7 +15,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, WALL, Timer, Wall
 from robots.drivers.rosbridge import MOST_BYTES, Message, encode
 from simulators.common.faults import FaultBoard
 from simulators.irat.operations import Operations, Robot
@@ -33,11 +33,13 @@ log.setLevel(logging.CRITICAL)  # whatever strangers send is no news; the journa
 class Network:
     """Listens on `port` (0: any)."""
 
-    def __init__(self, port: int, robot: Robot, faults: FaultBoard, note: Note, clock: Timer = TIMER) -> None:
+    def __init__(
+        self, port: int, robot: Robot, faults: FaultBoard, note: Note, clock: Timer = TIMER, wall: Wall = WALL
+    ) -> None:
         self._faults, self._note, self._clock = faults, note, clock
         self._peers: list[Peer] = []
         self._sockets: list[ServerConnection] = []
-        self._operations = Operations(robot, note, clock)
+        self._operations = Operations(robot, note, clock, wall)
         self.watched: frozenset[str] = frozenset()  # topics that somebody subscribes to
         self.off = False  # without power: nobody is answered
         self.port, self._sequence = port, 0

@@ -1,7 +1,6 @@
 """The simulated iRat as a process: the world in real time, its network, its camera, and the view from above."""
 
 import threading
-import time
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, WALL, Timer, Wall, poll
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, recharge_state, velocities
 from robots.drivers.irat.protocol import BATTERY, CAMERA, CHARGER, ODOMETRY, RANGES, STATE, VELOCITIES, Status, Velocity
 from robots.files import replace_text
@@ -31,6 +30,7 @@ PUBLISH_S = 0.05
 CATCH_UP_S = 0.5  # made up for after a stall; more is lost
 LET_IN_S = 5e-5
 KEEP_S, KEEP_IDLE_S = 0.5, 10.0
+END_S = 1.0  # within which it comes to rest at its end
 LIVE_S = 0.02  # share of the charge below which the robot has no power
 
 
@@ -38,10 +38,11 @@ class Simulator:
     """All parts. `open_floor`: the dock alone, without a maze."""
 
     def __init__(
-        self, folder: Path, port: int = 0, seed: int = 1, open_floor: bool = False, clock: Timer = TIMER
-    ) -> None:
+        self, folder: Path, port: int = 0, seed: int = 1, open_floor: bool = False, clock: Timer = TIMER,
+        wall: Wall = WALL,
+    ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder, self._clock, self._lock = folder, clock, threading.RLock()
+        self._folder, self._clock, self._wall, self._lock = folder, clock, wall, threading.RLock()
         self.faults, self.journal = FaultBoard(seed), Journal(folder / "journal.jsonl")
         record_deaths(self.journal)
         kept = restore(folder / "state.json")
@@ -49,15 +50,15 @@ class Simulator:
         self.boot, self._kept_at = (kept.boot + 1) % BOOTS, 0.0
         self._keep()
         self._stage = Stage(not open_floor)
-        self._eye = RobotCamera(self._stage, seed=seed)
-        self._eye.take(self.world.plant.frame)  # after an installation the first compiles the rasteriser: some seconds
+        self._camera = RobotCamera(self._stage, seed=seed)
+        self._camera.take(self.world.plant.frame)  # after an installation this compiles the rasteriser for seconds
         self._above: Overhead | None = None
         self._frozen: bytes | None = None
         self.pictures = 0
         self._running, self._woken = True, threading.Event()
         self._began = self._publish_due = self._clock.monotonic()
-        self.network = Network(port, self, self.faults, self.journal.note, clock)
-        self.overhead = CameraServer(self._from_above, FaultBoard(), (0.001, 0.1))
+        self.network = Network(port, self, self.faults, self.journal.note, clock, wall)
+        self.overhead = CameraServer(self._from_above, FaultBoard(), (0.001, 0.1), wall=wall)
         serve(folder / "faults", self.faults, self.status)
         threading.Thread(target=self._film, name="camera", daemon=True).start()
         self.journal.note("power_on", boot=self.boot)
@@ -153,7 +154,7 @@ class Simulator:
         if not watched - {CAMERA}:
             return
         with self._lock:
-            world, at = self.world, time.time()
+            world, at = self.world, self._wall()
             odometry, battery = world.odometry, world.battery
             velocity = Velocity(round(odometry.linear, 5), round(odometry.angular, 5))
             here = Odometry(odometry.x, odometry.y, odometry.heading, velocity)
@@ -187,7 +188,7 @@ class Simulator:
             self._clock.sleep(max(0.0, due - self._clock.monotonic()))
             taken = self._picture()
             if taken is not None:
-                self.network.publish([(CAMERA, partial(_numbered, Picture(taken, time.time())))])
+                self.network.publish([(CAMERA, partial(_numbered, Picture(taken, self._wall())))])
 
     def _picture(self) -> bytes | None:
         """Return one JPEG with the faults of the fault board, None if the camera gives none."""
@@ -198,10 +199,10 @@ class Simulator:
             self._clock.sleep(min(faults.value("cam_slow"), 5.0))
         if faults.value("cam_freeze") and self._frozen is not None:
             return self._frozen
-        begun = time.time()
+        begun = self._wall()
         with self._lock:
             hull = self.world.plant.frame
-        picture = self._eye.take(hull, int(faults.value("false_marker")))
+        picture = self._camera.take(hull, int(faults.value("false_marker")))
         if faults.value("cam_stamp"):
             picture = stamp.painted(picture, int(begun * 1000))
         self.pictures += 1
@@ -258,9 +259,7 @@ class Simulator:
 
     def _end(self) -> None:
         self.hold(End.LOST)
-        until = self._clock.monotonic() + 1.0
-        while self.moving and self._clock.monotonic() < until:
-            self._clock.sleep(TICK_S)
+        poll(lambda: not self.moving, self._clock, END_S, TICK_S)
         self._running = False
         self._woken.set()
         self.network.close()

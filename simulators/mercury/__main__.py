@@ -30,7 +30,7 @@ from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
 from simulators.mercury.line import Line, TcpLine
 from simulators.mercury.sand import SandBed
-from simulators.mercury.sound import ArmEar
+from simulators.mercury.sound import ArmSound
 from simulators.mercury.state import START, keep, restore
 from simulators.mercury.workspace import Workspace
 
@@ -69,7 +69,7 @@ class Simulator:
         self._rng = np.random.default_rng(seed)
         self._bed_lock = threading.Lock()
         low, high = description["camera"]["exposure_range_s"]
-        self.microphone = Microphone(lambda: ArmEar(self.body, space, self._blowing), self.faults, clock)
+        self.microphone = Microphone(lambda: ArmSound(self.body, space, self._blowing), self.faults, clock)
         self.camera = CameraServer(self._take, self.faults, (low, high), clock, self.microphone)
         serve(folder / "faults", self.faults, self.status)
         address = f"http://127.0.0.1:{self.camera.port}"

@@ -26,7 +26,7 @@ STILL = 1e-3  # a share of full speed that is not heard
 EMPTY = np.zeros(4)
 
 
-class ArmEar:
+class ArmSound:
     """Hears the arm; `blowing` tells whether the valve is open."""
 
     def __init__(self, body: Body, space: Workspace, blowing: Callable[[], bool], seed: int = 0) -> None:

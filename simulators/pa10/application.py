@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, Limit, Timer
 from robots.drivers.pa10.courses import Course, Courses, is_default
 from robots.drivers.pa10.protocol import MOTIONS, End, Malformed, Mode, Request, program
 from robots.motion.chain import Joints
@@ -339,8 +339,8 @@ class Application:
 
     def wait_for_rest(self, seconds: float) -> str:
         """Wait while the arm moves (`W`); return as `letter`."""
-        until = self._clock.monotonic() + seconds
+        limit = Limit(self._clock, seconds)
         with self._rested:
-            while self.busy and self._clock.monotonic() < until:
+            while self.busy and not limit.over:
                 self._clock.wait(self._rested, 0.02)
         return self.letter()

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, Timer, poll
 from robots.drivers.pa10.protocol import ArmState, Request
 from robots.files import replace_text
 from simulators.common.faults import FaultBoard, serve
@@ -237,9 +237,7 @@ class Simulator:
 
     def _end(self) -> None:
         self.app.hold()
-        until = self._clock.monotonic() + 2.0
-        while self.app.moving and self._clock.monotonic() < until:
-            self._clock.sleep(STEP_S)
+        poll(lambda: not self.app.moving, self._clock, 2.0, STEP_S)
         self._running = False
         self._rest.wake()
         self.network.close()

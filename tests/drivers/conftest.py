@@ -9,7 +9,7 @@ from robots.drivers.pa10.driver import Driver as ArmDriver
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
 from tests.drivers import irat_wire
-from tests.drivers.irat_wire import EPOCHS, Hand
+from tests.drivers.irat_wire import EPOCHS, WireClient
 from tests.drivers.pa10_wire import CLOCK, FASTER, Terminal, allow, do
 from tests.rig import ArmSimulator, IratSimulator, Simulator
 
@@ -136,14 +136,14 @@ def irat(rat):
     wait_for(lambda: rat.status()["pose"][1] == pytest.approx(1.22, abs=0.03), 5, "the corridor")
     rat.forget()
     yield rat
-    while Hand.OPEN:
-        Hand.OPEN.pop().close()
+    while WireClient.OPEN:
+        WireClient.OPEN.pop().close()
 
 
 @pytest.fixture
-def hand(irat):
+def wire_client(irat):
     """A stranger who speaks the iRat's wire by hand."""
-    return Hand(irat)
+    return WireClient(irat)
 
 
 class Rat(IratDriver):

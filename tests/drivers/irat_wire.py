@@ -20,7 +20,7 @@ NUMBERS = itertools.count(1)
 EPOCHS = itertools.count(2**40 + time.monotonic_ns() // 1000)  # larger than what a fuzzer thinks of
 
 
-class Hand:
+class WireClient:
     """A stranger with a WebSocket. What comes beside an answer is kept in `heard`; `clock` is the robot's."""
 
     OPEN: ClassVar[list] = []

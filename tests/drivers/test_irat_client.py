@@ -12,7 +12,7 @@ from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.rosbridge_client import Bridge
 from tests.conftest import wait_for
-from tests.drivers.irat_wire import CLOCK, EPOCHS, Hand, journal
+from tests.drivers.irat_wire import CLOCK, EPOCHS, WireClient, journal
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def test_a_hold_from_another_thread_while_a_call_waits(irat, line):
 def test_an_owner_whose_robot_obeys_another_is_told(irat, line):
     line.status.wait(3, after=CLOCK.monotonic())
     line.obeys()
-    Hand(irat).claim()
+    WireClient(irat).claim()
     line.status.wait(3, after=CLOCK.monotonic() + 0.1)
     with pytest.raises(LineBusy, match="another client: epoch"):
         line.obeys()
@@ -240,6 +240,6 @@ def test_our_client_and_roslibpy_read_the_same(irat, line, ros):
 
 def test_the_hand_and_the_line_are_one_protocol(irat, line):
     """What a stranger is told by hand is what the owner's client decodes."""
-    by_hand = Hand(irat).status()
+    by_hand = WireClient(irat).status()
     ours = line.ask()
     assert {**ours.encode(), "seconds": 0} == {**by_hand, "seconds": 0}

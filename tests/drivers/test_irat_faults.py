@@ -7,13 +7,13 @@ import signal
 import pytest
 
 from tests.conftest import wait_for
-from tests.drivers.irat_wire import Hand, journal
+from tests.drivers.irat_wire import WireClient, journal
 
 CAMERA = "/irat/camera/image/compressed"
 
 
-def jpeg(hand):
-    return base64.b64decode(hand.newest(CAMERA)["data"])
+def jpeg(wire_client):
+    return base64.b64decode(wire_client.newest(CAMERA)["data"])
 
 
 def grey(data):
@@ -23,8 +23,8 @@ def grey(data):
     return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
 
 
-def charger(hand):
-    return hand.newest("/irat/charger_current")["data"]
+def charger(wire_client):
+    return wire_client.newest("/irat/charger_current")["data"]
 
 
 def dock(irat):
@@ -34,113 +34,115 @@ def dock(irat):
     wait_for(lambda: irat.status()["contacts"] == [True, True], 3, "the dock")
 
 
-def test_a_silent_radio_stops_the_wheels_and_comes_back(irat, hand):
-    hand.claim()
-    hand.drive_for(0.4, linear=0.1)
+def test_a_silent_radio_stops_the_wheels_and_comes_back(irat, wire_client):
+    wire_client.claim()
+    wire_client.drive_for(0.4, linear=0.1)
     irat.fault("awol")
-    hand.drive_for(0.5, linear=0.1)
+    wire_client.drive_for(0.5, linear=0.1)
     wait_for(lambda: not irat.status()["moving"], 3, "rest, although velocities are still sent")
     assert journal(irat, "rest")[-1]["end"] == "silence"
     with pytest.raises(TimeoutError):
-        hand.call("/irat/status", seconds=0.5)
+        wire_client.call("/irat/status", seconds=0.5)
     with pytest.raises(TimeoutError):
-        Hand(irat, open_timeout=0.5)
+        WireClient(irat, open_timeout=0.5)
     irat.clear()
-    assert hand.status()["moving"] is False
+    assert wire_client.status()["moving"] is False
 
 
-def test_answers_that_do_not_arrive(irat, hand):
-    hand.claim()
+def test_answers_that_do_not_arrive(irat, wire_client):
+    wire_client.claim()
     irat.fault("mute")
-    hand.drive(angular=0.5)
+    wire_client.drive(angular=0.5)
     wait_for(lambda: irat.count("motion"), 3, "the motion: it hears")
     with pytest.raises(TimeoutError):
-        hand.call("/irat/status", seconds=0.5)
+        wire_client.call("/irat/status", seconds=0.5)
 
 
-def test_late_answers(irat, hand):
+def test_late_answers(irat, wire_client):
     irat.fault("slow", 0.3)
     began = irat.clock.monotonic()
-    hand.status()
+    wire_client.status()
     assert irat.clock.monotonic() - began >= 0.3
 
 
-def test_blocked_wheels_are_told_as_a_stall(irat, hand):
-    hand.claim()
+def test_blocked_wheels_are_told_as_a_stall(irat, wire_client):
+    wire_client.claim()
     irat.fault("stall")
-    with hand.driving(linear=0.1):
-        wait_for(lambda: hand.status()["stalled"], 5, "a stall")
+    with wire_client.driving(linear=0.1):
+        wait_for(lambda: wire_client.status()["stalled"], 5, "a stall")
         irat.clear()
-        wait_for(lambda: not hand.status()["stalled"], 5, "wheels that turn")
+        wait_for(lambda: not wire_client.status()["stalled"], 5, "wheels that turn")
     assert irat.count("stalled") >= 1
 
 
-def test_slipping_wheels_turn_without_the_robot(irat, hand):
-    hand.claim()
+def test_slipping_wheels_turn_without_the_robot(irat, wire_client):
+    wire_client.claim()
     irat.fault("slip", 1.0)
     before = irat.status()["pose"][:2]
-    hand.drive_for(1.2, linear=0.2)
-    hand.call("/irat/hold")
-    believed = hand.newest("/irat/odom")["pose"]["pose"]["position"]
+    wire_client.drive_for(1.2, linear=0.2)
+    wire_client.call("/irat/hold")
+    believed = wire_client.newest("/irat/odom")["pose"]["pose"]["position"]
     assert math.hypot(believed["x"], believed["y"]) > 1.5 * math.dist(before, irat.status()["pose"][:2])
 
 
-def test_a_dead_range_sensor_reads_nothing_near(irat, hand):
-    right, _, left = hand.newest("/irat/ranges")["ranges"]
+def test_a_dead_range_sensor_reads_nothing_near(irat, wire_client):
+    right, _, left = wire_client.newest("/irat/ranges")["ranges"]
     assert right < 0.35
     assert left < 0.35
     irat.fault("ir_dead", 0b100)
-    wait_for(lambda: hand.newest("/irat/ranges")["ranges"][0] == pytest.approx(0.40), 5, "a dead sensor on the right")
-    assert hand.newest("/irat/ranges")["ranges"][2] < 0.35
+    wait_for(
+        lambda: wire_client.newest("/irat/ranges")["ranges"][0] == pytest.approx(0.40), 5, "a dead sensor on the right"
+    )
+    assert wire_client.newest("/irat/ranges")["ranges"][2] < 0.35
 
 
-def test_charging_needs_both_contacts(irat, hand):
-    assert charger(hand) == 0
+def test_charging_needs_both_contacts(irat, wire_client):
+    assert charger(wire_client) == 0
     dock(irat)
-    wait_for(lambda: charger(hand) > 1.0, 3, "the charger's current")
-    assert hand.newest("/irat/battery", 3)["power_supply_status"] == 1
-    assert hand.status()["charging"] is True
+    wait_for(lambda: charger(wire_client) > 1.0, 3, "the charger's current")
+    assert wire_client.newest("/irat/battery", 3)["power_supply_status"] == 1
+    assert wire_client.status()["charging"] is True
     irat.fault("contacts_bent")
-    wait_for(lambda: charger(hand) == 0, 3, "no current")
-    assert hand.newest("/irat/battery", 3)["power_supply_status"] == 2
+    wait_for(lambda: charger(wire_client) == 0, 3, "no current")
+    assert wire_client.newest("/irat/battery", 3)["power_supply_status"] == 2
     assert irat.status()["contacts"] == [True, True], "it stands where it stood"
     assert [r["event"] for r in irat.journal() if "charging" in r["event"]] == ["charging", "not_charging"]
 
 
-def test_an_empty_battery_ends_everything_until_the_robot_is_carried_to_its_dock(irat, hand):
-    hand.claim()
+def test_an_empty_battery_ends_everything_until_the_robot_is_carried_to_its_dock(irat, wire_client):
+    wire_client.claim()
     irat.fault("charge", 0.0201)
-    hand.drive_for(0.3, linear=0.1)
+    wire_client.drive_for(0.3, linear=0.1)
     irat.fault("charge", 0.01)
     wait_for(lambda: irat.count("flat"), 3, "a flat battery")
     wait_for(lambda: not irat.status()["moving"], 1, "rest")
     with pytest.raises(TimeoutError):
-        Hand(irat, open_timeout=0.5)
+        WireClient(irat, open_timeout=0.5)
     irat.fault("carried", -1)
     wait_for(lambda: irat.count("power_back"), 3, "power")
-    assert Hand(irat).status()["charging"] is True
+    assert WireClient(irat).status()["charging"] is True
 
 
-def test_frozen_black_and_missing_pictures(irat, hand):
-    assert jpeg(hand) != jpeg(hand), "the sensor's noise: no two pictures are the same"
+def test_frozen_black_and_missing_pictures(irat, wire_client):
+    assert jpeg(wire_client) != jpeg(wire_client), "the sensor's noise: no two pictures are the same"
     irat.fault("cam_freeze")
-    wait_for(lambda: jpeg(hand) == jpeg(hand), 10, "a frozen picture")
-    frozen = jpeg(hand)
+    wait_for(lambda: jpeg(wire_client) == jpeg(wire_client), 10, "a frozen picture")
+    frozen = jpeg(wire_client)
     irat.fault("carried", 10)
     wait_for(lambda: irat.count("carried"), 5, "the new place")
-    assert jpeg(hand) == frozen
+    assert jpeg(wire_client) == frozen
     irat.clear()
-    wait_for(lambda: jpeg(hand) != frozen, 10, "another picture")
-    assert grey(jpeg(hand)).mean() > 40
+    wait_for(lambda: jpeg(wire_client) != frozen, 10, "another picture")
+    assert grey(jpeg(wire_client)).mean() > 40
     irat.fault("cam_black")
-    wait_for(lambda: grey(jpeg(hand)).mean() < 2, 10, "a black picture")
+    wait_for(lambda: grey(jpeg(wire_client)).mean() < 2, 10, "a black picture")
     irat.fault("cam_gone")
     wait_for(lambda: no_picture(irat), 20, "no picture")
 
 
 def no_picture(irat):
     """Return whether a new subscriber gets none within half a second."""
-    one = Hand(irat)
+    one = WireClient(irat)
     try:
         one.newest(CAMERA, 0.5)
     except TimeoutError:
@@ -150,25 +152,25 @@ def no_picture(irat):
     return False
 
 
-def test_a_false_marker_hangs_where_no_dock_is(irat, hand):
+def test_a_false_marker_hangs_where_no_dock_is(irat, wire_client):
     import numpy as np
 
     irat.fault("carried", 10)
     irat.clock.sleep(0.2)
-    before = grey(jpeg(hand)).astype(int)
+    before = grey(jpeg(wire_client)).astype(int)
     seen = 0
     for number in range(1, 40):
         irat.fault("false_marker", number)
         irat.clock.sleep(0.1)
-        seen = max(seen, int((np.abs(grey(jpeg(hand)).astype(int) - before) > 60).sum()))
+        seen = max(seen, int((np.abs(grey(jpeg(wire_client)).astype(int) - before) > 60).sum()))
         if seen > 50:
             break
     assert seen > 50, "one of the walls that can be seen from here"
 
 
-def test_it_starts_again_where_it_was_killed(irat, hand):
-    hand.claim()
-    hand.drive_for(1.2, linear=0.1)
+def test_it_starts_again_where_it_was_killed(irat, wire_client):
+    wire_client.claim()
+    wire_client.drive_for(1.2, linear=0.1)
     there = irat.status()
     irat.process.send_signal(signal.SIGKILL)
     irat.process.wait()
@@ -179,7 +181,7 @@ def test_it_starts_again_where_it_was_killed(irat, hand):
     assert here["charge"] == pytest.approx(there["charge"], abs=0.01)
     assert here["boot"] == there["boot"] + 1
     assert here["moving"] is False
-    assert Hand(irat).newest("/irat/odom")["pose"]["pose"]["position"]["x"] == pytest.approx(0.0, abs=1e-3)
+    assert WireClient(irat).newest("/irat/odom")["pose"]["pose"]["position"]["x"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_the_view_from_above_has_an_address_of_its_own(irat):

@@ -11,7 +11,7 @@ from websockets.exceptions import ConnectionClosed
 
 from tests.conftest import at_length, wait_for
 from tests.drivers.fuzzing import WILD, Watched, numbers, rounds, weighted
-from tests.drivers.irat_wire import EPOCHS, Hand
+from tests.drivers.irat_wire import EPOCHS, WireClient
 from tests.proof import Proof
 
 PARTS, A_ROUND = 5, 12
@@ -53,7 +53,7 @@ class Crowd:
                 self.owner.drive(0.1, 0.3)
                 continue
             if self.stranger is None:
-                self.stranger = Hand(self.sim)
+                self.stranger = WireClient(self.sim)
             with contextlib.suppress(ConnectionClosed, UnicodeEncodeError):
                 self._send(item)
         self._own()
@@ -73,7 +73,7 @@ class Crowd:
     def _own(self):
         """Claim again if a stranger has done so with a larger epoch; the owner's is larger still."""
         if self.owner is None:
-            self.owner, self.boot = Hand(self.sim), self.sim.status()["boot"]
+            self.owner, self.boot = WireClient(self.sim), self.sim.status()["boot"]
         if self.sim.status()["epoch"] not in self.claimed:
             epoch = next(EPOCHS)
             answer = self.owner.claim(epoch)

@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.conftest import wait_for
-from tests.drivers.irat_wire import EPOCHS, Hand, journal
+from tests.drivers.irat_wire import EPOCHS, WireClient, journal
 
 
 def velocity(**more):
@@ -62,54 +62,54 @@ BAD = {
 
 
 @pytest.mark.parametrize("frame", BAD, ids=lambda frame: frame[:50])
-def test_a_sentence_is_the_answer_and_nothing_moves(irat, hand, frame):
-    hand.claim()
-    hand.send(frame)
-    said = hand.complaint()
+def test_a_sentence_is_the_answer_and_nothing_moves(irat, wire_client, frame):
+    wire_client.claim()
+    wire_client.send(frame)
+    said = wire_client.complaint()
     assert BAD[frame] in said or (BAD[frame] == "x" and said), said
     assert irat.count("motion") == 0
-    assert hand.status()["moving"] is False, "and the connection goes on"
+    assert wire_client.status()["moving"] is False, "and the connection goes on"
 
 
 @pytest.mark.parametrize("epoch", [0, -1, 1.5, True, None, "7", [], 2**53, 1e300, {"a": 1}])
-def test_an_epoch_is_a_whole_number(irat, hand, epoch):
-    answer = hand.call("/irat/claim", epoch=epoch)
+def test_an_epoch_is_a_whole_number(irat, wire_client, epoch):
+    answer = wire_client.call("/irat/claim", epoch=epoch)
     assert answer["result"] is False
     assert "epoch" in answer["values"]
     assert irat.status()["epoch"] == 0
 
 
-def test_binary_frames_and_frames_that_are_too_long(irat, hand):
-    hand.send(b"\x00\xff{}")
-    assert "binary" in hand.complaint()
-    hand.send(velocity(linear={"x": 0.0}, pad="x" * 20_000))
+def test_binary_frames_and_frames_that_are_too_long(irat, wire_client):
+    wire_client.send(b"\x00\xff{}")
+    assert "binary" in wire_client.complaint()
+    wire_client.send(velocity(linear={"x": 0.0}, pad="x" * 20_000))
     with pytest.raises(ConnectionClosed):
-        hand.complaint()
-    assert Hand(irat).status()["moving"] is False
+        wire_client.complaint()
+    assert WireClient(irat).status()["moving"] is False
 
 
-def test_a_message_in_pieces_is_one_message(irat, hand):
-    hand.claim()
-    hand.line.send(iter(['{"op": "publish", "topic": "/irat/cmd_vel", ', '"msg": {"angular"', ': {"z": 0.5}}}']))
+def test_a_message_in_pieces_is_one_message(irat, wire_client):
+    wire_client.claim()
+    wire_client.line.send(iter(['{"op": "publish", "topic": "/irat/cmd_vel", ', '"msg": {"angular"', ': {"z": 0.5}}}']))
     wait_for(lambda: irat.count("motion"), 3, "the motion")
 
 
 def test_half_a_frame_is_no_command(irat):
-    hand = Hand(irat)
-    hand.claim()
+    wire_client = WireClient(irat)
+    wire_client.claim()
     frame = velocity(linear={"x": 0.1}).encode()
     head = bytes([0x81, 0x80 | 126]) + len(frame).to_bytes(2, "big") + bytes(4)
-    hand.line.socket.sendall(head + frame[: len(frame) // 2])
+    wire_client.line.socket.sendall(head + frame[: len(frame) // 2])
     time.sleep(0.2)
-    hand.line.socket.shutdown(socket.SHUT_WR)
+    wire_client.line.socket.shutdown(socket.SHUT_WR)
     wait_for(lambda: irat.count("disconnected"), 10, "the end of the connection")
     assert irat.count("motion") == 0
-    assert Hand(irat).claim()["success"], "nobody is locked out"
+    assert WireClient(irat).claim()["success"], "nobody is locked out"
 
 
 def test_pages_in_a_browser_are_not_served(irat):
     with pytest.raises(InvalidStatus) as refused:
-        Hand(irat, origin="https://evil.example")
+        WireClient(irat, origin="https://evil.example")
     assert refused.value.response.status_code == 403
 
 
@@ -127,58 +127,58 @@ def test_garbage_instead_of_a_handshake(irat):
             line.shutdown(socket.SHUT_WR)
             with contextlib.suppress(ConnectionResetError):
                 line.recv(4096)
-    assert Hand(irat).status()["moving"] is False
+    assert WireClient(irat).status()["moving"] is False
     assert irat.count("crash") == irat.count("thread_died") == 0
 
 
-def test_a_hundred_silent_sockets_lock_nobody_out(irat, hand):
-    hand.claim()
+def test_a_hundred_silent_sockets_lock_nobody_out(irat, wire_client):
+    wire_client.claim()
     host, port = irat.address.removeprefix("ws://").split(":")
     with contextlib.ExitStack() as stack:
         for _ in range(100):
             stack.enter_context(socket.create_connection((host, int(port)), timeout=5))
-        assert Hand(irat).status()["moving"] is False
-        hand.drive(angular=0.5)
+        assert WireClient(irat).status()["moving"] is False
+        wire_client.drive(angular=0.5)
         wait_for(lambda: irat.count("motion"), 3, "the commander, who was there before")
 
 
-def test_the_commander_stays_while_forty_others_come(irat, hand):
-    hand.claim()
-    others = [Hand(irat) for _ in range(40)]
+def test_the_commander_stays_while_forty_others_come(irat, wire_client):
+    wire_client.claim()
+    others = [WireClient(irat) for _ in range(40)]
     assert others[-1].status()["moving"] is False
-    hand.drive(angular=0.5)
+    wire_client.drive(angular=0.5)
     wait_for(lambda: irat.count("motion"), 3, "the motion")
 
 
-def test_a_flood_delays_nobody_elses_hold(irat, hand):
-    hand.claim()
-    hand.drive(linear=0.1)
-    flood = Hand(irat)
+def test_a_flood_delays_nobody_elses_hold(irat, wire_client):
+    wire_client.claim()
+    wire_client.drive(linear=0.1)
+    flood = WireClient(irat)
     with contextlib.suppress(ConnectionClosed):  # who does not read the answers is disconnected
         for _ in range(3000):
             flood.drive(linear=0.1)
     began = time.monotonic()
-    assert hand.call("/irat/hold")["values"]["success"]
+    assert wire_client.call("/irat/hold")["values"]["success"]
     assert time.monotonic() - began < 1.5
     assert all(record["epoch"] for record in journal(irat, "motion"))
 
 
-def test_who_does_not_read_holds_nobody_up(irat, hand):
-    slow = Hand(irat)
+def test_who_does_not_read_holds_nobody_up(irat, wire_client):
+    slow = WireClient(irat)
     slow.line.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.say("subscribe", topic="/irat/camera/image/compressed")
-    hand.say("subscribe", topic="/irat/odom")
+    wire_client.say("subscribe", topic="/irat/odom")
     began = time.monotonic()
     for _ in range(20):
-        hand.hear(lambda f: f["op"] == "publish")
+        wire_client.hear(lambda f: f["op"] == "publish")
     assert time.monotonic() - began < 10
 
 
-def test_the_next_owner_is_not_locked_out_by_a_huge_epoch(irat, hand):
+def test_the_next_owner_is_not_locked_out_by_a_huge_epoch(irat, wire_client):
     """An epoch excludes older ones only until its robot has lost its power or its owner for a minute."""
-    assert hand.claim(2**53 - 1)["success"]
-    assert "is over" in Hand(irat).claim(next(EPOCHS))["message"]
+    assert wire_client.claim(2**53 - 1)["success"]
+    assert "is over" in WireClient(irat).claim(next(EPOCHS))["message"]
     boot = irat.status()["boot"]
     irat.fault("restart", count=1)
     wait_for(lambda: irat.status()["boot"] != boot, 3, "the restart")
-    assert Hand(irat).claim(next(EPOCHS))["success"]
+    assert WireClient(irat).claim(next(EPOCHS))["success"]

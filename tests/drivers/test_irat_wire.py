@@ -11,7 +11,7 @@ from PIL import Image
 from robots.description import load
 from robots.drivers.irat.protocol import EVERY_S, TOPICS
 from tests.conftest import wait_for
-from tests.drivers.irat_wire import FASTER, Hand, journal
+from tests.drivers.irat_wire import FASTER, WireClient, journal
 
 MOTION = load("irat")["motion"]
 
@@ -20,69 +20,69 @@ def at_rest(sim):
     wait_for(lambda: not sim.status()["moving"], 3, "rest")
 
 
-def test_the_papers_topics_and_ours(irat, hand):
-    camera = hand.newest("/irat/camera/image/compressed")
+def test_the_papers_topics_and_ours(irat, wire_client):
+    camera = wire_client.newest("/irat/camera/image/compressed")
     picture = Image.open(io.BytesIO(base64.b64decode(camera["data"])))
     assert (picture.format, picture.size, camera["format"]) == ("JPEG", (416, 240), "jpeg")
     assert 3_000 < len(base64.b64decode(camera["data"])) < 12_000
     stamp = camera["header"]["stamp"]
     assert abs(stamp["secs"] + stamp["nsecs"] / 1e9 - time.time()) < 5
-    battery = hand.newest("/irat/battery")
+    battery = wire_client.newest("/irat/battery")
     assert battery["percentage"] == pytest.approx(0.9, abs=0.01)
     assert battery["power_supply_status"] == 2
     assert battery["current"] < 0 < battery["voltage"]
-    assert len(hand.newest("/irat/ranges")["ranges"]) == 3
-    assert hand.newest("/irat/velocities")["twist"]["linear"]["x"] == 0
-    assert hand.newest("/irat/charger_current") == {"data": 0.0}
-    assert hand.newest("/irat/state")["moving"] is False
-    assert set(hand.newest("/irat/odom")["pose"]) == {"pose", "covariance"}
+    assert len(wire_client.newest("/irat/ranges")["ranges"]) == 3
+    assert wire_client.newest("/irat/velocities")["twist"]["linear"]["x"] == 0
+    assert wire_client.newest("/irat/charger_current") == {"data": 0.0}
+    assert wire_client.newest("/irat/state")["moving"] is False
+    assert set(wire_client.newest("/irat/odom")["pose"]) == {"pose", "covariance"}
 
 
-def test_pictures_come_at_20_hz_and_only_while_somebody_subscribes(irat, hand):
+def test_pictures_come_at_20_hz_and_only_while_somebody_subscribes(irat, wire_client):
     before = irat.status()["pictures"]
-    hand.beats(8)
+    wire_client.beats(8)
     assert irat.status()["pictures"] == before, "none was taken in the time of eight"
-    hand.say("subscribe", topic="/irat/camera/image/compressed", throttle_rate=0)
-    frames = [hand.hear(lambda f: f["op"] == "publish") for _ in range(21)]
+    wire_client.say("subscribe", topic="/irat/camera/image/compressed", throttle_rate=0)
+    frames = [wire_client.hear(lambda f: f["op"] == "publish") for _ in range(21)]
     stamps = [f["msg"]["header"]["stamp"] for f in frames]
     times = [s["secs"] + s["nsecs"] / 1e9 for s in stamps]
     assert FASTER * (times[-1] - times[0]) / 20 >= EVERY_S["/irat/camera/image/compressed"] * 0.95, (
         "no more often than that"
     )
-    hand.say("unsubscribe", topic="/irat/camera/image/compressed")
-    hand.beats(6)
+    wire_client.say("unsubscribe", topic="/irat/camera/image/compressed")
+    wire_client.beats(6)
     before = irat.status()["pictures"]
-    hand.beats(8)
+    wire_client.beats(8)
     assert irat.status()["pictures"] == before
 
 
-def test_a_throttled_subscription_gets_no_more_than_it_asked_for(irat, hand):
-    hand.say("subscribe", topic="/irat/odom", throttle_rate=300)
+def test_a_throttled_subscription_gets_no_more_than_it_asked_for(irat, wire_client):
+    wire_client.say("subscribe", topic="/irat/odom", throttle_rate=300)
     began = irat.clock.monotonic()
     for _ in range(4):
-        hand.hear(lambda f: f["op"] == "publish")
+        wire_client.hear(lambda f: f["op"] == "publish")
     assert irat.clock.monotonic() - began >= 0.85
 
 
-def test_velocities_drive_the_wheels_and_are_told(irat, hand):
+def test_velocities_drive_the_wheels_and_are_told(irat, wire_client):
     before = irat.status()["pose"]
-    assert hand.claim()["success"]
-    hand.say("subscribe", topic="/irat/velocities")
-    hand.say("subscribe", topic="/irat/odom")
-    hand.drive_for(1.5, linear=0.1)
-    hand.call("/irat/hold")
+    assert wire_client.claim()["success"]
+    wire_client.say("subscribe", topic="/irat/velocities")
+    wire_client.say("subscribe", topic="/irat/odom")
+    wire_client.drive_for(1.5, linear=0.1)
+    wire_client.call("/irat/hold")
     way = before[1] - irat.status()["pose"][1]
     assert 0.08 < way < 0.2
-    speeds = [f["msg"]["twist"]["linear"]["x"] for f in hand.heard if f.get("topic") == "/irat/velocities"]
+    speeds = [f["msg"]["twist"]["linear"]["x"] for f in wire_client.heard if f.get("topic") == "/irat/velocities"]
     assert max(speeds) == pytest.approx(0.1, abs=0.02)
-    places = [f["msg"]["pose"]["pose"]["position"]["x"] for f in hand.heard if f.get("topic") == "/irat/odom"]
+    places = [f["msg"]["pose"]["pose"]["position"]["x"] for f in wire_client.heard if f.get("topic") == "/irat/odom"]
     assert max(places) == pytest.approx(way, rel=0.15), "dead reckoning is near the truth after so short a way"
 
 
 @pytest.mark.alone  # judged by fractions of a second
-def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(irat, hand):
-    hand.claim()
-    hand.drive(linear=0.15)
+def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(irat, wire_client):
+    wire_client.claim()
+    wire_client.drive(linear=0.15)
     wait_for(lambda: irat.count("rest"), 5, "rest")
     motion, rest = journal(irat, "motion")[-1], journal(irat, "rest")[-1]
     assert rest["end"] == "silence"
@@ -90,102 +90,102 @@ def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(irat, hand):
     assert rest["motion"] == motion["motion"]
 
 
-def test_zero_velocity_ends_a_motion(irat, hand):
-    hand.claim()
-    hand.drive(angular=1.0)
-    hand.drive()
+def test_zero_velocity_ends_a_motion(irat, wire_client):
+    wire_client.claim()
+    wire_client.drive(angular=1.0)
+    wire_client.drive()
     wait_for(lambda: irat.count("rest"), 5, "rest")
     assert journal(irat, "rest")[-1]["end"] == "done"
     assert irat.count("motion") == 1
 
 
-def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, hand):
-    hand.claim()
-    with hand.driving(linear=0.2):
+def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, wire_client):
+    wire_client.claim()
+    with wire_client.driving(linear=0.2):
         wait_for(lambda: abs(irat.status()["rims"][0]) > 0.1, 5, "a fast robot")
-    hand.drive(linear=0.2)
-    hand.say("call_service", id="hold", service="/irat/hold")
-    hand.drive(linear=0.2)
-    answer = hand.hear(lambda f: f.get("id") == "hold")
+    wire_client.drive(linear=0.2)
+    wire_client.say("call_service", id="hold", service="/irat/hold")
+    wire_client.drive(linear=0.2)
+    answer = wire_client.hear(lambda f: f.get("id") == "hold")
     answered = time.monotonic()
     assert answer["values"] == {"success": True, "message": "at rest"}
     assert irat.status()["reference"] == [0.0, 0.0]
     held, rest = journal(irat, "hold")[-1], journal(irat, "rest")[-1]
     assert held["t"] <= rest["t"] <= answered
     assert rest["end"] == "held"
-    assert any("being held" in f.get("msg", "") for f in hand.heard if f["op"] == "status")
+    assert any("being held" in f.get("msg", "") for f in wire_client.heard if f["op"] == "status")
     begun = irat.count("motion")
-    hand.beats(4)  # asked for after them, and longer than a velocity lasts
+    wire_client.beats(4)  # asked for after them, and longer than a velocity lasts
     assert irat.count("motion") == begun, "what was said before the answer starts nothing later"
 
 
-def stamped(hand, back=0.0, **twist):
+def stamped(wire_client, back=0.0, **twist):
     """Drive in answer to the newest odometry, or to one that is so many seconds older."""
-    stamp = hand.newest("/irat/odom")["header"]["stamp"]
-    hand.say(
+    stamp = wire_client.newest("/irat/odom")["header"]["stamp"]
+    wire_client.say(
         "publish", topic="/irat/cmd_vel_stamped",
         msg={"header": {"stamp": {"secs": stamp["secs"] - back, "nsecs": stamp["nsecs"]}}, "twist": twist},
     )  # fmt: skip
 
 
-def test_a_stamped_velocity_that_comes_late_moves_nothing(irat, hand):
-    hand.claim()
+def test_a_stamped_velocity_that_comes_late_moves_nothing(irat, wire_client):
+    wire_client.claim()
     for back in (1, 3600, -2):
-        stamped(hand, back, angular={"z": 0.5})
-        assert "odometry of another time" in hand.complaint()
-    hand.say("publish", topic="/irat/cmd_vel_stamped", msg={"twist": {"angular": {"z": 0.5}}})
-    assert "odometry of another time" in hand.complaint(), "one without a stamp"
+        stamped(wire_client, back, angular={"z": 0.5})
+        assert "odometry of another time" in wire_client.complaint()
+    wire_client.say("publish", topic="/irat/cmd_vel_stamped", msg={"twist": {"angular": {"z": 0.5}}})
+    assert "odometry of another time" in wire_client.complaint(), "one without a stamp"
     assert (irat.count("motion"), irat.count("late")) == (0, 4)
-    stamped(hand, angular={"z": 0.5})
+    stamped(wire_client, angular={"z": 0.5})
     wait_for(lambda: irat.count("motion") == 1, 5, "the motion")
-    stamped(hand, angular={"z": 9})
-    assert "must be from -2.5 to 2.5" in hand.complaint()
-    stranger = Hand(irat)
+    stamped(wire_client, angular={"z": 9})
+    assert "must be from -2.5 to 2.5" in wire_client.complaint()
+    stranger = WireClient(irat)
     stamped(stranger, angular={"z": 0.5})
     assert "claim the robot first" in stranger.complaint()
 
 
-def test_everybody_may_hold_and_nobody_else_drives(irat, hand):
-    hand.claim()
-    other = Hand(irat)
+def test_everybody_may_hold_and_nobody_else_drives(irat, wire_client):
+    wire_client.claim()
+    other = WireClient(irat)
     other.drive(linear=0.1)
     assert "claim the robot first" in other.complaint()
     assert irat.count("motion") == 0
-    with hand.driving(linear=0.1):
+    with wire_client.driving(linear=0.1):
         for _ in range(5):  # whoever commands drives on at once, which is another motion
             wait_for(lambda: irat.status()["moving"], 5, "the motion")
             assert other.call("/irat/hold")["values"]["success"]
     assert any(record["end"] == "held" for record in journal(irat, "rest"))
 
 
-def test_a_hold_at_rest_is_answered_at_once(hand):
-    assert hand.call("/irat/hold", seconds=1.0)["values"]["message"] == "at rest"
+def test_a_hold_at_rest_is_answered_at_once(wire_client):
+    assert wire_client.call("/irat/hold", seconds=1.0)["values"]["message"] == "at rest"
 
 
-def test_the_end_of_the_commanders_connection_holds(irat, hand):
-    hand.claim()
-    hand.drive_for(0.4, linear=0.2)
-    hand.line.socket.close()
+def test_the_end_of_the_commanders_connection_holds(irat, wire_client):
+    wire_client.claim()
+    wire_client.drive_for(0.4, linear=0.2)
+    wire_client.line.socket.close()
     at_rest(irat)
     rest = journal(irat, "rest")[-1]
     assert rest["end"] in ("lost", "silence")
     assert irat.count("disconnected") == 1
 
 
-def test_a_stranger_can_find_out_what_there_is(hand):
-    assert set(hand.call("/rosapi/topics")["values"]["topics"]) == set(TOPICS)
-    assert "/irat/hold" in hand.call("/rosapi/services")["values"]["services"]
-    refused = hand.call("/irat/dance")
+def test_a_stranger_can_find_out_what_there_is(wire_client):
+    assert set(wire_client.call("/rosapi/topics")["values"]["topics"]) == set(TOPICS)
+    assert "/irat/hold" in wire_client.call("/rosapi/services")["values"]["services"]
+    refused = wire_client.call("/irat/dance")
     assert refused["result"] is False
     assert "there is no service /irat/dance" in refused["values"]
 
 
-def test_the_truth_is_not_on_the_wire(irat, hand):
-    before = hand.newest("/irat/odom")["pose"]
+def test_the_truth_is_not_on_the_wire(irat, wire_client):
+    before = wire_client.newest("/irat/odom")["pose"]
     irat.fault("carried", 20)
     wait_for(lambda: irat.count("carried"), 3, "the hand that carries it")
-    hand.beats(2)
-    after = hand.newest("/irat/odom")["pose"]["pose"]["position"]
+    wire_client.beats(2)
+    after = wire_client.newest("/irat/odom")["pose"]["pose"]["position"]
     assert after["x"] == pytest.approx(before["pose"]["position"]["x"], abs=1e-3)
     assert irat.status()["pose"][1] == pytest.approx(1.52, abs=0.03)
 

@@ -19,7 +19,7 @@ DEGREE = 4095 / 360  # ticks, as LeRobot counts
 
 
 class Servos(Simulator):
-    """The six servos as a program."""
+    """The six servos as a process."""
 
     def start(self):
         (self.folder / "tty").unlink(missing_ok=True)

@@ -41,7 +41,7 @@ def test_the_watchdog_starts_the_application_again(tmp_path):
             assert driver.state().ready
         before = sim.status()["boot"]  # a slow start may have waited for somebody more than once
         driver.line.ask(request_of("ready", {}))
-        time.sleep(3.0)  # silence in mid-motion
+        wait_for(lambda: sim.status()["boot"] > before, 20, "the end of an owner that is silent in mid-motion")
         assert sim.status()["boot"] == before + 1
         assert any("no line for 2 s" in r["why"] for r in journal(sim, "application"))
         assert not sim.status()["moving"]

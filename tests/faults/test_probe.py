@@ -22,7 +22,7 @@ from tests.rig import Simulator, housekeeping
 
 
 @pytest.fixture
-def broom(transactional_db, redis_server, robot, people):
+def housekeeper(transactional_db, redis_server, robot, people):
     bus.connection().flushall()
     Robot.objects.update(enabled=False)
     shutil.rmtree(robot.rig_dir, ignore_errors=True)
@@ -51,7 +51,7 @@ def simulators(robot):
     return [line for line in lines if str(robot.rig_dir).encode() in line]
 
 
-def test_a_robot_that_is_switched_off_is_tested_and_left_as_it_was(broom, robot):
+def test_a_robot_that_is_switched_off_is_tested_and_left_as_it_was(housekeeper, robot):
     found = probe(robot)
     assert (found["connection"], found["picture"]) == ("ok", "ok")
     assert len(found["state"]["pose"]) == 4
@@ -59,14 +59,14 @@ def test_a_robot_that_is_switched_off_is_tested_and_left_as_it_was(broom, robot)
     wait_for(lambda: not simulators(robot), 10, "no simulator is left")
 
 
-def test_what_does_not_answer_is_named(broom, robot):
+def test_what_does_not_answer_is_named(housekeeper, robot):
     Robot.objects.update(address="serial:/dev/ttyNOWHERE", camera="http://127.0.0.1:9/snapshot.jpg")
     found = probe(robot)
     assert found["connection"] == "The robot's serial port cannot be opened."
     assert found["picture"] == "The camera does not answer."
 
 
-def test_a_controller_that_is_silent_is_named(broom, robot):
+def test_a_controller_that_is_silent_is_named(housekeeper, robot):
     Robot.objects.update(enabled=True)  # so that the probe starts no simulator of its own
     sim = Simulator(robot.rig_dir)
     try:
@@ -98,7 +98,7 @@ def silent():
 
 
 @pytest.mark.asvs("15.2.2")
-def test_thirty_tests_that_hang_run_one_by_one_and_delay_no_queue(broom, robot, people, silent):
+def test_thirty_tests_that_hang_run_one_by_one_and_delay_no_queue(housekeeper, robot, people, silent):
     port, calls = silent
     many = [
         Robot.objects.create(

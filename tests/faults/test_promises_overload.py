@@ -112,7 +112,7 @@ class Day:
 @BOTH_AT_LENGTH
 def test_promise_43_overload_is_a_brownout(rig, proof, witness):
     seconds = proof.count(f"seconds beside {BUSY} busy processes", 10, 300)
-    owner, broom, web = rig.owner(), housekeeping(), Web()
+    owner, housekeeper, web = rig.owner(), housekeeping(), Web()
     epoch = rig.lease().epoch
     try:
         rig.grant(seconds=3000)
@@ -132,14 +132,14 @@ def test_promise_43_overload_is_a_brownout(rig, proof, witness):
                 busy = sum(at > since for at in watching.pictures) / (time.monotonic() - since)
             back = as_before(day, watching, usual)
         assert day.untrue() == []
-        assert owner.alive() and broom.alive() and web.alive()
+        assert owner.alive() and housekeeper.alive() and web.alive()
         assert rig.lease().pid == owner.pid
         assert max(day.beats) < HEARTBEAT_S, "the supervisor would have killed it"
         assert day.stops or day.stalled, [(str(c), c.state, c.reason) for c in day.moves]
         assert max(day.stops + day.stalled) <= 1.0, (day.stops, day.stalled)
     finally:
         web.kill()
-        broom.kill()
+        housekeeper.kill()
     stops, again = day.stops + day.stalled, rig.lease().epoch - epoch
     proof.holds(
         f"{seconds} s beside {BUSY} busy processes: 0 owners restarted, lease taken again {again} times, {len(day.moves)} "

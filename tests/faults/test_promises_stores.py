@@ -72,7 +72,7 @@ def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
     site = web()
     rig.owner()
     rig.grant(seconds=3000)
-    broom = housekeeping()
+    housekeeper = housekeeping()
     try:
         for i in range(times):
             for _ in range(dice.randint(1, 4)):
@@ -85,19 +85,19 @@ def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
             if i % 2:
                 queue.leave(rig.robot, rig.people["bob"], rig.now())
             bus.connection().flushall()
-            victims = [site, broom, *[w for w in rig.workers if w.alive()]]
+            victims = [site, housekeeper, *[w for w in rig.workers if w.alive()]]
             for victim in dice.sample(victims, dice.randint(1, len(victims))):
                 victim.kill()
             if not site.alive():
                 site = web()
-            if not broom.alive():
-                broom = housekeeping()
+            if not housekeeper.alive():
+                housekeeper = housekeeping()
             if not any(w.alive() for w in rig.workers):
                 rig.start_worker()
             works(rig, 40)
         wait_for(lambda: not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), 40, "every end")
     finally:
-        broom.kill()
+        housekeeper.kill()
     assert set(Command.objects.values_list("pk", flat=True)) >= told
     assert set(Entry.objects.values_list("pk", flat=True)) == entries
     assert set(Ticket.objects.values_list("pk", flat=True)) >= places

@@ -21,7 +21,7 @@ from robots.drivers.irat.protocol import Velocity
 from robots.models import Command, Grant, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState, GrantEnd
 from tests.conftest import IRAT, wait_for
-from tests.drivers.irat_wire import Hand
+from tests.drivers.irat_wire import WireClient
 from tests.faults.test_promises_stop import held_after, percentile, release
 from tests.faults.test_promises_wire import WILD
 from tests.looked import heard
@@ -34,8 +34,8 @@ FORGOTTEN_S = 0.5  # a velocity is forgotten after 0.25 s; then the robot brakes
 @pytest.fixture(autouse=True)
 def strangers_leave():
     yield
-    while Hand.OPEN:
-        Hand.OPEN.pop().close()
+    while WireClient.OPEN:
+        WireClient.OPEN.pop().close()
 
 
 def roam(rig, kind="explore"):
@@ -184,7 +184,7 @@ def test_promise_04_a_newer_commander_replaces_the_owner_which_says_so(rig, proo
         rig.share = 0.05
         command = roam(rig) if i % 2 else rig.issue("move", x=0.1, y=0.4)
         rig.moving()
-        other, at = Hand(rig.sim), time.monotonic()
+        other, at = WireClient(rig.sim), time.monotonic()
         epoch = rig.lease().epoch + 1000 * (i + 1)
         assert other.claim(epoch)["success"]
         assert held_after(rig, at) <= FORGOTTEN_S

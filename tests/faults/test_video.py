@@ -143,54 +143,54 @@ def test_what_is_not_understood_on_the_bus_drops_nobodys_link(web):
     web.nothing_left()
 
 
-class Ear:
+class Listener:
     """What an owner sends of its camera, whoever gets it."""
 
     def __init__(self):
-        self._ear = bus.listener().pubsub(ignore_subscribe_messages=True)
-        self._ear.subscribe(bus.video_channel("mercury"), bus.frames_channel("mercury"))
+        self._channel = bus.listener().pubsub(ignore_subscribe_messages=True)
+        self._channel.subscribe(bus.video_channel("mercury"), bus.frames_channel("mercury"))
 
     def during(self, seconds):
         found, until = [], time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
-            if message := self._ear.get_message(timeout=left):
+            if message := self._channel.get_message(timeout=left):
                 found.append(message["data"])
         return found
 
     def close(self):
-        self._ear.close()
+        self._channel.close()
 
 
 @pytest.fixture
-def ear():
-    made = Ear()
+def listener():
+    made = Listener()
     yield made
     made.close()
 
 
-def test_an_owner_encodes_what_is_wanted_once_and_nothing_that_nobody_wants(rig, web, ear):
+def test_an_owner_encodes_what_is_wanted_once_and_nothing_that_nobody_wants(rig, web, listener):
     rig.owner()
     with line(web, path=PATH) as one, line(web, path=PATH) as two:
         assert whole(pictures(one, 6))
         assert unpack(pictures(two, 1)[0]).number > 0
-        ear.during(1.0)
-        sent = ear.during(3.0)
+        listener.during(1.0)
+        sent = listener.during(3.0)
         assert {data[0] for data in sent} == {VIDEO}, "no JPEG is made that nobody wants"
         numbers = [unpack(data).number for data in sent]
         assert numbers == sorted(set(numbers)), "once for both"
         assert sum(unpack(data).key for data in sent) in (1, 2)
-    wait_for(lambda: ear.during(1.5) == [], 15, "an idle camera")
+    wait_for(lambda: listener.during(1.5) == [], 15, "an idle camera")
 
 
 @pytest.mark.length
-def test_an_owner_whose_encoder_fails_goes_on_with_jpeg(rig, web, ear, tmp_path):
+def test_an_owner_whose_encoder_fails_goes_on_with_jpeg(rig, web, listener, tmp_path):
     (tmp_path / "av").mkdir()
     (tmp_path / "av" / "__init__.py").write_text("raise ImportError('no encoder on this host')\n")
     owner = rig.owner(PYTHONPATH=f"{tmp_path}:{ROOT}")
     with line(web, path=PATH) as filmed, line(web) as plain:
         heard(filmed, "snapshot")
         assert {data[0] for data in pictures(plain, 8)} == {PICTURE}
-        assert VIDEO not in {data[0] for data in ear.during(2.0)}
+        assert VIDEO not in {data[0] for data in listener.during(2.0)}
         filmed.send(json.dumps(WISH | {"video": ""}))
         assert {data[0] for data in pictures(filmed, 4)} == {PICTURE}
     assert owner.alive()

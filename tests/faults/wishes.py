@@ -4,9 +4,9 @@ import termios
 
 from robots.description import load
 from robots.motion.described import chain, posture
-from tests.conftest import wait_for
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
 from tests.rig import ArmSimulator, IratSimulator, Simulator
+from tests.waiting import wait_for
 
 
 def motions(journal):
@@ -67,8 +67,8 @@ class Mercury:
     moves = ("move",)
     restart, cut = "power_cycle", ("cable", "serial")
 
-    def jog(self, way):
-        return "jog", {"dx": way, "dy": 0.3}
+    def jog(self, direction):
+        return "jog", {"dx": direction, "dy": 0.3}
 
 
 class MuseumArm:
@@ -85,8 +85,8 @@ class MuseumArm:
     motions = staticmethod(motions)
     drained = staticmethod(disconnected)
 
-    def jog(self, way):
-        return "jog_joints", {"S1": way, "W1": 0.5}
+    def jog(self, direction):
+        return "jog_joints", {"S1": direction, "W1": 0.5}
 
     def spell(self, kind, args, share):
         if kind == "move":
@@ -128,8 +128,8 @@ class Irat:
         sim.fault("carried", self.corridor)
         return sim
 
-    def jog(self, way):
-        return "drive", {"forward": way, "turn": 0.5}
+    def jog(self, direction):
+        return "drive", {"forward": direction, "turn": 0.5}
 
     def spell(self, kind, args, share):
         if kind == "move":

@@ -6,7 +6,7 @@ import pytest
 from robots.description import load
 from simulators.common.microphone import BLOCK_S, RATE
 from simulators.mercury.arm import Body, Pose
-from simulators.mercury.sound import ROOM, ArmEar
+from simulators.mercury.sound import ROOM, ArmSound
 from simulators.mercury.workspace import Workspace
 
 COUNT = int(RATE * BLOCK_S)
@@ -17,7 +17,7 @@ HOME = Pose(0.0, 0.42, 0.075, 0.0)
 class Heard:
     def __init__(self):
         self.body, self.open, self.at = Body(HOME, 0.0), False, 0.0
-        self._ear = ArmEar(self.body, SPACE, lambda: self.open)
+        self._ear = ArmSound(self.body, SPACE, lambda: self.open)
 
     def blocks(self, many):
         found = []

@@ -1,4 +1,4 @@
-"""The import graph: no circle of files in our packages, and no module imports the owner's wiring."""
+"""The import graphs of Python and of TypeScript: no circle of files, and no module imports the owner's wiring."""
 
 import re
 from pathlib import Path
@@ -6,9 +6,12 @@ from pathlib import Path
 import grimp
 import pytest
 
-PACKAGES = ("accounts", "operatorlog", "portal", "queueing", "robots", "simulators", "workers")
+PACKAGES = ("accounts", "operatorlog", "portal", "queueing", "robots", "simulators", "tests", "workers")
 ROOT = Path(__file__).resolve().parents[2]
 WIRED_BY = {"workers.bootstep"}
+SCRIPTS = ("frontend", "robots", "tests/packages")
+# each form of importing a file of ours: import .. from, export .. from, import "..", import("..")
+IMPORTED = re.compile(r"""(?:\bfrom|\bimport)\s*\(?\s*["'](\.[^"']+)["']""")
 
 
 def circles(edges):
@@ -55,9 +58,50 @@ def test_a_circle_would_be_found(graph):
     assert any("workers.safety.memory" in circle for circle in circles(edges))
 
 
+def scripts():
+    """Return {file: what it imports} of our TypeScript; imports of types count, too."""
+    files = {
+        path
+        for room in SCRIPTS
+        for path in (ROOT / room).rglob("*.ts")
+        if "node_modules" not in path.parts and "dist" not in path.parts
+    }
+    return {path: imported(path, path.read_text()) for path in files}
+
+
+def imported(path, text):
+    """Return the files that a script imports."""
+    found = {(path.parent / name.partition("?")[0]).resolve() for name in IMPORTED.findall(text)}
+    return {file if file.suffix == ".ts" else file.with_suffix(".ts") for file in found if file.suffix in ("", ".ts")}
+
+
+def test_no_circle_of_scripts():
+    edges = scripts()
+    assert len(edges) > 80
+    assert sum(map(len, edges.values())) > 200
+    assert [[str(file.relative_to(ROOT)) for file in circle] for circle in circles(edges)] == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'import type { A } from "./b.ts";',
+        'export { A } from "./b.ts";',
+        'import "./b.ts";',
+        'const b = await import("./b.ts");',
+        'import {\n  A,\n} from "./b.ts";',
+    ],
+)
+def test_a_circle_of_scripts_would_be_found(line):
+    here = ROOT / "a.ts"
+    assert imported(here, line) == {ROOT / "b.ts"}
+    assert circles({here: imported(here, line), ROOT / "b.ts": {here}}) == [[here, ROOT / "b.ts"]]
+
+
 def test_nobody_imports_the_wiring(graph):
     """Imports for type checkers count, too."""
-    assert graph.find_modules_that_directly_import("workers.wiring") == WIRED_BY
+    importers = graph.find_modules_that_directly_import("workers.wiring")
+    assert {module for module in importers if not module.startswith("tests.")} == WIRED_BY
 
 
 def test_the_clock_of_states_is_converted_in_one_place():

@@ -23,6 +23,13 @@ class Line:
         self.sent.append(frame)
 
 
+async def sent(line, last):
+    """Wait until a frame was sent."""
+    async with asyncio.timeout(20):
+        while last not in line.sent:
+            await asyncio.sleep(0)
+
+
 def run(work):
     async def inner():
         peer = Peer(Line(), FaultBoard())
@@ -40,9 +47,10 @@ def test_a_slow_reader_gets_the_newest_of_each_topic():
             peer.show("/b", f"b{number}")
             if number == 0:
                 await asyncio.sleep(0)  # the writer takes the first, and waits
+        peer.show("/c", "last")
         peer.line.reads.set()
-        await asyncio.sleep(0.05)
-        assert peer.line.sent == ["a0", "b999", "a999"] or sorted(peer.line.sent) == ["a0", "a999", "b999"]
+        await sent(peer.line, "last")
+        assert peer.line.sent == ["a0", "b999", "a999", "last"]
         assert not peer.line.aborted
 
     run(work)
@@ -53,9 +61,10 @@ def test_answers_come_before_topics_and_in_order():
         peer.show("/a", "topic")
         for number in range(5):
             peer.answer(str(number))
+        peer.show("/c", "last")
         peer.line.reads.set()
-        await asyncio.sleep(0.05)
-        assert peer.line.sent == [*"01234", "topic"]
+        await sent(peer.line, "last")
+        assert peer.line.sent == [*"01234", "topic", "last"]
 
     run(work)
 

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from robots.contract.channels import Scalar
@@ -19,9 +20,14 @@ from robots.drivers.mercury import calibration
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.scara import scara
 from robots.drivers.mercury.spec import spec as mercury
-from robots.drivers.pa10.protocol import Malformed, program
+from robots.drivers.pa10.checks import bounded, request_of
+from robots.drivers.pa10.protocol import Malformed, OutOfBounds, parse, program
 from robots.drivers.pa10.spec import spec as pa10
-from robots.messages import state_packet
+from robots.messages import picture_packet, read_picture, state_packet, taken_ms
+from robots.motion.pose import matrix, numbers
+from robots.recordings.container import STATE, Tape
+from robots.recordings.packets import picture_of, state_told
+from robots.recordings.timeline import read_index, read_slice
 from robots.states import COMMAND_FINAL, CommandState
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
@@ -33,6 +39,7 @@ def read(name):
 
 PACKETS, COMPACT = read("state_packets"), read("compact_states")
 STREAMS, VIDEO = read("stream_packets"), read("video_packets")
+LINES, PICTURES, POSES = read("pa10_lines"), read("picture_packets"), read("poses")
 PLANE, PROGRAMS = read("mercury_plane"), read("pa10_programs")
 ARM, DESCRIPTION = scara(PLANE), load("mercury")
 
@@ -71,6 +78,54 @@ def test_programs_as_text(one):
     with pytest.raises(Malformed) as refused:
         program(one["text"])
     assert str(refused.value).startswith(f"line {one['refused']}:" if one["refused"] else "a repetition (R) has no end")
+
+
+@pytest.mark.parametrize("one", LINES["understood"], ids=lambda one: one["line"])
+def test_a_typed_line_stands_for_the_command_that_sends_it(one):
+    asked, args = parse(one["line"]), one["args"]
+    bounded(one["kind"], args)
+    if one["kind"] in ("joints", "pose", "line"):
+        sent = request_of(one["kind"], args)
+        assert (sent.letter, sent.numbers) == (asked.letter, pytest.approx(asked.numbers, abs=1e-9))
+    else:
+        assert (asked.letter, list(asked.numbers)) == ({"gripper": "g", "program": "p"}[one["kind"]], [*args.values()])
+
+
+@pytest.mark.parametrize("line", LINES["refused"])
+def test_a_typed_line_that_the_arm_refuses(line):
+    with pytest.raises((Malformed, OutOfBounds)):
+        parse(line)
+
+
+@pytest.mark.parametrize("one", POSES)
+def test_roll_pitch_and_yaw(one):
+    found = numbers(np.array(one["matrix"]))
+    assert found == pytest.approx(one["pose"], abs=1e-8)
+    assert matrix(found) == pytest.approx(np.array(one["matrix"]), abs=1e-8)
+
+
+@pytest.mark.parametrize("one", PICTURES, ids=lambda one: one["what"])
+def test_a_picture_is_packed_as_the_browser_reads_it(one):
+    jpeg = bytes.fromhex(one["jpeg"])
+    packet = picture_packet(one["number"], one["at_ms"], one["still"], tuple(one["joints"]), jpeg, one["camera"])
+    assert packet.hex() == one["hex"]
+    assert (read_picture(packet), taken_ms(packet)) == (jpeg, one["at_ms"])
+
+
+def test_a_recording_is_sliced_as_the_browser_reads_it(tmp_path):
+    vectors = read("recording_slices")
+    path, joints = tmp_path / "a.mcap", vectors["joints"]
+    tape = Tape(path, {"robot": "r"})
+    for one in vectors["messages"]:
+        data, topic = bytes.fromhex(one["hex"]), one["topic"]
+        camera = topic.startswith("camera/")
+        told = state_told(data, joints, ()) if topic == STATE else picture_of(data) if camera else data
+        tape.put(topic, (vectors["began_ms"] + one["after_ms"]) * 10**6, told)
+    tape.close()
+    index = read_index(path)
+    assert (index.began_ms, index.needs) == (vectors["began_ms"], vectors["needs"])
+    slices = [read_slice(path, index.began_ms, n, joints, ()).hex() for n in range(len(index.needs))]
+    assert slices == vectors["slices"]
 
 
 def test_states_of_commands():

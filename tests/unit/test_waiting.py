@@ -2,10 +2,11 @@
 
 import pytest
 
+from robots.clock import Limit, poll
 from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault, Held
 from robots.drivers.permits import unless_held
-from robots.drivers.waiting import Limit, until_at_rest
+from robots.drivers.waiting import until_at_rest
 
 REST, MOTION = (RobotState(0.0, (), (), moving, True) for moving in (False, True))
 
@@ -17,6 +18,13 @@ def test_a_limit_is_over_after_its_seconds_and_not_at_them(clock):
     assert (limit.left, limit.over) == (0.0, False)
     clock.go(0.5)
     assert (limit.left, limit.over) == (-0.5, True)
+
+
+def test_something_is_looked_for_until_it_is_so_or_the_limit_is_over(clock):
+    assert poll(lambda: clock.t >= 1001.0, clock, 2.0, 0.25)
+    assert clock.t == 1001.0
+    assert not poll(lambda: False, clock, 2.0, 0.25)
+    assert clock.t == 1003.25, "it looks once more after the limit"
 
 
 def test_rest_is_waited_for(clock):

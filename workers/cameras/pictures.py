@@ -2,7 +2,6 @@
 
 import logging
 import threading
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import redis
 from django.conf import settings
 
 from robots import bus
-from robots.clock import Clock
+from robots.clock import Clock, ms_of
 from robots.contract.capabilities import Stills
 from robots.contract.channels import finite, whole
 from robots.contract.find import function
@@ -29,10 +28,6 @@ from workers.cameras.steps import Steps, jpeg
 from workers.cameras.video import Shot, load
 
 log = logging.getLogger(__name__)
-
-
-def _ms(at: datetime) -> int:
-    return int(at.timestamp() * 1000)
 
 
 def grey(picture: Picture) -> Picture:
@@ -106,7 +101,7 @@ class Pictures:
             at = self._clock.now()
             frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
             self.still_id = frame.pk if frame else 0
-            self._steps[0].still(Shot(shown, number, self.still_id, _ms(at)), data, state.joints)
+            self._steps[0].still(Shot(shown, number, self.still_id, ms_of(at)), data, state.joints)
         finally:
             self._wanted.clear()
         bus.publish(self._robot.slug, Changed("frame"))
@@ -157,5 +152,5 @@ class Pictures:
         except CameraFault:
             return True
         shown = self._corrected(picture)
-        steps.send(due, Shot(shown, number, still, _ms(self._clock.now())), state.joints, now)
+        steps.send(due, Shot(shown, number, still, ms_of(self._clock.now())), state.joints, now)
         return True

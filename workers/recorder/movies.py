@@ -57,7 +57,7 @@ class MovieMaker:
             with tempfile.TemporaryFile("w+") as plan_in:  # a pipe takes only 64 kB before somebody reads it
                 json.dump(plan, plan_in)
                 plan_in.seek(0)
-                self._process = subprocess.Popen(  # noqa: S603 - our own program
+                self._process = subprocess.Popen(  # noqa: S603 - our own module
                     [*COMMAND, movie.kind, str(self._part)], stdin=plan_in, stdout=subprocess.PIPE,
                     stderr=subprocess.DEVNULL, text=True, cwd=settings.BASE_DIR,
                 )  # fmt: skip

@@ -1,11 +1,12 @@
 /** The arm in 3D: its present pose, the pose at a target, the path between, and the forbidden boxes. */
 import {
-  AmbientLight, BoxGeometry, BufferGeometry, Color, DirectionalLight, EdgesGeometry, Euler, GridHelper, Group, Line,
+  AmbientLight, BoxGeometry, BufferGeometry, Color, DirectionalLight, EdgesGeometry, GridHelper, Group, Line,
   LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, type Object3D, PerspectiveCamera, Plane,
   Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import URDFLoader, { type URDFRobot } from "urdf-loader";
+import { numbersOf } from "./pose.ts";
 
 export interface ForbiddenBox { name: string; low: number[]; high: number[] }
 const GLIDE_MS = 160;
@@ -160,9 +161,7 @@ export class ArmView {
     this.pose(this.arm, this.to);
     this.world.updateMatrixWorld(true);
     const here = new Matrix4().copy(this.world.matrixWorld).invert().multiply(link.matrixWorld);
-    const turn = new Euler().setFromRotationMatrix(here, "ZYX");
-    const at = new Vector3().setFromMatrixPosition(here);
-    return [at.x, at.y, at.z, turn.x, turn.y, turn.z];
+    return numbersOf(here);
   }
 
   private now(): number[] {

@@ -1,17 +1,17 @@
 /** The defaults of a console: the first camera is shown, one command at a time. */
 import { CameraView } from "../camera.ts";
+import type { Console, Redrawn } from "../console_parts.ts";
 import { blocked, type Facts } from "../controls.ts";
 import { settings } from "../facts.ts";
-import type { Console, RobotPage } from "../page.ts";
 import type { CommandInfo, PicturePacket, StatePacket, Still } from "../protocol.ts";
 import { byId } from "../svg.ts";
 import { say } from "../parts.ts";
 
-export class Basics implements Console {
+export class Basics<Page extends Redrawn = Redrawn> implements Console {
   readonly video = true;
   protected camera: CameraView;
 
-  constructor(protected page: RobotPage, camera?: CameraView) {
+  constructor(protected page: Page, camera?: CameraView) {
     this.camera = camera ?? new CameraView(byId("screen"), byId<HTMLCanvasElement>("picture"), null, () => undefined);
   }
 
@@ -58,7 +58,7 @@ const PARTS = [
 ] as const satisfies readonly (keyof Console)[];
 
 /** A complete console: the members of `own`, and defaults for the rest. */
-export function complete(own: Partial<Console>, page: RobotPage): Console {
+export function complete(own: Partial<Console>, page: Redrawn): Console {
   const whole: Record<string, unknown> = {};
   const basics: Partial<Console> = PARTS.every((part) => own[part]) ? {} : new Basics(page);
   for (const part of PARTS) {

@@ -30,7 +30,7 @@ HELD = ("current", "next_id", "arrivals", "refused", "refused_from", "since", "s
 
 
 class BadMap(ValueError):
-    """The file is no map of this program, or of other settings; the sentence says which."""
+    """The file is no map of this system, or one of other settings; the sentence says which."""
 
 
 def save(slam: RatSlam, path: Path) -> None:

@@ -10,13 +10,14 @@ from math import hypot, remainder, tau
 from robots.autonomy.steering import Limits, Memory, Sensed, Steer, steer
 from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
-from robots.drivers.errors import CameraFault, HardwareFault, Held
+from robots.drivers.errors import CameraFault, HardwareFault
 from robots.drivers.irat.brain.messages import Save, Seen
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.senses import Senses
+from robots.drivers.permits import until_held
 
 STEP_S = 0.1
 FRESH_S = 0.5  # older ranges or odometry: the wheels rest
@@ -72,13 +73,7 @@ class Wheels:
 
         Once the battery is almost flat, the map is saved, too.
         """
-        before = self.holds
-
-        def free() -> None:
-            permit()
-            if self.holds != before:
-                raise Held("The motion was stopped on its way.")
-
+        free = until_held(permit, lambda: self.holds)
         self._begin()
         self.senses.mode = mode
         try:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from math import degrees, hypot, radians
 from typing import Any
 
+from robots.clock import Limit
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import number
 from robots.description import load
@@ -15,7 +16,7 @@ from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.drivers.mercury.scara import scara
 from robots.drivers.permits import until_held
-from robots.drivers.waiting import Limit, until_at_rest
+from robots.drivers.waiting import until_at_rest
 
 POLL_S = 0.2
 REST_S = 2.0  # a hold must have brought the arm to rest by then

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import serial
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, Limit, Timer
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import (
     ControllerRefused,
@@ -24,7 +24,6 @@ from robots.drivers.errors import (
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
-from robots.drivers.waiting import Limit
 
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
 HOLD_ANSWER_S = 0.20

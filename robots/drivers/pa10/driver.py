@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from robots.clock import Limit
 from robots.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import number
 from robots.description import load
@@ -17,7 +18,7 @@ from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
 from robots.drivers.pa10.spec import PLACE
 from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
-from robots.drivers.waiting import Limit, until_at_rest
+from robots.drivers.waiting import until_at_rest
 from robots.motion.chain import Joints
 from robots.motion.described import chain, posture
 from robots.motion.pose import numbers

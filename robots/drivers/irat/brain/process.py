@@ -10,7 +10,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -31,10 +30,12 @@ SILENT = "The robot's map does not answer."
 
 
 class BrainProcess:
-    """Thread safe. `packet` gets the byte streams' packets."""
+    """Thread safe. `packet` gets the byte streams' packets; `real` is the clock by which a process starts and ends."""
 
-    def __init__(self, folder: Path, packet: Callable[[Packet], None], clock: Timer = TIMER) -> None:
-        self._folder, self._packet, self._clock = folder, packet, clock
+    def __init__(
+        self, folder: Path, packet: Callable[[Packet], None], clock: Timer = TIMER, real: Timer = TIMER
+    ) -> None:
+        self._folder, self._packet, self._clock, self._real = folder, packet, clock, real
         self._aim: Callable[[int], ToBrain] | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
@@ -65,7 +66,7 @@ class BrainProcess:
         path = os.pathsep.join(p for p in sys.path if p)
         env = os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
         with self._writing:
-            self._process = subprocess.Popen(  # noqa: S603 - our own program
+            self._process = subprocess.Popen(  # noqa: S603 - our own module
                 [sys.executable, "-m", "robots.drivers.irat.brain", str(self._folder)],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
             )  # fmt: skip
@@ -80,7 +81,7 @@ class BrainProcess:
                 return
             log.warning("the brain of the robot ended; it is started again")
             self._end()
-            time.sleep(AGAIN_S)
+            self._real.sleep(AGAIN_S)
             if self._closed:
                 return
             self._launch()
@@ -157,7 +158,7 @@ class BrainProcess:
     def wait(self, after: float, seconds: float) -> Seen | None:
         """Return an answer that came after a time (of its clock, s); None if there is none in so many real seconds."""
         with self._changed:  # real time: the process starts no faster on another clock
-            self._changed.wait_for(lambda: self.heard_at > after, seconds)
+            self._real.wait(Until(self._changed, lambda: self.heard_at > after), seconds)
             return self.newest if self.heard_at > after else None
 
     def close(self) -> None:

@@ -25,7 +25,7 @@ const OWN_BUTTONS = ["explore", "charge", "clear_map"];
 type Values = Record<string, number | string>;
 const page = new RobotPage();
 
-class RoamingConsole extends Basics {
+class RoamingConsole extends Basics<RobotPage> {
   private known = new ExperienceMap();
   private whole = { map: false, cells: false };
   private cells = new PoseCells();

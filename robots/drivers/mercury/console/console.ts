@@ -19,7 +19,7 @@ type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; 
 const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
 const page = new RobotPage();
 
-class SandConsole extends Basics {
+class SandConsole extends Basics<RobotPage> {
   private aim: Aim | null = null;
   private sent: Aim | null = null;
   private airStill = 0;

@@ -1,0 +1,45 @@
+"""Drivers and simulators ask the clock that they are given, so that tests decide how time passes."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+ROOMS = ("robots/drivers", "robots/motion", "robots/vision", "robots/autonomy", "simulators")
+STAY: dict[str, str] = {}  # a file that has to ask the machine itself, and why
+NOW = {"now", "utcnow", "today"}
+
+
+def asked(tree):
+    """Return the lines that ask the machine's clock: the module `time`, or `datetime` for now."""
+    lines = []
+    for node in ast.walk(tree):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        of_time = "time" in names or (isinstance(node, ast.ImportFrom) and node.module == "time")
+        of_now = isinstance(node, ast.Attribute) and node.attr in NOW and "date" in ast.unparse(node.value)
+        if of_time or of_now:
+            lines.append(node.lineno)
+    return sorted(lines)
+
+
+def test_no_driver_and_no_simulator_asks_the_machines_clock():
+    files = [path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py"))]
+    assert len(files) > 100
+    found = {str(path.relative_to(ROOT)): asked(ast.parse(path.read_text())) for path in files}
+    assert {name: lines for name, lines in found.items() if lines and name not in STAY} == {}
+    assert [name for name in STAY if not found.get(name)] == [], "a reason that is no longer needed"
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import time",
+        "import json, time as t",
+        "from time import monotonic",
+        "at = datetime.now(UTC)",
+        "datetime.date.today()",
+    ],
+)
+def test_what_asks_it_would_be_found(line):
+    assert asked(ast.parse(f"x = 1\n{line}\n")) == [2]

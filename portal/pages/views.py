@@ -25,7 +25,7 @@ from robots import bus, description
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
 from robots.contract.compact import Layout
-from robots.contract.procedures import procedures
+from robots.contract.procedures import offered
 from robots.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.permissions import reaches
@@ -109,7 +109,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
-        "labels": {c.kind: c.label for c in (*spec.commands, *procedures(spec))},
+        "labels": {c.kind: c.label for c in (*spec.commands, *offered(robot.driver))},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],
         "commands": [
             _command(c)

@@ -183,7 +183,7 @@ class Runner:
         owned, permit = self._owned, self._permit
         spec = owned.robot.spec().command(command.kind)
         if spec is None:
-            by_staff = procedure(owned.robot.spec(), command.kind)
+            by_staff = procedure(owned.robot.driver, command.kind)
             if by_staff is not None:
                 return self._procedure(command, by_staff)
             raise BadRequest(f"This robot has no command called {command.kind}.")
@@ -213,7 +213,7 @@ class Runner:
         if wanted.moves:
             self._said = command.pk
             pictures.still_id = 0
-        if wanted.kind == RESET.kind:
+        if wanted.kind == RESET:
             return look(owned, pictures, owned.driver.recover(permit), command)
         found = {"calibration": calibrate_and_keep(owned, pictures, permit)} if wanted.kind == CALIBRATE else {}
         return {**found, **look(owned, pictures, owned.driver.state(), command)}

@@ -2,7 +2,7 @@
 
 from math import radians
 
-from robots.contract.capabilities import Calibration, Check, ClickInPicture, Stills
+from robots.contract.capabilities import Calibration, Check, ClickInPicture, Reset, Stills
 from robots.contract.channels import Pose, Scale
 from robots.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.description import load
@@ -38,6 +38,7 @@ def spec() -> Spec:
         capabilities=(
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.click:resolve"),
+            Reset(),
             Calibration(f"{HERE}.calibrating:calibrate"),
             Stills.described(description["camera"], f"{HERE}.brightness:Brightness"),
         ),

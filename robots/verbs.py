@@ -9,7 +9,8 @@ from robots import probes, services
 from robots.clock import SYSTEM
 from robots.contract import procedures
 from robots.drivers.errors import BadRequest
-from robots.models import Robot
+from robots.grants import owner_alive
+from robots.models import Lease, Robot
 from robots.permissions import need_staff
 
 Verb = Callable[[Robot, HttpRequest], str]
@@ -78,7 +79,7 @@ def maintenance(robot: Robot, request: HttpRequest) -> str:
 @staff_only
 def procedure(robot: Robot, request: HttpRequest) -> str:
     """Run the procedure `kind`, if the robot offers it to staff."""
-    found = procedures.procedure(robot.spec(), request.POST.get("kind", ""))
+    found = procedures.procedure(robot.driver, request.POST.get("kind", ""))
     if found is None:
         raise BadRequest("This robot has no such procedure.")
     services.staff_command(robot, request.user, found.kind)
@@ -87,10 +88,14 @@ def procedure(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
-    """Test the connection; a robot that is switched on takes a picture."""
-    if robot.enabled:
+    """Test the connection; a robot that is switched on takes a picture, if it has a camera."""
+    if robot.enabled and procedures.PICTURE in procedures.offered(robot.driver):
         services.staff_command(robot, request.user, procedures.PICTURE.kind)
         return "The robot is on: a new picture was asked for; see the command history."
+    if robot.enabled:
+        if not owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now()):
+            raise services.RobotOffline("The robot is on, but its worker does not answer now.")
+        return "The robot is on, and its worker answers."
     probes.ask(robot, request.user, SYSTEM.now())
     return "The connection is being tested; the result appears below in some seconds."
 

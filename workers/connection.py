@@ -60,8 +60,8 @@ class Connection:
         self._retry_at = self._owned.clock.monotonic() + seconds
 
     def faulted(self, error: HardwareFault, command: Command | None) -> None:
-        """Soft reset after a hardware fault; if that fails, the robot is in fault and later attempts follow."""
-        if self._recovery.soft_reset(error, command):
+        """Recover after a hardware fault; if that fails, the robot is in fault and later attempts follow."""
+        if self._recovery.recover(error, command):
             self.connected = True
             self._clear_reason()
             return

@@ -1,6 +1,7 @@
-"""Soft reset: after a fault the driver resets the robot, in its own way."""
+"""After a fault: the driver resets the robot in its own way, or connects to it anew if it has no reset."""
 
 from robots import bus
+from robots.contract.capabilities import Reset
 from robots.drivers.errors import HardwareFault, NotPermitted, RobotError
 from robots.messages import Notice
 from robots.models import Command
@@ -11,17 +12,21 @@ from workers.owned import OwnedRobot
 from workers.safety.gate import Gate
 from workers.safety.lease import OwnerLease
 
-MENDED = "Reset by its driver."
+MENDED, ANEW = "Reset by its driver.", "Connected anew by its driver."
+
+
+BACK = "The robot was reset and may stand elsewhere. Look, then go on."
+ANSWERS = "The robot answers again. Look, then go on."
 
 
 class Recovery:
-    """Resets one robot, records the incident and informs the operator."""
+    """Recovers one robot, records the incident and informs the operator."""
 
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, gate: Gate, pictures: Pictures) -> None:
         self._owned, self._lease, self._gate, self._pictures = owned, lease, gate, pictures
 
-    def soft_reset(self, cause: HardwareFault, command: Command | None) -> bool:
-        """Reset after `cause`, which happened during `command`. Return whether it worked."""
+    def recover(self, cause: HardwareFault, command: Command | None) -> bool:
+        """Recover after `cause`, which happened during `command`. Return whether it worked."""
         owned, slug = self._owned, self._owned.robot.slug
         kept = incident(owned.robot, cause.code, str(cause), owned.now(), command)
 
@@ -33,17 +38,19 @@ class Recovery:
         try:
             permit()
         except NotPermitted as error:
-            remedy(f"No soft reset: {error}")
+            remedy(f"Not tried: {error}")
             return False
-        bus.publish(slug, Notice(f"{cause} The controller is being reset.", "warning"))
+        resets = owned.robot.spec().capability(Reset) is not None
+        doing, failed = ("being reset", "reset") if resets else ("being connected anew", "new connection")
+        bus.publish(slug, Notice(f"{cause} The robot is {doing}.", "warning"))
         try:
             self._pictures.still_id = 0
             state = owned.driver.recover(permit)
         except RobotError as error:
-            remedy(f"The soft reset failed: {error}")
-            bus.publish(slug, Notice(f"The soft reset failed: {error}", "error"))
+            remedy(f"The {failed} failed: {error}")
+            bus.publish(slug, Notice(f"The {failed} failed: {error}", "error"))
             return False
-        remedy(MENDED)
+        remedy(MENDED if resets else ANEW)
         look(owned, self._pictures, state, command)
-        bus.publish(slug, Notice("The robot was reset and may stand elsewhere. Look, then go on.", "info"))
+        bus.publish(slug, Notice(BACK if resets else ANSWERS, "info"))
         return True

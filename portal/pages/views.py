@@ -26,7 +26,7 @@ from robots import bus, description
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
 from robots.contract.compact import Layout
-from robots.contract.procedures import procedures
+from robots.contract.procedures import offered
 from robots.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
 from robots.permissions import reaches
@@ -111,7 +111,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
-        "labels": {c.kind: c.label for c in (*spec.commands, *procedures(spec))},
+        "labels": {c.kind: c.label for c in (*spec.commands, *offered(robot.driver))},
         "set": {s.name: robot.settings[s.name] for s in spec.settings() if s.shown and s.name in robot.settings},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],
         "commands": [

@@ -130,6 +130,14 @@ class Calibration:
 
 
 @dataclass(frozen=True)
+class Reset:
+    """The session has a `recover` of its own, which staff may ask for; after a fault the owner calls it by itself."""
+
+    label: str = "Soft reset"
+    limit_s: float = 60.0
+
+
+@dataclass(frozen=True)
 class Stills:
     """How pictures at rest are taken: pairs at `settle_exposure_s` until two differ by less than `threshold`.
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cache
 from math import radians
 
+from robots.contract.capabilities import Reset
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.description import load
 
@@ -52,6 +53,7 @@ def spec_from(driver: str) -> Spec:
         joints=tuple(f.name for f in listed),
         handover=("ready",),
         rest_s=REST_S,
+        capabilities=(Reset("Connect again"),),
         commands=(
             CommandKind("move", "Move", tuple(f.argument() for f in listed), limit_s=LIMIT_S),
             CommandKind("ready", "Ready position", limit_s=LIMIT_S),

@@ -104,7 +104,7 @@ def _issue(
         raise BadRequest("The values of a command must be an object.")
     spec = spec_of(robot.driver)
     found = spec.command(kind)
-    by_staff = procedure(spec, kind) if found is None else None
+    by_staff = procedure(robot.driver, kind) if found is None else None
     wanted = found or by_staff
     _admit(robot, user, kind, wanted is not None and not wanted.open_to(TURN), now)
     if by_staff is None:
@@ -179,7 +179,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
             end_grant(grant, GrantEnd.PREEMPTED, "staff run a command", now)
             grant = None
         if grant is None:
-            wanted = procedure(robot.spec(), kind)
+            wanted = procedure(robot.driver, kind)
             seconds = START_S + (wanted.limit_s if wanted else LIMIT_S) + AFTER_S
             grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
         elif grant.kind == GrantKind.UPKEEP:

@@ -113,7 +113,7 @@ class TestOwner:
         with pytest.raises(ZeroDivisionError):
             owner.motion.run_one(command)
         command.refresh_from_db()
-        assert command.state == "unknown"
+        assert (command.state, "could not be held" in command.reason) == ("unknown", True)
 
     @pytest.mark.parametrize(("where", "state"), [("on_the_way", "unknown"), ("execute", "failed")])
     def test_an_error_of_the_driver_itself_holds_and_leaves_no_word_that_is_untrue(self, robot, people, where, state):

@@ -47,6 +47,7 @@ NOT_HEARD = "The robot did not acknowledge the command in time; whether the sett
 NOT_KNOWN = "The database failed before the answer; whether the setting was changed is not known."
 CUT_SHORT = "The database failed during the motion, so the robot was held. Look at the new picture before you go on."
 BROKEN = "The robot's software failed, so the robot was held. Look at the new picture before you go on."
+NOT_HELD = "The robot's software failed, and the robot could not be held. Look at it before you go on."
 STAGES = {"sent": CommandState.SENT, "acknowledged": CommandState.ACKNOWLEDGED}
 
 
@@ -116,12 +117,14 @@ class Runner:
 
     def _hold_and_end(self, command: Command) -> None:
         """Hold the robot and end a command that an error in our code or in the driver broke off."""
+        reason = BROKEN
         try:
-            with contextlib.suppress(RobotError):
-                self._owned.driver.hold()
-        finally:  # whatever the driver raises
-            begun = self._said == command.pk
-            self._end(command, CommandState.UNKNOWN if begun else CommandState.FAILED, BROKEN)
+            self._owned.driver.hold()
+        except Exception:
+            log.exception("the robot could not be held")
+            reason = NOT_HELD
+        begun = self._said == command.pk
+        self._end(command, CommandState.UNKNOWN if begun else CommandState.FAILED, reason)
 
     def _end(self, command: Command, state: CommandState, reason: str, result: dict[str, Any] | None = None) -> None:
         """Store the end of a command; while the database is away, try again for as long as the robot is ours."""
@@ -183,7 +186,7 @@ class Runner:
         owned, permit = self._owned, self._permit
         spec = owned.robot.spec().command(command.kind)
         if spec is None:
-            by_staff = procedure(owned.robot.spec(), command.kind)
+            by_staff = procedure(owned.robot.driver, command.kind)
             if by_staff is not None:
                 return self._procedure(command, by_staff)
             raise BadRequest(f"This robot has no command called {command.kind}.")
@@ -213,7 +216,7 @@ class Runner:
         if wanted.moves:
             self._said = command.pk
             pictures.still_id = 0
-        if wanted.kind == RESET.kind:
+        if wanted.kind == RESET:
             return look(owned, pictures, owned.driver.recover(permit), command)
         found = {"calibration": calibrate_and_keep(owned, pictures, permit)} if wanted.kind == CALIBRATE else {}
         return {**found, **look(owned, pictures, owned.driver.state(), command)}

@@ -2,7 +2,7 @@
 
 from math import pi
 
-from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Share, Statistics, Times, Total
+from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Reset, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
@@ -68,6 +68,7 @@ def spec() -> Spec:
         ),
         streams=(Stream("map", "application/x-irat-map"), Stream("cells", "application/x-irat-cells")),
         capabilities=(
+            Reset("Connect again"),
             Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), ON_ITS_MAP, STATISTICS,
             *COMPOSITES,
         ),

@@ -2,7 +2,7 @@
 
 from math import radians
 
-from robots.contract.capabilities import Calibration, Check, ClickInPicture, ResultRow, Setting
+from robots.contract.capabilities import Calibration, Check, ClickInPicture, Reset, ResultRow, Setting
 from robots.contract.channels import Pose, Scale
 from robots.contract.spec import STAFF, Argument, CommandKind, Spec
 from robots.description import load
@@ -48,6 +48,7 @@ def spec() -> Spec:
         capabilities=(
             Check(f"{HERE}.checks:check"),
             ClickInPicture("click", f"{HERE}.click:resolve"),
+            Reset(),
             Calibration(f"{HERE}.calibrating:calibrate", rows=MEASURED),
             stills(description["camera"], f"{HERE}.brightness:Brightness"),
             Setting("speed", "Speed", unit="m/s", low=slowest, high=fastest, default=motion["speed"]),

@@ -120,7 +120,7 @@ from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle, GrantKind
 admin, now, robot = User.objects.get(username="admin"), SYSTEM.now(), Robot.objects.get(slug="mercury")
-Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING, speed=0.05)
+Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING, settings={"speed": 0.05})
 services.start_grant(robot, GrantKind.TURN, now, admin, now + timedelta(minutes=5))
 import time; time.sleep(4)  # until the owner has read the new speed
 print(services.issue("mercury", admin, "move", {"x": -0.2, "y": 0.3}, 1).command.pk)

@@ -29,6 +29,13 @@ def installed_from(folder, monkeypatch):
         del sys.modules[name]  # another test's package of that name is another one
 
 
+def with_console(into, text):
+    """Return a folder with the same package, whose `console.html` is that text."""
+    folder = shutil.copytree(TURNTABLE, into, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "turntable_robot" / "console" / "console.html").write_text(text)
+    return folder
+
+
 def without_console(into):
     """Return a folder with the same package, which ships no console."""
     return shutil.copytree(TURNTABLE, into, ignore=shutil.ignore_patterns("console", "__pycache__"))

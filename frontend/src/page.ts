@@ -87,7 +87,7 @@ export class RobotPage {
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
     this.on("stop", () => this.stop());
     this.on("release", () => this.live.send({ t: "release", checked: byId<HTMLInputElement>("checked").checked }));
-    byId("console").addEventListener("keydown", (event) => this.stopKey(event));
+    byId("stage").addEventListener("keydown", (event) => this.stopKey(event));
     guard(() => this.operating && !this.snapshot?.turn?.staff);
     document.addEventListener("visibilitychange", () => document.hidden || this.watching.again());
     setInterval(() => this.draw(), 250);

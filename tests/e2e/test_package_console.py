@@ -61,7 +61,8 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
     expect(page.locator("[data-command=turn]")).to_have_attribute("aria-disabled", "false")
     stop = page.locator("[data-command=stop]")
     expect(stop).to_have_count(1)
-    assert stop.evaluate(f"(stop) => !stop.closest('{DIAL}')"), "Stop is no part of what the package draws"
+    assert stop.evaluate("(stop) => !stop.closest('.part')"), "Stop is in no element that the package fills"
+    assert page.locator(DIAL).evaluate("(dial) => Boolean(dial.closest('.part'))")
     for width, scheme in ((1280, "light"), (390, "dark")):
         page.set_viewport_size({"width": width, "height": 844})
         page.emulate_media(color_scheme=scheme)

@@ -54,7 +54,7 @@ def test_a_person_listens_by_key_and_hears_the_arm_move(hearing, visitor):
     assert quiet < 0.4
     someone.axe("while somebody listens")
     now, robot = SYSTEM.now(), hearing.robot
-    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING, speed=0.1)
+    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING, settings={"speed": 0.1})
     services.start_grant(robot, GrantKind.TURN, now, someone.user, now + timedelta(seconds=60))
     services.issue(robot.slug, someone.user, "move", {"x": 0.2, "y": 0.53}, 1)
     wait_for(lambda: page.wait_for_timeout(50) or loud(page) > quiet + 0.2, 15, "the arm, which is heard")

@@ -105,7 +105,7 @@ def operating(visitor, name="ada"):
 
 
 def test_stop_is_always_there_and_wants_a_look_before_release(portal, visitor):
-    Robot.objects.update(speed=0.05)
+    Robot.objects.update(settings={"speed": 0.05})
     ada = operating(visitor)
     ada.page.locator("#schematic").focus()
     for _ in range(3):
@@ -167,7 +167,7 @@ def test_redis_gone_shows_a_banner_and_comes_back(portal, visitor, redis_server)
 def test_a_killed_worker_is_told_in_plain_words(portal, visitor):
     from tests.rig import worker
 
-    Robot.objects.update(speed=0.05)
+    Robot.objects.update(settings={"speed": 0.05})
     ada = operating(visitor)
     ada.page.locator("#schematic").focus()
     for _ in range(3):

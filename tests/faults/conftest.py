@@ -186,7 +186,7 @@ class Rig:
     def slow(self):
         """Let motions take long."""
         self.share = 0.05
-        Robot.objects.filter(pk=self.robot.pk).update(speed=0.05)
+        Robot.objects.filter(pk=self.robot.pk).update(settings={"speed": 0.05})
 
     def motions(self, *commands):
         """Return the simulator's own notes of the motions towards where these commands asked to go."""

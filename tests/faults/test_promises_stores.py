@@ -164,7 +164,7 @@ def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
     supervisor = Supervised(rig, env)
     rig.wait_ready()
     rig.grant(seconds=3000)
-    Robot.objects.update(speed=0.02)
+    Robot.objects.update(settings={"speed": 0.02})
     time.sleep(1.0)
     try:
         with socket_of(site, rig.people["ada"]) as operator:

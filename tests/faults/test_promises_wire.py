@@ -133,7 +133,7 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
     times = proof.count(f"times, {how}", 1, 5, 20)
     rig.owner()
     rig.grant(seconds=3000)
-    Robot.objects.update(speed=0.1)
+    Robot.objects.update(settings={"speed": 0.1})
     time.sleep(0.5)
     made = []
     for i in range(times):

@@ -27,7 +27,7 @@ def test_a_lapsed_lease_is_taken_again_in_the_same_process(rig):
     wait_for(lambda: rig.lease().epoch == epoch + 1, 10, "the new epoch")
     assert (owner.alive(), rig.lease().pid) == (True, owner.pid)
     before = rig.sim.count("motion")
-    Robot.objects.update(speed=None)
+    Robot.objects.update(settings={})
     rig.share = None
     rig.robot_shows(lambda status: not status["moving"], 10, "the hold")
     rig.swept()

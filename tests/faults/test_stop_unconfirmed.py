@@ -20,7 +20,7 @@ def stop_shown(rig):
 def test_an_arm_that_holds_and_cannot_say_so(rig):
     rig.owner()
     rig.grant(seconds=600)
-    Robot.objects.update(speed=0.1)
+    Robot.objects.update(settings={"speed": 0.1})
     time.sleep(0.5)
     rig.issue("move", x=-0.2, y=0.5)
     rig.moving()

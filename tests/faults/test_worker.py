@@ -220,7 +220,7 @@ def test_redis_gone_when_a_click_is_made(rig):
 @pytest.mark.alone  # judged by seconds
 @pytest.mark.own  # the speed is taken at the start
 def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
-    Robot.objects.update(speed=0.03)
+    Robot.objects.update(settings={"speed": 0.03})
     rig.owner()
     rig.grant()
     command = far(rig)
@@ -238,7 +238,7 @@ def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
 @pytest.mark.alone  # judged by seconds
 @pytest.mark.own  # the speed is taken at the start
 def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
-    Robot.objects.update(speed=0.03)
+    Robot.objects.update(settings={"speed": 0.03})
     rig.owner()
     grant = rig.grant(seconds=3)
     command = far(rig)
@@ -255,7 +255,7 @@ def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
 @pytest.mark.length
 @pytest.mark.own  # the speed is taken at the start
 def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
-    Robot.objects.update(speed=0.03)
+    Robot.objects.update(settings={"speed": 0.03})
     child = rig.owner()
     rig.grant()
     command = far(rig)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from portal.consoles.console import PLAIN, console_of
+from portal.consoles.parts import NAMES, parts
 from robots.contract.find import spec_of
 from robots.contract.spec import STAFF, TURN
 
@@ -29,14 +30,21 @@ def test_every_button_of_a_command_names_one_that_an_operator_or_staff_may_give(
 
 
 @pytest.mark.parametrize("driver", DRAWN)
-def test_stop_and_release_are_the_frames(driver):
+def test_stop_and_release_are_the_pages(driver):
     page = (ROOT / "robots/drivers" / driver / "console" / "console.html").read_text()
     assert page.startswith('{% extends "consoles/frame.html" %}')
-    assert 'data-command="stop"' not in page
     frame = (ROOT / "templates/consoles/frame.html").read_text()
-    in_blocks = "".join(re.findall(r"{% block \w+ %}(.*?){% endblock %}", frame, re.DOTALL))
-    assert frame.count('data-command="stop"') == 1
-    assert 'data-command="stop"' not in in_blocks
+    assert 'data-command="stop"' not in page + frame
+    stage = (ROOT / "templates/consoles/stage.html").read_text()
+    assert stage.count('data-command="stop"') == 1
+    assert "{% block" not in stage, "a console can replace nothing of it"
+
+
+def test_a_console_is_cut_into_its_parts():
+    text = "|look|plain|screen|<p>\n|buttons||beside||body|<b>|".removesuffix("|")
+    empty = dict.fromkeys(NAMES, "")
+    assert parts(text, "|") == empty | {"look": "plain", "screen": "<p>", "body": "<b>"}
+    assert parts(" all of it ", "|") == empty | {"body": "all of it"}
 
 
 def test_one_function_alone_switches_controls_off():

@@ -31,7 +31,7 @@ class SandConsole extends Basics<RobotPage> {
     ));
     page.on("go", () => this.go());
     for (const kind of ["up", "down", "air"]) page.on(kind, () => page.command(kind));
-    byId("console").addEventListener("keydown", (event) => this.key(event));
+    byId("stage").addEventListener("keydown", (event) => this.key(event));
     new Jog<readonly [number, number]>(byId("jog"), {
       read: (words) => {
         const [x = 0, y = 0] = words.split(",").map(Number);

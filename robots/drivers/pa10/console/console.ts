@@ -151,7 +151,7 @@ class ArmConsole implements Console, Judge {
   }
 
   private changed(name: string): void {
-    byId("console").dataset["mode"] = name;
+    for (const part of document.querySelectorAll<HTMLElement>(".arm-console")) part.dataset["mode"] = name;
     this.plan = null;
     this.view?.target(null);
     text("model-said", "");

@@ -1,0 +1,22 @@
+"""The template tag that puts a robot's console into its page."""
+
+import secrets
+
+from django import template
+from django.template import Context
+from django.utils.safestring import SafeString, mark_safe
+
+from portal.consoles.parts import parts
+
+register = template.Library()
+
+
+@register.simple_tag(takes_context=True)
+def parts_of(context: Context, console: str) -> dict[str, SafeString]:
+    """Return the parts of the console's template, rendered with the page's own context."""
+    engine, cut = context.template.engine, secrets.token_hex(16)  # type: ignore[union-attr]
+    with context.push(cut=cut):
+        found = parts(engine.get_template(console).render(context), cut)
+        if not found["screen"]:  # the page cannot do without it
+            found["screen"] = engine.get_template("consoles/_screen.html").render(context)
+    return {name: mark_safe(text) for name, text in found.items()}  # noqa: S308 - rendered by templates, which escape

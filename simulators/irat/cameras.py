@@ -16,7 +16,7 @@ from simulators.irat.maze import HEIGHT_M, WIDTH_M
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
 NOISE = 3  # grey levels in both directions: two pictures of the same place always differ
-QUALITY = 50  # of a JPEG: about 7.5 kB; the paper's were about 6, which 30 gives
+QUALITY = 30  # of a JPEG: about 6 kB, as the paper's
 ABOVE = Lens(640, 580, radians(42))
 ABOVE_M = 3.1
 FINER = 2  # the still part of the view from above is drawn so many times as large, and averaged

@@ -1,3 +1,4 @@
+import math
 import time
 
 import pytest
@@ -156,6 +157,7 @@ class Rat(IratDriver):
 def rat_owner(tmp_path_factory, rat):
     """One driver for all tests, because its brain is a process that takes long to start."""
     made = Rat(str(rat.folder / "tty"), {"epoch": next(EPOCHS), "folder": str(tmp_path_factory.mktemp("irat"))})
+    made._roaming._clear_s = made._roaming._latest_s = math.inf  # its map would grow old in the middle of some test
     yield made
     made.close()
 

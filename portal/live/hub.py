@@ -23,6 +23,7 @@ from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
+from portal.live.threads import URGENT
 from robots import bus
 from robots.contract.streams import MOST
 from robots.messages import decode
@@ -330,6 +331,8 @@ class Hub:
 
     async def _keep_watch_once(self) -> None:
         await self._mark(bus.web_key())
+        if bus.lost_events() and self.link:
+            await URGENT.run(bus.make_up)
         if self._pubsub is not None:
             with contextlib.suppress(RedisError, OSError):  # who reads finds out
                 await self._pubsub.ping()

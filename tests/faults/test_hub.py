@@ -11,7 +11,8 @@ import pytest
 from portal.live.hub import Hub
 from portal.live.rooms import Viewer
 from robots import bus
-from robots.messages import picture_packet
+from robots.messages import Changed, picture_packet
+from robots.models import Robot
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 
@@ -86,3 +87,17 @@ def test_a_page_has_what_it_wants_heard_and_of_cameras_that_the_robot_has(web):
         wait_for(lambda: isinstance(data := one.recv(timeout=5), bytes) and data[0] == 2, 5, "the picture")
     web.nothing_left()
     assert told(web)[0] == set()
+
+
+def test_what_one_process_could_not_send_is_made_up_though_it_sends_nothing_more(web, robot, owned, monkeypatch):
+    """A single message is lost; the connections through which pages hear of changes stay up."""
+    with line(web) as one:
+        while not heard(one, "snapshot")["link"]:
+            pass
+        with monkeypatch.context() as away:
+            away.setattr(bus, "_send", lambda *_: -1)
+            Robot.objects.update(name="Mercury the Second")
+            assert not bus.publish("mercury", Changed("robot"))
+        while heard(one, "snapshot", 30)["robot"]["name"] != "Mercury the Second":
+            pass
+    web.nothing_left()

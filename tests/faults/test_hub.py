@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import random
+import time
 from urllib.parse import quote
 
 import pytest
@@ -100,4 +101,20 @@ def test_what_one_process_could_not_send_is_made_up_though_it_sends_nothing_more
             assert not bus.publish("mercury", Changed("robot"))
         while heard(one, "snapshot", 30)["robot"]["name"] != "Mercury the Second":
             pass
+    web.nothing_left()
+
+
+def test_whoever_wishes_again_and_again_is_not_given_the_newest_picture_again_and_again(web, robot, owned):
+    with line(web) as one:
+        heard(one, "snapshot")
+        bus.publish_picture("mercury", picture_packet(7, 1, 0, (), b"jpeg"))
+        begun, pictures, answered = time.monotonic(), 0, False
+        for n in range(30):
+            one.send(json.dumps({"t": "watch", "cameras": [0], "every_s": 15 if n % 2 else 0}))
+        one.send(json.dumps({"t": "ping", "n": 5}))
+        while not answered:
+            data = one.recv(timeout=20)
+            pictures += isinstance(data, bytes) and data[0] == 2
+            answered = isinstance(data, str) and json.loads(data)["t"] == "pong"
+        assert 1 <= pictures <= 3 + time.monotonic() - begun
     web.nothing_left()

@@ -4,6 +4,7 @@ from celery import shared_task
 
 from queueing.jobs.forgetting import forget_old_jobs
 from queueing.tick import tick_seldom
+from robots import bus
 from robots.clock import SYSTEM
 
 
@@ -11,6 +12,7 @@ from robots.clock import SYSTEM
 def queue_tick() -> None:
     """Advance every queue."""
     tick_seldom(SYSTEM.now())
+    bus.make_up()
 
 
 @shared_task(name="queueing.clean", ignore_result=True, max_retries=0)

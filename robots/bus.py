@@ -1,7 +1,7 @@
 """All names of Redis keys, channels and Celery queues, and all messages sent over them.
 
 The database is the truth; a message only makes a reader look sooner. Failures are counted and answered with False; they
-are not raised. Where an event was lost, the next message of that robot tells pages to read again.
+are not raised. Where an event was lost, pages are told to read again: with the next message of that robot, or soon.
 """
 
 import logging
@@ -185,6 +185,20 @@ def _make_up(slug: str) -> None:
     if slug in _lost:
         _lost.discard(slug)
         publish(slug, Changed("robot"))
+
+
+def lost_events() -> bool:
+    """Return whether this process lost an event that was not made up for."""
+    return bool(_lost)
+
+
+def make_up() -> None:
+    """Have pages read again where this process lost an event, though it has nothing to tell of that robot now.
+
+    Whatever runs for long calls it every few seconds.
+    """
+    for slug in list(_lost):
+        _make_up(slug)
 
 
 def publish_on_commit(slug: str, event: Event) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 from django.conf import settings
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
 
+from portal.limits.dropped import drop
 from portal.limits.sockets import FLUSH_S, Ws, connections
 
 HEAD = 64 * 1024  # bytes of a request's line and headers
@@ -46,6 +47,7 @@ class Http(HttpToolsProtocol):
         address = self.client[0] if self.client else ""
         if address and not through_proxy(address):
             if not connections().enter(address):
+                drop("of an address that has enough")
                 self._refuse(503)
                 return
             self._counted = address

@@ -6,6 +6,7 @@ from typing import Any
 from django.conf import settings
 
 from portal.limits.counts import AddressCount
+from portal.limits.dropped import drop
 
 TOO_LARGE = "The request is too large."
 TOO_SLOW = "The request did not arrive in time."
@@ -56,6 +57,7 @@ class Bounded:
                 if entered:
                     await self.app(scope, receive, send)
                 else:
+                    drop("of an address that has enough")
                     await _refuse_socket(send)
         elif scope["type"] == "http":
             with self._requests.one(address) as entered:

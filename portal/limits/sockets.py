@@ -2,7 +2,6 @@
 
 import asyncio
 import socket
-from collections import Counter
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -14,6 +13,7 @@ from websockets.frames import Frame
 from websockets.http11 import Request
 
 from portal.limits.counts import AddressCount
+from portal.limits.dropped import drop
 from portal.live.direct import DEFLATE, NAME, suits
 
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
@@ -22,7 +22,6 @@ FLUSH_S = 5.0  # for sending the last bytes before a close
 NO_TEXT, POLICY = 1007, 1008
 BEFORE = 64 * 1024  # bytes that may wait before an ordinary message has to
 AHEAD = 8 * 1024  # bytes that the system may hold unsent; more would only be old pictures on a slow line
-dropped: Counter[str] = Counter()  # sockets that this process has ended, by reason
 
 
 @cache
@@ -126,7 +125,7 @@ class Ws(WebSocketsSansIOProtocol):
         """Drop a peer that has taken nothing since it was last looked at."""
         before, self._waiting = self._waiting, self.transport.get_write_buffer_size()
         if self._waiting >= before:
-            dropped["takes nothing"] += 1
+            drop("took nothing")
             self.transport.abort()
         else:
             self._look_later()
@@ -203,9 +202,11 @@ class Ws(WebSocketsSansIOProtocol):
         self._room = min(FRAMES, self._room + (now - self._filled) * FRAMES_S) - 1
         self._filled = now
         if self.transport.get_write_buffer_size() > UNSENT:
+            drop("took nothing")
             self.transport.abort()
             return False
         if self._room < 0:
+            drop("sent too many frames")
             self._fail(POLICY, "too many frames")
             return False
         return True
@@ -218,7 +219,7 @@ class Ws(WebSocketsSansIOProtocol):
 
     def keepalive_timeout(self) -> None:
         """End the connection: a peer that does not answer will not read a close either."""
-        dropped["answers no ping"] += 1
+        drop("answered no ping")
         super().keepalive_timeout()
         self._flush()
 

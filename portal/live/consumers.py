@@ -16,6 +16,7 @@ from django.conf import settings
 from django.db import Error
 
 from portal.limits.counts import AddressCount
+from portal.limits.dropped import drop
 from portal.live import codes
 from portal.live.actions import Answer, act
 from portal.live.hub import hub
@@ -84,9 +85,11 @@ class RobotConsumer(Viewing):
             except Error as error:
                 await self.store_down(error)
         if self.stranger() and hub().strangers(self.slug) >= settings.LIMITS["VIEWERS"]:
+            drop("found the robot's places taken")
             await self.close(FULL, FULL_TEXT)
             return
         if not self._enters():
+            drop("of an account that has enough")
             await self.close(FULL, ENOUGH_TEXT)
             return
         await self.view(self._wish(), self._cameras)

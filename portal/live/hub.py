@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import logging
 import secrets
+import time
 from collections import Counter
 from collections.abc import Iterator
 from string import digits
@@ -23,6 +24,7 @@ from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
+from portal.live.threads import URGENT
 from robots import bus
 from robots.contract.streams import MOST
 from robots.messages import decode
@@ -30,6 +32,7 @@ from robots.messages import decode
 log = logging.getLogger(__name__)
 PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
 COUNT_S = 8  # a count of watchers that is older is of a web process that has ended
+NEWEST_S = 1.0  # a viewer that wishes again and again is not given the same pictures again and again
 HEARD_S = 1.0  # that a new viewer waits for the subscription
 
 
@@ -111,11 +114,12 @@ class Hub:
                 room.add(viewer)
 
     def _give_newest(self, viewer: Viewer) -> None:
-        room = self._rooms.get(viewer.slug)
-        if room is None or viewer.coarse:  # what is kept is whole
+        room, now = self._rooms.get(viewer.slug), time.monotonic()
+        if room is None or viewer.coarse or now < viewer.newest_from:  # what is kept is whole
             return
         for camera, data in room.newest.items():  # it may be old, so the next one is not kept back for it
             if camera in viewer.cameras and not room.flows(viewer, camera):
+                viewer.newest_from = now + NEWEST_S
                 viewer.put_picture(camera, data)
 
     def video(self, viewer: Viewer) -> list[bytes]:
@@ -330,6 +334,8 @@ class Hub:
 
     async def _keep_watch_once(self) -> None:
         await self._mark(bus.web_key())
+        if bus.lost_events() and self.link:
+            await URGENT.run(bus.make_up)
         if self._pubsub is not None:
             with contextlib.suppress(RedisError, OSError):  # who reads finds out
                 await self._pubsub.ping()

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from channels.exceptions import StopConsumer
 from channels.generic.websocket import AsyncWebsocketConsumer
 
+from portal.limits.dropped import drop
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
 from portal.live.threads import ANYBODY, KNOWN, Pool
@@ -114,6 +115,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
         self._filled = now
         if self._tokens < 0:
+            drop("sent too many messages")
             await self.close(TOO_FAST)
             return
         try:

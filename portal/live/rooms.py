@@ -42,8 +42,8 @@ class Viewer:
 
     __slots__ = (
         "cameras", "coarse", "compact", "connection", "counted", "due", "events", "every_s", "frames",
-        "given", "joins_from", "page", "resync", "seat", "slug", "sound", "sounds", "state", "stranger", "told",
-        "trace", "video", "wake",
+        "given", "joins_from", "newest_from", "page", "resync", "seat", "slug", "sound", "sounds", "state", "stranger",
+        "told", "trace", "video", "wake",
     )  # fmt: skip
 
     def __init__(self, slug: str, connection: Connection | None = None) -> None:
@@ -59,6 +59,7 @@ class Viewer:
         self.sound = False  # its person listens
         self.sounds: tuple[bytes, ...] = ()
         self.given: dict[int, Given] = {}  # of each camera's video
+        self.newest_from = 0.0  # when it may be given the pictures that are kept
         self.joins_from = 0.0  # when it may be given all since the last key picture
         self.frames: dict[int, bytes] = {}
         self.state: bytes | None = None

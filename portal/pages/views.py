@@ -9,6 +9,8 @@ from django.contrib.auth.decorators import login_required
 from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, render
 from django.utils._os import safe_join
+from django.utils.cache import get_conditional_response
+from django.utils.http import http_date
 from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
@@ -161,9 +163,12 @@ def media(request: HttpRequest, path: str) -> HttpResponse:
     """Serve a stored picture; names are never reused, so caches may keep it."""
     try:
         full = Path(safe_join(str(Path(settings.MEDIA_ROOT) / "frames"), path))
-        picture = full.read_bytes()
+        picture, kept = full.read_bytes(), full.stat()
     except (OSError, ValueError) as error:
         raise Http404("There is no such picture.") from error
-    response = HttpResponse(picture, content_type="image/jpeg")
+    etag, at = f'"{kept.st_mtime_ns:x}-{kept.st_size:x}"', int(kept.st_mtime)
+    response: HttpResponse = HttpResponse(picture, content_type="image/jpeg")
+    response = get_conditional_response(request, etag=etag, last_modified=at, response=response) or response
     response["Cache-Control"] = "public, max-age=31536000, immutable"
+    response["ETag"], response["Last-Modified"] = etag, http_date(at)
     return response

@@ -103,7 +103,9 @@ def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:
         return
     path, size = keeping.movie_path(movie), made.stat().st_size
     made.replace(path)
-    if not done.update(state=State.READY, ready_at=now, size=size, reason=""):
+    if done.update(state=State.READY, ready_at=now, size=size, reason=""):
+        return
+    if not Movie.objects.filter(pk=movie.pk, state=State.READY).exists():  # ready: another recorder has made it too
         path.unlink(missing_ok=True)  # pictures of it were taken down meanwhile
 
 

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import random
+import time
 from urllib.parse import quote
 
 import pytest
@@ -11,7 +12,8 @@ import pytest
 from portal.live.hub import Hub
 from portal.live.rooms import Viewer
 from robots import bus
-from robots.messages import picture_packet
+from robots.messages import Changed, picture_packet
+from robots.models import Robot
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 
@@ -86,3 +88,33 @@ def test_a_page_has_what_it_wants_heard_and_of_cameras_that_the_robot_has(web):
         wait_for(lambda: isinstance(data := one.recv(timeout=5), bytes) and data[0] == 2, 5, "the picture")
     web.nothing_left()
     assert told(web)[0] == set()
+
+
+def test_what_one_process_could_not_send_is_made_up_though_it_sends_nothing_more(web, robot, owned, monkeypatch):
+    """A single message is lost; the connections through which pages hear of changes stay up."""
+    with line(web) as one:
+        while not heard(one, "snapshot")["link"]:
+            pass
+        with monkeypatch.context() as away:
+            away.setattr(bus, "_send", lambda *_: -1)
+            Robot.objects.update(name="Mercury the Second")
+            assert not bus.publish("mercury", Changed("robot"))
+        while heard(one, "snapshot", 30)["robot"]["name"] != "Mercury the Second":
+            pass
+    web.nothing_left()
+
+
+def test_whoever_wishes_again_and_again_is_not_given_the_newest_picture_again_and_again(web, robot, owned):
+    with line(web) as one:
+        heard(one, "snapshot")
+        bus.publish_picture("mercury", picture_packet(7, 1, 0, (), b"jpeg"))
+        begun, pictures, answered = time.monotonic(), 0, False
+        for n in range(30):
+            one.send(json.dumps({"t": "watch", "cameras": [0], "every_s": 15 if n % 2 else 0}))
+        one.send(json.dumps({"t": "ping", "n": 5}))
+        while not answered:
+            data = one.recv(timeout=20)
+            pictures += isinstance(data, bytes) and data[0] == 2
+            answered = isinstance(data, str) and json.loads(data)["t"] == "pong"
+        assert 1 <= pictures <= 3 + time.monotonic() - begun
+    web.nothing_left()

@@ -14,7 +14,7 @@ from websockets.extensions.permessage_deflate import ClientPerMessageDeflateFact
 from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
-from portal.limits.sockets import dropped
+from portal.limits.dropped import dropped
 from portal.live import consumers, shared, viewing
 from portal.live.snapshot import snapshot
 from portal.live.viewing import LEAST_S
@@ -149,7 +149,7 @@ def test_events_stay_in_order_for_a_viewer_who_reads_in_bits(web):
 
 def test_a_viewer_who_takes_nothing_is_dropped_and_counted_and_one_who_takes_a_little_is_not(web, monkeypatch):
     monkeypatch.setitem(settings.LIMITS, "READ_S", 1.0)
-    before = dropped["takes nothing"]
+    before = dropped["took nothing"]
     dead, slow = Viewer(web), Viewer(web)
     big = picture(1, 2_000_000)
     bus.publish_picture("mercury", big)
@@ -157,7 +157,7 @@ def test_a_viewer_who_takes_nothing_is_dropped_and_counted_and_one_who_takes_a_l
     while time.monotonic() < until:
         slow.read(3000)
         time.sleep(0.1)
-    assert dropped["takes nothing"] == before + 1
+    assert dropped["took nothing"] == before + 1
     assert web.left()["viewers"] == 1
     slow.until(lambda: slow.pictures() == [big])
     dead.close()

@@ -50,3 +50,17 @@ def test_it_is_tried_again_while_redis_is_away(lost, redis_server):
     finally:
         redis_server.start()
     assert Changed("robot") in heard("mercury", lambda: bus.publish_state("mercury", b"packet"))
+
+
+def test_a_process_that_says_nothing_more_of_that_robot_makes_up_for_it_too(lost):
+    assert heard("mercury", bus.make_up) == [Changed("robot")]
+    assert heard("mercury", bus.make_up) == []
+
+
+def test_a_message_that_could_not_be_made_up_is_made_up_later(lost, redis_server):
+    redis_server.stop()
+    try:
+        bus.make_up()
+    finally:
+        redis_server.start()
+    assert heard("mercury", bus.make_up) == [Changed("robot")]

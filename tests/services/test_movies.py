@@ -219,3 +219,18 @@ def test_a_program_that_is_given_rubbish_fails_and_leaves_the_robot_alone(tmp_pa
     argv = [sys.executable, "-m", "robots.recordings.movie", "mp4", str(tmp_path / "x.part")]
     done = subprocess.run(argv, input=plan, capture_output=True, text=True, check=False)
     assert done.returncode != 0
+
+
+def test_a_movie_that_two_recorders_made_stays(recording, tmp_path):
+    """One begins while the other, on another host with the same pictures, is at it."""
+    asked = movies.ask(recording, "mp4", SYSTEM.now())
+    first = movies.claim(SYSTEM.now())
+    movies.again(SYSTEM.now() + timedelta(days=1))
+    second = movies.claim(SYSTEM.now())
+    keeping.movie_path(asked).parent.mkdir(parents=True, exist_ok=True)
+    for n, one in enumerate((first, second)):
+        made = tmp_path / f"{n}.part"
+        made.write_bytes(b"movie")
+        movies.finish(one, made, "", SYSTEM.now())
+    asked.refresh_from_db()
+    assert (asked.state, keeping.movie_path(asked).read_bytes()) == (Movie.State.READY, b"movie")

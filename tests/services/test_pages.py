@@ -260,3 +260,16 @@ def test_the_page_of_a_robot_whose_package_is_gone_says_so(robot, client, driver
     assert answer.status_code == 503
     assert b"Lost one cannot be shown now" in answer.content
     assert client.get("/robots/lost/model.urdf").status_code == 404
+
+
+def test_a_stored_picture_that_a_cache_has_is_not_sent_again(db, client, settings, tmp_path):
+    settings.MEDIA_ROOT = tmp_path
+    (tmp_path / "frames").mkdir()
+    (tmp_path / "frames" / "a.jpg").write_bytes(b"picture")
+    shown = client.get("/media/frames/a.jpg")
+    assert (shown.status_code, shown.content) == (200, b"picture")
+    again = client.get("/media/frames/a.jpg", headers={"If-None-Match": shown["ETag"]})
+    assert (again.status_code, again.content, again["ETag"]) == (304, b"", shown["ETag"])
+    assert again["Cache-Control"] == shown["Cache-Control"]
+    assert client.get("/media/frames/a.jpg", headers={"If-Modified-Since": shown["Last-Modified"]}).status_code == 304
+    assert client.get("/media/frames/a.jpg", headers={"If-None-Match": '"another"'}).status_code == 200

@@ -26,6 +26,7 @@ HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housek
 WATCH_S = 4
 SOUND = "sound"  # what is watched by somebody who listens
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
+RARELY_S, RARE_S = 5.0, 2.52  # who wants one in 5 s or less often is given the second of pictures that come so often
 SOME_S = 0.2  # of recordings
 SHOT_S = 60  # a live picture with an address of its own
 STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
@@ -67,7 +68,8 @@ def watched_as(camera: int, every_s: float, video: bool = False, coarse: bool = 
     `video`, `coarse`: as video, or in few bytes, where each picture is wanted.
     """
     if every_s:
-        return frames_of(camera) + (".slow" if every_s >= SLOW_S else ".some" if every_s >= SOME_S else "")
+        rates = ((RARELY_S, ".rare"), (SLOW_S, ".slow"), (SOME_S, ".some"))
+        return frames_of(camera) + next((name for least_s, name in rates if every_s >= least_s), "")
     return video_of(camera, coarse) if video else frames_of(camera, coarse)
 
 
@@ -331,7 +333,7 @@ def watched(slug: str, what: str = "frames") -> bool:
 class Wanted(NamedTuple):
     """What somebody wants of a camera, whole and coarse: each picture, video, a key picture of it.
 
-    `some`: one picture in `SOME_S` seconds; `now_and_then`: one in `SLOW_S` seconds.
+    `some`: one picture in `SOME_S` seconds; `now_and_then`: one in `SLOW_S` seconds; `rarely`: one in `RARE_S` seconds.
     """
 
     each: bool = False
@@ -342,12 +344,13 @@ class Wanted(NamedTuple):
     coarse_key: bool = False
     some: bool = False
     now_and_then: bool = False
+    rarely: bool = False
 
 
 def how_watched(slug: str, camera: int) -> Wanted:
     """Return what somebody wants of a camera. Raises redis.RedisError."""
     names = [name(camera, coarse) for coarse in (False, True) for name in (frames_of, video_of, key_of)]
-    names += [watched_as(camera, SOME_S), watched_as(camera, SLOW_S)]
+    names += [watched_as(camera, SOME_S), watched_as(camera, SLOW_S), watched_as(camera, RARELY_S)]
     return Wanted(*(found is not None for found in connection().mget(*(watch_key(slug, name) for name in names))))
 
 

@@ -1,7 +1,7 @@
 """`make proofs`: run the proofs at full numbers and write `docs/reference/proofs.md`.
 
-Results add up in `docs/reference/proofs.json`; a promise whose numbers were run already is
-left out unless it is named (`make proofs P=7`).
+Results add up in `docs/reference/proofs.json`; a test whose numbers were run already, of that robot and on that
+database, is left out unless its promise is named (`make proofs P=7`).
 """
 
 import json
@@ -17,6 +17,8 @@ ROOT = Path(__file__).resolve().parent.parent
 KEPT = ROOT / "docs" / "reference" / "proofs.json"
 PAGE = ROOT / "docs" / "reference" / "proofs.md"
 ROBOTS = ("mercury", "pa10", "irat")
+ON_BOTH = (4, 7, 21, 22, 23)  # promises that are run on both databases
+LIST = "proofs.txt"
 PROMISES = {
     1: "One command, at most one motion.",
     2: "A crash means `unknown`, never a replay.",
@@ -104,21 +106,60 @@ def kept() -> list[dict]:
     return json.loads(KEPT.read_text()) if KEPT.exists() else []
 
 
-def run(promise: int, database: str, only: str = "") -> bool:
-    """Run one promise's tests, of all robots or of one; keep what they say. Return whether they were green."""
+def pytest_collection_modifyitems(items) -> None:
+    """Write down which tests have a proof, where this file is a plug-in of pytest's."""
+    found = [
+        item.nodeid
+        for item in items
+        if "test_promise_" in item.name and ("proof" in item.fixturenames or "Proof(" in item.path.read_text())
+    ]
+    (Path(os.environ["FARHAND_PROOFS_TO"]) / LIST).write_text("\n".join(found))
+
+
+def with_proofs() -> dict[str, int]:
+    """Return the tests that write a figure down, by pytest's name of them, with the number of their promise."""
+    with tempfile.TemporaryDirectory() as folder:
+        env = {**os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": "sqlite", "FARHAND_PROOFS_TO": folder}
+        files = [str(f) for f in sorted((ROOT / "tests").rglob("test_*.py")) if "def test_promise_" in f.read_text()]
+        argv = [sys.executable, "-m", "pytest", "--collect-only", "-qq", "-p", "tests.proofs", *files]
+        subprocess.run(argv, cwd=ROOT, env=env, check=True, stdout=subprocess.DEVNULL)
+        names = (Path(folder) / LIST).read_text().splitlines()
+    return {name: int(re.search(r"test_promise_(\d+)", name)[1]) for name in names}
+
+
+def databases(promise: int) -> tuple[str, ...]:
+    return ("sqlite", "postgres") if promise in ON_BOTH else ("sqlite",)
+
+
+def missing(wanted: dict[str, int], results: list[dict], only: str) -> dict[tuple[int, str], list[str]]:
+    """Return which tests have not been run in full, by promise and database; `only`: none of another robot."""
+    proven = {(r["test"], r["database"]) for r in results if r.get("full")}
+    left: dict[tuple[int, str], list[str]] = {}
+    for name, promise in sorted(wanted.items(), key=lambda one: one[1]):
+        if only and any(robot in name for robot in ROBOTS if robot != only):
+            continue
+        parts = name.split("::")
+        for database in databases(promise):
+            if (f"{Path(parts[0]).name}::{parts[-1]}", database) not in proven:
+                left.setdefault((promise, database), []).append(name)
+    return left
+
+
+def choice(promise: int, only: str) -> list[str]:
+    """Return what makes pytest run one promise's tests, of all robots or of one."""
     others = "".join(f" and not {robot}" for robot in ROBOTS if only and robot != only)
+    where = ["tests/faults", "tests/drivers", "tests/e2e", "tests/services", "tests/unit"]
+    return [*where, "-k", f"promise_{promise:02d}{others}"]
+
+
+def run(tests: list[str], database: str) -> bool:
+    """Run these tests; keep what they say. Return whether they were green."""
     with tempfile.TemporaryDirectory() as folder:
         env = {
             **os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": database,
             "FARHAND_PROOFS": "full", "FARHAND_PROOFS_TO": folder,
         }  # fmt: skip
-        where = ["tests/faults", "tests/drivers", "tests/e2e", "tests/services", "tests/unit"]
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", *where, "-k", f"promise_{promise:02d}{others}"],
-            cwd=ROOT,
-            env=env,
-            check=False,
-        )
+        done = subprocess.run([sys.executable, "-m", "pytest", *tests], cwd=ROOT, env=env, check=False)
         take(Path(folder))
     return done.returncode in (0, 5)
 
@@ -192,11 +233,11 @@ def main() -> None:
         return
     asked = [int(a) for a in sys.argv[1:] if a.isdigit()]
     only = next((a for a in sys.argv[1:] if a in ROBOTS), "")
-    proven = {r["promise"] for r in kept() if r.get("full")}
+    runs = {(number, database): choice(number, only) for number in asked for database in databases(number)}
     failed = []
-    for number in asked or [n for n in (*range(1, 27), 31, 33, 34, 43, 44, 45, 46) if n not in proven]:
-        databases = ("sqlite", "postgres") if number in (4, 7, 21, 22, 23) else ("sqlite",)
-        failed += [f"{number} on {d}" for d in databases if not run(number, d, only)]
+    for (number, database), tests in (runs or missing(with_proofs(), kept(), only)).items():
+        if not run(tests, database):
+            failed.append(f"{number} on {database}")
         write()
     write()
     if failed:

@@ -19,6 +19,8 @@ import numpy as np
 
 from benchmarks.stage import cast, database, set_up
 
+RECORD = [sys.executable, "-m", "workers.recorder"]
+
 SAMPLE_S = 10.0
 FAULT_S = 45.0
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "reference" / "soak.md"
@@ -29,7 +31,7 @@ WATCHED_S = (20.0, 120.0)
 STRENGTHS = {"corrupt": 0.03, "drop": 0.03, "slow": 0.2, "disturb": 60.0}
 BESIDE = {"mercury": "double_ack", "pa10": "slip"}  # those that the proofs know of
 FOR_A_WHILE = ("corrupt", "drop", "slow")  # until the next fault; the others three times
-KILLS = ("redis", "worker", "web", "simulator")
+KILLS = ("redis", "worker", "web", "recorder", "simulator")
 
 
 def main() -> None:
@@ -169,16 +171,18 @@ class Soak:
     """The whole portal under its own people."""
 
     def __init__(self) -> None:
+        from robots.models import Records, Robot
         from tests.conftest import RedisServer
-        from tests.rig import Web, housekeeping
+        from tests.rig import Child, Web, housekeeping
 
         self.dice = random.Random(42)
         self.redis = RedisServer()
         self.redis.start()
         mercury, ada = cast()
         self.stands = [Stand(robot, ada, self.dice) for robot in (mercury, self._museum_arm(ada))]
-        self._web, self._housekeeper = Web, housekeeping
-        self.web, self.housekeeper = Web(), housekeeping()
+        Robot.objects.update(records=Records.WORK)
+        self._web, self._housekeeper, self._recorder = Web, housekeeping, lambda: Child("recorder", RECORD)
+        self.web, self.housekeeper, self.recorder = Web(), housekeeping(), self._recorder()
         self.viewers = [
             Viewer(stand.robot.slug, lambda: self.web.url, random.Random(n))
             for stand in self.stands
@@ -227,6 +231,7 @@ class Soak:
                 stand.close()
             self.web.kill()
             self.housekeeper.kill()
+            self.recorder.kill()
             self.redis.stop()
 
     def _look_after(self) -> None:
@@ -237,6 +242,8 @@ class Soak:
             self.web = self._web()
         if not self.housekeeper.alive():
             self.housekeeper = self._housekeeper()
+        if not self.recorder.alive():
+            self.recorder = self._recorder()
 
     def _settle(self) -> None:
         for stand in self.stands:
@@ -263,11 +270,13 @@ class Soak:
                 stand.worker.kill()
             case "web":
                 self.web.kill()
+            case "recorder":
+                self.recorder.kill()
             case _:
                 stand.restart_simulator()
 
     def _processes(self) -> dict[str, int]:
-        found = {"web": self.web.pid, "housekeeping": self.housekeeper.pid}
+        found = {"web": self.web.pid, "housekeeping": self.housekeeper.pid, "recorder": self.recorder.pid}
         for stand in self.stands:
             found |= {
                 f"{stand.robot.slug}-worker": stand.worker.pid,

@@ -14,11 +14,19 @@ from tests.rig import free_port
 
 AGE = """() => [Number(document.querySelector('canvas[data-at]').dataset.at), Date.now(),
   document.querySelector('#age').innerText, document.querySelector('#age').dataset.age]"""
-# bytes a second, round trip (s); what the page says of pictures, how old the one on it is, how soon Stop arrives (s)
+VALUES_ALONE = "^Very slow connection: only measured values"
+AT_MOST_1_KB = re.compile(r"^Line (good|fair|poor), (0\.\d|1\.[012])( of \d+(\.\d)?)? kB/s$")
+LOADED_MS = 240_000
+# bytes a second (0: no limit), round trip (s); what the page says of pictures and of the line, how old the picture on it
+# is, how soon Stop arrives (s)
 LINES = {
-    "1 kB/s": (1000, 0.0, "^Very slow connection: only measured values", {"old"}, 3.0),
-    "50 kB/s, 300 ms": (50_000, 0.3, "^(Slow connection: the pictures are coarse.)?$", {"fresh"}, 1.5),
-}
+    "1 kB/s": (1000, 0.0, VALUES_ALONE, AT_MOST_1_KB, {"old"}, 3.0),
+    "50 kB/s, 300 ms": (
+        50_000, 0.3, "^(Slow connection: the pictures are coarse.)?$",
+        re.compile(r"^Line (good|fair), (\d\.\d of )?([1-9]|[1-4]\d|\d\.\d) kB/s$"), {"fresh"}, 1.5,
+    ),
+    "lossless": (0, 0.0, "^$", re.compile(r"^Line (good|fair), [\d. of]+ kB/s$"), {"fresh"}, 1.0),
+}  # fmt: skip
 
 
 class Pings:
@@ -78,14 +86,15 @@ def told_latency_is_true(page, pings, least_ms):
     assert any(told == pytest.approx(took, abs=200) for took in pings.took_ms[-2:]), (told, pings.took_ms)
 
 
-@pytest.mark.parametrize("name", [at_length("1 kB/s"), "50 kB/s, 300 ms"])
+@pytest.mark.parametrize("name", [at_length("1 kB/s"), "50 kB/s, 300 ms", "lossless"])
 def test_over_a_thin_line_one_commands_and_stops_and_is_told_the_truth(operator, name):
     ada, line, pings = operator
-    page, (bytes_s, round_trip_s, words, looks, stop_s) = ada.page, LINES[name]
+    page, (bytes_s, round_trip_s, words, line_words, looks, stop_s) = ada.page, LINES[name]
     line.thin(bytes_s, round_trip_s)
     expect(page.locator("#pace-said")).to_have_text(re.compile(words), timeout=90_000)
     page.wait_for_timeout(3000)
     told_age_is_true(page, looks)
+    expect(page.locator("#line-said")).to_have_text(line_words, timeout=30_000)
     ada.press("down")
     told_age_is_true(page, looks)
     told_latency_is_true(page, pings, 1000 * round_trip_s)
@@ -94,3 +103,38 @@ def test_over_a_thin_line_one_commands_and_stops_and_is_told_the_truth(operator,
     expect(page.locator("#release")).to_be_visible(timeout=20_000)
     expect(page.locator("#stop-said")).to_have_text("The robot is stopped", timeout=20_000)
     expect(page.locator("#banner")).to_be_hidden()
+
+
+@pytest.mark.length
+def test_an_operator_who_connects_again_over_1_kb_a_second_drives_on(operator):
+    ada, line, _ = operator
+    line.set("cut")
+    expect(ada.page.locator("#banner")).to_be_visible()
+    line.set("pass", bytes_s=1000)
+    expect(ada.page.locator("#banner")).to_be_hidden(timeout=60_000)
+    expect(ada.page.locator("#pace-said")).to_have_text(re.compile(VALUES_ALONE), timeout=90_000)
+    told_age_is_true(ada.page, {"old"})
+    ada.press("down")
+
+
+@pytest.mark.length
+def test_a_page_is_opened_over_1_kb_a_second(portal, visitor):
+    """By somebody whose browser has the site's scripts; what was never there takes minutes."""
+    line = ThinLine(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))
+    someone = visitor()
+    page = someone.page
+    someone.allowed = ("ERR_", "WebSocket")
+    where = f"http://localhost:{line.at[1]}/robots/mercury/"
+    page.goto(where)
+    expect(page.locator("#age")).to_have_text(re.compile("a second"))
+    page.goto("about:blank")
+    line.thin(1000)
+    page.goto(where, timeout=LOADED_MS)
+    expect(page.locator("#pace-said")).to_have_text(re.compile(VALUES_ALONE), timeout=LOADED_MS)
+    expect(page.locator("#line-said")).to_have_text(AT_MOST_1_KB, timeout=30_000)
+    expect(page.locator("#banner")).to_be_hidden(timeout=30_000)
+    expect(page.locator("#state")).to_have_text("Ready")
+    assert re.match("No picture yet$|Picture .* old", page.inner_text("#age"))
+    expect(page.locator("#age")).not_to_have_attribute("data-age", "fresh")
+    line.set("cut")
+    line.close()

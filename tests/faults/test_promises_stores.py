@@ -13,7 +13,7 @@ from django.conf import settings
 from django.db import connection, connections
 
 from operatorlog import services as log
-from operatorlog.models import Entry
+from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse
 from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots import bus, services
@@ -65,10 +65,11 @@ def works(rig, seconds=15.0):
 
 @pytest.mark.asvs("2.3.3")
 def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
-    """FLUSHALL and kills of everything at random moments, under commands and log entries."""
+    """FLUSHALL and kills of everything, Redis too, at random moments, under commands, log entries and surveys."""
     dice = random.Random(21)
     times = proof.count("kills and flushes", 2, 15, 100)
-    told, entries, places = set(), set(), set()
+    told, entries, surveys, places = set(), set(), set(), set()
+    question = SurveyQuestion.objects.create(prompt="How was it?", kind=SurveyQuestion.Kind.TEXT)
     site = web()
     rig.owner()
     rig.grant(seconds=3000)
@@ -80,14 +81,21 @@ def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
                     told.add(rig.issue("noop").pk)
                 except NotPermitted:
                     time.sleep(0.5)
-            entries.add(write_down(rig, f"entry {i}"))
+            entry, survey = write_down(rig, f"entry {i}", question)
+            entries.add(entry)
+            surveys.add(survey)
             places.add(queue.join(rig.robot, rig.people["bob"], rig.now()).pk)
             if i % 2:
                 queue.leave(rig.robot, rig.people["bob"], rig.now())
-            bus.connection().flushall()
+            if i % 2:
+                rig.redis.stop()
+            else:
+                bus.connection().flushall()
             victims = [site, housekeeper, *[w for w in rig.workers if w.alive()]]
             for victim in dice.sample(victims, dice.randint(1, len(victims))):
                 victim.kill()
+            if i % 2:
+                rig.redis.start()
             if not site.alive():
                 site = web()
             if not housekeeper.alive():
@@ -100,14 +108,18 @@ def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
         housekeeper.kill()
     assert set(Command.objects.values_list("pk", flat=True)) >= told
     assert set(Entry.objects.values_list("pk", flat=True)) == entries
+    assert set(SurveyResponse.objects.values_list("pk", flat=True)) == surveys
+    answers = SurveyAnswer.objects.filter(response__in=surveys).values_list("value", flat=True)
+    assert sorted(answers) == sorted(f"entry {i}" for i in range(times))
     assert set(Ticket.objects.values_list("pk", flat=True)) >= places
     proof.holds(
-        f"{times} times: {len(told)} commands, {len(entries)} log entries, {len(places)} queue places told, 0 lost"
+        f"{times} times: {len(told)} commands, {len(entries)} log entries, {len(surveys)} surveys, {len(places)} queue "
+        "places told, 0 lost"
     )
 
 
-def write_down(rig, text):
-    """Write a log entry about a turn of eve's that is over; return what she was told."""
+def write_down(rig, text, question):
+    """Write a log entry and a survey about a turn of eve's that is over; return what she was told."""
     now, eve = rig.now(), rig.people["eve"]
     grant = Grant.objects.create(robot=rig.robot, kind="turn", holder=eve, opened_at=now, ended_at=now, end_reason="x")
     ticket = Ticket.objects.create(
@@ -117,7 +129,8 @@ def write_down(rig, text):
         robot=rig.robot, user=eve, ticket=ticket, grant=grant, started_at=now, base_until=now, until=now,
         last_seen=now, ended_at=now, end_reason="x",
     )  # fmt: skip
-    return log.write(turn, eve, text, None, now).pk
+    entry, survey = log.hand_in(turn, eve, text, None, {question.pk: text}, now)
+    return entry.pk, survey.pk
 
 
 @pytest.mark.asvs("16.5.2")

@@ -1,6 +1,7 @@
 """What a recording knows from its first moment on."""
 
 from datetime import timedelta
+from math import inf
 
 import pytest
 
@@ -129,3 +130,16 @@ def test_a_recording_that_ends_beside_the_next_of_the_same_robot_leaves_that_one
     assert "heard" in steps, steps
     path = keeping.live_path(Recording.objects.get(grant__holder=people["bob"]))
     assert 9 in [unpack(data).number for _, data in given(path, read_index(path).began_ms) if data[0] == 3]
+
+
+def test_no_more_pictures_are_asked_for_than_the_recording_takes(turn, monkeypatch):
+    """As the file grows it takes fewer, then none: the robot's cameras are not kept busy for it."""
+    recorder, asked = Recorder(SYSTEM, "here"), []
+    recorder.run(lambda: bool(recorder.running))
+    one = recorder.running[turn.pk]
+    monkeypatch.setattr(bus, "watch", lambda slug, what: asked.append(what))
+    for every_s, what in ((0.2, "frames.some"), (1.6, "frames.slow"), (25.6, "frames.rare"), (inf, None)):
+        asked.clear()
+        one.taping.every_s = every_s
+        recorder.ask(one)
+        assert asked[:1] == ([what] if what else [])

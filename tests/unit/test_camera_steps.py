@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from robots.bus import SOME_S, Wanted
+from robots.bus import RARE_S, SOME_S, Wanted
 from workers.cameras.steps import COARSE_S, Steps
 
 EVERY_S, SECONDS = 0.05, 10.0
@@ -46,6 +46,8 @@ ALL, COARSE, SECONDLY = round(SECONDS / EVERY_S), SECONDS / COARSE_S, SECONDS
         (Wanted(coarse_video=True, coarse=True), {"coarse": COARSE, "coarse_video": COARSE}),
         (Wanted(coarse_video=True, now_and_then=True), {"coarse_video": COARSE, "jpeg": SECONDLY}),
         (Wanted(now_and_then=True), {"jpeg": SECONDLY}),
+        (Wanted(rarely=True), {"jpeg": SECONDS / RARE_S}),
+        (Wanted(rarely=True, now_and_then=True), {"jpeg": SECONDLY}),
         (Wanted(some=True, now_and_then=True), {"jpeg": SECONDS / SOME_S}),
         (Wanted(some=True, coarse=True), {"jpeg": SECONDS / SOME_S, "coarse": COARSE}),
         (Wanted(key=True, coarse_key=True), {}),

@@ -143,7 +143,8 @@ def test_after_a_silence_nothing_old_is_given_and_a_key_picture_is_asked_for():
 def test_who_wants_a_picture_now_and_then_or_cannot_decode_gets_jpeg():
     room = Room("arm")
     wishes = {
-        (0.0, "vp8", False): "video1", (0.0, "", False): "frames1", (5.0, "vp8", True): "frames1.slow",
+        (0.0, "vp8", False): "video1", (0.0, "", False): "frames1", (5.0, "vp8", True): "frames1.rare",
+        (1.0, "", False): "frames1.slow", (0.4, "", False): "frames1.some",
         (0.0, "vp8", True): "coarsevideo1", (0.0, "", True): "coarse1",
     }  # fmt: skip
     for (every_s, video, coarse), name in wishes.items():

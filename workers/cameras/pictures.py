@@ -142,7 +142,7 @@ class Pictures:
         steps = self._steps[camera]
         due = steps.due(wanted, now)
         if not any((due.jpeg, due.video, due.coarse, due.coarse_video)):
-            return any(wanted._replace(now_and_then=False))
+            return any(wanted._replace(now_and_then=False, rarely=False))
         try:
             with source.lock:
                 if first and self._wanted.is_set():

@@ -45,9 +45,8 @@ class Steps:
     def due(self, wanted: bus.Wanted, now: float) -> Due:
         """Return what has to be made of a picture taken now."""
         since = now - self._jpeg_at + EARLY_S
-        jpeg = (
-            wanted.each or (wanted.some and since >= bus.SOME_S) or (wanted.now_and_then and since >= bus.SLOW_S)
-        )  # fmt: skip
+        rates = ((wanted.some, bus.SOME_S), (wanted.now_and_then, bus.SLOW_S), (wanted.rarely, bus.RARE_S))
+        jpeg = wanted.each or any(asked and since >= every_s for asked, every_s in rates)
         self._coarse = wanted.coarse
         coarse = now - self._coarse_at >= 0.9 * COARSE_S
         return Due(

@@ -9,6 +9,7 @@ import socket
 import time
 from collections.abc import Callable, Iterable
 from datetime import timedelta
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -134,8 +135,14 @@ class Recorder:
         if self.running and now - self._marked >= MARK_S:
             self._marked = now
             for one in self.running.values():
-                for camera in range(one.cameras):
-                    bus.watch(one.slug, bus.watched_as(camera, bus.SOME_S))
+                self.ask(one)
+
+    @staticmethod
+    def ask(one: _Running) -> None:
+        """Ask for pictures of its cameras, no more than it takes."""
+        if one.taping.every_s < inf:
+            for camera in range(one.cameras):
+                bus.watch(one.slug, bus.watched_as(camera, max(bus.SOME_S, one.taping.every_s)))
 
     def _look(self) -> None:
         """Find out which grants are open, and begin and end recordings after them."""

@@ -61,7 +61,7 @@ class Taping:
         self._news = threading.Condition()
         self._closing = False
         self._pictured: dict[int, int] = {}  # when each camera's last picture was put, ns
-        self._every_s = picture_every_s(0, limit, cameras)
+        self.every_s = picture_every_s(0, limit, cameras)  # between two pictures of a camera; infinite: none any more
         self._still = 0  # the newest stored picture that was put
         self.end = End()
         self.written = threading.Event()
@@ -73,7 +73,7 @@ class Taping:
         still = PICTURE_HEAD.unpack_from(data)[4] if len(data) > PICTURE_HEAD.size else 0
         new = still != 0 and still != self._still
         self._still = still or self._still
-        if not new and at_ns - self._pictured.get(camera, -(10**18)) + EARLY_NS < min(self._every_s, 10**6) * 1e9:
+        if not new and at_ns - self._pictured.get(camera, -(10**18)) + EARLY_NS < min(self.every_s, 10**6) * 1e9:
             return
         if self._put(f"{CAMERA}{camera}", at_ns, data, PICTURES_WAIT):
             self._pictured[camera] = at_ns
@@ -199,13 +199,13 @@ class Taping:
     def _judge(self, tape: Tape) -> None:
         """Thin pictures out as the file grows, and end at its greatest size."""
         every_s = picture_every_s(tape.size, self._limit, self._cameras)
-        if every_s != self._every_s:
+        if every_s != self.every_s:
             words = f"one in {every_s:g} s of each camera" if every_s < inf else "none any more"
             text = f"The recording has become large. Pictures from now on: {words}."
             now = max(self._pictured.values(), default=0)
             if now:
                 tape.put(EVENTS, now, {"what": "thinned", "text": text, "level": "info"})
-            self._every_s = every_s
+            self.every_s = every_s
         if tape.size >= self._limit:
             self._cut(TOO_LARGE)
         elif not self._room():

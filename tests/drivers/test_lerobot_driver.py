@@ -66,9 +66,6 @@ def goals(servos):
     return [r["goals"] for r in servos.journal() if r["event"] == "goal"]
 
 
-pytestmark = pytest.mark.filterwarnings("ignore")  # what the library and its own dependencies warn of is theirs
-
-
 def test_controls_come_from_the_description_without_the_library():
     features = spec_of("so101")
     assert features.joints == ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")

@@ -105,7 +105,7 @@ def test_redis_restarted_under_load_ends_no_process_and_everybody_sees_pictures_
     rig, redis_server, house, aways_s
 ):
     Robot.objects.update(records=Records.WORK)
-    owner, broom = rig.owner(), house.housekeeping()
+    owner, housekeeper = rig.owner(), house.housekeeping()
     recorder = Child("recorder", [sys.executable, "-m", "workers.recorder"], FARHAND_RECORDING_FREE_MB="1")
     backs = []
     try:
@@ -121,7 +121,7 @@ def test_redis_restarted_under_load_ends_no_process_and_everybody_sees_pictures_
                 assert not both.all_see(SOON_S, "after Redis came back"), "no socket was cut off"
                 ticked(rig)
                 wait_for(lambda: rig.final(rig.issue("noop")).state == "completed", SOON_S, "commands go on")
-            assert owner.alive() and broom.alive() and recorder.alive()
+            assert owner.alive() and housekeeper.alive() and recorder.alive()
             assert all(web.alive() for web in both.webs)
         end_grant(grant, GrantEnd.HOLDER, "over", rig.now())
         row = Recording.objects.get(grant=grant)

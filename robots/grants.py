@@ -9,7 +9,6 @@ from django.db import IntegrityError, transaction
 from django.db.models import BigAutoField, F
 
 from robots import bus
-from robots.clock import ms_of
 from robots.contract.procedures import PICTURE
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
@@ -176,7 +175,7 @@ def stage_event(command: Command) -> CommandStage:
     """Return the event that tells a command's stage."""
     return CommandStage(
         id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
-        state=command.state, reason=command.reason, at_ms=ms_of(command.reached_at),
+        state=command.state, reason=command.reason, at_ms=int(at.timestamp() * 1000) if (at := command.reached_at) else None,
         result=command.result, progress=command.progress,
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ from channels.generic.websocket import AsyncWebsocketConsumer
 from portal.limits.dropped import drop
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
-from portal.live.threads import ANYBODY, KNOWN, Pool
+from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
@@ -33,6 +33,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         super().__init__(*args, **kwargs)
         self.over = False
         self.me, self.known = 0, False  # the person, and whether they stand in a queue or are staff
+        self.operating = False  # whether they drive the robot
         self._tokens, self._filled = BURST, time.monotonic()
         self._tasks: set[asyncio.Task[None]] = set()
         self._main: asyncio.Task[Any] | None = None
@@ -56,7 +57,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
 
     def pool(self) -> Pool:
         """Return the threads for this kind of person."""
-        return KNOWN if self.known else ANYBODY
+        return DRIVERS if self.operating else KNOWN if self.known else ANYBODY
 
     async def orm(self, function: Callable[..., Any], *args: Any) -> Any:
         """Query the database in the threads for this kind of person."""

@@ -19,7 +19,7 @@ from portal.live.rooms import Viewer, watchers_text
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
 from portal.live.shared import snapshots, with_person
 from portal.live.snapshot import of_person, snapshot
-from portal.live.threads import DRIVERS, URGENT, Pool
+from portal.live.threads import URGENT
 from portal.stores import down_text
 from queueing.sessions import Place, disconnect, session_over
 from robots import bus
@@ -136,10 +136,6 @@ class Viewing(Line):
         await asyncio.sleep(AGAIN_S)
         self._looking = False
         self._stale.set()
-
-    def pool(self) -> Pool:
-        """Return the threads of those who drive, to whoever does."""
-        return DRIVERS if self.operating else super().pool()
 
     def alone(self) -> bool:
         """Return whether this socket's snapshots wait for nobody else's: the person drives."""

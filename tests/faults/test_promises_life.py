@@ -14,6 +14,7 @@ from django.conf import settings
 from django.core.management import call_command
 from django.db import connection, models
 
+from operatorlog.models import SurveyQuestion
 from portal import archive, restoring
 from robots.models import Command, Frame, Robot
 from tests.conftest import wait_for
@@ -27,8 +28,9 @@ def test_promise_25_restore_brings_everything_back(rig, proof, tmp_path):
     rig.owner()
     rig.grant()
     rig.final(rig.issue("move", x=0.1, y=0.4))
+    question = SurveyQuestion.objects.create(prompt="How was it?", kind=SurveyQuestion.Kind.TEXT)
     for i in range(rows):
-        write_down(rig, f"entry {i}")
+        write_down(rig, f"entry {i}", question)
     command = rig.issue("move", x=-0.2, y=0.3)
     rig.moving()
     manifest = archive.write(tmp_path / "backup.tar.gz")

@@ -82,7 +82,7 @@ def test_a_page_changes_between_video_and_jpeg_on_the_same_socket(web):
         bus.publish_video("mercury", packet(5))
         assert pictures(one, 1) == [packet(5)]
         one.send(json.dumps(WISH | {"every_s": 5}))
-        wait_for(lambda: bus.how_watched("mercury", 0).now_and_then, 5, "the other wish")
+        wait_for(lambda: bus.how_watched("mercury", 0).rarely, 5, "the other wish")
         bus.publish_video("mercury", packet(6))
         bus.publish_picture("mercury", b"\x02" + bytes(50))
         assert pictures(one, 1)[0][0] == PICTURE

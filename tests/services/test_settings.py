@@ -101,7 +101,7 @@ def test_a_list_is_tidied_by_the_robots_own_check_and_told_to_its_console(robot,
     admin.post(address(robot), sent(robot, boxes=json.dumps([turned])))
     robot.refresh_from_db()
     assert robot.settings == {"boxes": [VASE]}
-    assert console_facts(robot, False)["set"] == {"boxes": [VASE]}
+    assert console_facts(robot, None)["set"] == {"boxes": [VASE]}
     assert json.loads(form(admin, robot)["setting_boxes"].value()) == [VASE]
     answer = admin.post(address(robot), sent(robot, boxes='[{"name": ""}]'))
     assert "Box 1 needs a name" in answer.text

@@ -167,8 +167,10 @@ def test_a_map_that_is_cleared_on_the_way_ends_the_goal(tmp_path):
     trial = Trial(tmp_path, width=NARROW)
     explore(trial, 40)
     slam = trial.brain.mind.slam
-    away = np.hypot(*(slam.map.poses[:, :2] - slam.map.poses[0, :2]).T)  # from the dock, where no goal may lie
-    goal, end = place(trial, int(slam.map.ids[int(np.argmax(away))])), trial.now + 1.0
+    places = slam.map.poses[:, :2]
+    far = np.hypot(*(places - places[-1]).T)  # from where it is, so that it is on its way when the map is cleared
+    far[np.hypot(*(places - places[0]).T) < 0.5] = 0.0  # at the dock no goal may lie
+    goal, end = place(trial, int(slam.map.ids[int(np.argmax(far))])), trial.now + 0.5
 
     def permit():
         if trial.now > end and slam.map_number == goal["map"]:

@@ -175,7 +175,7 @@ def stage_event(command: Command) -> CommandStage:
     """Return the event that tells a command's stage."""
     return CommandStage(
         id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
-        state=command.state, reason=command.reason, at_ms=int(at.timestamp() * 1000) if (at := command.reached_at) else None,
+        state=command.state, reason=command.reason, at_ms=int(command.reached_at.timestamp() * 1000),
         result=command.result, progress=command.progress,
     )  # fmt: skip
 

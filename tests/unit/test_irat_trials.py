@@ -168,7 +168,8 @@ def test_a_map_that_is_cleared_on_the_way_ends_the_goal(tmp_path):
     explore(trial, 40)
     slam = trial.brain.mind.slam
     places = slam.map.poses[:, :2]
-    far = np.hypot(*(places - places[slam.map.current]).T)  # from where it is, so that it is on its way when the map is cleared
+    # far from where it is, so that it is on its way when the map is cleared
+    far = np.hypot(*(places - places[slam.map.current]).T)
     far[np.hypot(*(places - places[0]).T) < 0.5] = 0.0  # at the dock no goal may lie
     goal, end = place(trial, int(slam.map.ids[int(np.argmax(far))])), trial.now + 0.5
 

@@ -67,6 +67,8 @@ def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
                 where = (wide, high, mode, share)
                 assert stop.evaluate(COVER) == "", where
                 if wide < high and share < 0.6:
+                    # a busy machine is silent now and then
+                    expect(page.locator("#banner")).to_be_hidden(timeout=30_000)
                     assert page.locator("#screen").evaluate(COVER) == "", where
 
 

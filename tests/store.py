@@ -2,7 +2,7 @@
 
 import time
 
-from django.db import OperationalError, connection, transaction
+from django.db import IntegrityError, OperationalError, connection, transaction
 
 MADE_ONCE = {"django_migrations", "django_content_type", "auth_permission"}
 TRIES = 5
@@ -14,7 +14,7 @@ def wipe(robot: int | None = None) -> None:
         try:
             _wipe(robot)
             return
-        except OperationalError:  # a process that is still at work holds a lock
+        except (OperationalError, IntegrityError):  # a process that is still at work holds a lock, or wrote a row meanwhile
             if not left:
                 raise
             time.sleep(0.2)

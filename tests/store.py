@@ -14,7 +14,7 @@ def wipe(robot: int | None = None) -> None:
         try:
             _wipe(robot)
             return
-        except (OperationalError, IntegrityError):  # a process that is still at work holds a lock, or wrote a row meanwhile
+        except (OperationalError, IntegrityError):  # a process at work holds a lock, or wrote a row meanwhile
             if not left:
                 raise
             time.sleep(0.2)

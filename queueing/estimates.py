@@ -5,13 +5,12 @@ from datetime import datetime
 from django.conf import settings
 
 from queueing import fairshare
-from queueing.jobs.foreseeing import jobs_before, jobs_take
+from queueing.jobs.foreseeing import HANDOVER_S, jobs_before, jobs_take
 from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState, Turn
 from robots.models import Robot
 from robots.states import Cycle
 
 RULES = settings.FARHAND
-HANDOVER_S = 12.0
 
 
 def waiting(robot: Robot) -> int:
@@ -22,7 +21,23 @@ def waiting(robot: Robot) -> int:
 
 def place(ticket: Ticket) -> int:
     """Return how many waiting people and jobs are served before this ticket."""
-    return _people(ticket) + len(jobs_before(ticket))
+    people, jobs = _before(ticket)
+    return people + len(jobs)
+
+
+def wait_range(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, int] | None:
+    """Return the least and greatest wait of a ticket in s; None if nobody knows when the robot will be back."""
+    return place_and_wait(robot, ticket, now)[1]
+
+
+def place_and_wait(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, tuple[int, int] | None]:
+    """Return both, counted once; nobody is before a ticket that no longer waits."""
+    people, jobs = _before(ticket) if ticket.state == TicketState.WAITING else (0, [])
+    return people + len(jobs), _wait(robot, ticket, people, jobs, now)
+
+
+def _before(ticket: Ticket) -> tuple[int, list[Job]]:
+    return _people(ticket), jobs_before(ticket)
 
 
 def _people(ticket: Ticket) -> int:
@@ -33,16 +48,13 @@ def _people(ticket: Ticket) -> int:
     )
 
 
-def wait_range(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, int] | None:
-    """Return the least and greatest wait of a ticket in s; None if nobody knows when the robot will be back."""
+def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datetime) -> tuple[int, int] | None:
     if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     turn = Turn.objects.filter(robot=robot, ended_at=None).first()
     left = max(0.0, (turn.until - now).total_seconds()) if turn else 0.0
     if turn:
         left = max(left, 0.0) if turn.until <= turn.base_until else float(RULES["COUNTDOWN_S"])
-    waits = ticket.state == TicketState.WAITING
-    people = _people(ticket) if waits else 0
     low, high = fairshare.estimate(people, left, float(robot.turn_s or RULES["TURN_S"]), HANDOVER_S)
-    of_jobs = jobs_take(robot, jobs_before(ticket), now) if waits else (0.0, 0.0)
+    of_jobs = jobs_take(robot, jobs, now) if ticket.state == TicketState.WAITING else (0.0, 0.0)
     return round(low + of_jobs[0]), round(high + of_jobs[1])

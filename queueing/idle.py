@@ -6,7 +6,7 @@ from typing import TypeVar
 from queueing.models import Queue, QueueRobot
 from robots import bus
 from robots.contract.capabilities import Idle, Need
-from robots.contract.find import spec_of
+from robots.contract.find import spec_of, spec_or_none
 from robots.grants import newest_grant, start_grant
 from robots.models import Grant, Lease, Robot
 from robots.services.commands import AFTER_S, START_S, put
@@ -93,7 +93,5 @@ def store_watchers(queue: Queue, now: datetime) -> None:
 
 
 def _capabilities(robot: Robot, kind: type[C]) -> tuple[C, ...]:
-    try:
-        return spec_of(robot.driver).all_of(kind)
-    except LookupError:
-        return ()
+    spec = spec_or_none(robot.driver)
+    return spec.all_of(kind) if spec else ()

@@ -7,7 +7,7 @@ from typing import Any
 from django.conf import settings
 from django.db.models import Exists, OuterRef
 
-from queueing.estimates import place, wait_range
+from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, Ticket, TicketState
 from robots.models import Robot
 
@@ -64,4 +64,5 @@ def _standing(ticket: Ticket, now: datetime) -> Standing | None:
         return replace(found, until=turn.until, kept_until=kept)
     if state == "missed":
         return replace(found, ended_at=ticket.ended_at, reason=ticket.end_reason)
-    return replace(found, ahead=place(ticket), wait_s=wait_range(robot, ticket, now))
+    ahead, wait_s = place_and_wait(robot, ticket, now)
+    return replace(found, ahead=ahead, wait_s=wait_s)

@@ -92,9 +92,8 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         except LookupError:
             return {"procedures": (), "calibrates": False}
         calibration = spec.capability(Calibration)
-        offered = [p for p in procedures.procedures(spec) if p != procedures.PICTURE]
         rows = calibration.told(robot.calibration) if calibration else ()
-        return {"procedures": offered, "calibrates": calibration is not None, "calibration": rows}
+        return {"procedures": procedures.procedures(spec), "calibrates": calibration is not None, "calibration": rows}
 
     def get_form(self, request: HttpRequest, obj: Robot | None = None, change: bool = False, **kwargs: Any) -> Any:
         """Return the form, for a saved robot with the settings that its spec declares."""

@@ -8,7 +8,7 @@ from django.core.validators import MaxValueValidator, MinValueValidator
 from django.forms.fields import InvalidJSONInput
 
 from robots.contract.capabilities import Setting
-from robots.contract.find import function, spec_of
+from robots.contract.find import function, spec_of, spec_or_none
 from robots.drivers.errors import RobotError
 from robots.models import Robot
 
@@ -81,10 +81,8 @@ def _list(setting: Setting) -> forms.Field:
 
 def settings_of(driver: str) -> tuple[Setting, ...]:
     """Return the settings that the robot's spec declares; none if its package is not installed."""
-    try:
-        return spec_of(driver).settings()
-    except LookupError:
-        return ()
+    spec = spec_or_none(driver)
+    return spec.settings() if spec else ()
 
 
 def names(settings: Iterable[Setting], kind: str) -> tuple[str, ...]:

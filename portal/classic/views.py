@@ -19,8 +19,8 @@ from portal.consoles.console import classic
 from portal.live.snapshot import status_of
 from queueing import services as queue
 from queueing.errors import QueueError
-from queueing.estimates import place, wait_range
-from queueing.models import TicketState, Turn
+from queueing.estimates import place_and_wait
+from queueing.models import Turn
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
@@ -76,8 +76,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     turn = queue.open_turn(robot)
     still = newest_still(robot)
     mine = turn is not None and turn.user_id == request.user.pk
-    ahead = place(ticket) if ticket is not None and ticket.state == TicketState.WAITING else 0
-    wait = wait_range(robot, ticket, now) if ticket else None
+    ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
     unwritten = None
     if request.user.is_authenticated:
         unwritten = Turn.objects.filter(user=request.user, robot=robot, entry=None).exclude(ended_at=None).first()

@@ -7,10 +7,9 @@ from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
 from portal.live.jobs import jobs_shown
 from portal.stores import trouble
-from queueing.estimates import place, wait_range, waiting
+from queueing.estimates import place_and_wait, waiting
 from queueing.jobs.kinds import kinds_for, offers_turns
 from queueing.jobs.suspending import waits_for_staff
-from queueing.models import TicketState
 from queueing.services import open_ticket, open_turn
 from robots.clock import ms_of
 from robots.grants import open_grant, owner_alive
@@ -167,8 +166,7 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
     ticket = open_ticket(robot, user)
     shown = None
     if ticket is not None:
-        ahead = place(ticket) if ticket.state == TicketState.WAITING else 0
-        wait = wait_range(robot, ticket, now)
+        ahead, wait = place_and_wait(robot, ticket, now)
         shown = {
             "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": ms_of(ticket.offer_until),
         }  # fmt: skip

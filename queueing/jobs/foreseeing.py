@@ -11,7 +11,7 @@ from django.db.models import QuerySet
 from queueing.jobs.kinds import link_of
 from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket
-from robots.contract.find import spec_of
+from robots.contract.find import spec_or_none
 from robots.grants import open_grant
 from robots.models import Robot
 from robots.states import Cycle, GrantKind
@@ -104,10 +104,8 @@ def durations(robot: Robot, kind: str) -> Range:
 
 
 def _limit_s(robot: Robot, kind: str) -> float:
-    try:
-        told = spec_of(robot.driver).command(kind)
-    except LookupError:  # its package is not installed
-        told = None
+    spec = spec_or_none(robot.driver)
+    told = spec.command(kind) if spec else None
     return told.limit_s if told else 60.0
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from accounts.services import cleared
 from queueing.models import QueueRobot
-from robots.contract.find import spec_of
+from robots.contract.find import spec_or_none
 from robots.contract.spec import ANYONE, CommandKind
 from robots.models import Robot
 
@@ -27,11 +27,8 @@ def job_kinds(robot: Robot) -> tuple[CommandKind, ...]:
 
 def job_kinds_or_none(robot: Robot) -> tuple[CommandKind, ...] | None:
     """Return the same, but None if the robot's package is not installed, so that nobody knows."""
-    try:
-        commands = spec_of(robot.driver).commands
-    except LookupError:
-        return None
-    return tuple(c for c in commands if c.open_to(ANYONE) and not c.held)
+    spec = spec_or_none(robot.driver)
+    return None if spec is None else tuple(c for c in spec.commands if c.open_to(ANYONE) and not c.held)
 
 
 def may_ask(robot: Robot, user: Any, kind: CommandKind, guests_ask: bool) -> bool:
@@ -54,8 +51,6 @@ def kinds_for(robot: Robot, user: Any) -> tuple[CommandKind, ...]:
 
 def label_of(robot: Robot, kind: str) -> str:
     """Return what the robot calls this kind of command; its plain name where the robot no longer knows it."""
-    try:
-        found = spec_of(robot.driver).command(kind)
-    except LookupError:
-        found = None
-    return found.label if found is not None else kind.capitalize()
+    spec = spec_or_none(robot.driver)
+    found = spec.command(kind) if spec else None
+    return found.label if found else kind.capitalize()

@@ -6,7 +6,7 @@ from django.db.models import QuerySet
 
 from queueing.models import Job
 from robots.contract.capabilities import GoodWhile
-from robots.contract.find import spec_of
+from robots.contract.find import spec_or_none
 from robots.models import Lease, Robot
 
 FRESH = timedelta(seconds=60)  # an older value of a channel is not used
@@ -18,10 +18,8 @@ def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[
 
     Nothing is judged by a state that is old, or was told before the job: its asker may have seen a newer one.
     """
-    try:
-        declared = spec_of(robot.driver).all_of(GoodWhile)
-    except LookupError:
-        return []
+    spec = spec_or_none(robot.driver)
+    declared = spec.all_of(GoodWhile) if spec else ()
     lease = Lease.objects.filter(robot=robot).first() if declared else None
     if lease is None or lease.state_at is None or now - lease.state_at > FRESH:
         return []

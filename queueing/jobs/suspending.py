@@ -7,7 +7,7 @@ from queueing.jobs.kinds import job_kinds
 from queueing.models import QueueRobot
 from queueing.rows import announce, queue_of
 from robots.contract.capabilities import Idle, Need
-from robots.contract.find import spec_of
+from robots.contract.find import spec_or_none
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
 from robots.permissions import need_staff
@@ -23,11 +23,8 @@ def waits_for_staff(robot: Robot) -> bool:
 
 
 def _works_alone(robot: Robot) -> bool:
-    try:
-        spec = spec_of(robot.driver)
-    except LookupError:
-        return False
-    return bool(job_kinds(robot) or spec.all_of(Idle) or spec.all_of(Need))
+    spec = spec_or_none(robot.driver)
+    return spec is not None and bool(job_kinds(robot) or spec.all_of(Idle) or spec.all_of(Need))
 
 
 def suspended(robot: Robot, link: QueueRobot | None) -> bool:

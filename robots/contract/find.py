@@ -29,6 +29,14 @@ def spec_of(name: str) -> Spec:
     return made
 
 
+def spec_or_none(name: str) -> Spec | None:
+    """Return the same, or None where no such driver is installed."""
+    try:
+        return spec_of(name)
+    except LookupError:
+        return None
+
+
 @cache
 def function(path: str) -> Callable[..., Any]:
     """Return what a capability names as `package.module:name`."""

@@ -61,12 +61,17 @@ def goal(robot, guest, **args):
     return ask(Robot.objects.get(pk=robot.pk), Asker(guest=guest * 64, network="192.0.2.1"), "goal", args, SYSTEM.now())
 
 
-def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house):
-    robot = rat_house
+def with_a_goal(robot):
+    """Ask for a goal once there is a map; return the simulator's board, the map's number and the job."""
     wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 150, "the robot is in order")
     wait_for(lambda: told(robot).get("experiences", 0) > EXPERIENCES, 200, "a map")
-    board, number = Board(robot.rig_dir), told(robot)["map"]
-    job = goal(robot, "a", map=number, x=0.0, y=-0.5, experience=50)
+    number = told(robot)["map"]
+    return Board(robot.rig_dir), number, goal(robot, "a", map=number, x=0.0, y=-0.5, experience=50)
+
+
+def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house):
+    robot = rat_house
+    board, number, job = with_a_goal(robot)
     refused = goal(robot, "b", map=number + 7, x=0.0, y=0.0)
     running = Command.objects.filter(kind="goal", state="acknowledged")
     wait_for(lambda: told(robot) and running.exists(), 30, "the goal is on its way")
@@ -96,10 +101,7 @@ def test_a_low_battery_in_mid_goal_is_charged_and_the_goal_is_finished(rat_house
 
 def test_a_crash_in_mid_goal_ends_it_unknown_and_who_waits_keeps_the_place(rat_house):
     robot = rat_house
-    wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 150, "the robot is in order")
-    wait_for(lambda: told(robot).get("experiences", 0) > EXPERIENCES, 200, "a map")
-    board, number = Board(robot.rig_dir), told(robot)["map"]
-    job = goal(robot, "a", map=number, x=0.0, y=-0.5, experience=50)
+    board, number, job = with_a_goal(robot)
     running = Command.objects.filter(kind="goal", state="acknowledged")
     wait_for(lambda: told(robot) and running.exists() and board.status()["moving"], 30, "the goal is on its way")
     other = goal(robot, "b", map=number, x=0.0, y=-0.5, experience=40)

@@ -40,7 +40,7 @@ def of_staff_alone(monkeypatch):
     """Let the shuttle's spec give `go` to staff alone, as a newer version of its package might."""
     spec = spec_of("shuttle")
     closed = tuple(replace(kind, asked_by=frozenset({STAFF})) for kind in spec.commands)
-    monkeypatch.setattr("queueing.jobs.kinds.spec_of", lambda name: replace(spec, commands=closed))
+    monkeypatch.setattr("robots.contract.find.spec_of", lambda name: replace(spec, commands=closed))
 
 
 WAITS = ("waiting", "")
@@ -118,7 +118,7 @@ def test_jobs_of_a_package_that_is_not_there_now_wait_for_it(shuttle, people, cl
     def gone(name):
         raise LookupError(name)
 
-    monkeypatch.setattr("queueing.jobs.kinds.spec_of", gone)
+    monkeypatch.setattr("robots.contract.find.spec_of", gone)
     Robot.objects.update(cycle=Cycle.READY)
     queue.tick(clock.go(1))
     assert told(waits) == [WAITS, WAITS]

@@ -73,6 +73,7 @@ INSTALLED_APPS = [
     "queueing",
     "operatorlog",
     "portal",
+    "portal.classic",
 ]
 MIDDLEWARE = [
     "django.middleware.security.SecurityMiddleware",

@@ -8,7 +8,7 @@ from queueing.jobs.models import OPEN_JOB, Job, JobRun, JobState
 from robots.rules import positive
 
 __all__ = (
-    "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "ClassicToken", "Job", "JobRun", "JobState", "Queue",
+    "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "Job", "JobRun", "JobState", "Queue",
     "QueueRobot", "Ticket", "TicketState", "Turn",
 )  # fmt: skip
 
@@ -164,20 +164,3 @@ class Turn(models.Model):
     def get_absolute_url(self) -> str:
         """Return the turn's permanent address."""
         return f"/turns/{self.pk}/"
-
-
-class ClassicToken(models.Model):
-    """The rotating token of the console without scripts: it allows at most one motion.
-
-    Its functions are in `portal.classic`; the table is here, because `portal` has none.
-    """
-
-    token = models.CharField(max_length=44, unique=True)
-    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="+")
-    robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="+")
-    made_at = models.DateTimeField()
-    spent_at = models.DateTimeField(null=True, blank=True)
-    still = models.BigIntegerField(default=0, help_text="The picture that its page shows.")
-
-    def __str__(self) -> str:
-        return f"token of {self.user}"

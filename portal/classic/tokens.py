@@ -4,7 +4,7 @@ import secrets
 from datetime import datetime, timedelta
 from typing import Any
 
-from queueing.models import ClassicToken
+from portal.classic.models import ClassicToken
 from robots.models import Robot
 
 

@@ -83,8 +83,7 @@ def test_nobody_listens_then_one_does_and_hears_the_arm_move(listened, web):
     plain_path = f"/ws/robots/mercury/?watch={quote(json.dumps(WISH))}"
     with line(web, path=plain_path) as plain:
         watcher = Listener(plain)
-        watcher.during(2.5)
-        assert watcher.filmed
+        watcher.until(lambda: watcher.filmed > 3, 30, "pictures")
         status = rig.sim.status()
         assert (status["listened"], status["listeners"]) == (before, 0), "nobody listens"
         with line(web, path=PATH) as one:

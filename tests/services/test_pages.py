@@ -4,9 +4,9 @@ import re
 
 import pytest
 
+from portal.classic.models import ClassicToken
 from portal.seeding import seed, seed_clearance
 from queueing import services as queue
-from queueing.models import ClassicToken
 from robots.clock import SYSTEM
 from robots.models import Command, Frame
 

@@ -4,6 +4,7 @@ import type { Still } from "../../../../frontend/src/protocol.ts";
 import { set, shape } from "../../../../frontend/src/svg.ts";
 
 const MM = 1000;
+const NEAR_RAD = 1e-4; // less than a tenth of a millimetre
 
 export class Schematic {
   private links: SVGPolylineElement;
@@ -15,6 +16,7 @@ export class Schematic {
   private cursor: [number, number] | null = null;
   private shown = [0, 0];
   private wanted = [0, 0];
+  private gliding = false;
 
   constructor(private svg: SVGSVGElement, private d: Description, onPick: (x: number, y: number) => void) {
     const { x, y } = d.sand;
@@ -39,7 +41,7 @@ export class Schematic {
       if (at) onPick(...at);
     });
     svg.addEventListener("keydown", (event) => this.key(event, onPick));
-    requestAnimationFrame(() => this.glide());
+    this.begin();
   }
 
   private point(event: MouseEvent): [number, number] | null {
@@ -70,17 +72,27 @@ export class Schematic {
   joints(q: number[]): void {
     this.wanted = q;
     if (this.shown[0] === 0 && this.shown[1] === 0) this.shown = [...q];
+    this.begin();
+  }
+
+  /** Draw until what is shown has come to where the arm is; a page at rest draws nothing. */
+  private begin(): void {
+    if (this.gliding) return;
+    this.gliding = true;
+    requestAnimationFrame(() => this.glide());
   }
 
   private glide(): void {
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const share = calm ? 1 : 0.18;
-    this.shown = this.shown.map((s, i) => s + ((this.wanted[i] ?? 0) - s) * share);
+    const left = this.shown.map((s, i) => (this.wanted[i] ?? 0) - s);
+    const near = calm || left.every((l) => Math.abs(l) < NEAR_RAD);
+    this.shown = this.shown.map((s, i) => s + (left[i] ?? 0) * (near ? 1 : 0.18));
     const arm = forward(this.d, this.shown);
     this.draw(this.links, arm);
     set(this.elbow, { cx: arm.elbow[0] * MM, cy: -arm.elbow[1] * MM });
     set(this.tool, { cx: arm.tool[0] * MM, cy: -arm.tool[1] * MM });
-    requestAnimationFrame(() => this.glide());
+    this.gliding = !near;
+    if (!near) requestAnimationFrame(() => this.glide());
   }
 
   private draw(line: SVGPolylineElement, arm: Arm): void {

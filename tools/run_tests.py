@@ -96,14 +96,8 @@ ALL = Run(
 
 
 def keeping_bytecode(environ: Mapping[str, str]) -> dict[str, str]:
-    """Return an environment in which hundreds of processes do not each compile the same sources again.
-
-    Where bytecode is not wanted beside the sources, it is kept in `var/`.
-    """
-    env = dict(environ)
-    if env.pop("PYTHONDONTWRITEBYTECODE", ""):
-        env.setdefault("PYTHONPYCACHEPREFIX", str(ROOT / "var" / "pycache"))
-    return env
+    """Return an environment in which hundreds of processes do not each compile the same sources again."""
+    return {name: value for name, value in environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 def run(lane: Lane, shown: bool) -> list[str]:

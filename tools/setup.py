@@ -117,6 +117,7 @@ def pip_install(lock: Path) -> None:
         "--python",
         BIN / "python",
         "--no-deps",  # a lock names everything
+        "--compile-bytecode",  # once, not in each of the processes that start side by side
         "--require-hashes",
         "-r",
         lock,

@@ -28,6 +28,12 @@ def copied() -> bool:
     return True
 
 
+def begin(file: Path) -> None:
+    """Let a SQLite file of a portal of its own begin with what was migrated before; without that it migrates itself."""
+    if connection.vendor == "sqlite" and _kept().exists():
+        shutil.copyfile(_kept(), file)
+
+
 def keep() -> None:
     """Keep a copy of the migrated database for the processes after this one, unless there is one."""
     if _kept().exists():

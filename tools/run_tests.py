@@ -1,8 +1,9 @@
 """Runs the tests of `make test`, or with `all` those of `make test-all`; goes on after a failure and names each.
 
-First what judges by fractions of a second, one test after another; then everything else, several files side by side,
-on both databases at once. Beside both, at the lowest priority, what only computes: the unit tests, and the rules that
-ask no clock. A test that only waited too long is tried once more and named; a wrong answer is not, nor a measured time
+First what judges by fractions of a second: two files side by side, then one after another what loads the machine
+itself (in `make test-all` each test alone, because the iRat's need a whole core); then everything else, several files
+side by side, on both databases at once. Beside both, at the lowest priority, what only computes: the unit tests, and
+the rules that ask no clock. A test that only waited too long is tried once more and named; a wrong answer is not, nor a measured time
 over its limit.
 """
 
@@ -77,7 +78,8 @@ SOME = Run(
         *(Part(database, RULES, f"computes and {SHORT}", workers=2, aside=True) for database in DATABASES),
     ),
     lone=(
-        Part("sqlite", ("tests",), "alone and not length", naming=("alone",)),
+        Part("sqlite", ("tests",), "alone and not loads and not length", workers=2, naming=("alone",)),
+        Part("sqlite", ("tests",), "loads and not length", naming=("loads",)),
         Part("postgres", ("tests",), "tenth and alone and not length", naming=("tenth",)),
     ),
     rest=(

@@ -28,7 +28,7 @@ from tests.faults.test_operator_stream import Browser
 from tests.faults.viewer import Watching
 from tests.rig import Simulator, Web, worker
 
-pytestmark = [pytest.mark.alone, pytest.mark.length]
+pytestmark = [pytest.mark.alone, pytest.mark.loads, pytest.mark.length]
 
 WAITING, WARM = 50, 5  # people; commands that a process that has just begun is given before it is measured
 FRESH_MS, ACCEPTED_MS, HEALED_S, BACK_S = 1500, 200, 5.0, 30.0

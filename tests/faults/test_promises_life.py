@@ -17,6 +17,7 @@ from django.db import connection, models
 from operatorlog.models import SurveyQuestion
 from portal import archive, restoring
 from robots.models import Command, Frame, Robot
+from tests import migrated
 from tests.conftest import wait_for
 from tests.faults.test_promises_stores import write_down
 from tests.rig import ROOT, Simulator, free_port
@@ -136,6 +137,7 @@ print(services.issue("mercury", admin, "move", {"x": -0.2, "y": 0.3}, 2).command
 def _life(folder, number):
     env = {k: v for k, v in os.environ.items() if k not in ("REDIS_URL", "DATABASE_URL", "FARHAND_TEST_SQLITE")}
     env |= {"FARHAND_VAR": str(folder), "DJANGO_SETTINGS_MODULE": "portal.settings"}
+    migrated.begin(folder / "farhand.sqlite3")
     port = free_port()
     with (folder / "demo.log").open("wb") as out:
         demo = subprocess.Popen(

@@ -99,6 +99,7 @@ def state_of(pid):
 
 @EACH_AT_LENGTH
 @pytest.mark.alone
+@pytest.mark.loads
 def test_promise_05_one_owner_however_many_start(rig, proof):
     number = proof.count("workers started at once", 3, 20)
     for _ in range(number):

@@ -3,8 +3,8 @@
 First what judges by fractions of a second: two files side by side, then one after another what loads the machine
 itself (in `make test-all` each test alone, because the iRat's need a whole core); then everything else, several files
 side by side, on both databases at once. Beside both, at the lowest priority, what only computes: the unit tests, and
-the rules that ask no clock. A test that only waited too long is tried once more and named; a wrong answer is not, nor a measured time
-over its limit.
+the rules that ask no clock. A test that only waited too long is tried once more and named; a wrong answer is not, nor
+a measured time over its limit.
 """
 
 import os

@@ -4,6 +4,8 @@ Steering, docking, goals and map are those of the driver and its brain; physics,
 Only the connection and the processes are left out. The brain's answer to a picture comes 40 ms after it.
 """
 
+import copy
+import threading
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -63,16 +65,21 @@ class Line:
 
     def __init__(self, trial: "Trial") -> None:
         self._trial, self.bridge = trial, SimpleNamespace(is_open=True)
-        world = trial.world
         self.odometry = Live(trial, self._odometry)
-        self.ranges = Live(trial, lambda: Ranges(*world.plant.ranges()))
-        self.charger = Live(trial, lambda: world.battery.charger_current)
+        self.ranges = Live(trial, self._ranges)
+        self.charger = Live(trial, self._charger)
         self.battery = Live(trial, self._battery)
         self.status = Live(trial, self._status)
 
     def _odometry(self) -> Odometry:
         seen = self._trial.world.odometry
         return Odometry(seen.x, seen.y, seen.heading, Velocity(seen.linear, seen.angular))
+
+    def _ranges(self) -> Ranges:
+        return Ranges(*self._trial.world.plant.ranges())
+
+    def _charger(self) -> float:
+        return self._trial.world.battery.charger_current
 
     def _battery(self) -> BatteryState:
         seen = self._trial.world.battery
@@ -166,7 +173,7 @@ class Trial:
         self.now, self._due, self.each_step = 0.0, 0.0, each_step
         self.picture_bytes, self._frozen = 0, b""  # of the newest step; the newest picture
         self.faults, self.notes = FaultBoard(seed), Counter[str]()
-        self.world = World(lambda event, **_: self.notes.update((event,)), self.faults, seed, pose, charge, with_maze)
+        self.world = World(self._note, self.faults, seed, pose, charge, with_maze)
         self._camera = RobotCamera(Stage(with_maze), width, seed=seed)
         self.line, self.brain = Line(self), Brain(self, folder)
         line: Any = self.line
@@ -178,6 +185,19 @@ class Trial:
         self.truth: dict[int, tuple[float, float, float]] = {}  # where each experience of this map was made
         self._map = 0
         self.sleep(2 * STEP_S)
+
+    def _note(self, event: str, **_: object) -> None:
+        self.notes[event] += 1
+
+    def copied(self, folder: Path) -> "Trial":
+        """Return another that goes on from here, with the map in a folder of its own; what never changes is shared."""
+        mind, camera = self.brain.mind, self._camera
+        memo: dict[int, Any] = {id(one): one for one in (mind._markers, camera._stage, camera._stage.atlas)}
+        memo |= {id(lock): threading.Lock() for lock in (mind._saving, self.faults._lock, self.wheels._sending)}
+        memo |= {id(self.senses._changed): threading.Condition(), id(mind._folder): folder}
+        made = copy.deepcopy(self, memo)
+        made.brain.mind._keep()
+        return made
 
     @property
     def silent_radio(self) -> bool:
@@ -263,10 +283,21 @@ def explore(trial: Trial, seconds: float) -> None:
         trial.roaming.explore(free, silent)
 
 
-def begun(folder: Path, **options: Any) -> tuple[Trial, JSON]:
+_explored: list[Trial] = []  # the one that all others of this process are copied from
+
+
+def explored(folder: Path) -> Trial:
+    """Return a trial that knows some places."""
+    if not _explored:
+        first = Trial(folder / "first", width=NARROW)
+        explore(first, 40)
+        _explored.append(first)
+    return _explored[0].copied(folder)
+
+
+def begun(folder: Path) -> tuple[Trial, JSON]:
     """Return a trial that knows some places, and the arguments of a goal."""
-    trial = Trial(folder, width=NARROW, **options)
-    explore(trial, 40)
+    trial = explored(folder)
     held = trial.brain.mind.slam.map
     return trial, place(trial, int(held.ids[held.count - 8]))
 

@@ -42,9 +42,10 @@ def _half_way() -> tuple[float, float, float]:
 
 
 def _shadow(height: F32) -> F32:
-    shadow = np.zeros(height.shape, np.float32)
     lx, ly = DIRECTION
+    edge = np.full(height.shape, -np.inf, np.float32)  # of the shadow: what is below it is in the dark
     for step in range(2, 30, 2):  # half millimetres towards the light
         other = np.roll(height, (-round(step * ly), -round(step * lx)), (0, 1))
-        shadow = np.maximum(shadow, np.clip(other - step * PIXEL_MM * SLOPE - height, 0, 1.2) / 1.2)
-    return shadow
+        other -= np.float32(step * PIXEL_MM * SLOPE)
+        np.maximum(edge, other, out=edge)
+    return np.asarray(np.clip(edge - height, 0, 1.2) / np.float32(1.2), np.float32)

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter, zoom
 from robots.files import replaced
 from simulators.mercury.artifacts import ARTIFACTS, PIXEL_MM
 from simulators.mercury.light import REACH, illuminate
-from simulators.mercury.slide import slide, steeper
+from simulators.mercury.slide import finer, slide, steeper
 
 F32 = NDArray[np.float32]
 Window = tuple[int, int, int, int]  # first and last + 1 row, first and last + 1 column
@@ -104,9 +104,9 @@ class SandBed:
         r0, r1, c0, c1 = self._grown(*inner, REACH)
         sand, rigid = self.sand[r0:r1, c0:c1], self.rigid[r0:r1, c0:c1]
         bare = (sand - rigid < COVER_MM) & (rigid > 0)
-        height = _finer(np.where(bare, rigid, sand))
+        height = finer(np.where(bare, rigid, sand), 2)
         fine = (slice(2 * r0, 2 * r1), slice(2 * c0, 2 * c1))
-        showing = (_finer(bare.astype(np.float32)) > 0.5) & (self.skin[fine] > 0)
+        showing = (finer(bare.astype(np.float32), 2) > 0.5) & (self.skin[fine] > 0)
         albedo = np.where(showing, self.skin[fine], self.grain[fine])
         light = illuminate(height, albedo, np.where(showing, self.gloss[fine], 0.0))
         i0, i1, k0, k1 = inner
@@ -134,8 +134,3 @@ class SandBed:
         self.sand = sand.astype(np.float32)
         self._shade(0, self.sand.shape[0], 0, self.sand.shape[1])
         return True
-
-
-def _finer(field: F32) -> F32:
-    """Return the field on the half-millimetre grid, cells aligned whatever the window."""
-    return np.asarray(zoom(field, 2, order=1, mode="nearest", grid_mode=True), np.float32)

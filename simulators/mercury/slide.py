@@ -7,7 +7,6 @@ half.) A diffusion is slow over large distances, so these are computed on coarse
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import zoom
 
 F32 = NDArray[np.float32]
 REPOSE = float(np.tan(np.radians(33.0)))
@@ -29,6 +28,31 @@ def slide(sand: F32, rigid: F32) -> None:
         if _rests(sand, rigid, 1, FINE):
             return
     _rests(sand, rigid, 1, LAST)
+
+
+def finer(field: F32, by: int) -> F32:
+    """Return the field on a grid `by` (even) times as fine, linear between the middles of its cells."""
+    rows, columns = field.shape
+    tall, fine = np.empty((rows, by, columns), np.float32), np.empty((rows * by, columns, by), np.float32)
+    for i in range(by):
+        tall[:, i] = _between(field, (i + 0.5) / by - 0.5)
+    higher = tall.reshape(rows * by, columns)
+    for i in range(by):
+        fine[:, :, i] = _between(higher.T, (i + 0.5) / by - 0.5).T
+    return fine.reshape(rows * by, columns * by)
+
+
+def _between(field: F32, far: float) -> F32:
+    """Return the field so far (cells, up to a half) after the middle of each row; it is level beyond the outermost."""
+    found = field * np.float32(1 - abs(far))
+    aside = field * np.float32(abs(far))
+    if far < 0:
+        found[1:] += aside[:-1]
+        found[0] += aside[0]
+    else:
+        found[:-1] += aside[1:]
+        found[-1] += aside[-1]
+    return found
 
 
 def steeper(sand: F32) -> NDArray[np.bool_]:
@@ -56,19 +80,33 @@ def _flow(sand: F32, free: F32, greatest: np.float32) -> tuple[F32, F32]:
     `free` is the amount that a cell may lose through one face, `greatest` the step that is stable.
     """
     slope_y, slope_x = _slopes(sand)
-    step_x, step_y = np.diff(sand, axis=1), np.diff(sand, axis=0)
-    across_x = (slope_y[:, 1:] + slope_y[:, :-1]) / 2
-    across_y = (slope_x[1:] + slope_x[:-1]) / 2
-    steep_x = np.sqrt(step_x * step_x + across_x * across_x)
-    steep_y = np.sqrt(step_y * step_y + across_y * across_y)
-    along_x = step_x * (RATE - RATE * greatest / np.maximum(steep_x, greatest))
-    along_y = step_y * (RATE - RATE * greatest / np.maximum(steep_y, greatest))
-    return np.clip(along_x, -free[:, :-1], free[:, 1:]), np.clip(along_y, -free[:-1], free[1:])
+    along_x = _down(sand[:, 1:] - sand[:, :-1], slope_y[:, 1:] + slope_y[:, :-1], greatest)
+    along_y = _down(sand[1:] - sand[:-1], slope_x[1:] + slope_x[:-1], greatest)
+    np.minimum(np.maximum(along_x, -free[:, :-1], out=along_x), free[:, 1:], out=along_x)
+    np.minimum(np.maximum(along_y, -free[:-1], out=along_y), free[1:], out=along_y)
+    return along_x, along_y
+
+
+def _down(step: F32, across: F32, greatest: np.float32) -> F32:
+    """Return the flow for a step between two cells; `across`: the slope along their face, twice. Both are used up."""
+    share = across
+    share *= np.float32(0.5)
+    share *= share
+    share += step * step
+    np.maximum(np.sqrt(share, out=share), greatest, out=share)
+    np.subtract(RATE, np.divide(RATE * greatest, share, out=share), out=share)
+    step *= share
+    return step
 
 
 def _slopes(field: F32) -> tuple[F32, F32]:
-    down, along = np.gradient(field)
-    return np.asarray(down, np.float32), np.asarray(along, np.float32)
+    """Return the slope from row to row and from column to column, as `np.gradient` does and in much less time."""
+    down, along = np.empty_like(field), np.empty_like(field)
+    for slope, across in ((down, field), (along.T, field.T)):
+        np.subtract(across[2:], across[:-2], out=slope[1:-1])
+        slope[1:-1] *= np.float32(0.5)
+        slope[0], slope[-1] = across[1] - across[0], across[-1] - across[-2]
+    return down, along
 
 
 def _coarsely(sand: F32, rigid: F32, by: int, rounds: int) -> None:
@@ -78,7 +116,7 @@ def _coarsely(sand: F32, rigid: F32, by: int, rounds: int) -> None:
     before, low = _means(fine, by), _means(floor, by)
     after = before.copy()
     _rests(after, low, by, rounds)
-    change = zoom(after - before, by, order=1, mode="nearest", grid_mode=True)
+    change = finer(after - before, by)
     taken = np.clip(change, floor - fine, 0)
     given = np.maximum(change, 0)
     total = float(given.sum(dtype=np.float64))

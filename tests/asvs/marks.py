@@ -7,6 +7,7 @@ read, not run.
 import ast
 import tomllib
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parent.parent
@@ -19,6 +20,7 @@ def requirements() -> dict:
     return read | {"levels": {number: int(level) for level, numbers in read["levels"].items() for number in numbers}}
 
 
+@cache
 def marked(folder: Path = TESTS) -> dict[str, list[str]]:
     """Return the ids of the tests of each requirement number."""
     found: dict[str, list[str]] = defaultdict(list)

@@ -353,8 +353,8 @@ class MotionMachine(RuleBasedStateMachine):
 
     @invariant()
     def every_end_has_a_reason(self):
-        for command in Command.objects.filter(state__in=COMMAND_FINAL).exclude(state="completed"):
-            assert command.reason
+        ended = Command.objects.filter(state__in=COMMAND_FINAL).exclude(state="completed")
+        assert not ended.filter(reason="").exists()
 
     def teardown(self):
         """Whatever happened: a new owner ends everything."""
@@ -374,7 +374,9 @@ class TestMotion(TestCase):
     def test_promise_08_anything_in_any_order(self):
         from tests.proof import FULL, Proof
 
-        examples = 400 if FULL else 40 if connection.vendor == "sqlite" or "FARHAND_MUTANT" in os.environ else 15
+        examples = (
+            400 if FULL else 40 if "FARHAND_MUTANT" in os.environ else 20 if connection.vendor == "sqlite" else 15
+        )
         run_state_machine_as_test(
             MotionMachine,
             settings=hypothesis_settings(
@@ -387,5 +389,5 @@ class TestMotion(TestCase):
         )
         for promise in (1, 2, 3, 4, 8):
             proof = Proof("test_motion_machine.py::test_promise_08_anything_in_any_order", promise)
-            proof.count("orders of up to 80 steps", 40, 400)
+            proof.count("orders of up to 80 steps", 20, 400)
             proof.holds("commands, owners, grants, stops and deaths in any order: 0 violations")

@@ -54,14 +54,14 @@ def scopes(roles):
 
 @pytest.mark.asvs("8.2.1", "8.2.2", "8.3.1")
 @pytest.mark.parametrize("kind", ASKS, ids=lambda kind: kind.__name__)
-@pytest.mark.parametrize("role", ROLES)
-def test_promise_35_messages_by_roles(robot, scopes, monkeypatch, kind, role):
+def test_promise_35_messages_by_roles(robot, scopes, kind):
     message, may = ASKS[kind]
-    with transaction.atomic():
-        answer = actions.act(scopes[role], robot.slug, message)
-        transaction.set_rollback(True)
-    assert answer.ok is (role in may), answer.text
-    assert answer.ok or answer.text, "a refusal has a sentence"
+    for role in ROLES:
+        with transaction.atomic():
+            answer = actions.act(scopes[role], robot.slug, message)
+            transaction.set_rollback(True)
+        assert answer.ok is (role in may), f"{role}: {answer.text}"
+        assert answer.ok or answer.text, f"{role}: a refusal has a sentence"
 
 
 @pytest.mark.asvs("7.4.1", "8.3.1")
@@ -76,17 +76,19 @@ def test_promise_34_a_session_that_ended_asks_nothing(robot, roles, scopes, kind
 
 
 @pytest.mark.asvs("8.2.2")
-@pytest.mark.parametrize("role", [role for role in ROLES if role != "anonymous"])
 @pytest.mark.parametrize("what", ["join", "leave", "accept", "dismiss"])
-def test_promise_35_the_persons_socket_touches_ones_own_places_only(robot, roles, role, what):
+def test_promise_35_the_persons_socket_touches_ones_own_places_only(robot, roles, what):
     held = Ticket.objects.get(user=roles["operator"])
-    with transaction.atomic():
-        wrong = standing.act(roles[role], what, robot.slug, held.pk, SYSTEM.now())
-        after = SimpleNamespace(**Ticket.objects.filter(pk=held.pk).values("state", "dismissed_at").get())
-        transaction.set_rollback(True)
-    if role != "operator":
-        assert (after.state, after.dismissed_at) == (held.state, None)
-    if what == "join":
-        assert bool(wrong) is (role not in ("cleared", "operator"))
-    if what == "accept":
-        assert bool(wrong) is (role != "operator")
+    for role in ROLES:
+        if role == "anonymous":
+            continue
+        with transaction.atomic():
+            wrong = standing.act(roles[role], what, robot.slug, held.pk, SYSTEM.now())
+            after = SimpleNamespace(**Ticket.objects.filter(pk=held.pk).values("state", "dismissed_at").get())
+            transaction.set_rollback(True)
+        if role != "operator":
+            assert (after.state, after.dismissed_at) == (held.state, None), role
+        if what == "join":
+            assert bool(wrong) is (role not in ("cleared", "operator")), role
+        if what == "accept":
+            assert bool(wrong) is (role != "operator"), role

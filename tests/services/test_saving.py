@@ -96,7 +96,9 @@ def test_pages_for_everybody_may_be_kept(robot, client):
     assert "public" in client.get("/robots/mercury/model.urdf").get("Cache-Control", "public")
 
 
-@pytest.mark.parametrize("mail, status", [("consolemail://", 1), ("dummymail://", 1), ("smtp://localhost:25", 0)])
+@pytest.mark.parametrize("mail, status", [
+    ("consolemail://", 1), pytest.param("dummymail://", 1, marks=pytest.mark.length), ("smtp://localhost:25", 0),
+])  # fmt: skip
 def test_a_public_portal_that_sends_no_mails_does_not_start(tmp_path, mail, status):
     env = {
         **os.environ, "FARHAND_VAR": str(tmp_path), "FARHAND_PUBLIC": "1", "ALLOWED_HOSTS": "robots.example.org",

@@ -18,6 +18,7 @@ from robots.motion.planner import Planner, Refused
 from robots.motion.pose import EULER, RPY, matrix, numbers
 from robots.motion.singular import singularity
 from robots.motion.zones import Box, Limb, Zones
+from tests.conftest import at_length
 
 many = settings(max_examples=200, deadline=None)
 share = st.floats(0, 1)
@@ -280,7 +281,8 @@ def test_a_cubic_that_is_over_rests():
     assert (q[0], v[0], a[0]) == (1.0, 0.0, 0.0)
 
 
-def test_forward_and_inverse_agree_with_mujoco_over_ten_thousand_poses():
+@pytest.mark.parametrize("poses", [2000, at_length(10_000)])
+def test_forward_and_inverse_agree_with_mujoco_over_thousands_of_poses(poses):
     """MuJoCo reads the same description by its own means: an independent judge."""
     import mujoco
 
@@ -301,7 +303,7 @@ def test_forward_and_inverse_agree_with_mujoco_over_ten_thousand_poses():
     dice = np.random.default_rng(2004)
     worst = [0.0, 0.0]
     branches = 0
-    for _ in range(10_000):
+    for _ in range(poses):
         asked = judged(dice.uniform(arm().low, arm().high))
         found = inverse().branches(asked)
         branches += len(found)
@@ -310,7 +312,7 @@ def test_forward_and_inverse_agree_with_mujoco_over_ten_thousand_poses():
             worst = [max(worst[0], metres), max(worst[1], turn)]
     assert worst[0] < 1e-6
     assert worst[1] < 1e-6
-    assert branches > 70_000
+    assert branches > 7 * poses
 
 
 @many

@@ -6,7 +6,7 @@ import pytest
 from robots.drivers.mercury.brightness import TARGET, Brightness
 from simulators.mercury.artifacts import ARTIFACTS
 from simulators.mercury.camera import expose
-from simulators.mercury.sand import SandBed
+from tests.unit.sand_beds import fresh
 
 EXPOSURES = (1 / 200, 1 / 150, 1 / 100, 1 / 64)
 WATCH = next(a for a in ARTIFACTS if a.name == "watch")
@@ -15,13 +15,13 @@ AT = (WATCH.x_mm / 1000, WATCH.y_mm / 1000, 0.0, 0.0)
 
 @pytest.fixture(scope="module")
 def bed():
-    return SandBed(3)
+    return fresh(3)
 
 
 @pytest.fixture(scope="module")
 def bare():
     """The watch laid bare."""
-    bed = SandBed(3)
+    bed = fresh(3)
     for _ in range(10):
         for dx, dy in ((-9, 10), (9, 10), (9, -9), (-9, -9), (0, 0)):
             bed.blow(WATCH.x_mm + dx, WATCH.y_mm + dy, 0.2)

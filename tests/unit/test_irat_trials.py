@@ -13,7 +13,7 @@ from robots.drivers.irat.brain.messages import Care, Clear, Forget
 from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.roaming import MapCleared
 from simulators.irat.maze import DOCK
-from tests.irat_trial import NARROW, Trial, begun, explore, free, place, silent, until
+from tests.irat_trial import NARROW, Trial, begun, explore, explored, free, place, silent, until
 
 
 @dataclass(frozen=True)
@@ -164,8 +164,7 @@ def test_at_critical_charge_a_goal_ends_at_rest_with_the_map_saved(tmp_path):
 
 
 def test_a_map_that_is_cleared_on_the_way_ends_the_goal(tmp_path):
-    trial = Trial(tmp_path, width=NARROW)
-    explore(trial, 40)
+    trial = explored(tmp_path)
     slam = trial.brain.mind.slam
     places = slam.map.poses[:, :2]
     # far from where it is, so that it is on its way when the map is cleared

@@ -2,6 +2,7 @@
 
 import json
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,6 +15,12 @@ from robots.autonomy.ratslam.storage import BadMap, load, save
 from tests.unit.ratslam_world import Drift, World, aligned, laps
 
 DT = 0.05
+
+
+@cache
+def seen(x, seed=1):
+    """The first picture of a small world, from a place in its first corridor."""
+    return World(seed).picture(x, -0.775, 0.0)
 
 
 class Drive:
@@ -140,18 +147,18 @@ def test_any_odometry_in_bounds_keeps_everything_finite(steps):
 @pytest.mark.parametrize("which", ["v", "w", "dt", "at_s"])
 def test_what_no_robot_sends_is_refused_with_a_sentence_and_changes_nothing(bad, which):
     slam = RatSlam()
-    slam.step(0.0, World().picture(-0.5, -0.775, 0.0), 0.1, 0.0, DT)
+    slam.step(0.0, seen(-0.5), 0.1, 0.0, DT)
     cells, pose, count = slam.cells.cells.copy(), slam.map.pose(), slam.map.count
     sent = {"at_s": 1.0, "v": 0.1, "w": 0.1, "dt": DT, which: bad}
     with pytest.raises(ValueError, match=r"must (be a number|lie between).*\.$"):
-        slam.step(picture=World(2).picture(-0.5, -0.775, 0.0), **sent)
+        slam.step(picture=seen(-0.5, 2), **sent)
     assert (slam.cells.cells == cells).all()
     assert (slam.map.pose(), slam.map.count, slam.views.count) == (pose, count, 1)
 
 
 def test_clearing_begins_the_next_map_and_readers_get_all_of_it():
     slam = RatSlam()
-    slam.step(0.0, World().picture(-0.5, -0.775, 0.0), 0.1, 0.0, DT)
+    slam.step(0.0, seen(-0.5), 0.1, 0.0, DT)
     assert len(slam.since(-1).ids) == 1 and not slam.since(slam.sequence).whole
     read = slam.sequence
     assert slam.clear() == 2
@@ -255,7 +262,7 @@ def broken(path, how):
     """Write a saved map with one thing wrong."""
     slam = RatSlam()
     for n, x in enumerate((-0.5, -0.2, 0.1)):
-        slam.step(n, World().picture(x, -0.775, 0.0), 0.3, 0.0, 1.0)
+        slam.step(n, seen(x), 0.3, 0.0, 1.0)
     save(slam, path)
     if how == "cut":
         path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])

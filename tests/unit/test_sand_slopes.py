@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from simulators.mercury.sand import LEVEL_MM, X0_MM, Y0_MM, SandBed
+from simulators.mercury.sand import LEVEL_MM, X0_MM, Y0_MM
 from simulators.mercury.slide import REPOSE
+from tests.unit.sand_beds import fresh
 
 REPOSE_DEG = float(np.degrees(np.arctan(REPOSE)))
 DIRECTIONS = np.arange(16) * np.pi / 8
@@ -15,7 +16,7 @@ ROW, COLUMN = 420 - Y0_MM, 60 - X0_MM  # nothing lies buried there
 @pytest.fixture
 def flat():
     """A level bed of deep sand without anything in it."""
-    bed = SandBed(2)
+    bed = fresh(2)
     bed.sand[:] = LEVEL_MM + 30
     bed.rigid[:] = 0
     return bed
@@ -74,7 +75,7 @@ def test_a_slide_goes_on_beyond_where_it_began(flat):
 
 
 def test_real_sand_with_its_ripples_keeps_the_angle_too():
-    bed = SandBed(2)
+    bed = fresh(2)
     before = volume(bed)
     for x, y in ((60, 420), (66, 424), (-200, 430), (-195, 441)):
         for _ in range(6):

@@ -8,20 +8,20 @@ from robots.drivers.mercury.brightness import GAIN_HIGH, GAIN_LOW, STEP, Brightn
 from robots.drivers.mercury.calibration import NotCalibrated, Shift, entry, find_change, fit, measure_shift, target
 from robots.vision.stability import difference, settle
 from simulators.mercury.camera import expose
-from simulators.mercury.sand import SandBed
+from tests.unit.sand_beds import fresh
 
 RNG = np.random.default_rng(5)
 
 
 @pytest.fixture(scope="module")
 def bed():
-    return SandBed(3)
+    return fresh(3)
 
 
 @pytest.fixture(scope="module")
 def dug():
     """Sand with three things laid bare."""
-    bed = SandBed(4)
+    bed = fresh(4)
     for x, y in ((5, 420), (-150, 470), (110, 350)):
         for _ in range(7):
             for dx, dy in ((-8, 7), (8, 7), (8, -7), (-8, -7)):
@@ -112,8 +112,7 @@ def test_brightness_stays_bounded_and_monotonic(level):
 
 @settings(deadline=None, max_examples=15)
 @given(st.floats(-0.012, 0.012), st.floats(-0.012, 0.012), st.sampled_from([0.0, 0.075]))
-def test_the_shift_of_the_picture_tells_the_motion(dx, dy, z):
-    bed = SandBed(3)
+def test_the_shift_of_the_picture_tells_the_motion(bed, dx, dy, z):
     du, dv, response = measure_shift(shot(bed, 0, 0.42, z), shot(bed, dx, 0.42 + dy, z))
     mm_per_px = (128 + z * 1000) / 262
     assert response > 0.05
@@ -159,7 +158,7 @@ def test_another_height_is_not_calibrated():
 @pytest.mark.parametrize("place", [(0.0, 0.42), (-0.1, 0.4), (0.1, 0.45), (-0.2, 0.52)])
 @pytest.mark.parametrize("z", [0.0, 0.075])
 def test_a_burst_shows_where_the_nozzle_is(place, z):
-    bed = SandBed(int(place[0] * 1000) + 300)
+    bed = fresh(int(place[0] * 1000) + 300)
     before = shot(bed, *place, z)
     bed.blow(place[0] * 1000, place[1] * 1000, 0.3)
     u, v = find_change(before, shot(bed, *place, z))

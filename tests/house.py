@@ -10,7 +10,7 @@ from django.db.models import F
 from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
-from robots.states import COMMAND_FINAL, Cycle
+from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
 from tests.rig import Child, Simulator, Web, housekeeping, worker
 from tests.store import wipe
@@ -86,6 +86,8 @@ class House:
             if kept is None:
                 self.leave()
             wipe(kept)
+            if kept is not None:  # a handover whose grant is wiped fails, and is tried again ten seconds later
+                Robot.objects.filter(pk=kept).update(cycle=Cycle.HANDOVER)
 
     def _at_rest(self) -> int | None:
         robot = Robot.objects.filter(pk=self._robot.pk)
@@ -94,7 +96,8 @@ class House:
             return None
         self.sim.clear()
         robot.filter(stop_latched=True).update(stop_latched=False, releases=F("releases") + 1)
-        Grant.objects.filter(robot=self._robot, ended_at=None).update(
+        robot.update(cycle=Cycle.LOCKED_OUT)  # nobody is offered it, and no handover begins
+        Grant.objects.filter(robot=self._robot, ended_at=None).exclude(kind=GrantKind.HANDOVER).update(
             ended_at=SYSTEM.now(), end_reason="the test is over"
         )
         until = time.monotonic() + SETTLE_S
@@ -105,7 +108,7 @@ class House:
         first = {
             f.attname: getattr(self._robot, f.attname) for f in Robot._meta.concrete_fields if f.attname not in STATE
         }
-        robot.update(**first, cycle=Cycle.HANDOVER, reason="", locked_by=None, stopped_at=None)
+        robot.update(**first, reason="", locked_by=None, stopped_at=None)
         self._robot.queue_link.queue.__class__.objects.update(virtual_time=0.0, greatest_finish=0.0, paused=False)
         self.sim.forget()
         store = bus.connection()
@@ -116,8 +119,9 @@ class House:
     def _busy(self) -> bool:
         latched = (settings.VAR / "run" / f"{self._robot.slug}.stopped").exists()
         commands = Command.objects.exclude(state__in=COMMAND_FINAL)
+        grants = Grant.objects.filter(robot=self._robot, ended_at=None)  # a handover comes to its end
         alive = Lease.objects.filter(robot=self._robot, expires_at__gt=SYSTEM.now()).exists()
-        return latched or not alive or self.sim.status()["moving"] or commands.exists()
+        return latched or not alive or self.sim.status()["moving"] or commands.exists() or grants.exists()
 
     def leave(self) -> None:
         """Stop the robot's processes and housekeeping; the web process serves whatever rows there are."""

@@ -97,7 +97,7 @@ export class CameraView {
     this.at = at;
     if (!this.cross || !this.tool || !this.path) return;
     const [u, v] = at ?? [-50, -50];
-    this.cross.setAttribute("transform", `translate(${u} ${v})`);
+    set(this.cross, { transform: `translate(${u} ${v})` });
     const [nu, nv] = from ?? [-20, -20];
     set(this.tool, { cx: nu, cy: nv });
     if (at && from) set(this.path, { x1: nu, y1: nv, x2: u, y2: v });

@@ -1,4 +1,5 @@
 /** Draws parts of a page again without replacing what stays, so that presses, focus and reading position stay. */
+import { set } from "./svg.ts";
 
 export interface Part {
   tag: "h2" | "p" | "a" | "button" | "b" | "span";
@@ -72,8 +73,7 @@ export function say(element: Element, text: string): void {
 
 /** Enable a control, or disable it with a reason, which is shown when it is pressed. Place and focus stay. */
 export function allow(control: HTMLElement, why: string): void {
-  control.setAttribute("aria-disabled", String(why !== ""));
-  control.dataset["why"] = why;
+  set(control, { "aria-disabled": String(why !== ""), "data-why": why });
 }
 
 /** Why a control is disabled; empty if it is enabled. */

@@ -13,6 +13,7 @@ export class StopPress {
   private at = 0;
   private grant: number | null = null;
   private socket = 0;
+  private again = 0; // so often it went into another socket before an answer had come
   private snapshot: Snapshot | null = null;
 
   private live: Pick<Live, "send" | "lost" | "opened">;
@@ -31,11 +32,19 @@ export class StopPress {
   press(): void {
     if (!this.at) this.grant = this.snapshot?.turn?.grant ?? null;
     this.at = performance.now();
+    this.again = 0;
     this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
   }
 
-  /** Note the portal's answer. Returns whether a late arrival was shown, which replaces the answer's text. */
+  /**
+   * Note the portal's answer. Returns whether a late arrival was shown, which replaces the answer's text, as that of
+   * every further answer to the same press.
+   */
   answered(ok: boolean): boolean {
+    if (!this.at && ok && this.again > 0) {
+      this.again -= 1;
+      return true;
+    }
     const late = ok && this.at > 0 && performance.now() - this.at > ANSWER_MS;
     if (late) this.notice(`The connection is back: the Stop that you pressed ${this.ago()} has been sent now.`, "warning");
     this.at = 0;
@@ -47,8 +56,10 @@ export class StopPress {
     this.snapshot = s;
     if (!this.at || this.socket === this.live.opened) return;
     const meant = s.me.can.stop && (s.turn?.grant ?? null) === this.grant && performance.now() - this.at < LATE_MS;
-    if (meant) this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
-    else {
+    if (meant) {
+      if (this.socket) this.again += 1;
+      this.socket = this.live.send({ t: "stop" }) ? this.live.opened : 0;
+    } else {
       this.notice(`The connection is back. The Stop that you pressed ${this.ago()} was not sent: the turn that it was meant for is over.`, "warning");
       this.at = 0;
     }

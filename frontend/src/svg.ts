@@ -10,8 +10,12 @@ export function shape<K extends keyof SVGElementTagNameMap>(
   return element;
 }
 
+/** Set what differs: an attribute that is written again, with the value that it has, is laid out and painted again. */
 export function set(element: Element, attributes: Record<string, string | number>): void {
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
+  for (const [key, value] of Object.entries(attributes)) {
+    const words = String(value);
+    if (element.getAttribute(key) !== words) element.setAttribute(key, words);
+  }
 }
 
 export function byId<T extends Element = HTMLElement>(id: string): T {

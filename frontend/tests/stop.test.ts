@@ -66,6 +66,21 @@ test("a Stop that is answered at once says nothing more", () => {
   assert.deepEqual(said, []);
 });
 
+test("a late Stop that went into two sockets before it was answered is told once", (context) => {
+  let clock = 1000;
+  context.mock.method(performance, "now", () => clock);
+  const { line, stop, said } = pressed();
+  clock += 5000;
+  back(line);
+  stop.heard(snapshot(7));
+  line.opened += 1; // the operator's own stream takes over
+  stop.heard(snapshot(7));
+  assert.equal(line.sent, 2);
+  assert.deepEqual([stop.answered(true), stop.answered(true), stop.answered(true)], [true, true, false]);
+  assert.equal(said.length, 1);
+  assert.match(said[0] ?? "", /has been sent now/);
+});
+
 const known = (more: Partial<Known>): Known =>
   ({ lost: false, lostMs: 0, offline: false, robotSilent: false, stopPending: "", storeDown: "", snapshot: snapshot(7), now: 100_000, ...more });
 

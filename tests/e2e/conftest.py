@@ -170,8 +170,8 @@ class Visitor:
 
     def axe(self, where=""):
         page = self.page
-        source = AXE.read_text()
-        page.evaluate(source)
+        if not page.evaluate("() => 'axe' in window"):  # given as it is: an argument would be read thrice
+            self.context.new_cdp_session(page).send("Runtime.evaluate", {"expression": AXE.read_text()})
         for _ in range(3):  # a colour half-way between two states is nobody's, and on a busy machine states come late
             page.evaluate("() => Promise.allSettled(document.getAnimations().map((a) => a.finished))")
             found = page.evaluate(AXE_RUN)

@@ -3,6 +3,7 @@
 import pytest
 from playwright.sync_api import expect
 
+from tests.conftest import at_length
 from tests.e2e.conftest import session
 
 PHONES = [(390, 844), (360, 640), (844, 390)]
@@ -72,7 +73,7 @@ def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
                     assert page.locator("#screen").evaluate(COVER) == "", where
 
 
-@pytest.mark.parametrize("robot", ["mercury", "pa10"])
+@pytest.mark.parametrize("robot", [at_length("mercury"), "pa10"])
 def test_stop_is_in_reach_and_works_beside_the_card_of_keys(driving, portal, robot):
     one = driving(robot)
     page = one.page
@@ -129,7 +130,7 @@ LIGHTNESS = """(selector) => {
 }"""
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", [at_length("light"), "dark"])
 def test_the_blocks_follow_the_colours_of_the_page(driving, scheme):
     one = driving("pa10", color_scheme=scheme)
     page = one.page

@@ -5,6 +5,8 @@ import { set, shape } from "../../../../frontend/src/svg.ts";
 
 const MM = 1000;
 const NEAR_RAD = 1e-4; // less than a tenth of a millimetre
+const PAUSE_MS = 20; // between two frames: some thirty a second, because each is laid out and painted
+const FADES_MS = 84; // in which what is left of the way becomes a third
 
 export class Schematic {
   private links: SVGPolylineElement;
@@ -17,6 +19,7 @@ export class Schematic {
   private shown = [0, 0];
   private wanted = [0, 0];
   private gliding = false;
+  private drawn = 0;
 
   constructor(private svg: SVGSVGElement, private d: Description, onPick: (x: number, y: number) => void) {
     const { x, y } = d.sand;
@@ -79,6 +82,7 @@ export class Schematic {
   private begin(): void {
     if (this.gliding) return;
     this.gliding = true;
+    this.drawn = performance.now();
     requestAnimationFrame(() => this.glide());
   }
 
@@ -86,27 +90,30 @@ export class Schematic {
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const left = this.shown.map((s, i) => (this.wanted[i] ?? 0) - s);
     const near = calm || left.every((l) => Math.abs(l) < NEAR_RAD);
-    this.shown = this.shown.map((s, i) => s + (left[i] ?? 0) * (near ? 1 : 0.18));
+    const now = performance.now();
+    const share = near ? 1 : 1 - Math.exp((this.drawn - now) / FADES_MS);
+    this.drawn = now;
+    this.shown = this.shown.map((s, i) => s + (left[i] ?? 0) * share);
     const arm = forward(this.d, this.shown);
     this.draw(this.links, arm);
     set(this.elbow, { cx: arm.elbow[0] * MM, cy: -arm.elbow[1] * MM });
     set(this.tool, { cx: arm.tool[0] * MM, cy: -arm.tool[1] * MM });
     this.gliding = !near;
-    if (!near) requestAnimationFrame(() => this.glide());
+    if (!near) setTimeout(() => requestAnimationFrame(() => this.glide()), PAUSE_MS);
   }
 
   private draw(line: SVGPolylineElement, arm: Arm): void {
     const points = [[0, 0], arm.elbow, arm.tool].map(([x = 0, y = 0]) => `${x * MM},${-y * MM}`);
-    line.setAttribute("points", points.join(" "));
+    set(line, { points: points.join(" ") });
   }
 
   /** Draw what the newest picture covers. */
   covers(still: Still | null, map: { matrix: number[][]; theta: number } | null): void {
-    if (!still || !map) return this.view.setAttribute("points", "");
+    if (!still || !map) return set(this.view, { points: "" });
     const { width: w, height: h } = still;
     const corners = [[0, 0], [w - 1, 0], [w - 1, h - 1], [0, h - 1]];
     const at = corners.map(([u = 0, v = 0]) => target(map, still.pose, u, v, w, h));
-    this.view.setAttribute("points", at.map(([x, y]) => `${x * MM},${-y * MM}`).join(" "));
+    set(this.view, { points: at.map(([x, y]) => `${x * MM},${-y * MM}`).join(" ") });
   }
 
   /** Show the ghost of a target; false if the arm may not go there. */
@@ -114,7 +121,7 @@ export class Schematic {
     this.cursor = at;
     const arm = at ? reach(this.d, at[0], at[1]) : null;
     if (!at || !arm || !onSand(this.d, at[0], at[1])) {
-      this.ghost.setAttribute("points", "");
+      set(this.ghost, { points: "" });
       set(this.ghostRing, { cx: (at?.[0] ?? 0) * MM, cy: at ? -at[1] * MM : 9999, class: "ghost-ring refused" });
       return false;
     }

@@ -66,7 +66,7 @@ class Robot(models.Model):
     stop_confirmed = models.BooleanField(default=False, db_default=False, editable=False)  # the robot said it rests
     rests_by = models.DateTimeField(null=True, blank=True, editable=False)  # at the latest, where it did not say so
     turn_s = models.PositiveIntegerField(
-        null=True, blank=True, validators=[a_turn], help_text="Seconds a turn; empty: default."
+        "turn (s)", null=True, blank=True, validators=[a_turn], help_text="Empty: default."
     )
     calibration = models.JSONField(default=dict, blank=True, editable=False)
     calibrated_at = models.DateTimeField(null=True, blank=True, editable=False)
@@ -79,10 +79,10 @@ class Robot(models.Model):
         help_text="Pictures, states, commands and events, shown to everybody who may see the turn or job.",
     )  # fmt: skip
     recordings_keep_days = models.PositiveSmallIntegerField(
-        null=True, blank=True, help_text="Days until recordings are removed; empty: default."
+        "recordings kept (days)", null=True, blank=True, help_text="Then they are removed. Empty: default."
     )
     recordings_limit_mb = models.PositiveIntegerField(
-        null=True, blank=True, help_text="All recordings together; the oldest are removed first. Empty: default."
+        "limit of all recordings (MB)", null=True, blank=True, help_text="The oldest are removed first. Empty: default."
     )
 
     settings = models.JSONField(default=dict, db_default={}, blank=True, editable=False)  # those that its spec declares

@@ -250,7 +250,7 @@ export class RobotPage {
     else if (m.t === "plan") this.onPlan?.(m);
     else if (m.t === "trace") this.trace?.add(m);
     else if (m.t === "store") this.storeDown = m.text;
-    else if (m.t === "watchers") text("watchers", m.count > 1 ? `${m.count} watch` : "");
+    else if (m.t === "watchers") text("watchers", m.count > 1 ? `, ${m.count} watch` : "");
     else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
     this.draw();
   }

@@ -86,8 +86,5 @@ def within(command: CommandKind, args: dict[str, Any]) -> None:
         if argument.text:
             continue
         if argument.name in args and not argument.low <= number(args, argument.name) <= argument.high:
-            raise BadRequest(
-                f"{argument.name} must lie between {argument.low:g} and {argument.high:g} {argument.unit}.".replace(
-                    " .", "."
-                )
-            )
+            bounds = f"between {argument.low:.12g} and {argument.high:.12g} {argument.unit}".rstrip()
+            raise BadRequest(f"{argument.name} must lie {bounds}.")

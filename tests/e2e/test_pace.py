@@ -89,6 +89,6 @@ def test_everybody_sees_how_many_watch(portal, visitor):
     expect(first.page.locator("#watchers")).to_have_text("")
     second.page.goto("/robots/mercury/")
     for one in (first, second):
-        expect(one.page.locator("#watchers")).to_have_text("2 watch")
+        expect(one.page.locator("#watchers")).to_have_text(", 2 watch")
     second.page.close()
     expect(first.page.locator("#watchers")).to_have_text("")

@@ -296,7 +296,7 @@ export class RobotPage {
     text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
     text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
     this.place.draw(s, this.live.now(), f.lineUp);
-    this.suspended.draw(s);
+    this.suspended.draw(s, f.lineUp);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
     text("stop-said", unconfirmed(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");

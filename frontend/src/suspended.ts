@@ -1,5 +1,6 @@
 /** The part of a robot's page that says that a stop suspended its jobs, where staff resume them. */
 import { allow, refusal, say } from "./parts.ts";
+import { UNSENT } from "./person.ts";
 import type { Snapshot } from "./protocol.ts";
 
 const FIRST = { stopped: "Release the stop first.", released: "Look at the robot first." };
@@ -11,16 +12,16 @@ export class Suspended {
 
   constructor(notice: (words: string, level: string) => void) {
     this.box?.addEventListener("submit", (event) => {
-      const why = this.button ? refusal(this.button) : "";
+      const why = !navigator.onLine ? UNSENT : this.button ? refusal(this.button) : ""; // else the browser leaves the page
       if (!why) return;
       event.preventDefault();
       notice(why, "warning");
     });
   }
 
-  draw(s: Snapshot): void {
+  draw(s: Snapshot, lineUp: boolean): void {
     if (this.box) this.box.hidden = !s.suspended;
-    if (this.button) allow(this.button, s.stopped ? FIRST.stopped : "");
+    if (this.button) allow(this.button, !lineUp ? UNSENT : s.stopped ? FIRST.stopped : "");
     if (this.first) say(this.first, s.stopped ? FIRST.stopped : FIRST.released);
   }
 }

@@ -90,8 +90,11 @@ def silent():
             except OSError:
                 return
 
-    threading.Thread(target=serve, daemon=True).start()
+    waiting = threading.Thread(target=serve, daemon=True)
+    waiting.start()
     yield server.getsockname()[1], calls
+    server.shutdown(socket.SHUT_RDWR)  # wakes the thread, which would take one more call of a socket that is closed
+    waiting.join()
     server.close()
     for call in calls:
         call.close()

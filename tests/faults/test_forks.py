@@ -8,11 +8,11 @@ import sys
 
 import pytest
 
+from tests.conftest import at_length
 from tests.rig import ROOT
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="forks are made on Linux only")
 ROLES = ("web", "owner", "housekeeping", "recorder")
-COMPARED = ("owner", "housekeeping")  # each with a process that was started in the ordinary way
 SHOW = ("-m", "django", "diffsettings", "--all")
 IN_FORKS = """
 import asyncio, json, os, sys
@@ -70,10 +70,11 @@ def environment(tmp_path):
     return {**plain, "DJANGO_SETTINGS_MODULE": "portal.settings", "FARHAND_VAR": str(tmp_path), "PYTHONHASHSEED": "0"}
 
 
-def test_a_fork_has_the_settings_of_its_role_and_other_settings_need_a_new_process(environment):
+@pytest.mark.parametrize("compared", [("owner", "housekeeping"), at_length(ROLES)], ids=["some", "all"])
+def test_a_fork_has_the_settings_of_its_role_and_other_settings_need_a_new_process(environment, compared):
     told = ast.literal_eval(_python(environment, "-c", IN_FORKS, *ROLES))
     assert told.pop("other") is None
-    for role in COMPARED:
+    for role in compared:  # with a process that was started in the ordinary way
         assert told[role] == _python({**environment, "FARHAND_ROLE": role}, *SHOW)
     assert "'timeout': 2," in told["owner"] or "'timeout': 2}" in told["owner"]
     assert told["web"] != told["owner"] != told["housekeeping"]

@@ -9,6 +9,7 @@ from django.forms.fields import InvalidJSONInput
 
 from robots.contract.capabilities import Setting
 from robots.contract.find import function, spec_of, spec_or_none
+from robots.contract.ranges import from_to
 from robots.drivers.errors import RobotError
 from robots.models import Robot
 
@@ -65,7 +66,7 @@ def _accepted(setting: Setting, value: Any) -> Any:
 
 def _number(setting: Setting) -> forms.Field:
     low, high, unit = setting.low, setting.high, setting.unit
-    refused = " ".join(f"Write a number from {low:g} to {high:g} {unit}".split()) + ", or leave it empty."
+    refused = f"Write a number from {from_to(low, high, unit)}, or leave it empty."
     default = "" if setting.default is None else f"Empty: {setting.default:.4g} {unit}".strip() + "."
     return forms.FloatField(
         required=False, label=f"{setting.label} ({unit})" if unit else setting.label,

@@ -10,11 +10,15 @@ from queueing.errors import NotCleared, NotYourJob, QueueError, TooManyJobs, Too
 from queueing.jobs.asking import Asker
 from queueing.jobs.telling import own_jobs
 from queueing.models import OPEN_JOB, Job
+from robots.drivers.errors import NotPermitted
 from robots.models import Robot
+from robots.permissions import NotStaff
 
 LISTED = 10
 RECENT = timedelta(hours=1)  # for so long one's own ended jobs are listed
-STATUS: dict[type[Exception], int] = {NotCleared: 403, NotYourJob: 403, TooManyJobs: 429, TooOften: 429}
+STATUS: dict[type[Exception], int] = {
+    NotCleared: 403, NotYourJob: 403, NotStaff: 403, NotPermitted: 409, TooManyJobs: 429, TooOften: 429,
+}  # fmt: skip
 AGAIN_S = "300"  # the longest wait until one may ask again
 
 
@@ -38,10 +42,14 @@ def own_listed(robot: Robot, asker: Asker, now: datetime) -> JsonResponse:
     return JsonResponse({"jobs": [told(job) for job in found.order_by("-id")[:LISTED]]})
 
 
+def status_of(error: Exception) -> int:
+    """Return the status code of an answer that refuses."""
+    return STATUS.get(type(error), 409 if isinstance(error, QueueError) else 400)
+
+
 def refused(error: Exception) -> JsonResponse:
     """Answer with the one sentence that says why not."""
-    status = STATUS.get(type(error), 409 if isinstance(error, QueueError) else 400)
-    answer = JsonResponse({"error": str(error)}, status=status)
+    answer = JsonResponse({"error": str(error)}, status=status_of(error))
     if isinstance(error, TooOften):
         answer["Retry-After"] = AGAIN_S
     return answer

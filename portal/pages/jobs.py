@@ -2,7 +2,6 @@
 
 import hashlib
 import secrets
-from typing import Any
 
 from allauth.core.internal.ratelimit import consume
 from django.conf import settings
@@ -17,7 +16,8 @@ from operatorlog.models import SurveyQuestion
 from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.limits.addresses import network_of
-from portal.pages.job_answers import AGAIN_S, own_listed, refused, told, wants_json
+from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
+from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
 from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask
@@ -28,7 +28,6 @@ from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
-from robots.contract.spec import CommandKind
 from robots.drivers.errors import RobotError
 from robots.models import Command, Frame, Robot
 from robots.plain import storable
@@ -63,7 +62,7 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
 def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
     link = link_of(robot)
     context = {
-        "robot": robot, "kinds": kinds_for(robot, request.user), "any_kinds": job_kinds(robot),
+        "robot": robot, "forms": forms(kinds_for(robot, request.user), request.POST), "any_kinds": job_kinds(robot),
         "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip
@@ -80,12 +79,10 @@ def _act(request: HttpRequest, robot: Robot) -> HttpResponse:
     except (QueueError, RobotError) as error:
         if wants_json(request):
             return refused(error)
+        page = _show_all(request, robot, str(error), status_of(error))
         if isinstance(error, TooOften):
-            page = _show_all(request, robot, str(error), 429)
             page["Retry-After"] = AGAIN_S
-            return page
-        messages.warning(request, str(error))
-        return redirect("jobs", slug=robot.slug)
+        return page
 
 
 def _refuse_too_often(request: HttpRequest) -> None:
@@ -104,7 +101,7 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
     kind = request.POST.get("kind", "")
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
     name = request.POST.get("name", "")
-    args = _arguments(request, spec) if spec is not None else {}
+    args = values(spec, request.POST) if spec is not None else {}
     job = ask(
         robot, asker_of(request, fresh), kind, args, SYSTEM.now(),
         name=name if storable(name) else "", mail=request.POST.get("mail") == "yes",
@@ -115,24 +112,6 @@ def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
             GUEST, fresh, max_age=A_YEAR_S, httponly=True, samesite="Lax", secure=request.is_secure()
         )
     return answer
-
-
-def _arguments(request: HttpRequest, spec: CommandKind) -> dict[str, Any]:
-    """Return the values of the form; text that is not a number stays text, and the robot's check names it."""
-    found: dict[str, Any] = {}
-    for argument in spec.arguments:
-        text = request.POST.get(f"arg-{argument.name}", "").strip()
-        if not text and not argument.required:
-            continue
-        found[argument.name] = text if argument.text else _number(text)
-    return found
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _cancel(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:

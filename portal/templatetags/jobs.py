@@ -5,6 +5,7 @@ from django import template
 from queueing.jobs.kinds import label_of
 from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Job
+from robots.contract.ranges import plain
 from robots.models import Robot
 
 register = template.Library()
@@ -14,6 +15,12 @@ register = template.Library()
 def suspended(robot: Robot) -> bool:
     """Return whether jobs and the robot's own behaviour wait until staff resume them."""
     return waits_for_staff(robot)
+
+
+@register.filter
+def bound(number: float) -> str:
+    """Return a bound as a field of a form has it."""
+    return plain(number)
 
 
 @register.filter

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeVar
 from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Programs, Setting, Statistics, Stills
 from robots.contract.channels import MOST, Pose, Scalar, Scale
 from robots.contract.policies import HOLD, Policies
+from robots.contract.ranges import from_to
 from robots.contract.session import RobotState
 from robots.contract.streams import MOST as MOST_STREAMS
 from robots.contract.streams import Stream
@@ -21,7 +22,10 @@ C = TypeVar("C")
 
 @dataclass(frozen=True)
 class Argument:
-    """One value of a command: name, unit, inclusive range; of a text, the range of its length in characters."""
+    """One value of a command: name, unit, inclusive range; of a text, the range of its length in characters.
+
+    `whole`: a number without a fraction.
+    """
 
     name: str
     unit: str
@@ -29,6 +33,12 @@ class Argument:
     high: float
     required: bool = True
     text: bool = False
+    whole: bool = False
+
+    @property
+    def bounds(self) -> str:
+        """Return its range in words, as "0.5 to 3 m"."""
+        return from_to(self.low, self.high, self.unit)
 
 
 @dataclass(frozen=True)

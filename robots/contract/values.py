@@ -5,6 +5,7 @@ from typing import Any
 
 from robots.contract.capabilities import Check
 from robots.contract.find import function, spec_of
+from robots.contract.ranges import from_to, plain
 from robots.contract.session import JSON, RobotState
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.drivers.errors import BadRequest
@@ -47,7 +48,7 @@ def text(args: dict[str, Any], argument: Argument) -> str:
     value = args.get(argument.name)
     if not isinstance(value, str) or not argument.low <= len(value) <= argument.high:
         raise BadRequest(
-            f"The value {argument.name} must be a text of {argument.low:g} to {argument.high:g} characters."
+            f"The value {argument.name} must be a text of {from_to(argument.low, argument.high, 'characters')}."
         )
     return value
 
@@ -86,5 +87,7 @@ def within(command: CommandKind, args: dict[str, Any]) -> None:
         if argument.text:
             continue
         if argument.name in args and not argument.low <= number(args, argument.name) <= argument.high:
-            bounds = f"between {argument.low:.12g} and {argument.high:.12g} {argument.unit}".rstrip()
+            bounds = f"between {plain(argument.low)} and {plain(argument.high)} {argument.unit}".rstrip()
             raise BadRequest(f"{argument.name} must lie {bounds}.")
+        if argument.whole and argument.name in args and number(args, argument.name) % 1:
+            raise BadRequest(f"{argument.name} must be a whole number.")

@@ -122,7 +122,7 @@ POST = [
     ("/robots/mercury/orientation/", {}, {**everybody(MOVED), "anonymous": OK}),
     ("/robots/mercury/clearance/", {"attempt": "1"}, everybody(MOVED)),
     ("/classic/mercury/x/", {"do": "stop"}, everybody(MOVED)),
-    ("/robots/mercury/jobs/", {"kind": "go", "arg-x": "0"}, everybody(MOVED)),
+    ("/robots/mercury/jobs/", {"kind": "go", "arg-x": "0"}, everybody(400)),
     ("/recordings/none/movie/", {"kind": "mp4"}, everybody(ABSENT)),
     ("/robots/mercury/time-lapse/", {"day": "x", "kind": "mp4"}, everybody(MOVED)),
     ("/me/places/", {"do": "accept", "robot": "mercury"}, everybody(MOVED)),

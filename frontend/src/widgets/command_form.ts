@@ -43,7 +43,7 @@ export class CommandForm {
     const range = argument.text ? "" : `${round(argument.low)} to ${round(argument.high)}`;
     label.textContent = `${argument.name}${unit} `;
     Object.assign(input, { type: argument.text ? "text" : "number", id: `${this.spec.kind}-${argument.name}`, placeholder: range });
-    if (!argument.text) Object.assign(input, { min: String(argument.low), max: String(argument.high), step: "any" });
+    if (!argument.text) Object.assign(input, { min: String(argument.low), max: String(argument.high), step: argument.whole ? "1" : "any" });
     label.append(input);
     return [label, input, argument];
   }

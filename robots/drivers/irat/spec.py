@@ -45,10 +45,10 @@ def spec() -> Spec:
     description = load("irat")
     battery = description["battery"]
     place = (
-        Argument("map", "", 1, MOST),
+        Argument("map", "", 1, MOST, whole=True),
         Argument("x", "m", -100.0, 100.0),
         Argument("y", "m", -100.0, 100.0),
-        Argument("experience", "", 0, MOST, required=False),
+        Argument("experience", "", 0, MOST, required=False, whole=True),
     )
     share = Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)
     return Spec(
@@ -87,7 +87,8 @@ def spec() -> Spec:
                 "clear_map", "Clear the map", asked_by=BY_STAFF, lane="config", moves=False, still_after=False,
             ),
             CommandKind(
-                "pruning", "Prune the map (1) or clear it now and then (0)", (Argument("on", "", 0.0, 1.0),),
+                "pruning", "Prune the map (1) or clear it now and then (0)",
+                (Argument("on", "", 0.0, 1.0, whole=True),),
                 asked_by=BY_STAFF, lane="config", moves=False, still_after=False,
             ),
         ),

@@ -66,7 +66,7 @@ def spec() -> Spec:
                 "program",
                 "Program",
                 (
-                    Argument("number", "", 1.0, 9999.0, required=False),
+                    Argument("number", "", 1.0, 9999.0, required=False, whole=True),
                     Argument("text", "", 1, LONGEST_TEXT, required=False, text=True),
                 ),
                 limit_s=LONGEST_PROGRAM_S,

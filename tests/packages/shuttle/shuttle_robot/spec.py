@@ -5,7 +5,7 @@ from robots.contract.channels import Pose, Scalar
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 
 RAILS = 1000.0  # people count their rails
-PLACE = (Argument("x", "m", 0.0, 2.0), Argument("rail", "", 1.0, RAILS, required=False))
+PLACE = (Argument("x", "m", 0.0, 2.0), Argument("rail", "", 1.0, RAILS, required=False, whole=True))
 
 
 def spec():

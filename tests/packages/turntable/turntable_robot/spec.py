@@ -22,7 +22,7 @@ def spec():
             CommandKind("home", "Home"),
             CommandKind("fling", "Fling", level=2),
             CommandKind(
-                "tour", "Tour", (Argument("stops", "", 1, 8),), asked_by=EVERYBODY, limit_s=60.0, policies=ALONE
+                "tour", "Tour", (Argument("stops", "", 1, 8, whole=True),), asked_by=EVERYBODY, limit_s=60.0, policies=ALONE
             ),
             CommandKind("sway", "Sway", asked_by=frozenset({STAFF}), limit_s=60.0),
             CommandKind(

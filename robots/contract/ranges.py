@@ -1,0 +1,11 @@
+"""Ranges of numbers in words, as pages and answers give them."""
+
+
+def plain(number: float) -> str:
+    """Return a bound without an exponent where one may be written out: up to 12 digits."""
+    return f"{number:.12g}"
+
+
+def from_to(low: float, high: float, unit: str = "") -> str:
+    """Return an inclusive range with its unit, as "0.5 to 3 m"."""
+    return f"{plain(low)} to {plain(high)} {unit}".rstrip()

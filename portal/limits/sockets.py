@@ -38,7 +38,7 @@ class Ws(WebSocketsSansIOProtocol):
     """
 
     counted = ""
-    deflates = ready = False
+    deflates = _ready = False
     _kept = False  # by the application
     _taken = True  # nothing waits to be written
     _closed = False  # a close was sent, or the connection is lost
@@ -47,6 +47,7 @@ class Ws(WebSocketsSansIOProtocol):
     _unread: asyncio.TimerHandle | None = None
     _waiting = 0  # bytes that the peer had not taken when it was last looked at
     _call: Callable[[], None] | None = None
+    _call_ready: Callable[[], None] | None = None
 
     def connection_made(self, transport: Any) -> None:
         """Let little wait on the way to a slow peer."""
@@ -79,6 +80,22 @@ class Ws(WebSocketsSansIOProtocol):
         """Not be `ready` from now on, because something waits that comes before any frame; or nothing does."""
         self._kept = waits
         self._judge()
+
+    @property
+    def ready(self) -> bool:
+        """Return whether a frame may be written at once."""
+        return self._ready
+
+    @ready.setter
+    def ready(self, ready: bool) -> None:
+        if ready != self._ready:
+            self._ready = ready
+            if self._call_ready is not None:
+                self._call_ready()
+
+    def when_ready(self, call: Callable[[], None] | None) -> None:
+        """Have this called whenever `ready` has changed."""
+        self._call_ready = call
 
     def _judge(self) -> None:
         self.ready = self._taken and not self._kept and not self.gone()

@@ -37,6 +37,9 @@ class Connection(Protocol):
     def write(self, frame: bytes) -> None:
         """Write a whole frame."""
 
+    def when_ready(self, call: Callable[[], None] | None) -> None:
+        """Have this called whenever `ready` has changed."""
+
     def when_free(self, call: Callable[[], None] | None) -> None:
         """Have this called whenever the connection becomes free again, and when it is gone."""
 

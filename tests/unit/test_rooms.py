@@ -3,6 +3,8 @@
 import asyncio
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from portal.live import rooms
 from portal.live.messages import Watch
@@ -27,6 +29,96 @@ def viewer(room, *cameras, **wish):
     room.cut(one)
     room.add(one)
     return one
+
+
+class Line:
+    """A connection that takes `room` frames, until it is emptied."""
+
+    deflates = False
+
+    def __init__(self, room=99):
+        self.room, self.written, self._kept, self.ready, self._call = room, [], False, True, None
+
+    def write(self, frame):
+        self.written.append(frame)
+        self.room -= 1
+        self._judge()
+
+    def emptied(self, room):
+        self.room = room
+        self._judge()
+
+    def keep(self, waits):
+        self._kept = waits
+        self._judge()
+
+    def when_ready(self, call):
+        self._call = call
+
+    def _judge(self):
+        self.ready = self.room > 0 and not self._kept
+        if self._call:
+            self._call()
+
+
+def placed(room, line, **wish):
+    one = Viewer("arm", line)
+    one.wish(Watch([0], **wish))
+    room.add(one)
+    one.emptied()
+    return one
+
+
+def test_a_picture_goes_at_once_to_whoever_is_ready_and_waits_for_the_others(computed):
+    async def give():
+        room = Room("arm")
+        lines = [Line(), Line(1), Line(0), Line()]
+        one, two, three, gone = (placed(room, line) for line in lines)
+        room.remove(gone)
+        for n in range(3):
+            room.give_picture(0, b"%d" % n)
+        assert [line.written for line in lines] == [[b"0", b"1", b"2"], [b"0"], [], []]
+        assert [v.frames for v in (one, two, three, gone)] == [{}, {0: b"2"}, {0: b"2"}, {}]
+        lines[1].emptied(9)
+        room.give_picture(0, b"3")
+        assert lines[1].written == [b"0"], "what waits in the mailbox comes first"
+        two.frames.clear()
+        two.emptied()
+        room.give_picture(0, b"4")
+        assert (lines[0].written[-1], lines[1].written) == (b"4", [b"0", b"4"])
+        assert gone.groups == ()
+
+    asyncio.run(give())
+
+
+@settings(max_examples=50)
+@given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from(["add", "remove", "keep", "free", "fill", "give"]))))
+def test_every_group_knows_who_is_ready(steps):
+    async def walk():
+        room, lines = Room("arm"), [Line(2) for _ in range(4)]
+        viewers = [placed(Room("other"), line) for line in lines]
+        for which, step in steps:
+            one, line = viewers[which], lines[which]
+            match step:
+                case "add":
+                    room.add(one)
+                case "remove":
+                    room.remove(one)
+                case "keep":
+                    line.keep(True)
+                case "free":
+                    line.keep(False)
+                    line.emptied(2)
+                case "fill":
+                    line.emptied(0)
+                case "give":
+                    room.give_picture(0, b"picture")
+                    room.give_state(b"state", False)
+            for group in (room.each[0, False], room.states[False]):
+                assert set(group) == room.viewers
+                assert all((write is not None) is v.ready() for v, write in group.items())
+
+    asyncio.run(walk())
 
 
 def test_nothing_is_computed_or_kept_for_nobody(computed):

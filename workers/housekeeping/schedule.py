@@ -1,10 +1,46 @@
 """The housekeeping worker's scheduler, as a thread; Celery's own `-B` is a process of 60 MB."""
 
+import logging
 import os
+import signal
+from threading import Thread
 from typing import Any
 
 from celery import bootsteps
-from celery.beat import EmbeddedService
+from celery.beat import Service
+
+log = logging.getLogger(__name__)
+LONGEST_S = 1.0  # between two looks at what is due
+STOP_S = 5.0  # for the end of a scheduler that cannot write its file, as on a full disk
+
+
+class Scheduler(Thread):
+    """Sends the periodic tasks; `file` keeps their times.
+
+    A scheduler that fails ends its worker, which the supervisor starts again: without ticks no queue would move, and
+    Celery's own thread would end in silence, and keep the worker from ending for ever.
+    """
+
+    def __init__(self, app: Any, file: str) -> None:
+        super().__init__(name="scheduler", daemon=True)
+        self._app, self._stopping = app, False
+        self._service = Service(app, max_interval=LONGEST_S, schedule_filename=file)
+
+    def run(self) -> None:
+        """Send tasks until `stop`."""
+        self._app.set_current()
+        try:
+            self._service.start()
+        except Exception:
+            log.exception("the scheduler failed")
+        if not self._stopping:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    def stop(self) -> None:
+        """Stop soon; the times are kept if they can be."""
+        self._stopping = True
+        self._service.stop()
+        self.join(STOP_S)
 
 
 class Schedule(bootsteps.StartStopStep):
@@ -19,4 +55,4 @@ class Schedule(bootsteps.StartStopStep):
 
     def create(self, worker: Any) -> Any:
         """Return the thread; Celery starts it after the pool and stops it before the pool."""
-        return EmbeddedService(worker.app, thread=True, schedule_filename=self._file)
+        return Scheduler(worker.app, self._file)

@@ -1,0 +1,74 @@
+"""The scheduler's thread: it keeps its times, and it neither fails in silence nor keeps its worker from ending."""
+
+import shutil
+import signal
+import threading
+import time
+
+import pytest
+from celery import Celery, beat
+
+from workers.housekeeping.schedule import Scheduler
+
+
+@pytest.fixture
+def app():
+    found = Celery("scheduled", broker="memory://", set_as_current=False)
+    found.conf.beat_schedule = {"tick": {"task": "tick", "schedule": 0.05}}
+    return found
+
+
+@pytest.fixture
+def ended():
+    """Whether this process was asked to end."""
+    asked = threading.Event()
+    before = signal.signal(signal.SIGTERM, lambda *_: asked.set())
+    yield asked
+    signal.signal(signal.SIGTERM, before)
+
+
+def sent(app):
+    with app.connection_for_read() as line:
+        return line.default_channel.queue_declare("celery").message_count
+
+
+def until(true, seconds=10.0):
+    limit = time.monotonic() + seconds
+    while not true() and time.monotonic() < limit:
+        time.sleep(0.01)
+    return true()
+
+
+def test_tasks_are_sent_and_the_times_are_kept_at_the_end(app, ended, tmp_path):
+    thread = Scheduler(app, str(tmp_path / "times"))
+    thread.start()
+    assert until(lambda: sent(app) >= 2)
+    thread.stop()
+    assert not thread.is_alive()
+    assert list(tmp_path.glob("times*"))
+    assert not ended.is_set()
+
+
+def test_a_scheduler_that_fails_ends_its_worker(app, ended, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        beat.Scheduler, "tick", lambda self: (_ for _ in ()).throw(OSError(28, "No space left on device"))
+    )
+    thread = Scheduler(app, str(tmp_path / "times"))
+    thread.start()
+    assert until(ended.is_set)
+    thread.stop()
+    assert not thread.is_alive()
+
+
+def test_a_file_that_cannot_be_written_keeps_no_worker_from_ending(app, ended, tmp_path):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    thread = Scheduler(app, str(folder / "times"))
+    thread.start()
+    assert until(lambda: sent(app) >= 1)
+    shutil.rmtree(folder)
+    begun = time.monotonic()
+    thread.stop()
+    assert not thread.is_alive()
+    assert time.monotonic() - begun < 5, "it did not only give up waiting"
+    assert not ended.is_set(), "it was asked to end already"

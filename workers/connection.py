@@ -51,8 +51,9 @@ class Connection:
             return
         if cycle in (Cycle.OFFLINE, Cycle.FAULT, Cycle.READY, Cycle.OFFERED):
             owned.set_cycle(Cycle.HANDOVER, "", cycle)
-        elif cycle == Cycle.OPERATING and not state.ready:
-            self.faulted(HardwareFault("The robot is not ready after its connection came back."), None)
+        elif cycle == Cycle.OPERATING and not state.ready:  # mended under its grant, once a stop can be heard
+            self._unready("The robot is not ready after its connection came back.", code=HardwareFault.code)
+            self.later(0.0)
 
     def later(self, seconds: float) -> None:
         """Try to mend the connection again in `seconds` (s)."""
@@ -98,6 +99,7 @@ class Connection:
             grant = Grant.objects.filter(robot=owned.robot, ended_at=None).first()
             if not state.ready and grant is not None:
                 self._lane.gate.open_for(grant, owned.now())
+                self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.bound(self._lease.epoch))
         except RobotError as error:
             owned.driver.close()
@@ -121,6 +123,6 @@ class Connection:
             incident(robot, code, text, self._owned.now(), remedy="Trying again every few seconds.")
         robot.reason = text[:300]
         told = Robot.objects.filter(pk=robot.pk)
-        told.exclude(cycle__in=(Cycle.LOCKED_OUT, Cycle.OPERATING, Cycle.OFFERED)).update(cycle=Cycle.FAULT)
+        told.exclude(cycle__in=(Cycle.LOCKED_OUT, Cycle.OPERATING)).update(cycle=Cycle.FAULT)
         told.update(reason=robot.reason)
         bus.publish(robot.slug, Changed("robot"))

@@ -25,6 +25,10 @@ class Recovery:
     def __init__(self, owned: OwnedRobot, lease: OwnerLease, gate: Gate, pictures: Pictures) -> None:
         self._owned, self._lease, self._gate, self._pictures = owned, lease, gate, pictures
 
+    def moves(self) -> None:
+        """Note that the robot moves, so that its last picture shows it where it no longer is."""
+        self._pictures.still_id = 0
+
     def recover(self, cause: HardwareFault, command: Command | None) -> bool:
         """Recover after `cause`, which happened during `command`. Return whether it worked."""
         owned, slug = self._owned, self._owned.robot.slug
@@ -44,7 +48,7 @@ class Recovery:
         doing, failed = ("being reset", "reset") if resets else ("being connected anew", "new connection")
         bus.publish(slug, Notice(f"{cause} The robot is {doing}.", "warning"))
         try:
-            self._pictures.still_id = 0
+            self.moves()
             state = owned.driver.recover(permit)
         except RobotError as error:
             remedy(f"The {failed} failed: {error}")

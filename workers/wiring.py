@@ -120,6 +120,7 @@ class Owner:
         self.link.seen()
         self.grants.know_newest(newest_grant(robot))
         begin("renew", self._renew)  # a line that opens slowly must not cost the lease
+        self.stopping.begin()
         interrupted = abandon(robot, owned.now())
         self.connection.connect()
         if interrupted:

@@ -7,7 +7,7 @@ import pytest
 from robots import bus, services
 from robots.contract.session import Outcome, RobotState
 from robots.drivers.errors import StaleEpoch
-from robots.models import Command, Lease
+from robots.models import Command, Grant, Lease
 from robots.states import CommandState
 from tests.services.owner import Arm, made_owner
 
@@ -62,6 +62,7 @@ def lapse(owner):
 
 @pytest.mark.asvs("16.5.3")
 def test_an_earlier_permit_refuses_for_good(owner):
+    owner.lane.gate.open_for(Grant.objects.get(), owner.owned.now())
     permits = [owner.lane.gate.bound(owner.lease.epoch)]
     permits[0]()
     for _ in range(3):

@@ -123,8 +123,8 @@ class KnownGrants:
         self.ended.add(grant_id)
 
     def until(self, grant_id: int) -> float:
-        """Return when that grant ends by the monotonic clock (s); minus infinity if it has ended."""
-        return -math.inf if grant_id in self.ended else self._until.get(grant_id, math.inf)
+        """Return when that grant ends by the monotonic clock (s); minus infinity if it has ended, or is none (0)."""
+        return -math.inf if grant_id in self.ended or not grant_id else self._until.get(grant_id, math.inf)
 
     def over(self, grant_id: int) -> bool:
         """Return whether that grant has ended."""

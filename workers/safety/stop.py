@@ -35,6 +35,23 @@ class Stop:
         self._heard: RobotState | None = None  # the newest state when the hold was not confirmed
         self._trouble = ""  # an unconfirmed stop that is not yet stored as an incident
 
+    def begin(self) -> None:
+        """Latch if the row says that the robot is stopped; before anything is connected that could move.
+
+        `follow` holds the robot once it is connected. Raises Robot.DoesNotExist.
+        """
+        row, latch = self._row(), self._latch
+        self._releases = row.releases
+        if row.stop_latched and not latch.latched:
+            latch.forbid(row.releases)
+            latch.keep()
+
+    def _row(self) -> Robot:
+        row = next(iter(_ROW(robot=self._owned.robot.pk)), None)
+        if row is None:
+            raise Robot.DoesNotExist
+        return row
+
     def halt(self, source: str) -> None:
         """Hold the hardware and latch on disk. Queries neither Redis nor the database."""
         latch = self._latch
@@ -90,9 +107,7 @@ class Stop:
         if self._trouble:
             incident(robot, "stop_failed", self._trouble, self._owned.now())
             self._trouble = ""
-        row = next(iter(_ROW(robot=robot.pk)), None)
-        if row is None:
-            raise Robot.DoesNotExist
+        row = self._row()
         in_row, releases, confirmed, rests_by = row.stop_latched, row.releases, row.stop_confirmed, row.rests_by
         released = latch.releases is not None and releases > latch.releases
         self._releases = releases
@@ -102,7 +117,7 @@ class Stop:
             latch.row_pending = False
         elif latch.latched and latch.row_pending and not released:
             Robot.objects.filter(pk=robot.pk).update(
-                stop_latched=True, stop_confirmed=self._at_rest, rests_by=self._rests_by
+                stop_latched=True, stopped_at=self._owned.now(), stop_confirmed=self._at_rest, rests_by=self._rests_by
             )
             latch.row_pending = False
             bus.publish(robot.slug, Changed("stop"))

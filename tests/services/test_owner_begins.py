@@ -1,0 +1,122 @@
+"""An owner begins: nothing moves before a stop can be heard, and never without a grant; what fails is not offered."""
+
+from dataclasses import replace
+
+import pytest
+
+from queueing import services as queue
+from queueing.models import Ticket
+from robots import services
+from robots.drivers.errors import GrantOver, LineGone, Stopped
+from robots.models import Grant, Incident, Robot
+from robots.states import Cycle, GrantEnd
+from tests.services.owner import Arm, made_owner
+
+pytestmark = [
+    pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
+]  # fmt: skip
+
+
+class Switched(Arm):
+    """A driver whose robot was switched off and on: it is not ready until it has recovered, which moves it."""
+
+    def __init__(self):
+        super().__init__()
+        self.recovered, self.gone = [], False
+
+    def latest(self):
+        return replace(super().latest(), ready=bool(self.recovered))
+
+    def connect(self):
+        if self.gone:
+            raise LineGone("The arm does not answer.")
+        return self.latest()
+
+    def close(self):
+        pass
+
+    def recover(self, permit):
+        permit()
+        self.recovered.append("moved")
+        return self.latest()
+
+
+@pytest.fixture
+def owner(robot, people, monkeypatch):
+    made = made_owner(robot, people)
+    made.owned.driver = Switched()
+    monkeypatch.setattr(made.threads, "begin", lambda *_: None)
+    return made
+
+
+def mended(owner):
+    owner.clock.go(5.0)
+    assert owner.lease._try()
+    owner.link.seen()
+    owner.connection.mend()
+    return owner.owned.driver.recovered
+
+
+def test_a_robot_that_is_not_ready_moves_only_after_everything_listens(owner):
+    owner.start()
+    assert owner.owned.driver.recovered == []
+    assert Robot.objects.get().reason == "The robot is not ready after its connection came back."
+    assert Incident.objects.count() == 1
+    owner.pictures.still_id = 7
+    assert mended(owner) == ["moved"]
+    assert (owner.connection.connected, owner.pictures.still_id, Robot.objects.get().reason) == (True, 0, "")
+
+
+def test_a_stop_that_nobody_heard_is_kept_from_the_beginning(owner, people):
+    services.stop(owner.owned.robot, people["ada"], owner.owned.now())
+    assert not owner.latch.latched
+    owner.start()
+    assert owner.latch.latched
+    assert mended(owner) == []
+    assert Robot.objects.get().reason == "The robot is stopped."
+    owner.stopping.follow()
+    services.release_stop(owner.owned.robot, people["kim"], checked=True)
+    owner.stopping.follow()
+    assert mended(owner) == ["moved"]
+
+
+def test_a_robot_is_not_recovered_for_a_turn_that_is_over(owner):
+    owner.start()
+    owner.clock.go(61.0)
+    assert mended(owner) == []
+    assert owner.lane.gate.grant_over
+
+
+def test_nothing_passes_before_there_is_a_grant(owner):
+    owner.lane.gate.grant_id = 0
+    with pytest.raises(GrantOver):
+        owner.lane.gate.check()
+    owner.latch.forbid()
+    with pytest.raises(Stopped):
+        owner.lane.gate.check()
+
+
+def test_a_stop_of_which_only_the_owner_heard_is_written_with_its_time(owner, people):
+    owner.connection.connected = True
+    owner.stopping.follow()
+    owner.stopping.halt("bus")
+    owner.stopping.follow()
+    row = Robot.objects.get()
+    assert (row.stop_latched, row.stopped_at) == (True, owner.owned.now())
+
+
+def test_a_robot_that_fails_while_it_is_offered_is_taken_back_and_the_place_kept(owner, people):
+    services.end_grant(Grant.objects.get(), GrantEnd.FINISHED, "test", owner.owned.now())
+    robot = owner.owned.robot
+    Robot.objects.update(cycle=Cycle.READY, clearance_required=False, enabled=True)
+    queue.join(robot, people["ada"], owner.owned.now())
+    queue.tick(owner.owned.now())
+    assert (Robot.objects.get().cycle, Ticket.objects.get().state) == ("offered", "offered")
+    owner.owned.driver.gone = True
+    owner.connection.lost_while_idle(LineGone("The arm does not answer."))
+    queue.tick(owner.owned.now())
+    assert (Robot.objects.get().cycle, Ticket.objects.get().state) == ("fault", "waiting")
+    owner.owned.driver.gone = False
+    owner.owned.driver.recovered.append("ready by itself")
+    owner.connection.mend()
+    assert Robot.objects.get().cycle == "handover"

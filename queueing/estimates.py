@@ -5,8 +5,8 @@ from datetime import datetime
 from django.conf import settings
 
 from queueing import fairshare
-from queueing.jobs.foreseeing import HANDOVER_S, jobs_before, jobs_take
-from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState, Turn
+from queueing.jobs.foreseeing import HANDOVER_S, jobs_before, jobs_take, left_of_turn
+from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState
 from robots.models import Robot
 from robots.states import Cycle
 
@@ -51,10 +51,7 @@ def _people(ticket: Ticket) -> int:
 def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datetime) -> tuple[int, int] | None:
     if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
-    turn = Turn.objects.filter(robot=robot, ended_at=None).first()
-    left = max(0.0, (turn.until - now).total_seconds()) if turn else 0.0
-    if turn:
-        left = max(left, 0.0) if turn.until <= turn.base_until else float(RULES["COUNTDOWN_S"])
+    left = left_of_turn(robot, now) or 0.0
     low, high = fairshare.estimate(people, left, float(robot.turn_s or RULES["TURN_S"]), HANDOVER_S)
     of_jobs = jobs_take(robot, jobs, now) if ticket.state == TicketState.WAITING else (0.0, 0.0)
     return round(low + of_jobs[0]), round(high + of_jobs[1])

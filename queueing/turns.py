@@ -9,7 +9,8 @@ from django.db.models import F
 
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
-from queueing.models import NOT_YET, Queue, Ticket, TicketState, Turn
+from queueing.jobs.suspending import suspended
+from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
 from queueing.rows import announce, locked
 from robots.grants import end_grant
 from robots.models import Grant, Robot
@@ -30,9 +31,12 @@ def turn_of(robot: Robot, user: Any) -> Turn | None:
     return turn if turn and user is not None and turn.user_id == user.pk else None
 
 
-def start_countdown(queue: Queue, now: datetime) -> None:
-    """Limit the wait of a newcomer: a turn in its extra time ends in a minute."""
-    for turn in Turn.objects.select_related("grant").filter(robot__queue_link__queue=queue, ended_at=None):
+def start_countdown(queue: Queue, now: datetime, job: Job | None = None) -> None:
+    """Limit the wait of a newcomer, or of a `job` of another person: a turn in its extra time ends in a minute."""
+    turns = Turn.objects.select_related("grant").filter(robot__queue_link__queue=queue, ended_at=None)
+    if job is not None:
+        turns = turns.filter(robot=job.robot).exclude(user=job.user)
+    for turn in turns:
         end = max(turn.base_until, now + timedelta(seconds=RULES["COUNTDOWN_S"]))
         if turn.until > end:
             set_until(turn, end)
@@ -67,8 +71,7 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
     """Extend the turn while nobody waits; end it if time is up, or its operator is gone or idle while others wait."""
     grant = turn.grant
     grant.refresh_from_db()
-    queued = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
-    others = queued.order_by("joined_at").values_list("joined_at", flat=True).first()
+    others = _others_wait_since(queue, turn)
     silent = (now - turn.last_seen).total_seconds()
     idle = (now - max(_last_act(turn), others or now)).total_seconds()  # counted while others wait
     if grant.ended_at is not None:
@@ -86,6 +89,17 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
         end_turn(turn, GrantEnd.ABSENT, "connection lost", now)
     elif others and idle > RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]:
         end_turn(turn, GrantEnd.ABSENT, "idle while others wait", now)
+
+
+def _others_wait_since(queue: Queue, turn: Turn) -> datetime | None:
+    """Return since when somebody else waits for the robot, in the queue or for a job; None if nobody does."""
+    queued = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
+    jobs = Job.objects.filter(robot=turn.robot_id, state=JobState.WAITING, start_tag__isnull=False)
+    people = queued.order_by("joined_at").values_list("joined_at", flat=True).first()
+    asked = jobs.exclude(user=turn.user_id).order_by("asked_at").values_list("asked_at", flat=True).first()
+    if asked is not None and suspended(turn.robot, QueueRobot.objects.filter(robot=turn.robot_id).first()):
+        asked = None  # it waits for staff
+    return min((at for at in (people, asked) if at is not None), default=None)
 
 
 def _last_act(turn: Turn) -> datetime:

@@ -45,6 +45,12 @@ def newest_grant(robot: Robot) -> Grant | None:
     return Grant.objects.filter(robot=robot).order_by("-pk").first()
 
 
+def newest_grant_but_staffs(robot: Robot) -> Grant | None:
+    """Return the same, single commands of staff left out, such as a picture: they tell nothing of where it stands."""
+    found = Grant.objects.filter(robot=robot).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
+    return found.order_by("-pk").first()
+
+
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
     """Return the user's open grant on the robot. Raises GrantOver."""
     return held(open_grant(robot), user, now)
@@ -171,12 +177,26 @@ def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None 
     return len(cancelled)
 
 
+def told_result(command: Command) -> dict[str, Any]:
+    """Return the result of a command for everybody: what was sent without texts, which its author alone may know."""
+    told: dict[str, Any] = command.result
+    return {**told, "sent": _without_texts(told["sent"])} if "sent" in told else told
+
+
+def _without_texts(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _without_texts(one) for name, one in value.items() if not isinstance(one, str)}
+    if isinstance(value, list):
+        return [_without_texts(one) for one in value if not isinstance(one, str)]
+    return value
+
+
 def stage_event(command: Command) -> CommandStage:
     """Return the event that tells a command's stage."""
     return CommandStage(
         id=command.pk, seq=command.client_seq, grant=command.grant_id, kind=command.kind,
         state=command.state, reason=command.reason, at_ms=int(command.reached_at.timestamp() * 1000),
-        result=command.result, progress=command.progress,
+        result=told_result(command), progress=command.progress,
     )  # fmt: skip
 
 

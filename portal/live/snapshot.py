@@ -12,7 +12,7 @@ from queueing.jobs.kinds import kinds_for, offers_turns
 from queueing.jobs.suspending import waits_for_staff
 from queueing.services import open_ticket, open_turn
 from robots.clock import ms_of
-from robots.grants import open_grant, owner_alive
+from robots.grants import open_grant, owner_alive, told_result
 from robots.models import Command, Frame, Grant, Lease, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantKind
@@ -61,12 +61,16 @@ def still_info(frame: Frame | None) -> dict[str, Any] | None:
 
 
 def command_info(command: Command) -> dict[str, Any]:
-    """Return the fields of a command for the page's list."""
+    """Return the fields of a command for the page's list, which everybody sees.
+
+    Only whoever has the grant is named: who asks for a job chooses the name that its page shows.
+    """
+    holder = command.issued_by if command.issued_by_id == command.grant.holder_id else None
     return {
         "id": command.pk, "seq": command.client_seq, "grant": command.grant_id, "kind": command.kind,
-        "state": command.state, "reason": command.reason, "result": command.result, "progress": command.progress,
+        "state": command.state, "reason": command.reason, "result": told_result(command), "progress": command.progress,
         "at_ms": ms_of(command.reached_at),
-        "by": command.issued_by.username if command.issued_by else "",
+        "by": holder.username if holder else "",
     }  # fmt: skip
 
 
@@ -112,7 +116,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "before": still_info(before),
         "commands": [
             command_info(c)
-            for c in Command.objects.filter(robot=robot).select_related("issued_by").order_by("-id")[:RECENT]
+            for c in Command.objects.filter(robot=robot).select_related("issued_by", "grant").order_by("-id")[:RECENT]
         ],
         "log": [
             entry_info(e)

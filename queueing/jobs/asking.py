@@ -9,9 +9,11 @@ from django.db import IntegrityError, transaction
 from queueing.charging import account_of, account_of_guests
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, link_of, may_ask
+from queueing.jobs.suspending import suspended
 from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
+from queueing.turns import start_countdown
 from robots.contract.values import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
@@ -70,8 +72,10 @@ def ask(
         except IntegrityError as error:  # the same guest asked twice at once
             raise TooManyJobs(ONE_A_GUEST) from error
         tag_next(queue)
-        announce(queue, user)
         job.refresh_from_db()
+        if job.start_tag is not None and not suspended(robot, link):
+            start_countdown(queue, now, job)
+        announce(queue, user)
         return job
 
 

@@ -10,7 +10,7 @@ from django.db.models import QuerySet
 
 from queueing.jobs.kinds import link_of
 from queueing.jobs.suspending import suspended
-from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket
+from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket, Turn
 from robots.contract.find import spec_or_none
 from robots.grants import open_grant
 from robots.models import Robot
@@ -47,6 +47,9 @@ def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
     turns = _turns(jobs[0].queue_id)
     known = _known(robot, link, jobs)
     low, high = _left(jobs[0], each, now)
+    turn_left = left_of_turn(robot, now)
+    if turn_left is not None:  # which may end at any time
+        low, high = low + HANDOVER_S, high + turn_left + HANDOVER_S
     found: list[Foreseen] = []
     for number, job in enumerate(jobs):
         running = job.state == JobState.RUNNING
@@ -57,6 +60,16 @@ def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
         if not running:
             low, high = low + each[0], high + each[1]
     return found
+
+
+def left_of_turn(robot: Robot, now: datetime) -> float | None:
+    """Return the greatest rest of the robot's turn (s), if others wait; None if none runs."""
+    turn = Turn.objects.filter(robot=robot, ended_at=None).first()
+    if turn is None:
+        return None
+    if turn.until > turn.base_until:  # in its extra time
+        return float(settings.FARHAND["COUNTDOWN_S"])
+    return max(0.0, (turn.until - now).total_seconds())
 
 
 def jobs_before(ticket: Ticket) -> list[Job]:

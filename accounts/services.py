@@ -58,6 +58,11 @@ def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
     return Clearance.objects.filter(user=user, robot=robot, level__gte=level, revoked_at=None).exists()
 
 
+def cleared_people(robot: Robot) -> QuerySet[Any, Any]:
+    """Return a query for the keys of the people who have a clearance of the robot."""
+    return Clearance.objects.filter(robot=robot, level__gte=1, revoked_at=None).values("user")
+
+
 def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...], n: int = 0) -> Job:
     """Return the job of a preview, for cleared people and staff.
 

@@ -6,7 +6,7 @@ from typing import Any
 from django.conf import settings
 from django.db import IntegrityError, transaction
 
-from accounts.services import cleared
+from accounts.services import cleared, cleared_people
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn
@@ -18,6 +18,7 @@ from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 
 RULES = settings.FARHAND
+CHANGED = "The robot is no longer offered."
 ELSEWHERE = "You operate another robot now; end that turn first."
 IN_USE = {
     GrantKind.JOB: "A job runs on the robot now.", GrantKind.IDLE: "The robot moves by itself now.",
@@ -38,7 +39,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
     """Start the turn of an accepted offer.
 
     Raises:
-        RobotsFault: somebody else may move the robot.
+        RobotsFault: the robot is no longer offered, or somebody else may move it.
         RobotUnavailable: the person operates another robot.
     """
     until = now + timedelta(seconds=robot.turn_s or RULES["TURN_S"])
@@ -46,6 +47,9 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
         raise RobotUnavailable(ELSEWHERE)
     try:
         with transaction.atomic():
+            # first: a lock-out at the same moment waits for this row and then ends the grant, or it came first
+            if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.OFFERED, enabled=True).update(cycle=Cycle.OPERATING):
+                raise RobotsFault(robot, why_not_ready(Robot.objects.get(pk=robot.pk), now, Cycle.OFFERED) or CHANGED)
             grant = start_grant(robot, GrantKind.TURN, now, ticket.user, until)
             turn = Turn.objects.create(
                 robot=robot, user=ticket.user, ticket=ticket, grant=grant, classic=ticket.classic,
@@ -56,7 +60,6 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
     except IntegrityError as error:  # a turn of theirs started at the same moment on another robot
         raise RobotUnavailable(ELSEWHERE) from error
     Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.OPERATING, last_seen=now)
-    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
     serve(queue, ticket.start_tag)
     return turn
 
@@ -139,11 +142,13 @@ def recall(queue: Queue, ticket: Ticket, robot: Robot | None) -> None:
         announce(queue)
 
 
-def head(queue: Queue, now: datetime) -> Ticket | None:
-    """Return the ticket of the first person who is present and operates no other robot."""
+def head(queue: Queue, robot: Robot, now: datetime) -> Ticket | None:
+    """Return the ticket of the first person who is present, may drive this robot and operates no other."""
     busy = Turn.objects.filter(ended_at=None).values("user_id")
     present = now - timedelta(seconds=RULES["PRESENCE_S"])
     there = Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)
+    if robot.clearance_required:  # of several robots in a queue
+        there = there.filter(user__in=cleared_people(robot))
     return there.exclude(user__in=busy).exclude(user__is_active=False).order_by("start_tag", "id").first()
 
 

@@ -1,10 +1,10 @@
 """Advances the queues in time: ends what is over, and offers robots to the next people."""
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from datetime import datetime, timedelta
 
-from django.db import transaction
+from django.db import Error, transaction
 from django.db.models import Exists, OuterRef, Q, QuerySet
 
 from queueing.jobs.judging import judge_waiting
@@ -42,9 +42,7 @@ def tick_seldom(now: datetime) -> None:
     if now.second % QUIET_S:
         return
     _give_queues()
-    for queue in Queue.objects.exclude(pk__in=[queue.pk for queue in busy]).filter(paused=False):
-        with transaction.atomic():
-            serve_next(locked(queue), now)
+    _each(Queue.objects.exclude(pk__in=[queue.pk for queue in busy]).filter(paused=False), serve_next, now)
 
 
 def _give_queues() -> None:
@@ -54,6 +52,10 @@ def _give_queues() -> None:
             queue_of(robot)
         except BadSettings as error:
             log.error("%s has no queue: %s", robot, error)
+        except Error:
+            raise
+        except Exception:
+            log.exception("%s has no queue", robot)
 
 
 def busy_queues() -> QuerySet[Queue]:
@@ -69,9 +71,19 @@ def busy_queues() -> QuerySet[Queue]:
 
 
 def _tick_all(queues: Iterable[Queue], now: datetime) -> None:
+    _each(queues, _tick, now)
+
+
+def _each(queues: Iterable[Queue], do: Callable[[Queue, datetime], None], now: datetime) -> None:
+    """Do it for each queue; what goes wrong in one of them, as in a robot's package, costs no other its time."""
     for queue in queues:
-        with transaction.atomic():
-            _tick(locked(queue), now)
+        try:
+            with transaction.atomic():
+                do(locked(queue), now)
+        except Error:
+            raise
+        except Exception:
+            log.exception("%s was left out", queue)
 
 
 def _tick(queue: Queue, now: datetime) -> None:

@@ -18,14 +18,16 @@ def spec_of(name: str) -> Spec:
     """Return what the robot of that driver says of itself; its driver is not loaded.
 
     Raises:
-        LookupError: no such driver is installed.
+        LookupError: no such driver is installed, or its package is broken.
 
     """
     try:
         module = import_module(f"{package(name)}.spec")
-    except (ModuleNotFoundError, ValueError) as error:
+        made: Spec = module.spec()
+    except ModuleNotFoundError as error:
         raise LookupError(f"no driver named {name!r} is installed") from error
-    made: Spec = module.spec()
+    except Exception as error:  # whatever a package does wrong, other robots go on
+        raise LookupError(f"the package of the driver {name!r} is broken: {error}") from error
     return made
 
 

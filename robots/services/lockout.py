@@ -15,6 +15,8 @@ from robots.permissions import need_staff
 from robots.services.stopping import stop
 from robots.states import Cycle, GrantEnd, GrantKind
 
+OFF = "Switched off by staff."
+
 
 def lock_out(robot: Robot, user: Any, note: str) -> None:
     """Close the robot to the public: stop it; people keep their places. Only staff lift it."""
@@ -33,7 +35,7 @@ def lock_out(robot: Robot, user: Any, note: str) -> None:
 
 
 def lift_lock_out(robot: Robot, user: Any) -> None:
-    """Open the robot again: it is handed over first, then offered."""
+    """Open the robot again: it is handed over first, then offered; one that is switched off stays off."""
     need_staff(user)
     now = SYSTEM.now()
     with transaction.atomic():
@@ -41,32 +43,34 @@ def lift_lock_out(robot: Robot, user: Any) -> None:
         if grant is not None and grant.kind == GrantKind.STAFF:
             end_grant(grant, GrantEnd.STAFF, "lock-out lifted", now)
         cancel_queued(robot, "the robot was locked out", now)
-        Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT).update(
-            cycle=Cycle.HANDOVER,
-            lockout_note="",
-            locked_by=None,
-            reason="",
-            stop_latched=False,
-            releases=F("releases") + 1,
+        locked, free = (
+            Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT),
+            {"lockout_note": "", "locked_by": None},
         )
+        locked.filter(enabled=True).update(
+            cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1, **free
+        )
+        locked.filter(enabled=False).update(cycle=Cycle.OFFLINE, reason=OFF, **free)
         bus.publish_on_commit(robot.slug, Changed("robot"))
 
 
 def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
-    """Switch a robot on or off; the supervisor starts or stops its worker."""
+    """Switch a robot on or off; the supervisor starts or stops its worker. A lock-out stays until staff lift it."""
     need_staff(user)
-    robot.refresh_from_db()
     if not enabled:
         stop(robot, user)
-        grant = open_grant(robot)
-        if grant is not None:
-            end_grant(grant, GrantEnd.SWITCHED_OFF, "robot switched off", SYSTEM.now())
-    changes: dict[str, Any] = {"enabled": enabled}
-    if enabled and robot.cycle in (Cycle.OFFLINE, Cycle.FAULT):
-        changes.update(cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1)
-    if not enabled:
-        changes.update(cycle=Cycle.OFFLINE, reason="Switched off by staff.")
+    now, row = SYSTEM.now(), Robot.objects.filter(pk=robot.pk)
     with transaction.atomic():
-        cancel_queued(robot, "the robot was switched", SYSTEM.now())
-        Robot.objects.filter(pk=robot.pk).update(**changes)
-    bus.publish_on_commit(robot.slug, Changed("robot"))
+        row.update(enabled=enabled)  # first: an offer that is accepted meanwhile waits, and then finds it switched
+        if enabled:
+            row.filter(cycle__in=(Cycle.OFFLINE, Cycle.FAULT)).update(
+                cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1
+            )
+        else:
+            row.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE, reason=OFF)
+            grant = open_grant(robot)
+            if grant is not None:
+                end_grant(grant, GrantEnd.SWITCHED_OFF, "robot switched off", now)
+        cancel_queued(robot, "the robot was switched", now)
+        bus.publish_on_commit(robot.slug, Changed("robot"))
+    robot.refresh_from_db()

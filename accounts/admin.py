@@ -11,11 +11,26 @@ from django.contrib.auth.forms import AdminUserCreationForm, UserChangeForm
 from django.http import HttpRequest
 
 from accounts import handles, staff
+from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.inlines import NamedInline
+from robots.models import Robot
+from robots.verbs import on_added
+
+
+@on_added
+def load_questions(robot: Robot) -> str:
+    """Load the questions of the clearance test that the robot's package brings. Return what staff should know."""
+    try:
+        added = load_bank(robot)
+    except OSError:
+        added = 0
+    if not added:
+        return "Its package brings no questions for the clearance test; write them under Clearance questions."
+    return f"{added} questions for the clearance test came with its package; read them under Clearance questions."
 
 
 class ChoiceInline(NamedInline):

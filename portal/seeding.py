@@ -1,17 +1,18 @@
 """Fills an empty database: robots, questions, survey, administrator."""
 
 import secrets
-import tomllib
 
 from django.contrib.auth.models import Group, Permission
 from django.db import transaction
 
-from accounts.models import Choice, Question, User
+from accounts.bank import load_bank
+from accounts.models import User
 from operatorlog.models import SurveyQuestion
 from queueing.services import queue_of
 from robots import description
 from robots.clock import SYSTEM
-from robots.models import Program, Records, Robot
+from robots.models import Records, Robot
+from robots.programs import load_gallery
 from robots.states import Cycle
 
 SURVEY = (
@@ -32,25 +33,6 @@ SHIPPED = ("mercury", "pa10", "irat")
 MODERATORS = ("view_entry", "change_entry", "view_turn", "view_surveyresponse")
 
 
-def seed_clearance(robot: Robot) -> int:
-    """Fill a question bank that is empty or from before questions had topics. Return how many were added."""
-    mine = Question.objects.filter(robot=robot)
-    if mine.exists() and not mine.filter(topic="").exists():
-        return 0
-    added = 0
-    for one in tomllib.loads(description.text_of(robot.driver, "clearance.toml"))["question"]:
-        about = {name: one[name] for name in ("topic", "section", "paragraph") if name in one}
-        if mine.filter(text=one["text"]).update(**about) if about else mine.filter(text=one["text"]).exists():
-            continue
-        question = Question.objects.create(
-            robot=robot, text=one["text"], explanation=one.get("explanation", ""), **about
-        )
-        for number, text in enumerate(one["choices"]):
-            Choice.objects.create(question=question, text=text, correct=number == 0)
-        added += 1
-    return added
-
-
 def add_robot(driver: str) -> Robot:
     """Add a simulated robot of a driver, switched on, with the settings of its folder."""
     about = description.load(driver)
@@ -60,9 +42,8 @@ def add_robot(driver: str) -> Robot:
         microphone=about.get("microphone", {}).get("address", ""), records=Records.WORK,
     )  # fmt: skip
     queue_of(robot)
-    seed_clearance(robot)
-    for name, text in description.programs_of(driver):
-        Program.objects.create(robot=robot, name=name, text=text, approved=True, changed_at=SYSTEM.now())
+    load_bank(robot)
+    load_gallery(robot, SYSTEM.now())
     return robot
 
 

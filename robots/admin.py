@@ -21,7 +21,7 @@ from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
 from robots.plain import whole
 from robots.recordings.admin import MovieAdmin, RecordingAdmin
-from robots.verbs import VERBS
+from robots.verbs import ADDED, VERBS
 
 __all__ = (
     "CommandAdmin", "FrameAdmin", "GrantAdmin", "IncidentAdmin", "MovieAdmin", "ProgramAdmin", "RecordingAdmin",
@@ -94,6 +94,14 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         calibration = spec.capability(Calibration)
         rows = calibration.told(robot.calibration) if calibration else ()
         return {"procedures": procedures.procedures(spec), "calibrates": calibration is not None, "calibration": rows}
+
+    def save_model(self, request: HttpRequest, obj: Robot, form: Any, change: bool) -> None:
+        """Save the row; a new robot gets what its package brings."""
+        super().save_model(request, obj, form, change)
+        if not change:
+            programs.load_gallery(obj, SYSTEM.now())
+            for told in filter(None, [load(obj) for load in ADDED]):
+                messages.info(request, told)
 
     def get_form(self, request: HttpRequest, obj: Robot | None = None, change: bool = False, **kwargs: Any) -> Any:
         """Return the form, for a saved robot with the settings that its spec declares."""

@@ -7,6 +7,7 @@ from django.contrib.auth import get_user_model
 from django.db import IntegrityError, transaction
 from django.db.models import Q, QuerySet
 
+from robots import description
 from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Program, Robot
 from robots.plain import storable
@@ -28,6 +29,16 @@ def one(robot: Robot, user: Any, pk: int) -> Program:
     if program is None:
         raise BadRequest("There is no such program, or it is not shared.")
     return program
+
+
+def load_gallery(robot: Robot, now: datetime) -> int:
+    """Put the programs that the robot's package brings into its gallery. Return how many there are."""
+    brought = description.programs_of(robot.driver)
+    for name, text in brought:
+        Program.objects.get_or_create(
+            robot=robot, author=None, name=name, defaults={"text": text, "approved": True, "changed_at": now}
+        )
+    return len(brought)
 
 
 def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datetime, pk: int | None = None) -> Program:

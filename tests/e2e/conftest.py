@@ -11,7 +11,7 @@ import pytest
 from django.conf import settings
 from playwright.sync_api import Page, expect, sync_playwright
 
-from portal.seeding import seed_clearance
+from accounts.bank import load_bank
 from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Robot
@@ -59,7 +59,7 @@ def portal(transactional_db, redis_server, robot, house):
     if house.robot(robot.slug) is None:
         bus.connection().flushall()
     shutil.rmtree(settings.VAR / "mail", ignore_errors=True)
-    seed_clearance(robot)
+    load_bank(robot)
     yield Portal(robot, house)
     if redis_server.process is None:
         redis_server.start()

@@ -71,13 +71,13 @@ def test_a_turns_page_in_each_state(portal, visitor, look):
 
 @pytest.mark.parametrize("look", LIGHT)
 def test_the_admins_pages(portal, visitor, look):
-    from portal.seeding import seed_clearance
+    from accounts.bank import load_bank
 
     root = portal.person("root", is_staff=True, is_superuser=True)
     cy = portal.person("cy", "mercury", "pa10")
     entry = portal.entry(cy, "mercury")
     response = log.answer_survey(entry.turn, cy, {1: "4"}, SYSTEM.now())
-    seed_clearance(portal.robot)
+    load_bank(portal.robot)
     one = visitor(**look)
     session(one, root)
     arm, sand = portal.robots["pa10"].pk, portal.robots["mercury"].pk

@@ -90,12 +90,12 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
 
 
 def test_try_again_counts_down_and_then_works(portal, visitor):
+    from accounts.bank import load_bank
     from accounts.models import OrientationRead
-    from portal.seeding import seed_clearance
     from robots.clock import SYSTEM
 
     eve = portal.person("eve")
-    seed_clearance(portal.robot)
+    load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
     one = visitor()
     session(one, eve)
@@ -120,12 +120,12 @@ def test_try_again_counts_down_and_then_works(portal, visitor):
 
 
 def test_without_scripts_the_pause_is_a_sentence(portal, visitor):
+    from accounts.bank import load_bank
     from accounts.models import OrientationRead
-    from portal.seeding import seed_clearance
     from robots.clock import SYSTEM
 
     eve = portal.person("eve")
-    seed_clearance(portal.robot)
+    load_bank(portal.robot)
     OrientationRead.objects.create(user=eve, robot=portal.robot, at=SYSTEM.now())
     one = visitor(java_script_enabled=False)
     session(one, eve)

@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 import pytest
 from django.db import transaction
 
-from portal.seeding import seed_clearance
+from accounts.bank import load_bank
 from robots.plain import storable, whole
 from tests.conftest import at_length
 from tests.services.test_permissions_pages import GET
@@ -66,7 +66,7 @@ def test_promise_36_bad_input_is_answered_in_words(robot, roles, client, caplog,
     """Every field of every form gets a bad text, in each round another."""
     from queueing.models import Turn
 
-    seed_clearance(robot)
+    load_bank(robot)
     client.raise_request_exception = False
     failed = []
     asked = list(addresses(robot, Turn.objects.get()))

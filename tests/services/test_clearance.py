@@ -9,8 +9,8 @@ import pytest
 from django.db import connection
 
 from accounts import services, staff
+from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question
-from portal.seeding import seed_clearance
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest
 from robots.permissions import NotStaff
@@ -20,7 +20,7 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
 @pytest.fixture
 def bank(robot):
-    seed_clearance(robot)
+    load_bank(robot)
     return robot
 
 
@@ -208,12 +208,12 @@ def test_staff_withdraw_and_lift_from_the_admin_with_a_note(bank, people, client
 
 
 def test_a_bank_of_before_topics_is_filled_up_once(robot):
-    seed_clearance(robot)
+    load_bank(robot)
     full = Question.objects.count()
     Question.objects.update(topic="")
     Question.objects.all()[0].delete()
-    assert seed_clearance(robot) == 1
-    assert seed_clearance(robot) == 0
+    assert load_bank(robot) == 1
+    assert load_bank(robot) == 0
     assert (Question.objects.count(), Question.objects.filter(topic="").count()) == (full, 0)
 
 

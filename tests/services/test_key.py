@@ -16,9 +16,9 @@ from django.db import transaction
 from django.test import Client
 
 from accounts import services
+from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Question
 from portal.live.snapshot import snapshot
-from portal.seeding import seed_clearance
 from robots.clock import SYSTEM
 from tests.proof import Proof
 
@@ -90,7 +90,7 @@ def third(attempt: Attempt) -> dict[str, int]:
 def test_promise_20_the_key_never_leaves_the_server(robot, people, who, monkeypatch):
     now = SYSTEM.now()
     monkeypatch.setattr(type(SYSTEM), "now", lambda _: now)  # the same moment for both
-    seed_clearance(robot)
+    load_bank(robot)
     person = {"nobody": None, "cleared": people["ada"]}.get(who, people["eve"])
     answers = None
     if who in ("asked", "incomplete", "failed"):

@@ -4,11 +4,13 @@ import re
 
 import pytest
 
+from accounts.bank import load_bank
+from accounts.models import Question
 from portal.classic.models import ClassicToken
-from portal.seeding import seed, seed_clearance
+from portal.seeding import seed
 from queueing import services as queue
 from robots.clock import SYSTEM
-from robots.models import Command, Frame
+from robots.models import Command, Frame, Program, Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -99,6 +101,20 @@ def test_an_admin_adds_a_robot_on_one_page(robot, people, client, admin_user):
     page = client.get(good["Location"])
     assert b"Test connection" in page.content
     assert b"Switch on" in page.content
+    assert b"questions for the clearance test came with its package" in page.content
+    second = Robot.objects.get(slug="second")
+    assert Question.objects.filter(robot=second).count() >= 15, "somebody can pass the test"
+
+
+def test_what_a_package_brings_is_loaded_once_and_nothing_is_said_of_what_it_lacks(robot, people, client, admin_user):
+    client.force_login(admin_user)
+    data = {"name": "Arm", "slug": "arm", "driver": "pa10", "address": "sim:pa10", "records": "off"}
+    assert client.post("/admin/robots/robot/add/", data).status_code == 302
+    arm = Robot.objects.get(slug="arm")
+    brought = Program.objects.filter(robot=arm, approved=True, author=None).count()
+    assert brought > 0
+    assert client.post(f"/admin/robots/robot/{arm.pk}/change/", data).status_code == 302
+    assert Program.objects.filter(robot=arm).count() == brought
 
 
 def test_unknown_addresses_say_so(robot, client):
@@ -181,7 +197,7 @@ def test_no_answer_of_any_page_holds_the_key(robot, people, client):
     from accounts import services
     from accounts.models import Choice
 
-    seed_clearance(robot)
+    load_bank(robot)
     client.force_login(people["eve"])
     services.mark_read(people["eve"], robot, SYSTEM.now())
     html = client.get("/robots/mercury/clearance/").content.decode()

@@ -2,11 +2,11 @@
 
 import asyncio
 import contextlib
+import http.client
 import os
 import socket
 import sys
 import time
-import urllib.request
 from collections.abc import Callable
 from typing import Any
 
@@ -111,11 +111,15 @@ def _need_port(host: str, port: int) -> None:
 
 async def _until_served(host: str, port: int) -> None:
     def answered() -> bool:
+        line = http.client.HTTPConnection(host, port, timeout=1)
         try:
-            with urllib.request.urlopen(f"http://{host}:{port}/livez", timeout=1) as answer:
-                return bool(answer.status == 200)
-        except OSError:
+            line.request("GET", "/livez")
+            line.getresponse()  # any answer: behind a proxy it may be a redirect, or a refusal of this address
+        except (OSError, http.client.HTTPException):
             return False
+        finally:
+            line.close()
+        return True
 
     while not await asyncio.to_thread(answered):
         await asyncio.sleep(0.2)

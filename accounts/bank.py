@@ -1,0 +1,29 @@
+"""The questions of the clearance test that a robot's package brings."""
+
+import tomllib
+
+from accounts.models import Choice, Question
+from robots import description
+from robots.models import Robot
+
+
+def load_bank(robot: Robot) -> int:
+    """Fill a question bank that is empty or from before questions had topics. Return how many were added.
+
+    Raises OSError if the package has no `clearance.toml`.
+    """
+    mine = Question.objects.filter(robot=robot)
+    if mine.exists() and not mine.filter(topic="").exists():
+        return 0
+    added = 0
+    for one in tomllib.loads(description.text_of(robot.driver, "clearance.toml"))["question"]:
+        about = {name: one[name] for name in ("topic", "section", "paragraph") if name in one}
+        if mine.filter(text=one["text"]).update(**about) if about else mine.filter(text=one["text"]).exists():
+            continue
+        question = Question.objects.create(
+            robot=robot, text=one["text"], explanation=one.get("explanation", ""), **about
+        )
+        for number, text in enumerate(one["choices"]):
+            Choice.objects.create(question=question, text=text, correct=number == 0)
+        added += 1
+    return added

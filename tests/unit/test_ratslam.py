@@ -222,6 +222,20 @@ def test_a_loaded_map_gives_the_same_answers(tmp_path):
     assert (one.ids == two.ids).all() and (one.poses == two.poses).all() and (one.links == two.links).all()
 
 
+def test_which_links_were_measured_is_saved_and_an_older_map_is_read_as_one_that_was(tmp_path):
+    world, slam = World(), RatSlam(Settings(pruning=True, map=MapSettings(prune_each=25)))
+    Drive(slam, 1, world)
+    save(slam, tmp_path / "map.npz")
+    held, again = slam.map, load(tmp_path / "map.npz", slam.settings).map
+    taken = held.taken[: held.linked]
+    assert taken.any() and not taken.all()
+    assert (again.taken[: again.linked] == taken).all() and again.pairs == held.pairs
+    with np.load(tmp_path / "map.npz") as file:
+        kept = {name: file[name] for name in file.files if name != "link_taken"}
+    np.savez(tmp_path / "map.npz", **kept)
+    assert load(tmp_path / "map.npz", slam.settings).map.taken[: held.linked].all()
+
+
 def test_a_map_that_is_saved_again_replaces_the_old_one_at_once(tmp_path):
     slam = RatSlam()
     save(slam, tmp_path / "map.npz")

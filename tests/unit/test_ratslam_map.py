@@ -190,6 +190,32 @@ def test_a_link_that_is_handed_on_leads_where_it_led():
     assert sorted(held.durations[: held.linked].tolist())[-1] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize("back", [False, True])
+def test_a_link_that_was_handed_on_is_measured_anew_and_no_other(back):
+    held = driven([(0.3, 0.0, 99)] * 4)
+    held.poses[2, :2] += (0.05, 0.02)  # the map's error, which the links that are handed on take over
+    stand = np.arange(held.count)
+    stand[2] = 1
+    contract(held, stand)
+    handed = held.pairs[1, 2]
+    assert held.taken[: held.linked].tolist() == [n != handed for n in range(held.linked)]
+    before = held.measured[: held.linked].copy()
+    on, to = (2, 1) if back else (1, 2)
+    held.meet(on, HERE, link=False)
+    held.move(0.6, 0.0, 0.5)
+    assert held.meet(to, HERE) is False, "no new link"
+    seen = held.measured[handed, 0], held.measured[handed, 1] % (2 * math.pi)
+    assert seen == pytest.approx((0.6, math.pi if back else 0.0))
+    assert held.durations[handed] == 0.5
+    assert (held.taken[: held.linked].all(), held.linked) == (True, len(before))
+    others = np.arange(held.linked) != handed
+    assert (held.measured[: held.linked][others] == before[others]).all()
+    held.meet(on, HERE, link=False)
+    held.move(9.0, 0.0, 0.5)
+    held.meet(to, HERE)
+    assert held.measured[handed, 0] == pytest.approx(0.6), "the first measurement stays"
+
+
 def test_two_places_that_overlap_on_a_wrong_map_both_stay():
     """Two ends of a corridor that the map, wrongly, shows at one place; once a loop tells that they are one, one goes."""
     held = driven([(0.3, 0.0, 99)] * 10)

@@ -29,6 +29,7 @@ LINKS: Columns = (
     ("targets", (), np.int64),
     ("measured", (3,), np.float64),
     ("durations", (), np.float64),
+    ("taken", (), np.bool_),
 )
 
 
@@ -39,7 +40,7 @@ class ExperienceMap:
     places: x, y, heading in pose cells. visited: which of all arrivals was the last one here. odometer:
     what was counted then, rad and m, and how the robot was turned against the experience (rad). sources, targets:
     indices of experiences. measured: distance (m), direction and facing (rad) of the target as seen from the source.
-    durations: s.
+    durations: s. taken: the link was measured by the robot, and not handed on from an experience that was pruned.
     """
 
     ids: NDArray[np.int64]
@@ -52,6 +53,7 @@ class ExperienceMap:
     targets: NDArray[np.int64]
     measured: NDArray[np.float64]
     durations: NDArray[np.float64]
+    taken: NDArray[np.bool_]
 
     def __init__(self, settings: MapSettings) -> None:
         self.settings = settings
@@ -61,7 +63,7 @@ class ExperienceMap:
         self.since: Pose = (0.0, 0.0, 0.0)
         self.seconds = self.still = 0.0
         self.refused, self.refused_from = 0, 0  # sightings in turn that do not fit the map; the next id at the first
-        self.pairs: set[tuple[int, int]] = set()
+        self.pairs: dict[tuple[int, int], int] = {}  # the link between two experiences, the smaller index first
         self._room(NODES, 64, 0)
         self._room(LINKS, 64, 0)
 
@@ -151,18 +153,25 @@ class ExperienceMap:
 
     def _arrive(self, index: int, offset: Pose, link: bool = True) -> None:
         pair = (min(self.current, index), max(self.current, index))
-        if self.current >= 0 and link and pair not in self.pairs:
-            x, y, facing = composed(self.since, inverted(offset))
-            self.pairs.add(pair)
-            if self.linked == len(self.sources):
-                self._room(LINKS, 2 * self.linked, self.linked)
-            n, self.linked = self.linked, self.linked + 1
-            self.sources[n], self.targets[n] = self.current, index
-            self.measured[n] = math.hypot(x, y), math.atan2(y, x), facing
-            self.durations[n] = self.seconds
+        if self.current >= 0 and link:
+            known = self.pairs.get(pair)
+            if known is None:
+                if self.linked == len(self.sources):
+                    self._room(LINKS, 2 * self.linked, self.linked)
+                known = self.pairs[pair] = self.linked
+                self.linked += 1
+                self.sources[known], self.targets[known] = self.current, index
+            if not self.taken[known]:  # new, or handed on with the map's error
+                self._measure(known, composed(self.since, inverted(offset)))
         self.current, self.since, self.seconds, self.still = index, offset, 0.0, 0.0
         self.arrivals += 1
         self.visited[index] = self.arrivals
+
+    def _measure(self, link: int, seen: Pose) -> None:
+        """Note that the robot went over a link, from the current experience to one that it has `seen` from there."""
+        x, y, facing = seen if self.sources[link] == self.current else inverted(seen)
+        self.measured[link] = math.hypot(x, y), math.atan2(y, x), facing
+        self.durations[link], self.taken[link] = self.seconds, True
 
     def relax(self) -> None:
         """Let all links pull, those of the oldest experience first."""

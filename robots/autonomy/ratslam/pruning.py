@@ -2,8 +2,9 @@
 
 Milford and Wyeth 2010 ("Persistent navigation and mapping using a biologically inspired SLAM system") keep the
 density of experiences bounded: the links of one that goes are handed to the one that stays in its place, corrected by
-where the map has the two. Ours: the oldest stays, because what was measured to and from it is kept, while each link
-that is handed on gets the map's error, too; unless it was not recognised for long, when the place looks otherwise now.
+where the map has the two. Ours: such a link has the map's error in it, so it is measured anew when the robot goes that
+way again (`ExperienceMap._arrive`). And the oldest stays, because what was measured to and from it is kept, unless it
+was not recognised for long, when the place looks otherwise now.
 And two are one place only if a short path over links leads from one to the other. Where the map is not right yet, two
 places may overlap; those stay apart until the robot has closed the loop.
 """
@@ -18,7 +19,8 @@ from numpy.typing import NDArray
 from robots.autonomy.ratslam.experiences import LINKS, NODES, ExperienceMap, Pose, composed, inverted
 
 Numbers = NDArray[np.int64]
-Links = list[dict[int, tuple[Pose, float]]]  # of each experience: linked with which, seen where, after how long (s)
+Link = tuple[Pose, float, bool]  # seen where, after how long (s), whether the robot has measured it
+Links = list[dict[int, Link]]  # of each experience: linked with which, and how
 SHORT_M = 0.01  # a shorter link is mostly a turn
 
 
@@ -69,7 +71,7 @@ def _near(links: Links, begin: int, wanted: Iterable[int], within: float) -> int
             return index
         if gone > far[index]:
             continue
-        for other, (seen, _) in links[index].items():
+        for other, (seen, *_) in links[index].items():
             through = gone + math.hypot(seen[0], seen[1])
             if through <= within and through < far.get(other, math.inf):
                 far[other] = through
@@ -83,8 +85,9 @@ def _links(held: ExperienceMap) -> Links:
         a, b = int(held.sources[n]), int(held.targets[n])
         distance, direction, facing = held.measured[n].tolist()
         seen = (distance * math.cos(direction), distance * math.sin(direction), facing)
-        found[a][b] = (seen, float(held.durations[n]))
-        found[b][a] = (inverted(seen), float(held.durations[n]))
+        seconds, taken = float(held.durations[n]), bool(held.taken[n])
+        found[a][b] = (seen, seconds, taken)
+        found[b][a] = (inverted(seen), seconds, taken)
     return found
 
 
@@ -101,14 +104,14 @@ def _merge(links: Links, gone: int, heir: int, apart: Pose, pace: float) -> None
     A link that gets longer by a metre takes longer by `pace` (s/m), and back. Of two between the same experiences the
     one that was there stays.
     """
-    for other, (seen, seconds) in links[gone].items():
+    for other, (seen, seconds, _) in links[gone].items():
         del links[other][gone]
         if other == heir or heir in links[other]:
             continue
         now = composed(apart, seen)
         was_m, now_m = math.hypot(*seen[:2]), math.hypot(*now[:2])
         seconds = max(seconds + pace * (now_m - was_m), pace * now_m / 2)
-        links[heir][other], links[other][heir] = (now, seconds), (inverted(now), seconds)
+        links[heir][other], links[other][heir] = (now, seconds, False), (inverted(now), seconds, False)
     links[gone] = {}
 
 
@@ -127,12 +130,13 @@ def contract(held: ExperienceMap, stand: Numbers) -> None:
     pairs = [(a, b, *links[a][b]) for a in left.tolist() for b in sorted(links[a]) if a < b]
     for name, shape, kind in LINKS:
         setattr(held, name, np.zeros((max(64, len(pairs)), *shape), kind))
-    for n, (a, b, seen, seconds) in enumerate(pairs):
-        held.sources[n], held.targets[n], held.durations[n] = renumbered[a], renumbered[b], seconds
+    for n, (a, b, seen, seconds, taken) in enumerate(pairs):
+        held.sources[n], held.targets[n] = renumbered[a], renumbered[b]
+        held.durations[n], held.taken[n] = seconds, taken
         held.measured[n] = math.hypot(seen[0], seen[1]), math.atan2(seen[1], seen[0]), seen[2]
     held.count, held.linked = len(left), len(pairs)
     held.current = renumbered[held.current] if held.current >= 0 else -1
-    held.pairs = {(renumbered[a], renumbered[b]) for a, b, _, _ in pairs}
+    held.pairs = {(renumbered[a], renumbered[b]): n for n, (a, b, *_) in enumerate(pairs)}
 
 
 def pruned(

@@ -121,6 +121,7 @@ def _read_templates(slam: RatSlam, path: Path, count: int, named: dict[str, Any]
 def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     held, views, told = slam.map, slam.views, slam.told
     held.count, held.linked = len(arrays["node_ids"]), len(arrays["link_sources"])
+    arrays.setdefault("link_taken", np.ones(held.linked, np.bool_))  # older maps have none
     for owner, prefix, names, count in (
         (views, "view", VIEWS, views.count),
         (held, "node", [name for name, _, _ in NODES], held.count),
@@ -159,7 +160,7 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     ):
         raise ValueError("its numbers are no map's")
     pairs = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)
-    held.pairs = {(min(a, b), max(a, b)) for a, b in pairs}
+    held.pairs = {(min(a, b), max(a, b)): n for n, (a, b) in enumerate(pairs)}
 
 
 def _within(numbers: np.ndarray, count: int) -> bool:

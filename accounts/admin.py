@@ -13,12 +13,12 @@ from django.http import HttpRequest
 from accounts import handles, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
+from robots.added import on_added
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.inlines import NamedInline
 from robots.models import Robot
-from robots.verbs import on_added
 
 
 @on_added

@@ -11,6 +11,7 @@ from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
 from robots import bus, grants, programs, services
+from robots.added import ADDED
 from robots.clock import SYSTEM
 from robots.contract import procedures
 from robots.contract.capabilities import Calibration
@@ -21,7 +22,7 @@ from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
 from robots.plain import whole
 from robots.recordings.admin import MovieAdmin, RecordingAdmin
-from robots.verbs import ADDED, VERBS
+from robots.verbs import VERBS
 
 __all__ = (
     "CommandAdmin", "FrameAdmin", "GrantAdmin", "IncidentAdmin", "MovieAdmin", "ProgramAdmin", "RecordingAdmin",

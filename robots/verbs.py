@@ -106,13 +106,6 @@ def add(verb: Verb) -> Verb:
     return verb
 
 
-def on_added(load: Callable[[Robot], str]) -> Callable[[Robot], str]:
-    """Call this when staff have added a robot on the admin page; they are told what it returns, if anything."""
-    ADDED.append(load)
-    return load
-
-
-ADDED: list[Callable[[Robot], str]] = []
 VERBS: dict[str, Verb] = {
     verb.__name__: verb for verb in (enable, disable, stop, release, lock_out, lift, maintenance, procedure, test)
 }

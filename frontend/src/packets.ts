@@ -12,7 +12,8 @@ export interface StatePacket {
   mode: string;
 }
 /** A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty and joints are not told. */
-export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob; image?: VideoFrame }
+/** A picture; `first`: the earlier ones do not count any more, because a replay has jumped in time. */
+export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob; image?: VideoFrame; first?: boolean }
 
 /** A packet of a camera's video: the number of the picture that it changes, null for one that stands alone. */
 export interface VideoPacket { camera: number; number: number; atMs: number; still: number; follows: number | null; run: number; vp8: Uint8Array<ArrayBuffer> }

@@ -6,9 +6,9 @@ export class Order {
   private newest: { atMs: number; number: number } | null = null;
 
   /** Whether this picture is newer than all before it, and the newest from now on. */
-  take(picture: { atMs: number; number: number }): boolean {
+  take(picture: { atMs: number; number: number; first?: boolean }): boolean {
     const { newest } = this;
-    if (newest && !this.follows(picture, newest)) return false;
+    if (newest && !picture.first && !this.follows(picture, newest)) return false;
     this.newest = { atMs: picture.atMs, number: picture.number };
     return true;
   }

@@ -25,6 +25,15 @@ test("pictures of a process that has begun again are shown at once", () => {
   assert.ok(!order.take(picture(10_100, 901)), "a late one of the old process");
 });
 
+test("after a jump in time an earlier picture is shown, and those that follow it", () => {
+  const order = new Order();
+  assert.ok(order.take(picture(20_000, 1)));
+  assert.ok(!order.take(picture(17_000, 2)), "no jump");
+  assert.ok(order.take({ ...picture(17_000, 3), first: true }));
+  assert.ok(order.take({ ...picture(17_200, 4), first: false }));
+  assert.ok(!order.take(picture(17_100, 5)));
+});
+
 test("a clock that was set back far does not end the pictures", () => {
   const order = new Order();
   assert.ok(order.take(picture(3_600_000, 900)));

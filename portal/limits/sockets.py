@@ -14,6 +14,7 @@ from websockets.http11 import Request
 
 from portal.limits.counts import AddressCount
 from portal.limits.dropped import drop
+from portal.limits.unsent import unsent
 from portal.live.direct import DEFLATE, NAME, suits
 
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
@@ -118,7 +119,7 @@ class Ws(WebSocketsSansIOProtocol):
     def pause_writing(self) -> None:
         """Something waits; give a peer that takes nothing a limited time."""
         self._taken = self.ready = False
-        self._waiting = self.transport.get_write_buffer_size()
+        self._waiting = unsent(self.transport)
         self._look_later()
 
     def resume_writing(self) -> None:
@@ -140,7 +141,7 @@ class Ws(WebSocketsSansIOProtocol):
 
     def _look(self) -> None:
         """Drop a peer that has taken nothing since it was last looked at."""
-        before, self._waiting = self._waiting, self.transport.get_write_buffer_size()
+        before, self._waiting = self._waiting, unsent(self.transport)
         if self._waiting >= before:
             drop("took nothing")
             self.transport.abort()

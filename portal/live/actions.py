@@ -29,6 +29,9 @@ class Answer:
         return {"ok": self.ok, "text": self.text, "code": self.code, **self.extra}
 
 
+SIGN_IN = Answer(False, "Sign in first.", "signed_out")
+
+
 def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = False) -> Answer:
     """Carry out one message, with person, session and turn checked again.
 
@@ -36,7 +39,7 @@ def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = Fa
     """
     user = current_user(scope)
     if not user.is_authenticated:
-        return Answer(False, "Sign in first.", "signed_out")
+        return SIGN_IN
     try:
         if isinstance(message, Command):
             return _command(slug, user, message)

@@ -18,7 +18,7 @@ from django.db import Error
 from portal.limits.counts import AddressCount
 from portal.limits.dropped import drop
 from portal.live import codes
-from portal.live.actions import Answer, act
+from portal.live.actions import SIGN_IN, Answer, act
 from portal.live.hub import hub
 from portal.live.messages import (
     CAMERAS,
@@ -165,7 +165,13 @@ class RobotConsumer(Viewing):
             queue.seen(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), classic=False)
 
     async def take(self, message: RobotMessage) -> None:
-        """Do urgent things at once; queue the rest."""
+        """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""
+        if self.stranger() and not isinstance(message, Ping | Plan | Watch):
+            await self._answer(message, SIGN_IN)
+        else:
+            await self._do(message)
+
+    async def _do(self, message: RobotMessage) -> None:
         sent = False
         match message:
             case Ping():

@@ -86,7 +86,7 @@ class Hub:
                 room.cut(viewer)
         self._give_newest(viewer)
         viewer.wait()
-        if self.link and not self._needed(viewer.slug) <= known:
+        if not self._needed(viewer.slug) <= known:
             self._hold(self._follow(viewer.slug))
 
     def _needed(self, slug: str) -> set[str]:
@@ -341,7 +341,7 @@ class Hub:
                 await self._pubsub.ping()
         for slug in list(self._rooms):
             await self._unfollow(slug)
-            await self._mark_watched(slug)
+            await self._follow(slug)  # also what somebody wished while Redis was away
             await self._count(slug)
 
     async def _count(self, slug: str) -> None:

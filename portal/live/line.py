@@ -11,12 +11,15 @@ from channels.exceptions import StopConsumer
 from channels.generic.websocket import AsyncWebsocketConsumer
 
 from portal.limits.dropped import drop
+from portal.limits.rates import AddressRate
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
 from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
+CALM, CALM_BURST = 3.0, 30.0  # the same of one that stays open whatever others of its network address send
+OF_ADDRESS = AddressRate(rate=500.0, burst=3000.0)  # of all sockets of a network address; a page sends one in 5 s
 BAD_MESSAGE, TOO_FAST, FAILED = 4400, 4429, 1011
 CLOSE_S = 1.0  # for sending a close
 AGAIN_S = 1.0  # between two attempts to end a task
@@ -34,7 +37,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self.over = False
         self.me, self.known = 0, False  # the person, and whether they stand in a queue or are staff
         self.operating = False  # whether they drive the robot
-        self._tokens, self._filled = BURST, time.monotonic()
+        self._tokens, self._calm, self._filled = BURST, CALM_BURST, time.monotonic()
         self._tasks: set[asyncio.Task[None]] = set()
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
@@ -111,11 +114,15 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             log.exception("a socket failed")
             await self.close(FAILED)
 
+    def _address(self) -> str:
+        return str((self.scope.get("client") or ("",))[0])
+
     async def _receive(self, text: str | None) -> None:
         now = time.monotonic()
         self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
+        self._calm = max(-1.0, min(CALM_BURST, self._calm + (now - self._filled) * CALM) - 1)
         self._filled = now
-        if self._tokens < 0:
+        if self._tokens < 0 or not (OF_ADDRESS.take(self._address()) or self._calm >= 0):
             drop("sent too many messages")
             await self.close(TOO_FAST)
             return

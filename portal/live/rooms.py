@@ -17,6 +17,7 @@ from robots.contract.video import unpack
 from robots.messages import Changed, Event
 
 EVENTS = 100
+TAKEN_DOWN = Changed("frame")  # also told when a picture was added: the next live one is kept again
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
 ALWAYS = ("events", "state", "stream")  # heard of every robot that has viewers
 K = TypeVar("K")
@@ -323,6 +324,8 @@ class Room:
 
     def give_event(self, event: Event, trace: bool) -> None:
         """Give everybody an event; a line of the trace only to those who want it."""
+        if event == TAKEN_DOWN:
+            self.newest.clear()  # it may be among them
         viewers: Iterable[Viewer] = [v for v in self.viewers if v.trace] if trace else self.viewers
         if not isinstance(event, Changed):
             viewers = self._write_text(viewers, msgspec.json.encode(event).decode())

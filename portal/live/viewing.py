@@ -48,6 +48,7 @@ class Viewing(Line):
         self._stale = asyncio.Event()
         self._looking = self.nobody = False
         self._freed = asyncio.Event()  # set whenever the connection has taken everything
+        self._one_by_one = asyncio.Lock()
         self._seat, self._leave = Seat(), contextlib.ExitStack()
 
     async def view(self, wish: Watch | None = None, cameras: int | None = None) -> Viewer:
@@ -206,11 +207,17 @@ class Viewing(Line):
         viewer.emptied()
 
     async def _free(self) -> None:
-        """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits."""
+        """Wait until the connection has taken everything, or is gone; what comes meanwhile replaces what waits.
+
+        Who asks first is first, so that on a slow line pictures do not keep snapshots waiting for ever.
+        """
         connection = self.viewer.connection if self.viewer is not None else None
-        while connection is not None and not connection.free() and not connection.gone():
-            self._freed.clear()
-            await self._freed.wait()
+        if connection is None or (connection.free() and not self._one_by_one.locked()):
+            return
+        async with self._one_by_one:
+            while not connection.free() and not connection.gone():
+                self._freed.clear()
+                await self._freed.wait()
 
     async def _tell_bytes(self, data: bytes) -> None:
         await self._free()
@@ -238,6 +245,7 @@ class Viewing(Line):
         """Send a new snapshot when the last one is out of date; pictures and states do not wait for it."""
         while True:
             await self._stale.wait()
+            await self._free()  # on a slow line one snapshot tells all that changed meanwhile
             self._stale.clear()
             await self.send_snapshot()
             if not (self.operating or self.stranger()):  # of strangers' there is one for all

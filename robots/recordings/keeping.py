@@ -146,12 +146,14 @@ def remove(recording: Recording, reason: str) -> bool:
     for suffix in (".mcap", LIVE, OLD, BUSY):
         path_of(recording).with_suffix(suffix).unlink(missing_ok=True)
     forget_movies(Movie.objects.filter(recording=recording))
+    lapses = Movie.objects.filter(robot=recording.robot, day=recording.began_at.date())
+    forget_movies([lapse for lapse in lapses if recording.pk in lapse.sources])
     recording.refresh_from_db()
     return True
 
 
 def settle_restored(now: datetime) -> None:
-    """After a restore: what was being recorded, or whose file was left out of the backup, has no file."""
+    """After a restore: what was being recorded, or whose file was left out of the backup, has no file, and no movie."""
     Recording.objects.filter(state=RecordingState.RUNNING).update(
         state=RecordingState.REMOVED, ended_at=now, reason="It was being recorded when the backup was made."
     )
@@ -160,6 +162,7 @@ def settle_restored(now: datetime) -> None:
             Recording.objects.filter(pk=recording.pk).update(
                 state=RecordingState.REMOVED, size=0, reason="Its file was not in the backup."
             )
+    forget_movies(movie for movie in Movie.objects.filter(state=Movie.State.READY) if not movie_path(movie).exists())
 
 
 def forget_movies(movies: Iterable[Movie]) -> int:

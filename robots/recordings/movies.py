@@ -33,10 +33,12 @@ def ask_day(robot: Robot, day: date, kind: str, recordings: list[Recording], now
     """
     if day >= now.date():
         raise BadRequest("A time-lapse is made of a day that is over (UTC).")
+    same, sources = {"robot": robot, "day": day, "kind": _kind(kind)}, [recording.pk for recording in recordings]
+    known = Movie.objects.filter(**same)
+    keeping.forget_movies(movie for movie in known if not set(movie.sources) <= set(sources))  # hidden in part since
     if not recordings and not frames_of(robot, day):
         raise BadRequest("Nothing is kept of that day.")
-    same = {"robot": robot, "day": day, "kind": _kind(kind)}
-    return _asked(same, Movie(asked_at=now, sources=[recording.pk for recording in recordings], **same))
+    return _asked(same, Movie(asked_at=now, sources=sources, **same))
 
 
 def _kind(kind: str) -> str:
@@ -101,8 +103,10 @@ def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:
     if made is None:
         done.update(state=State.FAILED, reason=reason[:200])
         return
-    path, size = keeping.movie_path(movie), made.stat().st_size
-    made.replace(path)
+    path = keeping.movie_path(movie)
+    if made.exists():  # it was moved before, if that could not be noted
+        made.replace(path)
+    size = path.stat().st_size
     if done.update(state=State.READY, ready_at=now, size=size, reason=""):
         return
     if not Movie.objects.filter(pk=movie.pk, state=State.READY).exists():  # ready: another recorder has made it too

@@ -96,8 +96,13 @@ def test_a_recording_is_played_and_moved_in_time_by_mouse_and_keyboard(portal, v
     shows(page, 6)
     assert bar.get_attribute("aria-valuetext") == "0:06 of 0:23"
     expect(page.locator("#ladder li").first).to_have_attribute("data-state", "queued")
+    for _ in range(4):
+        page.keyboard.press("ArrowLeft")
+    shows(page, 4)  # a little back, too
     bar.fill("17000")
     shows(page, 17)
+    bar.fill("14000")
+    shows(page, 14)
     page.locator("#replay-speed").select_option("8")
     play.click()
     shows(page, 23)

@@ -9,7 +9,8 @@ from urllib.parse import quote
 
 import pytest
 
-from portal.live.hub import Hub
+from portal.live.hub import PING_S, Hub
+from portal.live.messages import Watch
 from portal.live.rooms import Viewer
 from robots import bus
 from robots.messages import Changed, picture_packet
@@ -53,6 +54,33 @@ def test_who_comes_and_goes_while_the_connection_opens_leaves_nothing(redis_serv
     for seed in range(first, first + 25):
         left = asyncio.run(come_and_go(random.Random(seed)))
         assert len(left) == 1, f"seed {seed}: {left}"  # what is told of sessions
+
+
+def test_a_wish_while_the_connection_opens_is_followed(redis_server):
+    """After the channels of its robot were asked for, before Redis has answered all."""
+
+    async def wish():
+        hub, one = Hub(), Viewer("mercury")
+        hub.attach(one)
+        async with asyncio.timeout(10):
+            while not hub._listened.get("mercury"):
+                await asyncio.sleep(0)
+            assert not hub.link
+            hub.choose(one, Watch([1]))
+            while not hub.link:
+                await asyncio.sleep(0.005)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(PING_S / 2):
+                    while bus.channel_of("mercury", "frames1").encode() not in hub._pubsub.channels:
+                        await asyncio.sleep(0.005)
+        found = set(hub._pubsub.channels)
+        for task in list(hub._tasks):
+            task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await task
+        return found
+
+    assert bus.channel_of("mercury", "frames1").encode() in asyncio.run(wish())
 
 
 def told(web):

@@ -12,6 +12,7 @@ import urllib.request
 from pathlib import Path
 
 import pytest
+from django.conf import settings
 
 from benchmarks.command_round_trip import cookie
 from robots import bus
@@ -217,6 +218,23 @@ def test_a_page_that_is_never_read_does_not_stay_open(start):
     wait_for(lambda: descriptors(web) <= before + 10, 40, "their end")
     for one in held:
         one.close()
+
+
+def test_what_is_read_slowly_is_read_to_its_end(start):
+    """More slowly than a buffer is emptied within the limit; what is limited is to take nothing."""
+    largest = max((Path(settings.FRONTEND_DIST) / "assets").glob("*.js"), key=lambda file: file.stat().st_size)
+    many, size = 10, largest.stat().st_size  # more than the system takes over at once
+    web = start()
+    one = socket.socket()
+    OPEN.append(one)
+    one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+    one.connect(("127.0.0.1", web.port))
+    one.sendall(f"GET /static/app/assets/{largest.name} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode() * many)
+    begun, taken = time.monotonic(), 0
+    while time.monotonic() - begun < 8.0:
+        time.sleep(0.2)
+        taken += len(one.recv(20_000))
+    assert taken + len(ended(one, 30)) > many * size
 
 
 @pytest.mark.asvs("2.4.1")

@@ -3,11 +3,14 @@
 import json
 import socket
 import time
+from contextlib import ExitStack
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from benchmarks.command_round_trip import cookie
+from portal.limits.rates import AddressRate
 from robots import bus
 from tests.conftest import wait_for
 from tests.faults.here import closed, handshake, heard, line
@@ -50,6 +53,40 @@ def test_a_burst_closes_the_socket_once(web):
             one.send(json.dumps({"t": "ping", "n": n}))
         assert closed(one)[0] == 4429
     web.nothing_left()
+
+
+@pytest.mark.asvs("2.4.1")
+def test_sockets_of_one_address_that_keep_just_within_their_own_limit_are_ended_and_a_calm_one_stays(web, monkeypatch):
+    monkeypatch.setattr("portal.live.line.OF_ADDRESS", AddressRate(20.0, 60.0))
+    with line(web) as calm, ExitStack() as stack:
+        floods = [stack.enter_context(line(web, max_queue=None)) for _ in range(4)]
+        for one in (calm, *floods):
+            heard(one, "snapshot")
+        open_now, until = set(floods), time.monotonic() + 20
+        while open_now and time.monotonic() < until:
+            for one in list(open_now):
+                try:
+                    one.send('{"t": "join"}')
+                except ConnectionClosed:
+                    open_now.discard(one)
+            time.sleep(1 / 25)
+        assert [closed(one)[0] for one in floods] == [4429] * 4
+        for n in range(3):
+            calm.send(json.dumps({"t": "ping", "n": n}))
+            assert heard(calm, "pong")["n"] == n
+
+
+def test_a_stranger_is_told_to_sign_in_and_costs_no_thread(web, monkeypatch):
+    def never(*_):
+        raise AssertionError("a thread")
+
+    with line(web) as one:
+        heard(one, "snapshot")
+        monkeypatch.setattr("portal.live.consumers.act", never)
+        for asked in ({"t": "join"}, {"t": "stop"}, {"t": "command", "kind": "noop", "args": {}, "seq": 1}):
+            one.send(json.dumps(asked))
+            answer = heard(one, "answer")
+            assert (answer["ok"], answer["code"], answer["to"]) == (False, "signed_out", asked["t"])
 
 
 def test_frames_sent_before_the_handshake_is_answered_end_the_connection(web, caplog):

@@ -10,16 +10,18 @@ import av
 import cv2
 import numpy as np
 import pytest
+from django.db import OperationalError
 
 from operatorlog.models import Entry, Visibility
 from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest
 from robots.messages import picture_packet
-from robots.models import Movie, Recording, RecordingState
+from robots.models import Grant, Movie, Recording, RecordingState
 from robots.recordings import keeping, movies
 from robots.recordings.container import Tape
 from robots.recordings.packets import picture_of
+from robots.states import GrantKind
 from tests.conftest import wait_for
 from workers.recorder.movies import MovieMaker
 
@@ -156,9 +158,56 @@ def test_a_time_lapse_has_a_picture_in_ten_seconds_and_leaves_out_what_is_hidden
         turn=turn, author=turn.user, robot=turn.robot, text="x", written_at=SYSTEM.now(), visibility=Visibility.HIDDEN
     )
     assert client.get(address).status_code == 404
-    Movie.objects.all().delete()
+    file = keeping.movie_path(movie)
     client.post("/robots/mercury/time-lapse/", asked)
     assert not Movie.objects.exists(), "nothing else is kept of that day"
+    assert not file.exists()
+
+
+def test_a_time_lapse_goes_with_a_recording_of_its_day_and_is_made_again_of_the_others(roles, client):
+    turn = Turn.objects.get()
+    first = made(turn.grant, [(ms, 120) for ms in range(0, 30_000, 1000)], LONG_AGO)
+    began = first.began_at
+    job = Grant.objects.create(robot=turn.robot, kind=GrantKind.JOB, opened_at=began, ended_at=began, epoch=0)
+    other = made(job, [(ms, 60) for ms in range(0, 30_000, 1000)], LONG_AGO)
+    both = movies.ask_day(turn.robot, first.began_at.date(), "mp4", [first, other], SYSTEM.now())
+    let_make(both)
+    file = keeping.movie_path(both)
+    keeping.remove(other, "to make room")
+    assert not Movie.objects.exists() and not file.exists(), "it shows what is removed"
+    again = movies.ask_day(turn.robot, first.began_at.date(), "mp4", [first], SYSTEM.now())
+    assert let_make(again).state == Movie.State.READY
+
+
+def test_a_movie_whose_file_no_backup_has_can_be_asked_for_again(recording):
+    movie = let_make(movies.ask(recording, "mp4", SYSTEM.now()))
+    keeping.movie_path(movie).unlink()
+    keeping.settle_restored(SYSTEM.now())
+    assert let_make(movies.ask(recording, "mp4", SYSTEM.now())).state == Movie.State.READY
+
+
+def test_a_movie_that_could_not_be_noted_at_once_is_noted_at_the_next_look(recording, monkeypatch):
+    movie, noted = movies.ask(recording, "mp4", SYSTEM.now()), []
+
+    def finish(*args, real=movies.finish):
+        noted.append(args)
+        if len(noted) < 3:
+            if len(noted) == 2:  # the file was moved, then the database went
+                args[1].replace(keeping.movie_path(movie))
+            raise OperationalError("the database is away")
+        real(*args)
+
+    monkeypatch.setattr(movies, "finish", finish)
+    maker = MovieMaker(SYSTEM)
+    maker.look()
+    wait_for(lambda: maker._process.poll() is not None, 60, "the program")
+    for _ in range(2):
+        with pytest.raises(OperationalError):
+            maker.look()
+    maker.look()
+    movie.refresh_from_db()
+    assert (movie.state, len(noted)) == (Movie.State.READY, 3)
+    assert shown(keeping.movie_path(movie))
 
 
 def test_bad_wishes_are_refused_with_a_sentence(recording, client):

@@ -27,7 +27,7 @@ class MovieMaker:
         self._clock = clock
         self._movie: Movie | None = None
         self._process: subprocess.Popen[str] | None = None
-        self._part = Path()
+        self._part, self._count = Path(), ""  # of the movie that is made: its file, and how many pictures it has
         self._begun = 0.0
         movies.again(clock.now() + timedelta(days=1))  # of who made movies here before
 
@@ -38,7 +38,7 @@ class MovieMaker:
                 if self._clock.monotonic() - self._begun > LONGEST_S:
                     self._process.kill()
                 return
-            self._take(self._movie, self._process)
+            self._take(self._movie, self._process)  # again at the next look, if it could not be noted
             self._movie = self._process = None
         movie = movies.claim(self._clock.now())
         if movie is not None:
@@ -68,12 +68,14 @@ class MovieMaker:
         self._movie, self._begun = movie, self._clock.monotonic()
 
     def _take(self, movie: Movie, process: "subprocess.Popen[str]") -> None:
-        assert process.stdout is not None
-        with process.stdout as said:
-            count = said.read().strip()
-        good = process.returncode == 0 and count.isdigit() and int(count) > 0 and self._part.exists()
+        if process.stdout is not None and not process.stdout.closed:
+            with process.stdout as said:
+                self._count = said.read().strip()
+        count = self._count
+        good = process.returncode == 0 and count.isdigit() and int(count) > 0
         why = "It has no pictures." if process.returncode == 0 else "It could not be made."
-        movies.finish(movie, self._part if good else None, why, self._clock.now())
+        there = self._part.exists() or keeping.movie_path(movie).exists()
+        movies.finish(movie, self._part if good and there else None, why, self._clock.now())
         self._part.unlink(missing_ok=True)
 
     def close(self) -> None:

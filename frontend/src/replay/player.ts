@@ -89,7 +89,7 @@ export class Player implements Line {
     this.handlers?.message(this.story.snapshot(this.at, this.stopped));
     if (state) this.give(state);
     for (const chain of moment.chains.values()) for (const item of chain) this.give(item);
-    for (const item of moment.pictures.values()) this.give(item);
+    for (const item of moment.pictures.values()) this.give(item, true);
     this.ticked = performance.now();
     this.changed();
   }
@@ -136,15 +136,16 @@ export class Player implements Line {
     return found;
   }
 
-  private give({ packet }: Item): void {
+  /** `first`: of a picture, after a jump in time. */
+  private give({ packet }: Item, first = false): void {
     if ("jpeg" in packet) {
-      if (this.cameras.has(packet.camera)) this.handlers?.picture(this.numbered(packet));
+      if (this.cameras.has(packet.camera)) this.handlers?.picture(this.numbered(packet, first));
     } else if ("data" in packet) this.handlers?.stream?.(packet);
     else this.handlers?.state(packet);
   }
 
   /** Pictures are numbered as they are shown: consoles drop what seems older. */
-  private numbered(packet: PicturePacket): PicturePacket {
-    return { ...packet, number: ++this.count };
+  private numbered(packet: PicturePacket, first: boolean): PicturePacket {
+    return { ...packet, number: ++this.count, first };
   }
 }

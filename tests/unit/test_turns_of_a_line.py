@@ -1,0 +1,73 @@
+"""On a slow line pictures and snapshots are sent in turns, each as soon as everything before it was taken."""
+
+import asyncio
+from types import SimpleNamespace
+
+from portal.live.viewing import Viewing
+
+
+class Slow:
+    """A connection that takes one message each time it is let."""
+
+    def __init__(self):
+        self.taken, self.waits = [], False
+
+    def free(self):
+        return not self.waits
+
+    def gone(self):
+        return False
+
+    def write(self, what):
+        assert not self.waits, "something waits already"
+        self.taken.append(what)
+        self.waits = True
+
+
+def test_nothing_that_always_has_more_keeps_the_rest_waiting():
+    async def run():
+        line, viewing = Slow(), Viewing()
+        viewing.viewer = SimpleNamespace(connection=line)
+
+        async def pictures():
+            while True:
+                await viewing._free()
+                line.write("picture")
+
+        async def snapshot():
+            await viewing._free()
+            line.write("snapshot")
+
+        always = asyncio.create_task(pictures())
+        for _ in range(5):
+            await asyncio.sleep(0)
+        once = asyncio.create_task(snapshot())
+        for _ in range(3):
+            for _ in range(5):
+                await asyncio.sleep(0)
+            line.waits = False
+            viewing._freed.set()
+        for _ in range(5):
+            await asyncio.sleep(0)
+        always.cancel()
+        once.cancel()
+        return line.taken
+
+    assert "snapshot" in asyncio.run(run())
+
+
+def test_a_line_that_is_free_costs_no_wait():
+    async def run():
+        line, viewing = Slow(), Viewing()
+        viewing.viewer = SimpleNamespace(connection=line)
+        await viewing._free()
+        assert not viewing._one_by_one.locked()
+        line.write("picture")
+        waiting = asyncio.create_task(viewing._free())
+        await asyncio.sleep(0)
+        assert viewing._one_by_one.locked() and not waiting.done()
+        line.gone = lambda: True  # who waits must not wait for ever
+        viewing._freed.set()
+        await asyncio.wait_for(waiting, 1)
+
+    asyncio.run(run())

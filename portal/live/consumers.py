@@ -166,7 +166,7 @@ class RobotConsumer(Viewing):
 
     async def take(self, message: RobotMessage) -> None:
         """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""
-        if self.stranger() and not isinstance(message, Ping | Plan | Watch):
+        if not self.me and self.stranger() and not isinstance(message, Ping | Plan | Watch):
             await self._answer(message, SIGN_IN)
         else:
             await self._do(message)

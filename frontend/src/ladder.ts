@@ -1,7 +1,7 @@
 /** The list of commands with their stages, newest first. */
 import type { CommandInfo } from "./protocol.ts";
 import { arrange, say as write } from "./parts.ts";
-import { FINAL, KINDS, SETTINGS, stageOf } from "./words.ts";
+import { FINAL, KINDS, latest, SETTINGS, stageOf } from "./words.ts";
 
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
@@ -18,7 +18,10 @@ export class Ladder {
   }
 
   reset(commands: CommandInfo[]): void {
-    for (const c of commands) this.rows.set(`${c.grant}/${c.seq}`, c);
+    for (const c of commands) {
+      const key = `${c.grant}/${c.seq}`;
+      this.rows.set(key, latest(this.rows.get(key), c));
+    }
     this.draw();
   }
 

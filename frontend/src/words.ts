@@ -1,4 +1,5 @@
 /** Times and stages in words. */
+import type { CommandInfo } from "./protocol.ts";
 
 export function clock(seconds: number): string {
   const s = Math.max(0, Math.ceil(seconds));
@@ -69,3 +70,8 @@ export function stageOf(kind: string, state: string): string {
   return STAGES[state] ?? state;
 }
 export const FINAL = new Set(["completed", "rejected", "failed", "expired", "cancelled", "unknown"]);
+
+/** What a page shows of a command after a snapshot, which may have been read before the command ended. */
+export function latest(known: CommandInfo | undefined, read: CommandInfo): CommandInfo {
+  return known && known.id === read.id && FINAL.has(known.state) && !FINAL.has(read.state) ? known : read;
+}

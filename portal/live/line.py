@@ -122,7 +122,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
         self._calm = max(-1.0, min(CALM_BURST, self._calm + (now - self._filled) * CALM) - 1)
         self._filled = now
-        if self._tokens < 0 or not (OF_ADDRESS.take(self._address()) or self._calm >= 0):
+        if self._tokens < 0 or not (self.operating or OF_ADDRESS.take(self._address()) or self._calm >= 0):
             drop("sent too many messages")
             await self.close(TOO_FAST)
             return

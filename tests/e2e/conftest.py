@@ -184,10 +184,10 @@ class Visitor:
         ended = ["completed", "rejected", "failed", "cancelled", "expired", "unknown"]
         item = self.page.locator("#ladder li").first
         end = time.monotonic() + timeout
-        while item.get_attribute("data-state") not in ended:
+        while (found := item.get_attribute("data-state")) not in ended:
             assert time.monotonic() < end, (item.inner_text(), self._told())
             self.page.wait_for_timeout(30)
-        assert item.get_attribute("data-state") == state, item.inner_text()
+        assert found == state, item.inner_text()
         return item.inner_text()
 
     def _told(self):

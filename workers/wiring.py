@@ -93,8 +93,9 @@ class Owner:
 
     def _wire_commands(self) -> None:
         owned, lease, pictures, connection = self.owned, self.lease, self.pictures, self.connection
-        self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, connection.faulted)
-        runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted)
+        note = self.stopping.note
+        self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, connection.faulted, note)
+        runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted, note)
         self.motion = Commands(owned, lease, self.lane, self.runner.run)
         self.config = Commands(owned, lease, self.beside, runner_beside.run)
         restoring = Restoring(owned, lease, self.latch, connection, self.motion, self.config)

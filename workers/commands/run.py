@@ -56,10 +56,10 @@ class Runner:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, deadman: DeadManTimer,
-        pictures: Pictures, on_fault: Callable[[HardwareFault, Command], None],
+        pictures: Pictures, on_fault: Callable[[HardwareFault, Command], None], note_stop: Callable[[], None],
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._lane = owned, lease, lane
-        self._deadman, self._pictures, self._on_fault = deadman, pictures, on_fault
+        self._deadman, self._pictures, self._on_fault, self._note_stop = deadman, pictures, on_fault, note_stop
         self._permit: Permit = lane.gate.check  # of the command that runs
         self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
         self._readings = Readings(owned)
@@ -135,6 +135,7 @@ class Runner:
             state, reason, result = CommandState.UNKNOWN, LEASE_LOST, None
         while True:
             try:
+                self._note_stop()  # first: who sees the end asks whether it was a stop
                 finish.finish(command, state, at, reason, result)
             except Error as error:
                 if not self._owned.running:

@@ -52,6 +52,22 @@ class Stop:
             raise Robot.DoesNotExist
         return row
 
+    def note(self) -> None:
+        """Write a latched stop into the row, unless it is there or was released; the latch stays as it is.
+
+        Also called before a command ends: its job would otherwise look as if the robot had failed, and begin again.
+        Raises the errors of the database.
+        """
+        latch, robot = self._latch, self._owned.robot
+        if not latch.latched or not latch.row_pending:
+            return
+        row = Robot.objects.filter(pk=robot.pk, stop_latched=False)
+        if latch.releases is not None:  # in the statement, so that a release at this moment is not undone
+            row = row.filter(releases__lte=latch.releases)
+        now, at_rest, rests_by = self._owned.now(), self._at_rest, self._rests_by
+        if row.update(stop_latched=True, stopped_at=now, stop_confirmed=at_rest, rests_by=rests_by):
+            bus.publish(robot.slug, Changed("stop"))
+
     def halt(self, source: str) -> None:
         """Hold the hardware and latch on disk. Queries neither Redis nor the database."""
         latch = self._latch
@@ -116,11 +132,8 @@ class Stop:
         elif in_row:
             latch.row_pending = False
         elif latch.latched and latch.row_pending and not released:
-            Robot.objects.filter(pk=robot.pk).update(
-                stop_latched=True, stopped_at=self._owned.now(), stop_confirmed=self._at_rest, rests_by=self._rests_by
-            )
+            self.note()
             latch.row_pending = False
-            bus.publish(robot.slug, Changed("stop"))
         elif latch.latched:
             with self._halting:  # not during a hold
                 latch.release()

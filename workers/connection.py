@@ -16,6 +16,7 @@ from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
 AGAIN_S, REFUSED_S = 3.0, 10.0
+AGAIN = "The robot answers again. Look at the picture, then go on."
 
 
 class Connection:
@@ -60,8 +61,8 @@ class Connection:
         self.connected = False
         self._retry_at = self._owned.clock.monotonic() + seconds
 
-    def faulted(self, error: HardwareFault, command: Command | None) -> None:
-        """Recover after a hardware fault; if that fails, the robot is in fault and later attempts follow."""
+    def faulted(self, error: HardwareFault, command: Command) -> None:
+        """Recover after a fault during `command`; if that fails, the robot is in fault and later attempts follow."""
         if self._recovery.recover(error, command):
             self.connected = True
             self._clear_reason()
@@ -73,8 +74,8 @@ class Connection:
         """Note that the hardware stopped answering while no command ran."""
         if self._owned.running and not self._lane.busy:
             log.warning("the robot: %s", error)
-            self.later(0.0)
             self._unready(str(error), code=error.code)
+            self.later(0.0)  # last: from now on the control loop mends it, and what that says is newer
 
     def refuse(self, error: RobotError) -> None:
         """Let nothing move because of `error`, until the robot was connected again in ten seconds."""
@@ -89,7 +90,7 @@ class Connection:
 
     def mend(self) -> None:
         """Try again to connect and to put the robot in order; returns at once if it is not time yet."""
-        owned = self._owned
+        owned, told = self._owned, AGAIN
         if owned.clock.monotonic() < self._retry_at:
             return
         self.later(AGAIN_S)
@@ -101,6 +102,7 @@ class Connection:
                 self._lane.gate.open_for(grant, owned.now())
                 self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.bound(self._lease.epoch))
+                told = self._recovery.told
         except RobotError as error:
             owned.driver.close()
             self._unready(str(error))
@@ -109,7 +111,7 @@ class Connection:
         owned.remember(state)
         self._clear_reason()
         owned.set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)
-        bus.publish(owned.robot.slug, Notice("The robot answers again. Look at the picture, then go on.", "info"))
+        bus.publish(owned.robot.slug, Notice(told, "info"))
 
     def _clear_reason(self) -> None:
         robot = self._owned.robot

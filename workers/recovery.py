@@ -10,7 +10,6 @@ from workers.cameras.pictures import Pictures
 from workers.incidents import incident
 from workers.owned import OwnedRobot
 from workers.safety.gate import Gate
-from workers.safety.lease import OwnerLease
 
 MENDED, ANEW = "Reset by its driver.", "Connected anew by its driver."
 
@@ -22,14 +21,23 @@ ANSWERS = "The robot answers again. Look, then go on."
 class Recovery:
     """Recovers one robot, records the incident and informs the operator."""
 
-    def __init__(self, owned: OwnedRobot, lease: OwnerLease, gate: Gate, pictures: Pictures) -> None:
-        self._owned, self._lease, self._gate, self._pictures = owned, lease, gate, pictures
+    def __init__(self, owned: OwnedRobot, gate: Gate, pictures: Pictures) -> None:
+        self._owned, self._gate, self._pictures = owned, gate, pictures
 
     def moves(self) -> None:
         """Note that the robot moves, so that its last picture shows it where it no longer is."""
         self._pictures.still_id = 0
 
-    def recover(self, cause: HardwareFault, command: Command | None) -> bool:
+    @property
+    def _resets(self) -> bool:
+        return self._owned.robot.spec().capability(Reset) is not None
+
+    @property
+    def told(self) -> str:
+        """Return what the operator is told after a recovery that worked."""
+        return BACK if self._resets else ANSWERS
+
+    def recover(self, cause: HardwareFault, command: Command) -> bool:
         """Recover after `cause`, which happened during `command`. Return whether it worked."""
         owned, slug = self._owned, self._owned.robot.slug
         kept = incident(owned.robot, cause.code, str(cause), owned.now(), command)
@@ -38,13 +46,13 @@ class Recovery:
             kept.remedy = text[:300]
             kept.save(update_fields=["remedy"])
 
-        permit = self._gate.bound(command.epoch if command else self._lease.epoch)
+        permit = self._gate.bound(command.epoch)
         try:
             permit()
         except NotPermitted as error:
             remedy(f"Not tried: {error}")
             return False
-        resets = owned.robot.spec().capability(Reset) is not None
+        resets = self._resets
         doing, failed = ("being reset", "reset") if resets else ("being connected anew", "new connection")
         bus.publish(slug, Notice(f"{cause} The robot is {doing}.", "warning"))
         try:
@@ -56,5 +64,5 @@ class Recovery:
             return False
         remedy(MENDED if resets else ANEW)
         look(owned, self._pictures, state, command)
-        bus.publish(slug, Notice(BACK if resets else ANSWERS, "info"))
+        bus.publish(slug, Notice(self.told, "info"))
         return True

@@ -74,7 +74,7 @@ class Owner:
         self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
         self.threads = Threads(self.owned, self.watch.leave)
         sound = Sound(slug, stamps)
-        recovery = Recovery(self.owned, self.lease, self.lane.gate, self.pictures)
+        recovery = Recovery(self.owned, self.lane.gate, self.pictures)
         self.connection = Connection(self.owned, self.lease, self.lane, recovery)
         self.states = States(self.owned, self.connection, self.latch, trace, self.pace, self.streams, sound)
         self.regain = Regain(self.owned, self.lease, self.lane, self.beside, self.connection, self.watch, listen)

@@ -8,6 +8,7 @@ from queueing import services as queue
 from queueing.models import Ticket
 from robots import services
 from robots.drivers.errors import GrantOver, LineGone, Stopped
+from robots.messages import Notice
 from robots.models import Grant, Incident, Robot
 from robots.states import Cycle, GrantEnd
 from tests.services.owner import Arm, made_owner
@@ -67,6 +68,25 @@ def test_a_robot_that_is_not_ready_moves_only_after_everything_listens(owner):
     assert (owner.connection.connected, owner.pictures.still_id, Robot.objects.get().reason) == (True, 0, "")
 
 
+@pytest.fixture
+def told(monkeypatch):
+    """The notices to whoever watches, in order."""
+    found = []
+    monkeypatch.setattr(
+        "robots.bus.publish", lambda _slug, event: found.append(event.text) if isinstance(event, Notice) else None
+    )
+    return found
+
+
+def test_the_operator_is_told_that_the_robot_was_reset(owner, told):
+    owner.start()
+    mended(owner)
+    assert told == ["The robot was reset and may stand elsewhere. Look, then go on."]
+    owner.connection.later(0.0)
+    mended(owner)
+    assert told[1:] == ["The robot answers again. Look at the picture, then go on."]
+
+
 def test_a_stop_that_nobody_heard_is_kept_from_the_beginning(owner, people):
     services.stop(owner.owned.robot, people["ada"], owner.owned.now())
     assert not owner.latch.latched
@@ -120,3 +140,21 @@ def test_a_robot_that_fails_while_it_is_offered_is_taken_back_and_the_place_kept
     owner.owned.driver.recovered.append("ready by itself")
     owner.connection.mend()
     assert Robot.objects.get().cycle == "handover"
+
+
+def test_a_robot_that_is_back_at_once_does_not_stay_in_fault(owner, monkeypatch):
+    """The loops of state and control share the connection: one notes the loss while the other mends it."""
+    services.end_grant(Grant.objects.get(), GrantEnd.FINISHED, "test", owner.owned.now())
+    Robot.objects.update(cycle=Cycle.READY)
+    owner.connection.connected, note = True, owner.connection._unready
+
+    def meanwhile(*args, **options):
+        if not owner.connection.connected:
+            owner.connection.mend()
+        note(*args, **options)
+
+    monkeypatch.setattr(owner.connection, "_unready", meanwhile)
+    owner.connection.lost_while_idle(LineGone("The arm does not answer."))
+    if not owner.connection.connected:
+        owner.connection.mend()
+    assert (owner.connection.connected, Robot.objects.get().cycle) == (True, "handover")

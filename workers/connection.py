@@ -4,7 +4,7 @@ import logging
 
 from robots import bus
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault, RobotError
+from robots.drivers.errors import HardwareFault, NotPermitted, RobotError
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
@@ -26,11 +26,13 @@ class Connection:
         self._owned, self._lease, self._lane, self._recovery = owned, lease, lane, recovery
         self.connected = False
         self._retry_at = 0.0
+        self._answers = False  # the line is open and the robot answers; it is only not permitted to mend it
 
-    def _ask(self) -> RobotState:
-        """Open the line and ask for the state; a robot that moves is held."""
-        state = self._owned.driver.connect()
-        return self._owned.driver.hold() if state.moving else state
+    def _ask(self, answers: bool = False) -> RobotState:
+        """Open the line, unless the robot `answers` over it, and ask for the state; a robot that moves is held."""
+        driver = self._owned.driver
+        state = driver.state() if answers else driver.connect()
+        return driver.hold() if state.moving else state
 
     def connect(self, untouched: bool = False) -> None:
         """Connect under a new epoch; a robot that is not verified is not offered to people.
@@ -54,11 +56,11 @@ class Connection:
             owned.set_cycle(Cycle.HANDOVER, "", cycle)
         elif cycle == Cycle.OPERATING and not state.ready:  # mended under its grant, once a stop can be heard
             self._unready("The robot is not ready after its connection came back.", code=HardwareFault.code)
-            self.later(0.0)
+            self.later(0.0, answers=True)
 
-    def later(self, seconds: float) -> None:
-        """Try to mend the connection again in `seconds` (s)."""
-        self.connected = False
+    def later(self, seconds: float, answers: bool = False) -> None:
+        """Try to mend the connection again in `seconds` (s); the line stays open where the robot `answers`."""
+        self.connected, self._answers = False, answers
         self._retry_at = self._owned.clock.monotonic() + seconds
 
     def faulted(self, error: HardwareFault, command: Command) -> None:
@@ -93,16 +95,22 @@ class Connection:
         owned, told = self._owned, AGAIN
         if owned.clock.monotonic() < self._retry_at:
             return
+        answers = self._answers
         self.later(AGAIN_S)
-        owned.driver.close()
+        if not answers:
+            owned.driver.close()
         try:
-            state = self._ask()
+            state = self._ask(answers)
             grant = Grant.objects.filter(robot=owned.robot, ended_at=None).first()
             if not state.ready and grant is not None:
                 self._lane.gate.open_for(grant, owned.now())
                 self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.bound(self._lease.epoch))
                 told = self._recovery.told
+        except NotPermitted as error:
+            self._unready(str(error))
+            self.later(AGAIN_S, answers=True)  # a stop that is latched is confirmed over the open line
+            return
         except RobotError as error:
             owned.driver.close()
             self._unready(str(error))

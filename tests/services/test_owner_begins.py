@@ -23,18 +23,28 @@ class Switched(Arm):
 
     def __init__(self):
         super().__init__()
-        self.recovered, self.gone = [], False
+        self.recovered, self.gone, self.opened, self.open = [], False, 0, False
 
     def latest(self):
         return replace(super().latest(), ready=bool(self.recovered))
 
-    def connect(self):
-        if self.gone:
+    def state(self):
+        if self.gone or not self.open:
             raise LineGone("The arm does not answer.")
         return self.latest()
 
+    def hold(self):
+        self.state()
+        return super().hold()
+
+    def connect(self):
+        if self.gone:
+            raise LineGone("The arm does not answer.")
+        self.opened, self.open = self.opened + 1, True
+        return self.latest()
+
     def close(self):
-        pass
+        self.open = False
 
     def recover(self, permit):
         permit()
@@ -98,6 +108,23 @@ def test_a_stop_that_nobody_heard_is_kept_from_the_beginning(owner, people):
     services.release_stop(owner.owned.robot, people["kim"], checked=True)
     owner.stopping.follow()
     assert mended(owner) == ["moved"]
+
+
+def test_a_robot_that_waits_for_the_release_stays_connected_and_confirms_the_stop(owner, people):
+    services.stop(owner.owned.robot, people["ada"], owner.owned.now())
+    owner.start()
+    for _ in range(3):
+        owner.stopping.follow()
+        assert mended(owner) == []
+        owner.stopping.follow()
+    assert Robot.objects.get().stop_confirmed
+    assert [found.code for found in Incident.objects.all()] == ["hardware_fault"]
+    assert owner.owned.driver.opened == 1
+    owner.owned.driver.gone = True
+    mended(owner)
+    owner.owned.driver.gone = False
+    mended(owner)
+    assert owner.owned.driver.opened == 2, "a line that is gone is opened again"
 
 
 def test_a_robot_is_not_recovered_for_a_turn_that_is_over(owner):

@@ -5,6 +5,7 @@ import logging
 from robots import bus
 from robots.contract.session import RobotState
 from robots.drivers.errors import HardwareFault, NotPermitted, RobotError
+from robots.grants import open_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
@@ -78,6 +79,17 @@ class Connection:
             log.warning("the robot: %s", error)
             self._unready(str(error), code=error.code)
             self.later(0.0)  # last: from now on the control loop mends it, and what that says is newer
+
+    def failed_at_rest(self, fault: str) -> bool:
+        """Take a robot back that answers with a fault while nobody has it. Return False if it is in use.
+
+        Under a grant the next command reports the fault, and the robot is reset under that grant.
+        """
+        row = Robot.objects.filter(pk=self._owned.robot.pk, cycle__in=(Cycle.READY, Cycle.OFFERED))
+        if self._lane.busy or not row.exists() or open_grant(self._owned.robot) is not None:
+            return False
+        self.lost_while_idle(HardwareFault(fault))
+        return True
 
     def refuse(self, error: RobotError) -> None:
         """Let nothing move because of `error`, until the robot was connected again in ten seconds."""

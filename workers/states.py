@@ -42,6 +42,7 @@ class States:
         self._layout = Layout.of(self._spec)
         self._compact, self._whole = False, 0.0  # whether somebody wants compact states; when a whole one was sent
         self._kept = 0.0
+        self._noted = False  # the fault that the robot shows has been dealt with
 
     def loop(self) -> None:
         """Publish until the owner ends."""
@@ -65,6 +66,7 @@ class States:
             if state is not None:
                 self._publish(state)
                 self._keep(state)
+                self._note_fault(state)
             self._streams.publish()
 
     def _keep(self, state: RobotState) -> None:
@@ -76,6 +78,16 @@ class States:
             self._owned.remember(state)
         except Error:  # the database is away: the next one is kept
             close_old_connections()
+
+    def _note_fault(self, state: RobotState) -> None:
+        """Have a robot that shows a fault at rest taken back, once; not one under a stop: its release moves nothing."""
+        if not state.fault:
+            self._noted = False
+        elif self._connection.connected and not self._noted:
+            try:
+                self._noted = self._latch.latched or self._connection.failed_at_rest(state.fault)
+            except Error:  # the database is away: it is asked again
+                close_old_connections()
 
     def _look(self) -> None:
         """Find out whether somebody wants compact states, or listens."""

@@ -158,3 +158,16 @@ def test_a_newer_target_takes_the_place_of_the_one_before(rig):
     assert ends[-2]["end"] == "replaced"
     assert not any(r["event"] == "hold" for r in rig.sim.journal()[-6:]), "it blends, it does not stop between"
     assert Command.objects.filter(state="cancelled").count() == 1
+
+
+@pytest.mark.length
+def test_pushed_into_a_range_error_while_nobody_has_it_it_is_put_in_order_before_it_is_offered(rig):
+    rig.owner()
+    rig.sim.fault("disturb", 3000.0)
+    found = Incident.objects.filter(code="hardware_fault", text__contains="Range error")
+    wait_for(found.exists, 30, "the robot's word is heard")
+    rig.sim.clear()
+    rig.wait_ready(90)
+    assert rig.sim.status()["mode"] != "RANGE_ERROR"
+    rig.grant()
+    assert rig.final(rig.issue("move", x=0.0, y=0.4), 60).state == "completed"

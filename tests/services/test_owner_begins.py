@@ -10,7 +10,7 @@ from robots import services
 from robots.drivers.errors import GrantOver, LineGone, Stopped
 from robots.messages import Notice
 from robots.models import Grant, Incident, Robot
-from robots.states import Cycle, GrantEnd
+from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.owner import Arm, made_owner
 
 pytestmark = [
@@ -23,10 +23,10 @@ class Switched(Arm):
 
     def __init__(self):
         super().__init__()
-        self.recovered, self.gone, self.opened, self.open = [], False, 0, False
+        self.recovered, self.gone, self.opened, self.open, self.fault = [], False, 0, False, ""
 
     def latest(self):
-        return replace(super().latest(), ready=bool(self.recovered))
+        return replace(super().latest(), ready=bool(self.recovered), fault=self.fault)
 
     def state(self):
         if self.gone or not self.open:
@@ -167,6 +167,55 @@ def test_a_robot_that_fails_while_it_is_offered_is_taken_back_and_the_place_kept
     owner.owned.driver.recovered.append("ready by itself")
     owner.connection.mend()
     assert Robot.objects.get().cycle == "handover"
+
+
+@pytest.fixture
+def offered(owner, people):
+    """The owner of a robot that is offered to ada, and says of itself that it failed."""
+    services.end_grant(Grant.objects.get(), GrantEnd.FINISHED, "test", owner.owned.now())
+    Robot.objects.update(cycle=Cycle.READY, clearance_required=False, enabled=True)
+    queue.join(owner.owned.robot, people["ada"], owner.owned.now())
+    queue.tick(owner.owned.now())
+    owner.owned.driver.connect()
+    owner.owned.driver.fault = "Range error: pushed."
+    owner.connection.connected = True
+    return owner
+
+
+def published(owner):
+    """Let the loop of states go round once."""
+    owner.owned.running, owner.streams.publish = True, lambda: setattr(owner.owned, "running", False)
+    owner.states.loop()
+    owner.owned.running = True
+    queue.tick(owner.owned.now())
+    return Robot.objects.get().cycle, Ticket.objects.get().state
+
+
+def test_a_robot_that_says_it_failed_while_it_is_offered_is_taken_back(offered):
+    assert published(offered) == ("fault", "waiting")
+    assert Robot.objects.get().reason == "Range error: pushed."
+    offered.connection.mend()
+    assert published(offered) == ("handover", "waiting")
+
+
+def test_under_a_stop_it_stays_so_that_its_release_moves_nothing(offered, people):
+    services.stop(offered.owned.robot, people["kim"], offered.owned.now())
+    offered.stopping.follow()
+    assert published(offered) == ("offered", "offered")
+    services.release_stop(offered.owned.robot, people["kim"], checked=True)
+    offered.stopping.follow()
+    assert published(offered) == ("offered", "offered")
+
+
+@pytest.mark.parametrize(("cycle", "kind"), [(Cycle.OPERATING, GrantKind.TURN), (Cycle.READY, GrantKind.JOB)])
+def test_what_fails_under_a_grant_is_mended_by_its_command(owner, cycle, kind):
+    Robot.objects.update(cycle=cycle)
+    Grant.objects.update(kind=kind)
+    owner.owned.driver.connect()
+    owner.owned.driver.fault, owner.connection.connected = "Range error: pushed.", True
+    owner.owned.running, owner.streams.publish = True, lambda: setattr(owner.owned, "running", False)
+    owner.states.loop()
+    assert (Robot.objects.get().cycle, owner.connection.connected) == (cycle, True)
 
 
 def test_a_robot_that_is_back_at_once_does_not_stay_in_fault(owner, monkeypatch):

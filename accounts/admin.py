@@ -8,6 +8,7 @@ from django.contrib import admin, messages
 from django.contrib.admin.helpers import ActionForm
 from django.contrib.auth.admin import UserAdmin
 from django.contrib.auth.forms import AdminUserCreationForm, UserChangeForm
+from django.db import DataError
 from django.http import HttpRequest
 
 from accounts import handles, staff
@@ -28,6 +29,8 @@ def load_questions(robot: Robot) -> str:
         added = load_bank(robot)
     except OSError:
         added = 0
+    except (DataError, LookupError, TypeError, ValueError) as error:  # a package of somebody else
+        return f"clearance.toml of its package cannot be read ({error!r}); write questions under Clearance questions."
     if not added:
         return "Its package brings no questions for the clearance test; write them under Clearance questions."
     return f"{added} questions for the clearance test came with its package; read them under Clearance questions."

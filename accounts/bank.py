@@ -2,15 +2,19 @@
 
 import tomllib
 
+from django.db import transaction
+
 from accounts.models import Choice, Question
 from robots import description
 from robots.models import Robot
 
 
+@transaction.atomic
 def load_bank(robot: Robot) -> int:
     """Fill a question bank that is empty or from before questions had topics. Return how many were added.
 
-    Raises OSError if the package has no `clearance.toml`.
+    All are added or none. Raises OSError if the package has no `clearance.toml`; LookupError, TypeError, ValueError or
+    DataError if it cannot be read.
     """
     mine = Question.objects.filter(robot=robot)
     if mine.exists() and not mine.filter(topic="").exists():

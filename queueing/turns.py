@@ -97,8 +97,11 @@ def _others_wait_since(queue: Queue, turn: Turn) -> datetime | None:
     jobs = Job.objects.filter(robot=turn.robot_id, state=JobState.WAITING, start_tag__isnull=False)
     people = queued.order_by("joined_at").values_list("joined_at", flat=True).first()
     asked = jobs.exclude(user=turn.user_id).order_by("asked_at").values_list("asked_at", flat=True).first()
-    if asked is not None and suspended(turn.robot, QueueRobot.objects.filter(robot=turn.robot_id).first()):
+    link = QueueRobot.objects.filter(robot=turn.robot_id).first() if asked is not None else None
+    if asked is not None and suspended(turn.robot, link):
         asked = None  # it waits for staff
+    elif asked is not None and link is not None and link.resumed_at is not None:
+        asked = max(asked, link.resumed_at)  # before, it waited for staff
     return min((at for at in (people, asked) if at is not None), default=None)
 
 

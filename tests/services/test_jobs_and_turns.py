@@ -9,6 +9,7 @@ from portal.live.snapshot import snapshot
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.foreseeing import foreseen
+from queueing.jobs.suspending import resume
 from queueing.models import Job, QueueRobot, Turn
 from robots import services
 from robots.grants import stage_event
@@ -68,6 +69,19 @@ def test_a_job_that_waits_for_staff_ends_no_turn(driven, people, clock):
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
     drive_on(driven, people, clock, 400)
     assert Turn.objects.get().ended_at is None
+
+
+def test_who_did_nothing_while_jobs_waited_for_staff_is_not_idle_when_they_are_resumed(driven, people, clock):
+    services.stop(driven, people["ada"], clock.now())
+    services.release_stop(driven, people["ada"], checked=True)
+    driven.refresh_from_db()
+    ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
+    drive_on(driven, people, clock, 150)
+    resume(driven, people["kim"], clock.now())
+    drive_on(driven, people, clock, 115)
+    assert Turn.objects.get().ended_at is None, "two minutes are counted while others wait for the turn"
+    drive_on(driven, people, clock, 10)
+    assert Turn.objects.get().end_reason == "idle while others wait"
 
 
 def test_the_wait_for_a_job_counts_the_turn(driven, people, clock):

@@ -4,7 +4,7 @@ import logging
 
 from robots import bus
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault, NotPermitted, RobotError
+from robots.drivers.errors import HardwareFault, NotPermitted, RobotError, Stopped
 from robots.grants import open_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot
@@ -18,6 +18,7 @@ from workers.safety.lease import OwnerLease
 log = logging.getLogger(__name__)
 AGAIN_S, REFUSED_S = 3.0, 10.0
 AGAIN = "The robot answers again. Look at the picture, then go on."
+NEXT = "The robot is not ready. Your next command resets it, and is not carried out; give it again then."
 
 
 class Connection:
@@ -28,6 +29,7 @@ class Connection:
         self.connected = False
         self._retry_at = 0.0
         self._answers = False  # the line is open and the robot answers; it is only not permitted to mend it
+        self._stopped = False  # a stop has kept it from being mended, and the release of a stop moves nothing
 
     def _ask(self, answers: bool = False) -> RobotState:
         """Open the line, unless the robot `answers` over it, and ask for the state; a robot that moves is held."""
@@ -114,12 +116,15 @@ class Connection:
         try:
             state = self._ask(answers)
             grant = Grant.objects.filter(robot=owned.robot, ended_at=None).first()
-            if not state.ready and grant is not None:
+            if not state.ready and grant is not None and self._stopped and not self._lane.gate.latch.latched:
+                told = NEXT
+            elif not state.ready and grant is not None:
                 self._lane.gate.open_for(grant, owned.now())
                 self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.bound(self._lease.epoch))
                 told = self._recovery.told
         except NotPermitted as error:
+            self._stopped = self._stopped or isinstance(error, Stopped)
             self._unready(str(error))
             self.later(AGAIN_S, answers=True)  # a stop that is latched is confirmed over the open line
             return
@@ -127,7 +132,7 @@ class Connection:
             owned.driver.close()
             self._unready(str(error))
             return
-        self.connected = True
+        self.connected, self._stopped = True, False
         owned.remember(state)
         self._clear_reason()
         owned.set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)

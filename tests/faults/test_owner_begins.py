@@ -1,4 +1,4 @@
-"""A new owner finds a robot that is not ready, in a turn, with a stop that nobody heard: nothing moves before its release."""
+"""A new owner finds a robot that is not ready, in a turn, with a stop that nobody heard: only a command moves it."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from tests.conftest import wait_for
 
 
 @pytest.mark.length
-def test_what_was_stopped_while_nobody_owned_the_robot_moves_only_after_the_release(rig):
+def test_what_was_stopped_while_nobody_owned_the_robot_is_moved_by_a_command_alone(rig):
     first = rig.owner()
     rig.grant()
     assert rig.final(rig.issue("up")).state == "completed"
@@ -25,6 +25,10 @@ def test_what_was_stopped_while_nobody_owned_the_robot_moves_only_after_the_rele
     assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (0, 0)
     assert [found.code for found in Incident.objects.all()] == ["hardware_fault"]
     services.release_stop(rig.robot, rig.people["kim"], checked=True)
-    wait_for(lambda: rig.reason() == "", 30, "the reset")
-    assert rig.sim.count("calibrate") == 1
+    wait_for(lambda: rig.reason() == "", 30, "the owner is back")
+    rig.swept()
+    assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (0, 0), "a release starts no motion"
+    assert rig.final(rig.issue("down")).state == "failed"
+    wait_for(lambda: rig.sim.count("calibrate") == 1, 30, "the reset")
+    wait_for(lambda: rig.reason() == "", 30, "the robot is well")
     assert rig.final(rig.issue("down")).state == "completed", "the turn goes on"

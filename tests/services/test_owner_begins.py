@@ -97,7 +97,7 @@ def test_the_operator_is_told_that_the_robot_was_reset(owner, told):
     assert told[1:] == ["The robot answers again. Look at the picture, then go on."]
 
 
-def test_a_stop_that_nobody_heard_is_kept_from_the_beginning(owner, people):
+def test_a_stop_that_nobody_heard_is_kept_from_the_beginning_and_its_release_moves_nothing(owner, people, told):
     services.stop(owner.owned.robot, people["ada"], owner.owned.now())
     assert not owner.latch.latched
     owner.start()
@@ -107,6 +107,10 @@ def test_a_stop_that_nobody_heard_is_kept_from_the_beginning(owner, people):
     owner.stopping.follow()
     services.release_stop(owner.owned.robot, people["kim"], checked=True)
     owner.stopping.follow()
+    assert mended(owner) == []
+    assert owner.connection.connected
+    assert told[-1].startswith("The robot is not ready. Your next command resets it")
+    owner.connection.later(0.0)  # another fault, without a stop
     assert mended(owner) == ["moved"]
 
 

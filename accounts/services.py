@@ -55,12 +55,12 @@ def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
         return False
     if not robot.clearance_required:
         return True
-    return Clearance.objects.filter(user=user, robot=robot, level__gte=level, revoked_at=None).exists()
+    return cleared_people(robot, level).filter(user=user).exists()
 
 
-def cleared_people(robot: Robot) -> QuerySet[Any, Any]:
+def cleared_people(robot: Robot, level: int = 1) -> QuerySet[Any, Any]:
     """Return a query for the keys of the people who have a clearance of the robot."""
-    return Clearance.objects.filter(robot=robot, level__gte=1, revoked_at=None).values("user")
+    return Clearance.objects.filter(robot=robot, level__gte=level, revoked_at=None).values("user")
 
 
 def preview_job(robot: Robot, user: Any, kind: str, args: dict[str, Any], joints: tuple[float, ...], n: int = 0) -> Job:

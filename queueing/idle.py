@@ -7,7 +7,7 @@ from queueing.models import Queue, QueueRobot
 from robots import bus
 from robots.contract.capabilities import Idle, Need
 from robots.contract.find import spec_of, spec_or_none
-from robots.grants import newest_grant, newest_grant_but_staffs, start_grant
+from robots.grants import newest_grant_but_staffs, start_grant
 from robots.models import Grant, Lease, Robot
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import GrantEnd, GrantKind
@@ -49,7 +49,7 @@ def need_first(robot: Robot, need: Need) -> str:
 
 def open_need(robot: Robot, need: Need, now: datetime) -> bool:
     """Run the need's command under an upkeep grant; after a failure not before `AGAIN_S`."""
-    last = newest_grant(robot)
+    last = newest_grant_but_staffs(robot)
     failed = last is not None and _own(last) and last.end_code != GrantEnd.FINISHED
     if last is not None and failed and last.ended_at and (now - last.ended_at).total_seconds() < AGAIN_S:
         return False

@@ -46,7 +46,7 @@ def newest_grant(robot: Robot) -> Grant | None:
 
 
 def newest_grant_but_staffs(robot: Robot) -> Grant | None:
-    """Return the same, single commands of staff left out, such as a picture: they tell nothing of where it stands."""
+    """Return the grant that was opened last; those of single commands of staff, as for a picture, are left out."""
     found = Grant.objects.filter(robot=robot).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
     return found.order_by("-pk").first()
 

@@ -38,6 +38,9 @@ class Changed(_Message, frozen=True, tag="changed"):
     what: str
 
 
+TAKEN_DOWN = Changed("picture taken down")  # what web processes keep of pictures may be it
+
+
 class Trace(_Message, frozen=True, tag="trace"):
     """One frame on the robot's wire, for staff: direction, bytes in hex, words."""
 

@@ -31,14 +31,12 @@ def one(robot: Robot, user: Any, pk: int) -> Program:
     return program
 
 
-def load_gallery(robot: Robot, now: datetime) -> int:
-    """Put the programs that the robot's package brings into its gallery. Return how many there are."""
-    brought = description.programs_of(robot.driver)
-    for name, text in brought:
+def load_gallery(robot: Robot, now: datetime) -> None:
+    """Put the programs that the robot's package brings into its gallery."""
+    for name, text in description.programs_of(robot.driver):
         Program.objects.get_or_create(
             robot=robot, author=None, name=name, defaults={"text": text, "approved": True, "changed_at": now}
         )
-    return len(brought)
 
 
 def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datetime, pk: int | None = None) -> Program:

@@ -116,7 +116,8 @@ class Connection:
         try:
             state = self._ask(answers)
             grant = Grant.objects.filter(robot=owned.robot, ended_at=None).first()
-            if not state.ready and grant is not None and self._stopped and not self._lane.gate.latch.latched:
+            released = self._stopped and not self._lane.gate.latch.latched
+            if not state.ready and grant is not None and released:
                 told = NEXT
             elif not state.ready and grant is not None:
                 self._lane.gate.open_for(grant, owned.now())

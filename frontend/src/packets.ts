@@ -11,8 +11,10 @@ export interface StatePacket {
   /** The controller's own word for what it is doing. */
   mode: string;
 }
-/** A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty and joints are not told. */
-/** A picture; `first`: the earlier ones do not count any more, because a replay has jumped in time. */
+/**
+ * A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty and joints are not told.
+ * `first`: earlier ones do not count any more, because a replay has jumped in time.
+ */
 export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob; image?: VideoFrame; first?: boolean }
 
 /** A packet of a camera's video: the number of the picture that it changes, null for one that stands alone. */

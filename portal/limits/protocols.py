@@ -14,7 +14,7 @@ from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
 
 from portal.limits.dropped import drop
 from portal.limits.sockets import FLUSH_S, Ws, connections
-from portal.limits.unsent import unsent
+from portal.limits.unsent import Unread
 
 HEAD = 64 * 1024  # bytes of a request's line and headers
 
@@ -37,8 +37,7 @@ class Http(HttpToolsProtocol):
     """A connection whose requests must start, arrive and be read within limits."""
 
     _late: asyncio.TimerHandle | None = None
-    _unread: asyncio.TimerHandle | None = None
-    _waiting = 0  # bytes that the peer had not taken when it was last looked at
+    _unread: Unread | None = None
     _heading, _head = True, 0  # headers are expected; bytes since the last complete headers
     _heads = 0  # complete headers in the last received data
     _counted = ""
@@ -114,19 +113,7 @@ class Http(HttpToolsProtocol):
     def pause_writing(self) -> None:
         """Give a peer that takes nothing a limited time."""
         super().pause_writing()
-        self._waiting = unsent(self.transport)
-        self._look_later()
-
-    def _look_later(self) -> None:
-        self._unread = self.loop.call_later(settings.LIMITS["READ_S"], self._look)
-
-    def _look(self) -> None:
-        """Drop a peer that has taken nothing since it was last looked at; one that reads slowly goes on."""
-        before, self._waiting = self._waiting, unsent(self.transport)
-        if self._waiting >= before:
-            self.transport.abort()
-        else:
-            self._look_later()
+        self._unread = Unread(self.loop, self.transport)
 
     def resume_writing(self) -> None:
         """The peer reads again."""

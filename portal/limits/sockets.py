@@ -14,7 +14,8 @@ from websockets.http11 import Request
 
 from portal.limits.counts import AddressCount
 from portal.limits.dropped import drop
-from portal.limits.unsent import unsent
+from portal.limits.rates import Bucket
+from portal.limits.unsent import Unread
 from portal.live.direct import DEFLATE, NAME, suits
 
 UNSENT = 1024 * 1024  # bytes that may wait for a peer that does not read
@@ -44,15 +45,14 @@ class Ws(WebSocketsSansIOProtocol):
     _taken = True  # nothing waits to be written
     _closed = False  # a close was sent, or the connection is lost
     _broken = False  # by the peer; uvicorn would report later sends as errors of the application
-    _room, _filled = FRAMES, 0.0
-    _unread: asyncio.TimerHandle | None = None
-    _waiting = 0  # bytes that the peer had not taken when it was last looked at
+    _unread: Unread | None = None
     _call: Callable[[], None] | None = None
     _call_ready: Callable[[], None] | None = None
 
     def connection_made(self, transport: Any) -> None:
         """Let little wait on the way to a slow peer."""
         super().connection_made(transport)
+        self._frames = Bucket(FRAMES_S, FRAMES)
         self.write = transport.write
         if self.config.ws_per_message_deflate:
             self.conn.available_extensions = [DEFLATE]
@@ -119,8 +119,7 @@ class Ws(WebSocketsSansIOProtocol):
     def pause_writing(self) -> None:
         """Something waits; give a peer that takes nothing a limited time."""
         self._taken = self.ready = False
-        self._waiting = unsent(self.transport)
-        self._look_later()
+        self._unread = Unread(self.loop, self.transport, lambda: drop("took nothing"))
 
     def resume_writing(self) -> None:
         """The peer has taken everything."""
@@ -131,22 +130,10 @@ class Ws(WebSocketsSansIOProtocol):
         if self._call is not None:
             self._call()
 
-    def _look_later(self) -> None:
-        self._unread = self.loop.call_later(settings.LIMITS["READ_S"], self._look)
-
     def _look_no_more(self) -> None:
         if self._unread is not None:
             self._unread.cancel()
             self._unread = None
-
-    def _look(self) -> None:
-        """Drop a peer that has taken nothing since it was last looked at."""
-        before, self._waiting = self._waiting, unsent(self.transport)
-        if self._waiting >= before:
-            drop("took nothing")
-            self.transport.abort()
-        else:
-            self._look_later()
 
     def handle_close(self, event: Frame) -> None:
         """Receive a close; nothing is written after its answer."""
@@ -216,14 +203,12 @@ class Ws(WebSocketsSansIOProtocol):
     def _may(self) -> bool:
         if self.close_sent or self.transport.is_closing():
             return False
-        now = self.loop.time()
-        self._room = min(FRAMES, self._room + (now - self._filled) * FRAMES_S) - 1
-        self._filled = now
+        within = self._frames.take(self.loop.time())
         if self.transport.get_write_buffer_size() > UNSENT:
             drop("took nothing")
             self.transport.abort()
             return False
-        if self._room < 0:
+        if not within:
             drop("sent too many frames")
             self._fail(POLICY, "too many frames")
             return False

@@ -1,10 +1,14 @@
-"""How many bytes a peer has still to take."""
+"""Peers that take nothing: how many bytes one has still to take, and the end of one that does not read."""
 
+import asyncio
 import fcntl
 import struct
 import termios
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
+
+from django.conf import settings
 
 
 def unsent(transport: Any) -> int:
@@ -18,3 +22,32 @@ def unsent(transport: Any) -> int:
     with suppress(OSError, ValueError, AttributeError):  # closed, or a system that does not tell
         waits += struct.unpack("i", fcntl.ioctl(line.fileno(), termios.TIOCOUTQ, b"\0\0\0\0"))[0]
     return waits
+
+
+class Unread:
+    """Something waits for a peer: drops it once it took nothing for READ_S; one that reads slowly goes on.
+
+    `dropped` is called before the connection ends.
+    """
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, transport: Any, dropped: Callable[[], object] = lambda: None
+    ) -> None:
+        self._loop, self._transport, self._dropped = loop, transport, dropped
+        self._waiting = unsent(transport)
+        self._timer = self._later()
+
+    def _later(self) -> asyncio.TimerHandle:
+        return self._loop.call_later(settings.LIMITS["READ_S"], self._look)
+
+    def _look(self) -> None:
+        before, self._waiting = self._waiting, unsent(self._transport)
+        if self._waiting >= before:
+            self._dropped()
+            self._transport.abort()
+        else:
+            self._timer = self._later()
+
+    def cancel(self) -> None:
+        """The peer has taken enough, or is gone."""
+        self._timer.cancel()

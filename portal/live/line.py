@@ -11,7 +11,7 @@ from channels.exceptions import StopConsumer
 from channels.generic.websocket import AsyncWebsocketConsumer
 
 from portal.limits.dropped import drop
-from portal.limits.rates import AddressRate
+from portal.limits.rates import AddressRate, Bucket
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
 from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
@@ -37,7 +37,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self.over = False
         self.me, self.known = 0, False  # the person, and whether they stand in a queue or are staff
         self.operating = False  # whether they drive the robot
-        self._tokens, self._calm, self._filled = BURST, CALM_BURST, time.monotonic()
+        self._messages, self._calm = Bucket(RATE, BURST), Bucket(CALM, CALM_BURST)
         self._tasks: set[asyncio.Task[None]] = set()
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
@@ -114,15 +114,14 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
             log.exception("a socket failed")
             await self.close(FAILED)
 
-    def _address(self) -> str:
-        return str((self.scope.get("client") or ("",))[0])
+    def _may(self, now: float) -> bool:
+        """Return whether the peer may send one more message; whoever drives is not counted for the network address."""
+        within, calm = self._messages.take(now), self._calm.take(now)
+        address = str((self.scope.get("client") or ("",))[0])
+        return within and (self.operating or OF_ADDRESS.take(address) or calm)
 
     async def _receive(self, text: str | None) -> None:
-        now = time.monotonic()
-        self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
-        self._calm = max(-1.0, min(CALM_BURST, self._calm + (now - self._filled) * CALM) - 1)
-        self._filled = now
-        if self._tokens < 0 or not (self.operating or OF_ADDRESS.take(self._address()) or self._calm >= 0):
+        if not self._may(time.monotonic()):
             drop("sent too many messages")
             await self.close(TOO_FAST)
             return

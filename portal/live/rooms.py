@@ -14,10 +14,9 @@ from portal.live.messages import CAMERAS, Watch
 from portal.live.video import JOIN_S, NEXT, Given, Videos
 from robots import bus
 from robots.contract.video import unpack
-from robots.messages import Changed, Event
+from robots.messages import TAKEN_DOWN, Changed, Event
 
 EVENTS = 100
-TAKEN_DOWN = Changed("frame")  # also told when a picture was added: the next live one is kept again
 SOUNDS = 5  # packets that wait for a viewer, a third of a second; older ones are left out
 ALWAYS = ("events", "state", "stream")  # heard of every robot that has viewers
 K = TypeVar("K")

@@ -9,18 +9,13 @@ from robots.contract.ranges import plain
 from robots.models import Robot
 
 register = template.Library()
+register.filter("bound", plain)
 
 
 @register.filter
 def suspended(robot: Robot) -> bool:
     """Return whether jobs and the robot's own behaviour wait until staff resume them."""
     return waits_for_staff(robot)
-
-
-@register.filter
-def bound(number: float) -> str:
-    """Return a bound as a field of a form has it."""
-    return plain(number)
 
 
 @register.filter

@@ -4,7 +4,7 @@ from datetime import datetime
 
 from django.db.models import Q
 
-from accounts.models import Clearance
+from accounts.services import cleared_people
 from queueing.jobs.kinds import job_kinds_or_none
 from queueing.jobs.outdated import outdated
 from queueing.jobs.running import end
@@ -56,8 +56,7 @@ def refusals(robot: Robot, guests_ask: bool) -> tuple[tuple[Q, str], ...]:
 
 
 def _not_cleared(robot: Robot, kind: CommandKind) -> Q:
-    kept = Clearance.objects.filter(robot=robot, level__gte=kind.level, revoked_at=None)
-    return Q(kind=kind.kind, user__isnull=False) & ~Q(user__in=kept.values("user"))
+    return Q(kind=kind.kind, user__isnull=False) & ~Q(user__in=cleared_people(robot, kind.level))
 
 
 def _any(rules: tuple[tuple[Q, str], ...]) -> Q:

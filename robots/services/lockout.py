@@ -43,10 +43,8 @@ def lift_lock_out(robot: Robot, user: Any) -> None:
         if grant is not None and grant.kind == GrantKind.STAFF:
             end_grant(grant, GrantEnd.STAFF, "lock-out lifted", now)
         cancel_queued(robot, "the robot was locked out", now)
-        locked, free = (
-            Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT),
-            {"lockout_note": "", "locked_by": None},
-        )
+        locked = Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT)
+        free: dict[str, Any] = {"lockout_note": "", "locked_by": None}
         locked.filter(enabled=True).update(
             cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1, **free
         )

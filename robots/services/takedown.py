@@ -7,7 +7,7 @@ from django.conf import settings
 from django.db import transaction
 
 from robots import bus, shots
-from robots.messages import Changed
+from robots.messages import TAKEN_DOWN, Changed
 from robots.models import Frame, Recording
 from robots.permissions import need_staff
 from robots.recordings import keeping
@@ -26,8 +26,8 @@ def take_down(frame: Frame, user: Any) -> int:
     shots.drop_shot(robot.slug, 0, int(at.timestamp() * 1000))
     with transaction.atomic():
         frame.delete()
-        for what in ("frame", "log"):
-            bus.publish_on_commit(robot.slug, Changed(what))
+        for event in (TAKEN_DOWN, Changed("log")):
+            bus.publish_on_commit(robot.slug, event)
     return changed
 
 

@@ -21,6 +21,14 @@ from tests.faults.here import heard, line
 STEPS = (0, 0, 1, 2, 3, 5, 8, 13, 20, 40)  # of the event loop, between two of them
 
 
+async def ended(hub):
+    """End the tasks of a hub."""
+    for task in list(hub._tasks):
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+
 async def come_and_go(chance):
     """Let viewers come and go in any order until nobody is left; return the channels that the hub listens to then."""
     hub, here = Hub(), []
@@ -42,10 +50,7 @@ async def come_and_go(chance):
             while len(hub._pubsub.channels) > 1:
                 await asyncio.sleep(0.01)
     left = set(hub._pubsub.channels)
-    for task in list(hub._tasks):
-        task.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await task
+    await ended(hub)
     return left
 
 
@@ -74,10 +79,7 @@ def test_a_wish_while_the_connection_opens_is_followed(redis_server):
                     while bus.channel_of("mercury", "frames1").encode() not in hub._pubsub.channels:
                         await asyncio.sleep(0.005)
         found = set(hub._pubsub.channels)
-        for task in list(hub._tasks):
-            task.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await task
+        await ended(hub)
         return found
 
     assert bus.channel_of("mercury", "frames1").encode() in asyncio.run(wish())

@@ -325,6 +325,22 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
     assert Robot.objects.get().cycle == Cycle.READY
 
 
+def test_a_need_that_failed_is_tried_again_after_its_pause_whatever_picture_staff_take_meanwhile(
+    shuttle, people, clock
+):
+    battery(clock, 0.2)
+    queue.tick(clock.now())
+    settle(clock, CommandState.FAILED, "The dock was not found.")
+    picture = services.start_grant(shuttle, GrantKind.UPKEEP, clock.go(1), people["kim"])
+    services.end_grant(picture, GrantEnd.FINISHED, "done", clock.now())
+    battery(clock, 0.2)
+    queue.tick(clock.go(10))
+    assert services.open_grant(shuttle) is None
+    battery(clock, 0.2)
+    queue.tick(clock.go(30))
+    assert services.open_grant(shuttle).kind == "upkeep"
+
+
 def test_a_need_that_ends_idle_behaviour_is_named_as_the_reason(shuttle, clock):
     QueueRobot.objects.update(watched_at=clock.now())
     queue.tick(clock.now())

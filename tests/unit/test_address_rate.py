@@ -43,7 +43,7 @@ def test_those_that_are_calm_are_forgotten(monkeypatch):
         rate.take(f"192.0.2.{n}")
     for _ in range(3):
         rate.take("192.0.2.99")
-    assert len(rate._left) == 11, "none is calm yet"
+    assert len(rate._buckets) == 11, "none is calm yet"
     clock.now += 1.5
     rate.take("192.0.2.100")
-    assert set(rate._left) == {"192.0.2.99", "192.0.2.100"}
+    assert set(rate._buckets) == {"192.0.2.99", "192.0.2.100"}

@@ -10,6 +10,7 @@ from portal.live import rooms
 from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from robots.contract.video import VideoPacket, pack
+from robots.messages import TAKEN_DOWN, Changed
 
 KEY, NEXT, AFTER = (pack(VideoPacket(0, n, 2000 + 40 * n, 0, b"vp8", n - 1 or None)) for n in (1, 2, 3))
 ALWAYS = {"farhand:arm:events", "farhand:arm:state", "farhand:arm:stream"}
@@ -119,6 +120,16 @@ def test_every_group_knows_who_is_ready(steps):
                 assert all((write is not None) is v.ready() for v, write in group.items())
 
     asyncio.run(walk())
+
+
+def test_a_picture_that_was_taken_down_is_given_to_no_newcomer():
+    room = Room("arm")
+    viewer(room, 0)
+    room.give_picture(0, b"\x02 picture")
+    room.give_event(Changed("frame"), False)
+    assert room.newest == {0: b"\x02 picture"}, "a picture that was stored changes nothing"
+    room.give_event(TAKEN_DOWN, False)
+    assert room.newest == {}
 
 
 def test_nothing_is_computed_or_kept_for_nobody(computed):

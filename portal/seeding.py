@@ -2,6 +2,7 @@
 
 import secrets
 
+from allauth.account.models import EmailAddress
 from django.contrib.auth.models import Group, Permission
 from django.db import transaction
 
@@ -66,5 +67,7 @@ def seed() -> str | None:
     if User.objects.filter(is_superuser=True).exists():
         return None
     password = secrets.token_urlsafe(12)
-    User.objects.create_superuser("admin", "admin@localhost.localdomain", password)
+    admin = User.objects.create_superuser("admin", "admin@localhost.localdomain", password)
+    # nobody reads mail there, and without this the first sign-in would wait for a confirmation
+    EmailAddress.objects.create(user=admin, email=admin.email, verified=True, primary=True)
     return password

@@ -134,6 +134,14 @@ def test_seeding_twice_changes_nothing(db):
     assert seed() is None
 
 
+def test_the_first_admin_signs_in_with_the_password_that_was_printed_and_needs_no_mail(db, client, mailoutbox):
+    password = seed()
+    answer = client.post("/accounts/login/?next=/admin/", {"login": "admin", "password": password})
+    assert (answer.status_code, answer["Location"]) == (302, "/admin/")
+    assert client.get("/admin/").status_code == 200
+    assert mailoutbox == []
+
+
 def test_classic_page_moves_nothing_by_get(robot, people, client, owned):
     Frame.objects.create(robot=robot, taken_at=SYSTEM.now(), file="frames/x.jpg", width=192, height=165, pose=[0, 0.42, 0, 0], joints=[0.9, 1.8, 0, 0])  # fmt: skip
     client.force_login(people["ada"])

@@ -37,7 +37,8 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self.over = False
         self.me, self.known = 0, False  # the person, and whether they stand in a queue or are staff
         self.operating = False  # whether they drive the robot
-        self._messages, self._calm = Bucket(RATE, BURST), Bucket(CALM, CALM_BURST)
+        self._tokens, self._filled = BURST, time.monotonic()
+        self._calm = Bucket(CALM, CALM_BURST)
         self._tasks: set[asyncio.Task[None]] = set()
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
@@ -116,9 +117,14 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
 
     def _may(self, now: float) -> bool:
         """Return whether the peer may send one more message; whoever drives is not counted for the network address."""
-        within, calm = self._messages.take(now), self._calm.take(now)
-        address = str((self.scope.get("client") or ("",))[0])
-        return within and (self.operating or OF_ADDRESS.take(address) or calm)
+        # no Bucket, because a command passes as few files as possible
+        self._tokens = min(BURST, self._tokens + (now - self._filled) * RATE) - 1
+        self._filled = now
+        return self._tokens >= 0 and (self.operating or self._of_address_or_calm(now))
+
+    def _of_address_or_calm(self, now: float) -> bool:
+        calm, address = self._calm.take(now), str((self.scope.get("client") or ("",))[0])
+        return OF_ADDRESS.take(address) or calm
 
     async def _receive(self, text: str | None) -> None:
         if not self._may(time.monotonic()):

@@ -75,11 +75,14 @@ def clock() -> FakeClock:
 
 
 @pytest.fixture(autouse=True)
-def no_attempts_counted():
-    """What a test before counted (sign-ups, wrong passwords) limits nobody in this one."""
+def nothing_left_of_other_tests():
+    """What a test before counted (sign-ups, wrong passwords) limits nobody; events that it lost are not made up for."""
     from django.core.cache import cache
 
+    from robots import bus
+
     cache.clear()
+    bus._lost.clear()
 
 
 @pytest.fixture(scope="session")

@@ -11,8 +11,7 @@ EVENT = Notice("The robot rests.", "info")
 
 @pytest.fixture
 def lost(redis_server):
-    """An event of one robot that was lost; those that other tests lost are forgotten."""
-    bus._lost.clear()
+    """An event of one robot that was lost."""
     redis_server.stop()
     try:
         assert not bus.publish("mercury", EVENT)

@@ -1,5 +1,6 @@
 """Odometry that turns wrongly is learnt from places seen again, and no false place spoils it."""
 
+import itertools
 import math
 import random
 
@@ -97,13 +98,17 @@ def test_a_place_that_looks_alike_is_told_from_a_loop_that_closes():
 
 
 def test_only_several_sightings_in_turn_tell_that_the_map_is_wrong():
-    held = straight()
-    assert not any(held.refuse() for _ in range(4))
+    held, gone = straight(), itertools.count(0.0, 0.02)
+
+    def refused():
+        return held.refuse([(15, HERE)], next(gone)) is None
+
+    assert all(refused() for _ in range(4))
     held.meet(18, HERE)  # it is where the map has it
-    assert not any(held.refuse() for _ in range(4))
+    assert all(refused() for _ in range(4))
     held.create(30, HERE)
     held.create(31, HERE)
     held.meet(20, HERE)  # made since then, so this tells nothing
-    assert held.refuse()
+    assert not refused()
     held.meet(2, HERE, link=False)
-    assert not held.refuse()
+    assert refused()

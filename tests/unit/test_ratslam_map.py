@@ -230,12 +230,75 @@ def test_two_places_that_overlap_on_a_wrong_map_both_stay():
 
 def test_of_two_alike_the_older_stays_unless_it_was_not_recognised_for_long():
     held = driven([(0.3, 0.0, 99), (0.0, 0.0, 99), (0.3, 0.0, 99)], MapSettings(stale_after=2))
-    assert standing(held, frozenset())[1:3].tolist() == [2, 2], "the newer was arrived at one later"
+    assert standing(held, frozenset())[1:3].tolist() == [1, 2], "the newer was not met again yet"
+    held.meet(2, HERE)
+    assert standing(held, frozenset())[1:3].tolist() == [2, 2]
     held.meet(1, HERE)
     assert standing(held, frozenset())[1:3].tolist() == [1, 1]
     held.meet(0, HERE)
     held.meet(3, HERE)
     assert standing(held, frozenset())[1:3].tolist() == [1, 1], "both were not"
+
+
+def test_what_was_never_met_again_goes_and_its_neighbours_are_linked_as_the_robot_measured_it():
+    held = driven([(0.3, 0.2, 99)] * 6, MapSettings(forgotten_after=3))
+    for index in (3, 6):
+        held.meet(index, HERE, link=False)
+    measured = {n: composed(inverted(held.pose_of(0)), held.pose_of(n)) for n in (3, 6)}
+    for _ in range(3):
+        held.meet(0, HERE, link=False)
+        held.meet(6, HERE, link=False)
+    held.poses[1:3, :2] += 0.1  # the map's error, which is not to be handed on
+    heirs, _ = pruned(held, frozenset(), lambda kept: None, wanted=frozenset({5}))
+    assert heirs == {1: 0, 2: 3, 4: 3}, "each to the nearest over links; 5 is wanted"
+    seen = {}
+    for n in range(held.linked):
+        ends = held.ids[held.sources[n]], held.ids[held.targets[n]]
+        distance, direction, facing = held.measured[n]
+        seen[ends] = distance * math.cos(direction), distance * math.sin(direction), facing
+    assert seen[0, 3] == pytest.approx(measured[3], abs=1e-9)
+    assert set(seen) == {(0, 3), (3, 5), (5, 6)}
+    assert plan(held, 6) is not None
+
+
+def test_what_cannot_be_handed_on_to_a_near_neighbour_stays():
+    held = driven([(0.9, 0.0, 99)] * 4, MapSettings(forgotten_after=3))
+    for _ in range(4):
+        held.meet(0, HERE, link=False)
+        held.meet(4, HERE, link=False)
+    assert pruned(held, frozenset(), lambda kept: None)[0] == {1: 0, 3: 4}, "2 is 1.8 m from both"
+
+
+def refusing():
+    """Return a map of places in a row, 1 m apart, whose robot is at the last one."""
+    return driven([(1.0, 0.0, 99)] * 5, MapSettings())
+
+
+def test_sightings_that_disagree_move_nobody_however_many():
+    held = refusing()
+    for n in range(40):
+        assert held.refuse([(n % 2 * 3, HERE)], 0.1 * n) is None
+
+
+def test_sightings_that_agree_are_believed_although_another_place_looks_alike_too():
+    held = refusing()
+    held.poses[5] = composed(held.pose_of(4), (0.3, 0.0, 0.0))
+    found = [held.refuse([(n % 2, HERE), (4, (0.01 * n, 0.0, 0.0))], 0.02 * n) for n in range(6)]
+    assert found[0] is None and found[-1] == (4, (0.05, 0.0, 0.0))
+
+
+def test_a_robot_that_has_not_driven_has_seen_one_thing():
+    held = refusing()
+    assert [held.refuse([(4, HERE)], 1.0) for _ in range(40)] == [None] * 40
+    assert held.refuse([(4, HERE)], 1.06) == (4, HERE)
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0, 0.7), (-0.9, 0.0, 0.0)])
+def test_that_the_robot_was_carried_takes_more_sightings_and_makes_no_link(offset):
+    held = refusing()
+    assert not held.linkable(5, offset)
+    found = [held.refuse([(5, offset)], 0.1 * n) for n in range(12)]
+    assert found == [None] * 11 + [(5, offset)]
 
 
 @settings(max_examples=40, deadline=None)

@@ -1,6 +1,7 @@
 """The experience map: places as nodes of a graph, and what the robot measured between them as links."""
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ NODES: Columns = (
     ("views", (), np.int64),
     ("places", (3,), np.float64),
     ("visited", (), np.int64),
+    ("met", (), np.int64),
     ("odometer", (3,), np.float64),
 )
 LINKS: Columns = (
@@ -33,12 +35,27 @@ LINKS: Columns = (
 )
 
 
+@dataclass
+class Doubt:
+    """Sightings in turn that do not fit the map, but each other.
+
+    moved: the pose by which the robot would have to be moved on the map. since: the next id at the first of them.
+    gone: the odometer then (m). times: how many they are.
+    """
+
+    moved: Pose
+    since: int
+    gone: float
+    times: int = 0
+
+
 class ExperienceMap:
     """Experiences (index 0 to count - 1) and links (0 to linked - 1), in arrays that grow.
 
     ids: numbers that stay when the map is pruned. poses: x, y (m), facing (rad). views: number of the template.
-    places: x, y, heading in pose cells. visited: which of all arrivals was the last one here. odometer:
-    what was counted then, rad and m, and how the robot was turned against the experience (rad). sources, targets:
+    places: x, y, heading in pose cells. visited: which of all arrivals was the last one here. met: how often the robot
+    came back. odometer: what was counted at the last visit, rad and m, and how the robot was turned against the
+    experience (rad). sources, targets:
     indices of experiences. measured: distance (m), direction and facing (rad) of the target as seen from the source.
     durations: s. taken: the link was measured by the robot, and not handed on from an experience that was pruned.
     """
@@ -48,6 +65,7 @@ class ExperienceMap:
     views: NDArray[np.int64]
     places: NDArray[np.float64]
     visited: NDArray[np.int64]
+    met: NDArray[np.int64]
     odometer: NDArray[np.float64]
     sources: NDArray[np.int64]
     targets: NDArray[np.int64]
@@ -62,7 +80,7 @@ class ExperienceMap:
         # the robot since the current experience: x, y (m), facing (rad) in that one's frame; seconds, and those at rest
         self.since: Pose = (0.0, 0.0, 0.0)
         self.seconds = self.still = 0.0
-        self.refused, self.refused_from = 0, 0  # sightings in turn that do not fit the map; the next id at the first
+        self.doubts: list[Doubt] = []
         self.pairs: dict[tuple[int, int], int] = {}  # the link between two experiences, the smaller index first
         self._room(NODES, 64, 0)
         self._room(LINKS, 64, 0)
@@ -133,12 +151,41 @@ class ExperienceMap:
         here = self.pose()
         return math.dist(here[:2], (x, y)), abs(wrapped(facing - here[2]))
 
-    def refuse(self) -> bool:
-        """Count a sighting that does not fit; tell whether so many in turn did not that the map is wrong."""
-        if not self.refused:
-            self.refused_from = self.next_id
-        self.refused += 1
-        return self.refused >= self.settings.wrong_after
+    def refuse(self, found: list[tuple[int, Pose]], gone: float) -> tuple[int, Pose] | None:
+        """Count a sighting of which nothing fits; return what is to be believed of it once so many in turn agreed.
+
+        found: experiences and how the robot stands against each. gone: the odometer (m). Sightings without a way
+        between them are one sighting, and those that disagree come from several places that look alike. It takes more
+        of them to believe that the robot was carried: that is rare, and no link would tell later that it was not.
+        """
+        agreed: list[tuple[Doubt, tuple[int, Pose]]] = []
+        for one in found:
+            known = next((doubt for doubt in self.doubts if self._agrees(doubt, *one)), None)
+            if known is None:
+                known = Doubt(
+                    composed(composed(self.pose_of(one[0]), one[1]), inverted(self.pose())), self.next_id, gone
+                )
+            if all(doubt is not known for doubt, _ in agreed):
+                known.times += 1
+                agreed.append((known, one))
+        self.doubts = [doubt for doubt, _ in agreed]
+        kept = self.settings
+        for doubt, one in agreed:
+            enough = kept.wrong_after if self.linkable(*one) else kept.carried_after
+            if doubt.times >= enough and abs(gone - doubt.gone) >= kept.wrong_m:
+                return one
+        return None
+
+    def _agrees(self, doubt: Doubt, index: int, offset: Pose) -> bool:
+        x, y, facing = composed(self.pose_of(index), offset)
+        there = composed(doubt.moved, self.pose())
+        apart, turned = math.dist(there[:2], (x, y)), abs(wrapped(there[2] - facing))
+        return apart <= self.settings.sure_m and turned <= self.settings.sure_rad
+
+    def linkable(self, index: int, offset: Pose) -> bool:
+        """Tell whether what the map has may be wrong by so much; else the robot was carried to `offset` from there."""
+        apart, turned = self.off(index, offset)
+        return apart <= self.settings.carried_m and turned <= self.settings.carried_rad
 
     def meet(self, index: int, offset: Pose, link: bool = True) -> bool:
         """Come back to an experience; the robot stands at `offset` from it. Tell whether this made a new link.
@@ -146,9 +193,10 @@ class ExperienceMap:
         `link`: False if the robot was carried there, or its wheels slipped.
         """
         before = self.linked
-        if not link or self.ids[index] < self.refused_from:
-            self.refused = 0  # what was made since the first that did not fit tells nothing
+        # what was made since the first that did not fit tells nothing
+        self.doubts = [doubt for doubt in self.doubts if link and self.ids[index] >= doubt.since]
         self._arrive(index, offset, link)
+        self.met[index] += 1
         return self.linked > before
 
     def _arrive(self, index: int, offset: Pose, link: bool = True) -> None:

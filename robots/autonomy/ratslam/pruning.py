@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from robots.autonomy.ratslam.experiences import LINKS, NODES, ExperienceMap, Pose, composed, inverted
 
 Numbers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 Link = tuple[Pose, float, bool]  # seen where, after how long (s), whether the robot has measured it
 Links = list[dict[int, Link]]  # of each experience: linked with which, and how
 SHORT_M = 0.01  # a shorter link is mostly a turn
@@ -27,22 +28,43 @@ SHORT_M = 0.01  # a shorter link is mostly a turn
 def alike(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int]) -> list[list[int]]:
     """Return the experiences (indices) of each square and heading, the most wanted first.
 
-    What is protected comes first, then what is wanted, then what was visited lately, then the oldest.
+    What is protected comes first, then what is wanted, then what was visited lately and more than once, then what was
+    not visited for long, then what is new; of each the oldest.
     """
-    kept, n = held.settings, held.count
-    poses = held.poses[:n]
-    squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
-    headings = np.floor(poses[:, 2] / (2 * np.pi) * kept.headings).astype(np.int64) % kept.headings
-    needed, stale = needs(held, protected), held.visited[:n] <= held.arrivals - kept.stale_after
+    n, keys = held.count, places(held)
+    needed, old = needs(held, protected), stale(held)
+    rank = np.where(old, 1, np.where(held.met[:n] > 0, 0, 2))
     chosen = np.isin(held.ids[:n], np.array(sorted(wanted), np.int64))
-    order = np.lexsort((held.ids[:n], stale, ~chosen, ~needed, headings, squares[:, 1], squares[:, 0]))
-    keys = np.column_stack([squares, headings])[order]
+    order = np.lexsort((held.ids[:n], rank, ~chosen, ~needed, *keys.T[::-1]))
+    keys = keys[order]
     return [part.tolist() for part in np.split(order, np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1)]
 
 
-def needs(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]:
+def places(held: ExperienceMap) -> Numbers:
+    """Return the square (x, y) and the heading of each experience, (count, 3)."""
+    kept, poses = held.settings, held.poses[: held.count]
+    squares = np.floor(poses[:, :2] / kept.square_m).astype(np.int64)
+    headings = np.floor(poses[:, 2] / (2 * np.pi) * kept.headings).astype(np.int64) % kept.headings
+    return np.column_stack([squares, headings])
+
+
+def stale(held: ExperienceMap) -> Flags:
+    """Tell of each experience whether it was not recognised for so long that its place may look otherwise now."""
+    found: Flags = held.visited[: held.count] <= held.arrivals - held.settings.stale_after
+    return found
+
+
+def forgotten(held: ExperienceMap, stays: frozenset[int]) -> Flags:
+    """Tell of each experience whether it was never recognised, though there was time enough; none of `stays` (ids)."""
+    n = held.count
+    old = held.visited[:n] <= held.arrivals - held.settings.forgotten_after
+    found: Flags = old & (held.met[:n] == 0) & ~needs(held, stays)
+    return found
+
+
+def needs(held: ExperienceMap, protected: frozenset[int]) -> Flags:
     """Tell of each experience whether it stays in any case: it is protected, or the current one."""
-    needed: NDArray[np.bool_] = np.isin(held.ids[: held.count], np.array(sorted(protected), np.int64))
+    needed: Flags = np.isin(held.ids[: held.count], np.array(sorted(protected), np.int64))
     if held.current >= 0:
         needed[held.current] = True
     return needed
@@ -51,31 +73,42 @@ def needs(held: ExperienceMap, protected: frozenset[int]) -> NDArray[np.bool_]:
 def standing(held: ExperienceMap, protected: frozenset[int], wanted: frozenset[int] = frozenset()) -> Numbers:
     """Return for each experience the index of the one that stays for it: its own, if it stays."""
     stand, needed, links = np.arange(held.count), needs(held, protected), _links(held)
+    old, leaves = stale(held), forgotten(held, protected | wanted)
+    new = ~old & (held.met[: held.count] == 0)  # until it is met again it replaces nothing, and nothing old it
     for group in alike(held, protected, wanted):
         stay: list[int] = []
-        for index in group:
-            heir = None if needed[index] or not stay else _near(links, index, stay, held.settings.same_m)
+        for index in (i for i in group if not leaves[i]):
+            heirs = [heir for heir in stay if not (new[index] and old[heir])]
+            heir = None if needed[index] or not heirs else _near(links, index, heirs, held.settings.same_m)
             if heir is None:
                 stay.append(index)
             else:
-                stand[index] = heir
+                stand[index] = heir[0]
+    stays = np.flatnonzero(~leaves & (stand == np.arange(held.count))).tolist()
+    for index in np.flatnonzero(leaves).tolist():
+        heir = _near(links, index, stays, held.settings.same_m)
+        if heir is not None:
+            stand[index] = heir[0]
     return stand
 
 
-def _near(links: Links, begin: int, wanted: Iterable[int], within: float) -> int | None:
-    """Return the first of `wanted` in the order of the path over links, None if none is within so many metres."""
-    ends, far, heap = set(wanted), {begin: 0.0}, [(0.0, begin)]
+def _near(links: Links, begin: int, wanted: Iterable[int], within: float) -> tuple[int, Pose] | None:
+    """Return the first of `wanted` in the order of the path over links, None if none is within so many metres.
+
+    With it, how it sees the beginning, as what was measured on the path adds up.
+    """
+    ends, far, heap = set(wanted), {begin: 0.0}, [(0.0, begin, (0.0, 0.0, 0.0))]
     while heap:
-        gone, index = heapq.heappop(heap)
+        gone, index, seen = heapq.heappop(heap)
         if index in ends:
-            return index
+            return index, inverted(seen)
         if gone > far[index]:
             continue
-        for other, (seen, *_) in links[index].items():
-            through = gone + math.hypot(seen[0], seen[1])
+        for other, (step, *_) in links[index].items():
+            through = gone + math.hypot(step[0], step[1])
             if through <= within and through < far.get(other, math.inf):
                 far[other] = through
-                heapq.heappush(heap, (through, other))
+                heapq.heappush(heap, (through, other, composed(seen, step)))
     return None
 
 
@@ -118,10 +151,13 @@ def _merge(links: Links, gone: int, heir: int, apart: Pose, pace: float) -> None
 def contract(held: ExperienceMap, stand: Numbers) -> None:
     """Remove each experience that another stands for; who was linked with it is linked with that one."""
     links, stays, pace = _links(held), stand == np.arange(held.count), _pace(held)
-    for index in np.flatnonzero(~stays).tolist():
-        heir = int(stand[index])
-        apart = composed(inverted(held.pose_of(heir)), held.pose_of(index))
-        _merge(links, index, heir, apart, pace)
+    gone = np.flatnonzero(~stays).tolist()
+    apart, same = {}, (places(held) == places(held)[stand]).all(axis=1)
+    for index, heir in ((index, int(stand[index])) for index in gone):
+        measured = None if same[index] else _near(links, index, (heir,), held.settings.same_m)
+        apart[index] = measured[1] if measured else composed(inverted(held.pose_of(heir)), held.pose_of(index))
+    for index in gone:
+        _merge(links, index, int(stand[index]), apart[index], pace)
     left = np.flatnonzero(stays)
     renumbered = (np.cumsum(stays) - 1).tolist()
     for name, _, _ in NODES:

@@ -46,12 +46,16 @@ class MapSettings:
     sure_m: float = 0.2  # a place that disagrees with the map by more
     sure_rad: float = 0.3  # or by more than this is another one that looks alike;
     drift: float = 0.05  # by this more (m/m, rad/m) for the way between, and by what the odometry may bend
-    wrong_after: int = 5  # such places, one after another, after which it is the map that is wrong
-    carried_m: float = 0.8  # by more than this: the robot was carried, and no link is made
+    wrong_after: int = 5  # such places, one after another, which agree, after which it is the map that is wrong
+    wrong_m: float = 0.05  # if the robot has driven so far between them
+    carried_m: float = 0.8  # by more than this,
+    carried_rad: float = 0.6  # or this: the robot was carried, and no link is made,
+    carried_after: int = 12  # which takes more of them
     most: int = 10_000  # experiences, and templates
     square_m: float = 0.05  # pruning keeps one experience a square of this side
     headings: int = 24  # and of each of so many headings
     stale_after: int = 20_000  # arrivals at other experiences (an hour of driving) after which one gives way to a newer
+    forgotten_after: int = 5000  # arrivals (15 minutes of driving) after which one that was never met again goes
     same_m: float = 1.0  # two that are pruned to one are linked over at most so long a way
     prune_each: int = 200  # new experiences between two prunings
 

@@ -147,7 +147,7 @@ class RatSlam:
     def _met(self) -> tuple[int, Pose, bool]:
         """Return the experience (index) that the robot has come to, -1 if to none; its offset; whether to link it.
 
-        It is the nearest by the pose cells that fits the map. After several in turn that do not fit one that does not
+        It is the nearest by the pose cells that fits the map. After several in turn that agree, one that does not fit
         counts, too: the map is wrong, and the link will mend it; or the robot was carried elsewhere, and there is none.
         """
         held = self.map
@@ -156,13 +156,12 @@ class RatSlam:
         apart = self.cells.distances(held.places[others])
         order = np.argsort(apart, kind="stable")
         near: list[int] = others[order][apart[order] < self.settings.map.new_beyond].tolist()
-        offsets = [self._offset(held.places[index]) for index in near]
-        for index, offset in zip(near, offsets, strict=True):
+        found = [(index, self._offset(held.places[index])) for index in near]
+        for index, offset in found:
             if held.fits(index, offset, math.sqrt(self.odometry.b)):
                 return index, offset, True
-        if not near or not held.refuse():
-            return -1, (0.0, 0.0, 0.0), False
-        return near[0], offsets[0], held.off(near[0], offsets[0])[0] <= self.settings.map.carried_m
+        believed = held.refuse(found, self.odometry.gone) if found else None
+        return (*believed, held.linkable(*believed)) if believed else (-1, (0.0, 0.0, 0.0), False)
 
     def _counted(self, facing: float) -> None:
         """Note at the current experience what the odometry has counted, for the next visit."""

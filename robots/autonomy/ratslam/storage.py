@@ -18,7 +18,7 @@ import numpy as np
 
 from robots.autonomy.ratslam.calibration import Calibration
 from robots.autonomy.ratslam.docks import DockPlace
-from robots.autonomy.ratslam.experiences import LINKS, NODES
+from robots.autonomy.ratslam.experiences import LINKS, NODES, Doubt
 from robots.autonomy.ratslam.settings import Settings
 from robots.autonomy.ratslam.slam import RatSlam
 from robots.files import replaced
@@ -26,7 +26,7 @@ from robots.files import replaced
 FORMAT = 2
 VIEWS = ("decay", "places")
 TOLD = ("poses", "nodes_at", "links_at")
-HELD = ("current", "next_id", "arrivals", "refused", "refused_from", "since", "seconds", "still")
+HELD = ("current", "next_id", "arrivals", "since", "seconds", "still")
 
 
 class BadMap(ValueError):
@@ -57,6 +57,7 @@ def save(slam: RatSlam, path: Path) -> None:
         "pruned_at": slam.pruned_at,
         "best": slam.cells.best,
         "whole_since": told.whole_since,
+        "doubts": [astuple(doubt) for doubt in held.doubts],
         **{name: getattr(held, name) for name in HELD},
     }
     arrays["rest"] = np.frombuffer(json.dumps(rest).encode(), np.uint8)
@@ -143,6 +144,7 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     for number, place in rest["docks"].items():
         slam.docks.places[int(number)] = DockPlace(int(place["times"]), float(place["z"]), float(place["theta"]))
     slam.cells.best, held.since = _three(rest["best"]), _three(rest["since"])
+    held.doubts = [Doubt(_three(m), int(since), float(gone), int(n)) for m, since, gone, n in rest["doubts"]]
     for name in HELD:
         if name != "since":
             setattr(held, name, type(getattr(held, name))(rest[name]))
@@ -156,7 +158,7 @@ def _fill(slam: RatSlam, arrays: dict[str, Any], rest: dict[str, Any]) -> None:
     if (
         cells.min() < 0
         or not 0.99 < cells.sum() < 2.0
-        or not np.isfinite([held.seconds, held.still, *astuple(slam.odometry)]).all()
+        or not np.isfinite([held.seconds, held.still, *(d.gone for d in held.doubts), *astuple(slam.odometry)]).all()
     ):
         raise ValueError("its numbers are no map's")
     pairs = zip(held.sources[: held.linked].tolist(), held.targets[: held.linked].tolist(), strict=True)

@@ -36,7 +36,7 @@ def ranged(request: HttpRequest, path: Path, media: str, name: str) -> HttpRespo
         refused["Content-Range"] = f"bytes */{size}"
         return refused
     pieces = _pieces(path, first, last)
-    content = _awaited(pieces) if isinstance(request, ASGIRequest) else pieces
+    content = awaited(pieces) if isinstance(request, ASGIRequest) else pieces
     answer = StreamingHttpResponse(content, status=206 if wanted else 200, content_type=media)
     answer["Accept-Ranges"] = "bytes"
     answer["Content-Length"] = str(last - first + 1)
@@ -63,7 +63,7 @@ def _pieces(path: Path, first: int, last: int) -> Iterator[bytes]:
             yield piece
 
 
-async def _awaited(pieces: Iterator[bytes]) -> AsyncIterator[bytes]:
+async def awaited(pieces: Iterator[bytes]) -> AsyncIterator[bytes]:
     """Yield the pieces; the event loop does not wait for the disk."""
     while piece := await asyncio.to_thread(next, pieces, b""):
         yield piece

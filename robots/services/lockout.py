@@ -1,5 +1,7 @@
 """Closing a robot to the public and opening it again: the lock-out, and the switch."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from django.db import transaction
@@ -24,14 +26,28 @@ def lock_out(robot: Robot, user: Any, note: str) -> None:
     if not note.strip():
         raise BadRequest("Write a note that says why the robot is locked out.")
     stop(robot, user)
-    with transaction.atomic():
+    with transaction.atomic(), _without_grant(robot, GrantEnd.LOCKED_OUT, "robot locked out by staff"):
         Robot.objects.filter(pk=robot.pk).update(
             cycle=Cycle.LOCKED_OUT, lockout_note=note.strip()[:300], locked_by=user, reason=note.strip()[:300]
         )
-        grant = open_grant(robot)
-        if grant is not None:
-            end_grant(grant, GrantEnd.LOCKED_OUT, "robot locked out by staff", SYSTEM.now())
         bus.publish_on_commit(robot.slug, Changed("robot"))
+
+
+@contextmanager
+def _without_grant(robot: Robot, code: GrantEnd, reason: str) -> Iterator[None]:
+    """End the open grant before the robot's row is written, and one that was opened until then afterwards.
+
+    Before, because whoever else ends a grant writes the robot after it: each would wait for the other's lock.
+    """
+    _end_open(robot, code, reason)
+    yield
+    _end_open(robot, code, reason)
+
+
+def _end_open(robot: Robot, code: GrantEnd, reason: str) -> None:
+    grant = open_grant(robot)
+    if grant is not None:
+        end_grant(grant, code, reason, SYSTEM.now())
 
 
 def lift_lock_out(robot: Robot, user: Any) -> None:
@@ -59,16 +75,15 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
         stop(robot, user)
     now, row = SYSTEM.now(), Robot.objects.filter(pk=robot.pk)
     with transaction.atomic():
-        row.update(enabled=enabled)  # first: an offer that is accepted meanwhile waits, and then finds it switched
         if enabled:
+            row.update(enabled=True)
             row.filter(cycle__in=(Cycle.OFFLINE, Cycle.FAULT)).update(
                 cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1
             )
         else:
-            row.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE, reason=OFF)
-            grant = open_grant(robot)
-            if grant is not None:
-                end_grant(grant, GrantEnd.SWITCHED_OFF, "robot switched off", now)
+            with _without_grant(robot, GrantEnd.SWITCHED_OFF, "robot switched off"):
+                row.update(enabled=False)  # an offer that is accepted meanwhile waits, and then finds it switched
+                row.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE, reason=OFF)
         cancel_queued(robot, "the robot was switched", now)
         bus.publish_on_commit(robot.slug, Changed("robot"))
     robot.refresh_from_db()

@@ -4,7 +4,7 @@ import threading
 import time
 
 import pytest
-from django.db import connection, transaction
+from django.db import OperationalError, connection, transaction
 
 from accounts.models import Clearance
 from queueing import offers, tick
@@ -97,6 +97,46 @@ def test_a_lock_out_at_the_same_moment_wins(robot, people, owned, clock, first):
     assert row()[1] == "locked_out"
     assert not Grant.objects.filter(ended_at=None).exists(), "nobody may move it"
     assert len(locked) == (first == "lock-out")
+
+
+@pytest.mark.django_db(transaction=True)
+@pytest.mark.skipif(connection.vendor == "sqlite", reason="SQLite has one writer at a time")
+@pytest.mark.parametrize("closes", ["lock-out", "switch"])
+def test_a_robot_is_closed_while_its_grant_is_being_ended(robot, people, owned, clock, closes):
+    """Whoever ends a grant writes the robot afterwards; the other way round each would wait for the other."""
+    grant, ended, failed = (
+        services.start_grant(robot, GrantKind.TURN, clock.now(), people["ada"]),
+        threading.Event(),
+        [],
+    )
+
+    def end():
+        try:
+            with transaction.atomic():
+                services.end_grant(grant, GrantEnd.FINISHED, "the turn is over", clock.now())
+                ended.set()
+                time.sleep(0.4)
+                Robot.objects.filter(pk=robot.pk).update(reason="to be put in order")
+        except OperationalError as error:
+            failed.append(error)
+
+    def close():
+        try:
+            if closes == "switch":
+                services.set_enabled(robot, people["kim"], False)
+            else:
+                services.lock_out(robot, people["kim"], "hands in the cell")
+        except OperationalError as error:
+            failed.append(error)
+
+    threads = [begun(end)]
+    ended.wait(5)
+    threads.append(begun(close))
+    for thread in threads:
+        thread.join(10)
+    assert not failed
+    assert row()[1] == ("offline" if closes == "switch" else "locked_out")
+    assert Grant.objects.get().end_code == GrantEnd.FINISHED
 
 
 @pytest.mark.parametrize(

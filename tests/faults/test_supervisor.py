@@ -3,6 +3,7 @@
 import asyncio
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -89,16 +90,35 @@ def test_it_follows_what_the_database_wants():
     run(supervisor, story)
 
 
+def demo_in(folder, port):
+    """Return a demo with its log in the folder."""
+    env = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND", "DATABASE", "REDIS", "SECRET"))}
+    with (folder / "log").open("wb") as out:
+        return subprocess.Popen(
+            [sys.executable, "manage.py", "demo", "--port", str(port)], cwd=ROOT, env=env | {"FARHAND_VAR": str(folder)},
+            stdout=out, stderr=out, start_new_session=True,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, at_length(signal.SIGTERM)])
+def test_a_demo_that_is_ended_before_it_serves_tells_the_first_password(tmp_path, how):
+    port, log = free_port(), tmp_path / "log"
+    demo = demo_in(tmp_path, port)
+    with socket.socket() as taken:
+        wait_for((tmp_path / "farhand.sqlite3").exists, 60, "the database")
+        taken.bind(("127.0.0.1", port))  # after the demo has looked whether it is free
+        taken.listen()
+        wait_for(lambda: "| " in log.read_text(), 60, "its first process")
+        demo.send_signal(how)
+        assert demo.wait(40) == 0
+    assert "open http" not in log.read_text()
+    assert log.read_text().count("one-time password:") == 1
+
+
 @pytest.mark.parametrize("how", [signal.SIGINT, at_length(signal.SIGTERM)])
 def test_the_demo_starts_serves_and_leaves_no_orphan(tmp_path, how):
     port = free_port()
-    env = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND", "DATABASE", "REDIS", "SECRET"))}
-    env["FARHAND_VAR"] = str(tmp_path)
-    with (tmp_path / "log").open("wb") as out:
-        demo = subprocess.Popen(
-            [sys.executable, "manage.py", "demo", "--port", str(port)], cwd=ROOT, env=env, stdout=out, stderr=out,
-            start_new_session=True,
-        )  # fmt: skip
+    demo = demo_in(tmp_path, port)
     log = tmp_path / "log"
     try:
         wait_for(lambda: "open http://localhost" in log.read_text(), 60, "the address")

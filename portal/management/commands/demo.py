@@ -51,19 +51,22 @@ class Command(BaseCommand):
             close_old_connections()
             return enabled_processes()
 
+        first = _FirstPassword(password)
+
         async def main() -> None:
             async def ready() -> None:
                 await _until_served(host, port)
                 shown = "localhost" if host == "127.0.0.1" else host
                 tidy_line("farhand", f"open http://{shown}:{port}  (ready in {time.monotonic() - begun:.1f} s)")
-                if password:
-                    tidy_line("farhand", f"admin account: admin   one-time password: {password}")
-                    tidy_line("farhand", "it is shown only once; change it at /admin/password_change/")
+                first.tell()
 
             await Supervisor(fixed, wanted).run(ready)
 
-        with contextlib.suppress(KeyboardInterrupt):
-            asyncio.run(main())
+        try:
+            with contextlib.suppress(KeyboardInterrupt):
+                asyncio.run(main())
+        finally:
+            first.tell()  # also if it ended before it was served: the account has been made
 
     def _prepare(self) -> str:
         """Check and update. Return the administrator's one-time password; empty if there is an administrator.
@@ -73,6 +76,20 @@ class Command(BaseCommand):
         self.check()
         call_command("migrate", verbosity=0, interactive=False)
         return seed() or ""
+
+
+class _FirstPassword:
+    """The password of an administrator who was made now; empty if there was one."""
+
+    def __init__(self, password: str) -> None:
+        self._password = password
+
+    def tell(self) -> None:
+        """Print it, once."""
+        if self._password:
+            tidy_line("farhand", f"admin account: admin   one-time password: {self._password}")
+            tidy_line("farhand", "it is shown only once; change it at /admin/password_change/")
+        self._password = ""
 
 
 def _apart(work: Callable[[], str]) -> str:

@@ -21,7 +21,7 @@ from robots.motion.described import posture
 from robots.motion.planner import Refused
 from tests.conftest import at_length
 
-CPU_S, TIMES, MEMORY = 0.2, 12, 50e6
+CPU_S, MEMORY = 0.2, 50e6
 DRIVERS = ("mercury", "pa10", "so101", "irat")
 HUGE = (10**5000, -(10**5000), 1e308, -1e308, 1e4, 1e22, -1e4, 5e-324, math.nan, math.inf, -math.inf)
 HUGE_IDS = ["ten to the 5000", "minus that", *map(str, HUGE[2:])]
@@ -96,15 +96,8 @@ def measured(call, allowed):
         if watched:
             assert peak < MEMORY
         else:
-            assert took < CPU_S or took < TIMES * max(reference() for _ in range(5))
+            assert took < CPU_S
     return raised
-
-
-def reference():
-    """Return the time of the processor for one piece of work: while others use the machine, all work takes longer."""
-    begun = time.process_time()
-    sum(math.sqrt(n) for n in range(300_000))
-    return time.process_time() - begun
 
 
 def refused_or_done(name, kind, args, joints):
@@ -123,9 +116,14 @@ def _warm():
     with contextlib.suppress(RobotError):
         check("pa10", "program", {"text": "j 0 0 0 0 0 0\nl 500 0 300 180 0 180"})
     gc.collect()
-    gc.freeze()
     yield
     gc.unfreeze()
+
+
+@pytest.fixture(autouse=True)
+def _only_its_own(_warm):
+    """Thousands of examples leave much behind; a look through it falls into whatever runs then."""
+    gc.freeze()
 
 
 @pytest.mark.asvs("2.4.1", "15.2.2")

@@ -7,7 +7,7 @@ from queueing.models import Queue, QueueRobot
 from robots import bus
 from robots.contract.capabilities import Idle, Need
 from robots.contract.find import spec_of, spec_or_none
-from robots.grants import newest_grant_but_staffs, start_grant
+from robots.grants import newest_grant_that_moves, start_grant
 from robots.models import Grant, Lease, Robot
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import GrantEnd, GrantKind
@@ -27,7 +27,7 @@ def wanted_need(robot: Robot, now: datetime) -> Need | None:
     if lease is None or lease.state_at is None or (now - lease.state_at).total_seconds() > FRESH_S:
         return None
     values = lease.state.get("values") or {}
-    last = newest_grant_but_staffs(robot)
+    last = newest_grant_that_moves(robot)
     serving = last.commands.values_list("kind", flat=True).first() if last is not None and _own(last) else ""
     for need in found:
         value = values.get(need.channel)
@@ -49,7 +49,7 @@ def need_first(robot: Robot, need: Need) -> str:
 
 def open_need(robot: Robot, need: Need, now: datetime) -> bool:
     """Run the need's command under an upkeep grant; after a failure not before `AGAIN_S`."""
-    last = newest_grant_but_staffs(robot)
+    last = newest_grant_that_moves(robot)
     failed = last is not None and _own(last) and last.end_code != GrantEnd.FINISHED
     if last is not None and failed and last.ended_at and (now - last.ended_at).total_seconds() < AGAIN_S:
         return False

@@ -10,7 +10,7 @@ from queueing.jobs.tagging import tag_next
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
 from queueing.rows import announce
-from robots.grants import end_grant, newest_grant_but_staffs, open_grant
+from robots.grants import end_grant, newest_grant_that_moves, open_grant
 from robots.models import Grant, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 
@@ -64,7 +64,7 @@ def _give_way(grant: Grant | None, reason: str, now: datetime) -> None:
 def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
     """Offer the robot; if it moved for a job or by itself, it is handed over first."""
     _give_way(grant, ASKED, now)
-    last = newest_grant_but_staffs(robot)
+    last = newest_grant_that_moves(robot)
     of_itself = last is not None and last.kind == GrantKind.UPKEEP and last.holder_id is None
     if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or of_itself):
         Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.HANDOVER)

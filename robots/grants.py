@@ -45,10 +45,13 @@ def newest_grant(robot: Robot) -> Grant | None:
     return Grant.objects.filter(robot=robot).order_by("-pk").first()
 
 
-def newest_grant_but_staffs(robot: Robot) -> Grant | None:
-    """Return the grant that was opened last; those of single commands of staff, as for a picture, are left out."""
+def newest_grant_that_moves(robot: Robot) -> Grant | None:
+    """Return the grant that was opened last, but for what moves nothing and hands nothing over.
+
+    Single commands of staff, as for a picture, and settings that were set back after a stop.
+    """
     found = Grant.objects.filter(robot=robot).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
-    return found.order_by("-pk").first()
+    return found.exclude(kind=GrantKind.SETTINGS).order_by("-pk").first()
 
 
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:

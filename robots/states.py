@@ -56,12 +56,15 @@ class GrantKind(models.TextChoices):
     JOB = "job", "Job"
     STAFF = "staff", "Staff"
     HANDOVER = "handover", "Handover"
+    SETTINGS = "settings", "Settings set back"
     IDLE = "idle", "Idle behaviour"
     UPKEEP = "upkeep", "Upkeep"
 
 
 # opened for one command, and ended with it
 ONE_COMMAND = frozenset({GrantKind.JOB, GrantKind.IDLE, GrantKind.UPKEEP})
+# in which the owner puts the robot in order, or a part of it
+IN_ORDER = frozenset({GrantKind.HANDOVER, GrantKind.SETTINGS})
 
 
 class GrantEnd(models.TextChoices):

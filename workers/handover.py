@@ -7,7 +7,7 @@ from robots.contract.session import Permit, RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
 from robots.models import Grant
-from robots.states import Cycle, GrantEnd, GrantKind
+from robots.states import IN_ORDER, Cycle, GrantEnd, GrantKind
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.pictures import Pictures
 from workers.connection import Connection
@@ -36,7 +36,7 @@ class Handover:
         """Put the robot in order; it ends ready, or in fault with a reason."""
         owned, robot, now = self._owned, self._owned.robot, self._owned.now
         grant = open_grant(robot)
-        if grant is not None and grant.kind == GrantKind.HANDOVER:  # of an earlier owner that was interrupted
+        if grant is not None and grant.kind in IN_ORDER:  # of an earlier owner that was interrupted
             end_grant(grant, GrantEnd.OWNER_LOST, "owner restarted", now())
             grant = None
         if grant is not None:

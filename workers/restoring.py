@@ -75,7 +75,7 @@ class Restoring:
             if grant is not None:
                 self.restore(grant)
             else:
-                with granted(owned.robot, GrantKind.HANDOVER, owned.now, LIMIT_S) as own:
+                with granted(owned.robot, GrantKind.SETTINGS, owned.now, LIMIT_S) as own:
                     self.restore(own)
         except AnotherGrant:
             return False  # somebody was given the robot at this moment

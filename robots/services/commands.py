@@ -20,7 +20,7 @@ from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_level, need_staff
 from robots.prepared import Prepared, Slot
 from robots.services.clicks import resolve
-from robots.states import COMMAND_FINAL, GrantEnd, GrantKind, Lane
+from robots.states import COMMAND_FINAL, IN_ORDER, GrantEnd, GrantKind, Lane
 
 START_S = 10.0  # a command that has not started by then never starts
 PENDING = 128
@@ -33,7 +33,7 @@ SLUG, SEQ, GRANT = Slot("slug", CharField()), Slot("seq", BigIntegerField()), Sl
 REFERENCES = {"program", "still"}  # values that name a row: a saved program, the picture of a click
 LIMIT_S = 60.0  # if the kind of command names none
 AFTER_S = 20.0  # so long after its limit a command and its grant have ended
-IN_ORDER = "The robot is being put in order; try again when that is done."
+IS_PUT_IN_ORDER = "The robot is being put in order; try again when that is done."
 ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
 
 
@@ -186,8 +186,8 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
             raise NotPermitted(ONE_COMMAND)
         elif grant.kind == GrantKind.JOB:
             raise NotPermitted("A job runs on the robot now; wait for its end, or cancel it on its page.")
-        elif grant.kind == GrantKind.HANDOVER:
-            raise NotPermitted(IN_ORDER)
+        elif grant.kind in IN_ORDER:
+            raise NotPermitted(IS_PUT_IN_ORDER)
         elif grant.holder_id != user.pk:
             raise NotPermitted("Somebody operates the robot now; lock it out first.")
         return issue_under(grant, user, kind, {}, next_seq(grant), now).command

@@ -18,8 +18,8 @@ from robots.drivers.errors import BadRequest, NotPermitted
 from robots.grants import open_grant, start_grant
 from robots.models import Command, Grant, Robot
 from robots.permissions import need_staff
-from robots.services.commands import AFTER_S, IN_ORDER, ONE_COMMAND, START_S, issue_under
-from robots.states import CommandState, GrantKind, Lane
+from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, ONE_COMMAND, START_S, issue_under
+from robots.states import IN_ORDER, CommandState, GrantKind, Lane
 
 # by staff: under their own grant or another person's
 BY_STAFF = Q(grant__kind__in=(GrantKind.UPKEEP, GrantKind.STAFF)) | ~Q(issued_by=F("grant__holder"))
@@ -98,8 +98,8 @@ def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: dat
             grant = start_grant(robot, GrantKind.UPKEEP, now, user, now + timedelta(seconds=seconds))
         elif grant.kind == GrantKind.UPKEEP:
             raise NotPermitted(ONE_COMMAND)
-        elif grant.kind == GrantKind.HANDOVER:
-            raise NotPermitted(IN_ORDER)
+        elif grant.kind in IN_ORDER:
+            raise NotPermitted(IS_PUT_IN_ORDER)
         return issue_under(grant, user, kind, args, _number_below(grant), now).command
 
 

@@ -358,7 +358,7 @@ class TestRestoringAfterAStop:
         stopped.stopping.follow()
         stopped.motion.run_due()
         row = Command.objects.filter(kind="pace").first()
-        assert (row.grant.kind, row.grant.end_code, row.state) == ("handover", "finished", "completed")
+        assert (row.grant.kind, row.grant.end_code, row.state) == ("settings", "finished", "completed")
         assert (stopped.owned.driver.order, stopped.owned.driver.pace) == (["pace"], 1.0)
         assert (services.open_grant(stopped.owned.robot), Robot.objects.get().cycle) == (None, "ready")
 

@@ -52,7 +52,7 @@ class Connection:
             owned.driver.close()
             return
         owned.remember(state)
-        cycle = Robot.objects.values_list("cycle", flat=True).get(pk=owned.robot.pk)
+        cycle, reason = Robot.objects.values_list("cycle", "reason").get(pk=owned.robot.pk)
         if untouched and state.ready and cycle in (Cycle.READY, Cycle.OFFERED):
             return
         if cycle in (Cycle.OFFLINE, Cycle.FAULT, Cycle.READY, Cycle.OFFERED):
@@ -60,6 +60,8 @@ class Connection:
         elif cycle == Cycle.OPERATING and not state.ready:  # mended under its grant, once a stop can be heard
             self._unready("The robot is not ready after its connection came back.", code=HardwareFault.code)
             self.later(0.0, answers=True)
+        elif cycle == Cycle.OPERATING and reason:
+            self._clear_reason()
 
     def later(self, seconds: float, answers: bool = False) -> None:
         """Try to mend the connection again in `seconds` (s); the line stays open where the robot `answers`."""
@@ -131,7 +133,7 @@ class Connection:
             return
         except RobotError as error:
             owned.driver.close()
-            self._unready(str(error))
+            self._unready(str(error), code="" if owned.robot.reason else error.code)  # once, not at each attempt
             return
         self.connected, self._stopped = True, False
         owned.remember(state)

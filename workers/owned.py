@@ -60,6 +60,7 @@ class OwnedRobot:
         """Advance the robot's turn cycle by a conditional UPDATE."""
         done = Robot.objects.filter(pk=self.robot.pk, cycle=was).update(cycle=cycle, reason=reason[:300])
         if done:
+            self.robot.reason = reason[:300]  # else the same fault soon after would be taken for told
             bus.publish(self.robot.slug, Changed("robot"))
         return bool(done)
 

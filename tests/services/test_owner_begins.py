@@ -238,3 +238,31 @@ def test_a_robot_that_is_back_at_once_does_not_stay_in_fault(owner, monkeypatch)
     if not owner.connection.connected:
         owner.connection.mend()
     assert (owner.connection.connected, Robot.objects.get().cycle) == (True, "handover")
+
+
+def test_each_loss_of_the_connection_is_an_incident_and_each_attempt_is_not(owner):
+    driver, connection = owner.owned.driver, owner.connection
+    services.end_grant(Grant.objects.get(), GrantEnd.FINISHED, "test", owner.owned.now())
+    driver.recovered.append("ready by itself")
+    Robot.objects.update(cycle=Cycle.READY)
+    for losses in (1, 2):
+        driver.gone = True
+        connection.later(0.0)  # as at a new address
+        for _ in range(3):
+            owner.owned.clock.go(60)
+            connection.mend()
+        assert (Robot.objects.get().reason, Incident.objects.count()) == ("The arm does not answer.", losses)
+        driver.gone = False
+        owner.owned.clock.go(60)
+        connection.connect()  # of a lease that was taken again; the row is read again only later
+        assert (Robot.objects.get().cycle, Robot.objects.get().reason) == ("handover", "")
+
+
+def test_a_turn_goes_on_without_the_words_of_a_fault_that_is_over(owner):
+    owner.owned.driver.recovered.append("ready by itself")
+    owner.owned.driver.gone = True
+    owner.connection.connect()
+    assert Robot.objects.get().reason == "The arm does not answer."
+    owner.owned.driver.gone = False
+    owner.connection.connect()  # of a lease that was taken again
+    assert (Robot.objects.get().cycle, Robot.objects.get().reason) == ("operating", "")

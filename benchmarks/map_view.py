@@ -64,7 +64,8 @@ class Viewers:
 
 
 def _part(pixels: Pixels) -> int:
-    from portal.composites.drawn import BOUNDARY, QUALITY
+    from portal.composites.drawn import QUALITY
+    from portal.composites.parts import BOUNDARY
 
     jpeg = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
     return len(PART.format(BOUNDARY.decode())) + len(jpeg)

@@ -250,7 +250,8 @@ def test_what_was_never_met_again_goes_and_its_neighbours_are_linked_as_the_robo
         held.meet(6, HERE, link=False)
     held.poses[1:3, :2] += 0.1  # the map's error, which is not to be handed on
     heirs, _ = pruned(held, frozenset(), lambda kept: None, wanted=frozenset({5}))
-    assert heirs == {1: 0, 2: 3, 4: 3}, "each to the nearest over links; 5 is wanted"
+    assert held.ids[: held.count].tolist() == [0, 3, 5, 6], "5 is wanted"
+    assert heirs == {}, "none stays where they were: a goal there is not taken to another place"
     seen = {}
     for n in range(held.linked):
         ends = held.ids[held.sources[n]], held.ids[held.targets[n]]
@@ -266,7 +267,9 @@ def test_what_cannot_be_handed_on_to_a_near_neighbour_stays():
     for _ in range(4):
         held.meet(0, HERE, link=False)
         held.meet(4, HERE, link=False)
-    assert pruned(held, frozenset(), lambda kept: None)[0] == {1: 0, 3: 4}, "2 is 1.8 m from both"
+    assert standing(held, frozenset()).tolist() == [0, 0, 2, 4, 4], "2 is 1.8 m from both"
+    pruned(held, frozenset(), lambda kept: None)
+    assert held.ids[: held.count].tolist() == [0, 2, 4]
 
 
 def refusing():

@@ -48,6 +48,13 @@ def places(held: ExperienceMap) -> Numbers:
     return np.column_stack([squares, headings])
 
 
+def same_place(held: ExperienceMap, stand: Numbers) -> Flags:
+    """Tell of each experience whether the one that stays for it is in its square and faces as it does."""
+    where = places(held)
+    found: Flags = (where == where[stand]).all(axis=1)
+    return found
+
+
 def stale(held: ExperienceMap) -> Flags:
     """Tell of each experience whether it was not recognised for so long that its place may look otherwise now."""
     found: Flags = held.visited[: held.count] <= held.arrivals - held.settings.stale_after
@@ -152,7 +159,7 @@ def contract(held: ExperienceMap, stand: Numbers) -> None:
     """Remove each experience that another stands for; who was linked with it is linked with that one."""
     links, stays, pace = _links(held), stand == np.arange(held.count), _pace(held)
     gone = np.flatnonzero(~stays).tolist()
-    apart, same = {}, (places(held) == places(held)[stand]).all(axis=1)
+    apart, same = {}, same_place(held, stand)
     for index, heir in ((index, int(stand[index])) for index in gone):
         measured = None if same[index] else _near(links, index, (heir,), held.settings.same_m)
         apart[index] = measured[1] if measured else composed(inverted(held.pose_of(heir)), held.pose_of(index))
@@ -184,11 +191,11 @@ def pruned(
     """Prune the map, and the templates that no experience uses any more by `keep_views`.
 
     protected: ids that stay; wanted: ids that stay before others of their place.
-    Return for the id of each experience that went the id of the one that stays where it was, and the new number of
-    each template that is left.
+    Return for the id of each experience that went the id of the one that stays where it was, if one does, and the new
+    number of each template that is left.
     """
     stand = standing(held, protected, wanted)
-    gone = np.flatnonzero(stand != np.arange(held.count))
+    gone = np.flatnonzero((stand != np.arange(held.count)) & same_place(held, stand))
     heirs = dict(zip(held.ids[gone].tolist(), held.ids[stand[gone]].tolist(), strict=True))
     contract(held, stand)
     used = np.unique(held.views[: held.count])

@@ -189,6 +189,7 @@ class RatSlam:
 
     def prune(self) -> int:
         """Keep one experience a square and heading, and all of `keep`; return how many went."""
+        before = self.map.count
         heirs, numbers = pruned(self.map, self.keep, self.views.keep, frozenset(self.docks.places))
         self.docks.inherit(heirs)
         self.view = numbers.get(self.view, -1)
@@ -196,7 +197,7 @@ class RatSlam:
         self.heirs |= heirs
         for old in list(self.heirs)[:-MOST_HEIRS]:
             del self.heirs[old]
-        return len(heirs)
+        return before - self.map.count
 
     def standing(self, experience: int) -> int:
         """Return the id of the experience that stays where a pruned one was; the same id for any other."""

@@ -7,10 +7,10 @@ def wait_for(condition, seconds: float, what: str):
     """Wait on a condition with a limit; return its value. Looks more rarely the longer it lasts, at least each 0.1 s."""
     since = time.monotonic()
     while True:
+        waited = time.monotonic() - since  # before it looks: a machine that stalls here looks once more
         value = condition()
         if value:
             return value
-        waited = time.monotonic() - since
         if waited > seconds:
             raise AssertionError(f"{what}: not within {seconds} s")
         time.sleep(min(0.02 + 0.05 * waited, 0.1))

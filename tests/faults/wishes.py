@@ -35,7 +35,21 @@ class Mercury:
     )  # fmt: skip
     strengths = {"drop": 0.5, "corrupt": 0.5, "slow": 0.5}
     one_at_a_time = by_staff = False
-    motions = staticmethod(motions)
+
+    def motions(self, journal):
+        """Return the motions that were commanded: not the way back to the last place, which ends a soft reset.
+
+        A soft reset's instructions have numbers that follow one another: calibrate, speed, move.
+        """
+        found, back = [], 0
+        for record in journal:
+            if record["event"] == "calibrate":
+                back = (record["seq"] + 1) % 255 + 1
+            elif record["event"] == "motion" and record["seq"] == back:
+                back = 0
+            elif record["event"] == "motion":
+                found.append(record)
+        return found
 
     def drained(self, sim):
         """Return once the simulator has read what the last owner, which has ended, has sent.

@@ -31,6 +31,8 @@ def load_questions(robot: Robot) -> str:
         added = 0
     except (DataError, LookupError, TypeError, ValueError) as error:  # a package of somebody else
         return f"clearance.toml of its package cannot be read ({error!r}); write questions under Clearance questions."
+    if not added and (kept := Question.objects.filter(robot=robot).count()):
+        return f"It has {kept} questions for the clearance test, and its package brings no others."
     if not added:
         return "Its package brings no questions for the clearance test; write them under Clearance questions."
     return f"{added} questions for the clearance test came with its package; read them under Clearance questions."

@@ -39,6 +39,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     list_display = ("name", "state", "address", "enabled", "stop_latched", "calibrated_at")
     prepopulated_fields = {"slug": ("name",)}
     readonly_fields = ("cycle", "reason", "enabled", "lockout_note")
+    actions = ("load_brought",)
     change_form_template = "admin/robots/robot/change_form.html"
     fieldsets = (
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),
@@ -100,9 +101,24 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         """Save the row; a new robot gets what its package brings."""
         super().save_model(request, obj, form, change)
         if not change:
-            programs.load_gallery(obj, SYSTEM.now())
-            for told in filter(None, [load(obj) for load in ADDED]):
+            for told in self._load(obj):
                 messages.info(request, told)
+
+    @staticmethod
+    def _load(robot: Robot) -> list[str]:
+        """Load what the robot's package brings; return what staff should know."""
+        programs.load_gallery(robot, SYSTEM.now())
+        return [told for load in ADDED if (told := load(robot))]
+
+    @admin.action(description="Load what the packages bring: programs, questions", permissions=["change"])
+    def load_brought(self, request: HttpRequest, queryset: Any) -> None:
+        """Load what the chosen robots' packages bring, for robots that were added before their packages brought it."""
+        for robot in queryset:
+            try:
+                for told in self._load(robot):
+                    messages.info(request, f"{robot}: {told}")
+            except ImportError:
+                messages.error(request, f"{robot}: there is no driver named {robot.driver!r}; install its package.")
 
     def get_form(self, request: HttpRequest, obj: Robot | None = None, change: bool = False, **kwargs: Any) -> Any:
         """Return the form, for a saved robot with the settings that its spec declares."""

@@ -117,6 +117,22 @@ def test_what_a_package_brings_is_loaded_once_and_nothing_is_said_of_what_it_lac
     assert Program.objects.filter(robot=arm).count() == brought
 
 
+def test_staff_load_what_a_package_brings_for_a_robot_that_was_added_before(robot, people, client, admin_user):
+    Question.objects.filter(robot=robot).delete()
+    client.force_login(admin_user)
+    chosen = {"action": "load_brought", "_selected_action": [robot.pk]}
+    page = client.post("/admin/robots/robot/", chosen, follow=True)
+    assert b"questions for the clearance test came with its package" in page.content
+    loaded = Question.objects.filter(robot=robot).count()
+    assert loaded >= 15
+    page = client.post("/admin/robots/robot/", chosen, follow=True)
+    assert f"It has {loaded} questions".encode() in page.content
+    assert Question.objects.filter(robot=robot).count() == loaded
+    Robot.objects.filter(pk=robot.pk).update(driver="gone")
+    page = client.post("/admin/robots/robot/", chosen, follow=True)
+    assert b"install its package" in page.content
+
+
 def test_unknown_addresses_say_so(robot, client):
     answer = client.get("/robots/nothing/")
     assert answer.status_code == 404

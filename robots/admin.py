@@ -16,7 +16,7 @@ from robots.clock import SYSTEM
 from robots.contract import procedures
 from robots.contract.capabilities import Calibration
 from robots.drivers.errors import RobotError
-from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of
+from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
 from robots.history import Guarded, Kept
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
@@ -130,15 +130,15 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
         if obj is None:
             return self.fieldsets
         if not self.has_change_permission(request, obj):
-            return tuple(
-                (t, {"fields": (*TURNS, "settings_shown")} if t == "Settings" else o) for t, o in self.fieldsets
-            )
+            shown = (*turns_of(obj.driver), "settings_shown")
+            return tuple((t, {"fields": shown} if t == "Settings" else o) for t, o in self.fieldsets)
         declared = settings_of(obj.driver)
         of_lists = tuple((s.label, {"fields": names([s], "list")}) for s in declared if s.kind == "list")
         groups: list[Any] = []
         for title, options in self.fieldsets:
             if title == "Settings":
-                groups += [(title, {"fields": (*names(declared, "number"), *TURNS)}), *of_lists]
+                plain = (*names(declared, "number"), *turns_of(obj.driver))
+                groups += [*([(title, {"fields": plain})] if plain else []), *of_lists]
             else:
                 groups.append((title, options))
         return tuple(groups)

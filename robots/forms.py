@@ -10,6 +10,7 @@ from django.forms.fields import InvalidJSONInput
 from robots.contract.capabilities import Setting
 from robots.contract.find import function, spec_of, spec_or_none
 from robots.contract.ranges import from_to
+from robots.contract.spec import TURN
 from robots.drivers.errors import RobotError
 from robots.models import Robot
 
@@ -84,6 +85,12 @@ def settings_of(driver: str) -> tuple[Setting, ...]:
     """Return the settings that the robot's spec declares; none if its package is not installed."""
     spec = spec_or_none(driver)
     return spec.settings() if spec else ()
+
+
+def turns_of(driver: str) -> tuple[str, ...]:
+    """Return the names of the fields for turns; none where the robot has no command for whoever has a turn."""
+    spec = spec_or_none(driver)
+    return () if spec and not any(command.open_to(TURN) for command in spec.commands) else TURNS
 
 
 def names(settings: Iterable[Setting], kind: str) -> tuple[str, ...]:

@@ -77,6 +77,15 @@ def test_a_robot_that_can_be_is_saved(robot, client, admin_user):
     assert client.post("/admin/robots/robot/add/", GOOD | more).status_code == 302
 
 
+@pytest.mark.parametrize("driver, turns", [("mercury", True), ("irat", False), ("gone", True)])
+def test_the_length_of_turns_is_set_where_a_robot_has_commands_for_them(robot, client, admin_user, driver, turns):
+    type(robot).objects.filter(pk=robot.pk).update(driver=driver)
+    client.force_login(admin_user)
+    page = client.get(f"/admin/robots/robot/{robot.pk}/change/")
+    assert page.status_code == 200
+    assert (b'name="turn_s"' in page.content) == turns
+
+
 @pytest.mark.asvs("14.3.2")
 @pytest.mark.parametrize("address", [
     "/", "/log/", "/me/", "/robots/mercury/", "/robots/mercury/orientation/", "/robots/mercury/clearance/", "/turns/{}/",

@@ -66,7 +66,7 @@ class RobotConsumer(Viewing):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._asked: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
-        self._serving = self._previewing = False
+        self._serving = self._seeing = self._previewing = False
         self._plan = ""
         self._planning = asyncio.Event()
         self._jog = 0
@@ -214,8 +214,9 @@ class RobotConsumer(Viewing):
         while True:
             message, sent = await self._asked.get()
             if isinstance(message, Ping):
-                with contextlib.suppress(Exception):  # the next ping notes the presence again
-                    await self.orm(self._mark_seen)
+                if not self._seeing:  # beside requests, which must not wait for it while the database stalls
+                    self._seeing = True
+                    self.begin(self._see())
                 continue
             try:
                 answer = await self.orm(act, self.scope, self.slug, message, sent)
@@ -227,6 +228,13 @@ class RobotConsumer(Viewing):
             if answer.trace is not None and self.viewer is not None:
                 await hub().trace(self.viewer, answer.trace)
             await self._answer(message, answer)
+
+    async def _see(self) -> None:
+        try:
+            with contextlib.suppress(Exception):  # the next ping notes the presence again
+                await self.orm(self._mark_seen)
+        finally:
+            self._seeing = False
 
     def planned(self, said: str) -> None:
         """Send the answer of a preview soon; an older one that was not sent is dropped."""

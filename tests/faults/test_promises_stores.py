@@ -182,12 +182,14 @@ def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
     try:
         with socket_of(site, rig.people["ada"]) as operator:
             heard = drain(operator)
+            wait_for(lambda: any(m["t"] == "snapshot" for m in heard), 20, "the page")  # while one opens, it is slower
             for i in range(times):
                 command = rig.issue("move", x=0.2 if i % 2 else -0.2, y=0.3)
                 rig.moving()
                 heard.clear()
                 at = time.monotonic()
                 proxy.set(how)
+                operator.send(json.dumps({"t": "ping", "n": i}))  # to note presence keeps no command waiting
                 operator.send(json.dumps({"t": "command", "kind": "up", "args": {}, "seq": 10_000 + i}))
                 worst_rest = max(worst_rest, held_after(rig, at))
                 wait_for(lambda: any(m["t"] == "answer" and m["code"] == "store_down" for m in heard), 20, "the reason")

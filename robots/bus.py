@@ -28,7 +28,6 @@ SOUND = "sound"  # what is watched by somebody who listens
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
 RARELY_S, RARE_S = 5.0, 2.52  # who wants one in 5 s or less often is given the second of pictures that come so often
 SOME_S = 0.2  # of recordings
-SHOT_S = 60  # a live picture with an address of its own
 STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
 
 
@@ -360,21 +359,6 @@ def key_comes(slug: str, camera: int, coarse: bool = False) -> None:
         connection().delete(watch_key(slug, key_of(camera, coarse)))
     except (redis.RedisError, OSError):
         failures["watch"] += 1
-
-
-def shot_key(slug: str, camera: int, at_ms: int) -> str:
-    """Return the key of a live picture that was given an address of its own."""
-    return f"farhand:{slug}:shot:{camera}:{at_ms}"
-
-
-def code_key(digest: str) -> str:
-    """Return the key that holds for whom a one-time code is, by the code's digest."""
-    return f"farhand:code:{digest}"
-
-
-def operator_key(slug: str, account: int) -> str:
-    """Return the key that exists for a while after an account has opened the operator's stream."""
-    return f"farhand:{slug}:operator:{account}"
 
 
 def watchers_key(slug: str) -> str:

@@ -16,14 +16,15 @@ from robots.recordings import keeping
 def take_down(frame: Frame, user: Any) -> int:
     """Remove a stored picture from log entries, recordings, movies and our addresses. Return of how many recordings.
 
-    Of recordings, everything goes that shows the same pose, or was taken by that camera within two seconds of it.
+    Of recordings, everything goes that shows the same pose, or was taken by that camera within two seconds of it; so do
+    live pictures of these seconds that have an address for a minute.
     Raises NotStaff; OSError if a recording cannot be written again, and the picture stays.
     """
     need_staff(user)
     robot, at = frame.robot, frame.taken_at
     changed = keeping.take_out_pictures(robot, at, frame.pk)
     (Path(settings.MEDIA_ROOT) / frame.file).unlink(missing_ok=True)
-    shots.drop_shot(robot.slug, 0, int(at.timestamp() * 1000))
+    shots.drop_shots(robot.slug, 0, int(at.timestamp() * 1000), keeping.LATE_MS)
     with transaction.atomic():
         frame.delete()
         for event in (TAKEN_DOWN, Changed("log")):

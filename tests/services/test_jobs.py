@@ -13,7 +13,7 @@ from queueing.jobs.suspending import resume
 from queueing.models import Account, Job, QueueRobot, Ticket, TicketState
 from robots import services
 from robots.drivers.errors import BadRequest, NotPermitted
-from robots.models import Command, Grant, Lease, Robot
+from robots.models import Command, Grant, Robot
 from robots.permissions import NotStaff
 from robots.states import CommandState, Cycle, GrantEnd, GrantKind
 from workers.commands import finish
@@ -296,97 +296,6 @@ def test_a_ticket_of_ones_own_takes_the_place_of_ones_waiting_job(shuttle, peopl
     queue.tick(clock.now())
     job.refresh_from_db()
     assert job.start_tag == 0.0
-
-
-def battery(clock, value):
-    Lease.objects.update(state={"values": {"battery": value}}, state_at=clock.now())
-
-
-def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttle, people, clock):
-    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
-    queue.tick(clock.now())
-    battery(clock, 0.2)
-    queue.tick(clock.go(1))
-    grant = services.open_grant(shuttle)
-    assert (grant.kind, grant.holder, grant.commands.get().kind) == ("upkeep", None, "dock")
-    cut, dock = Command.objects.select_related("robot", "grant").order_by("id")
-    finish.finish(cut, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
-    queue.tick(clock.now())
-    job.refresh_from_db()
-    assert (job.state, job.start_tag, job.faults) == ("waiting", 0.0, 0)
-    assert job.reason == "The robot's own need comes first: dock. It goes on as soon as the robot can."
-    battery(clock, 0.5)
-    finish.finish(dock, CommandState.COMPLETED, clock.go(1))
-    queue.tick(clock.now())
-    assert services.open_grant(shuttle).kind == "upkeep", "not full yet"
-    battery(clock, 0.95)
-    settle(clock)
-    assert running() == job
-    assert Robot.objects.get().cycle == Cycle.READY
-
-
-def test_a_need_that_failed_is_tried_again_after_its_pause_whatever_picture_staff_take_meanwhile(
-    shuttle, people, clock
-):
-    battery(clock, 0.2)
-    queue.tick(clock.now())
-    settle(clock, CommandState.FAILED, "The dock was not found.")
-    picture = services.start_grant(shuttle, GrantKind.UPKEEP, clock.go(1), people["kim"])
-    services.end_grant(picture, GrantEnd.FINISHED, "done", clock.now())
-    battery(clock, 0.2)
-    queue.tick(clock.go(10))
-    assert services.open_grant(shuttle) is None
-    battery(clock, 0.2)
-    queue.tick(clock.go(30))
-    assert services.open_grant(shuttle).kind == "upkeep"
-
-
-def test_a_need_that_ends_idle_behaviour_is_named_as_the_reason(shuttle, clock):
-    QueueRobot.objects.update(watched_at=clock.now())
-    queue.tick(clock.now())
-    battery(clock, 0.2)
-    queue.tick(clock.go(1))
-    grant = Grant.objects.get(kind=GrantKind.IDLE)
-    assert (grant.end_code, grant.end_reason) == (GrantEnd.PREEMPTED, "the robot's own need comes first: dock")
-
-
-def test_idle_behaviour_runs_in_slices_gives_way_and_rests_when_nobody_watches(shuttle, people, clock):
-    QueueRobot.objects.update(watched_at=clock.now())
-    queue.tick(clock.now())
-    grant = services.open_grant(shuttle)
-    assert (grant.kind, grant.commands.get().kind, (grant.until - clock.now()).total_seconds()) == ("idle", "roam", 60)
-    job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.go(1))
-    queue.tick(clock.now())
-    grant.refresh_from_db()
-    assert (grant.end_code, running()) == (GrantEnd.PREEMPTED, job)
-    for command in Command.objects.select_related("robot", "grant").order_by("id"):
-        finish.finish(command, CommandState.COMPLETED, clock.now())
-    queue.tick(clock.go(30))
-    assert services.open_grant(shuttle).kind == "idle", "somebody asked a moment ago"
-    queue.tick(clock.go(61))
-    queue.tick(clock.go(60))
-    assert services.open_grant(shuttle) is None, "nobody has watched for a minute"
-
-
-def test_idle_behaviour_goes_on_while_no_web_process_is_heard(shuttle, clock, monkeypatch):
-    monkeypatch.setattr("robots.bus.may_be_watched", lambda slug: True)  # as it says then, see the next test
-    for slices in range(1, 5):
-        queue.tick(clock.now())
-        assert Grant.objects.filter(kind=GrantKind.IDLE).count() == slices
-        settle(clock, seconds=59)
-        clock.go(1)
-    assert services.open_grant(shuttle).kind == "idle"
-
-
-def test_a_silent_web_tier_is_not_nobody(redis_server):
-    from robots import bus
-
-    bus.connection().flushall()
-    assert bus.may_be_watched("mercury"), "no page server is heard"
-    bus.connection().set(bus.web_key(), 1)
-    assert not bus.may_be_watched("mercury")
-    bus.watch("mercury", "state")
-    assert bus.may_be_watched("mercury")
 
 
 def test_nobody_joins_where_no_turns_are_offered(shuttle, people, clock):

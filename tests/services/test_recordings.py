@@ -11,8 +11,8 @@ from portal import archive, restoring
 from portal.recordings import listing, views
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, JobRun, Turn
-from robots import services
-from robots.clock import SYSTEM
+from robots import services, shots
+from robots.clock import SYSTEM, ms_of
 from robots.contract.session import RobotState
 from robots.grants import end_grant, start_grant
 from robots.messages import picture_packet, state_packet
@@ -221,7 +221,9 @@ def frame_at(robot, at):
     return Frame.objects.create(robot=robot, taken_at=at, file="frames/mercury/x.jpg")
 
 
-def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addresses(roles, robot, media, client):
+def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addresses(
+    roles, robot, media, client, redis_server
+):
     recording, turn = of_turn(), Turn.objects.get()
     frame = frame_at(robot, recording.began_at + timedelta(seconds=5))
     (media / "frames" / "mercury").mkdir(parents=True)
@@ -229,7 +231,9 @@ def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addre
     entry = Entry.objects.create(
         turn=turn, author=turn.user, robot=robot, text="x", frame=frame, written_at=SYSTEM.now()
     )
-    old = addresses(recording)
+    old, at_ms = addresses(recording), ms_of(frame.taken_at)
+    shown = [(robot.slug, camera, at_ms + ms) for camera, ms in ((0, -1900), (0, 0), (0, 1900), (0, 2100), (1, 0))]
+    assert all(shots.keep_shot(*one, JPEG) for one in shown)
     with pytest.raises(NotStaff):
         services.take_down(frame, turn.user)
     assert services.take_down(frame, roles["robot_staff"]) == 1
@@ -242,6 +246,7 @@ def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addre
     assert len([m for m in messages(keeping.path_of(recording)) if m.topic == STATE]) == 10
     assert [client.get(address).status_code for address in old[2:]] == [404, 404]
     assert statuses(client, recording) == [200] * 4
+    assert [shots.shot(*one) is not None for one in shown] == [False, False, False, True, True]
 
 
 def test_what_is_taken_down_while_it_is_recorded_is_taken_out_at_the_end(roles, robot):

@@ -1,8 +1,8 @@
 """The owner of one robot: creates its parts and connects them. Only the bootstep imports this file.
 
 Threads: `control` runs motions and keeps the robot in order; `config` runs commands beside a motion; `watch` holds
-motions that are no longer allowed; `listen` receives stops; `link`, `follow` and `renew` query the stores; `state`
-and `camera` publish; `sound` does while somebody listens.
+motions that are no longer allowed, and `heartbeat` tells the supervisor that it does; `listen` receives stops; `link`,
+`follow` and `renew` query the stores; `state` and `camera` publish; `sound` does while somebody listens.
 """
 
 import logging
@@ -33,6 +33,7 @@ from workers.restoring import Restoring
 from workers.safety.deadman import DeadManTimer
 from workers.safety.follow import Follower
 from workers.safety.gate import Gate
+from workers.safety.heartbeat import Heartbeat
 from workers.safety.lane import CONFIG, MOTION, Lane, Pace
 from workers.safety.lease import DatabaseClock, OwnerLease
 from workers.safety.listen import Listener
@@ -71,7 +72,8 @@ class Owner:
         self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
         self.deadman = DeadManTimer(clock)
         self.pictures = Pictures(robot, stamps, self.owned.picture)
-        self._wire_safety(run / f"{slug}.heartbeat", on_lost or (lambda: os._exit(LOST)))
+        self.heartbeat = Heartbeat(self.owned, run / f"{slug}.heartbeat")
+        self._wire_safety(on_lost or (lambda: os._exit(LOST)))
         self.threads = Threads(self.owned, self.watch.leave)
         sound = Sound(slug, stamps)
         recovery = Recovery(self.owned, self.lane.gate, self.pictures)
@@ -84,10 +86,10 @@ class Owner:
         gate = Gate(self.lease, self.latch, self.link, self.grants, self.clock, self.owned.known)
         return Lane(name, gate, self.clock, self.pace)
 
-    def _wire_safety(self, heartbeat: Path, on_lost: Callable[[], None]) -> None:
+    def _wire_safety(self, on_lost: Callable[[], None]) -> None:
         owned, lanes = self.owned, self.lanes
         self.stopping = Stop(owned, self.latch)
-        self.watch = Watch(owned, self.lease, lanes, self.deadman, self.pace, self._brownout, heartbeat, on_lost)
+        self.watch = Watch(owned, self.lease, lanes, self.deadman, self.pace, self._brownout, self.heartbeat, on_lost)
         self.follower = Follower(owned, self.grants, self.link, lanes, self.stopping, self.pace)
         self.listener = Listener(owned, self.stopping, self.grants, lanes, self.deadman)
 
@@ -127,6 +129,7 @@ class Owner:
         if interrupted:
             bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
         begin("watch", self.watch.loop)
+        begin("heartbeat", self.heartbeat.loop)
         begin("listen", self.listener.loop)
         begin("link", self.follower.ask_link)
         begin("follow", self.follower.rows)

@@ -1,6 +1,8 @@
 """A lease that ran out: hold, then take the robot again in the same process, under a new epoch."""
 
+import threading
 from datetime import timedelta
+from unittest.mock import Mock
 
 import pytest
 
@@ -9,6 +11,7 @@ from robots.contract.session import Outcome, RobotState
 from robots.drivers.errors import StaleEpoch
 from robots.models import Command, Grant, Lease
 from robots.states import CommandState
+from tests.conftest import wait_for
 from tests.services.owner import Arm, made_owner
 
 pytestmark = [
@@ -158,3 +161,23 @@ def test_a_stage_that_the_database_lost_is_no_untrue_word(owner, people, monkeyp
         assert run(owner, issue(owner, people, 1)).state == CommandState.CANCELLED
     finally:
         owner.latch.release()
+
+
+def test_the_watch_holds_without_the_disk(owner, told, monkeypatch):
+    """Whatever touches a file in the watch would keep the hold waiting while the disk stalls."""
+
+    def stalls(*_, **__):
+        told.append("disk")
+        owner.owned.running = False
+
+    monkeypatch.setattr("pathlib.Path.touch", stalls)
+    monkeypatch.setattr("workers.safety.watch.log.warning", lambda *_: told.append(("log", owner.owned.driver.holds)))
+    owner.owned.driver.hold = held = Mock(side_effect=lambda: setattr(owner.owned.driver, "holds", 1))
+    watch = threading.Thread(target=owner.watch.loop)
+    watch.start()
+    wait_for(lambda: ("log", 1) in told, 10, "the hold of a lease that ran out, before a line in the log")
+    assert held.called and "disk" not in told
+    told.clear()
+    owner.heartbeat.loop()
+    watch.join(10)
+    assert told == ["disk"], "the heartbeat has a thread of its own"

@@ -1,17 +1,18 @@
 """The loop that holds motions that are no longer allowed, and reports that the owner lives.
 
-It queries neither Redis nor the database, so neither can delay it; it judges from memory, which other loops write.
+It asks neither Redis nor the database nor the disk, so none can delay it; it judges from memory, which other loops
+write, and holds before it writes a line to the log.
 """
 
 import contextlib
 import logging
 from collections.abc import Callable
-from pathlib import Path
 
 from robots.brownout import Brownout
 from robots.drivers.errors import RobotError
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
+from workers.safety.heartbeat import Heartbeat
 from workers.safety.lane import MOTION, Lane, Pace
 from workers.safety.lease import OwnerLease
 
@@ -24,7 +25,7 @@ class Watch:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, lanes: tuple[Lane, ...], deadman: DeadManTimer,
-        pace: Pace, brownout: Brownout, heartbeat: Path, on_lost: Callable[[], None],
+        pace: Pace, brownout: Brownout, heartbeat: Heartbeat, on_lost: Callable[[], None],
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._lanes, self._deadman = owned, lease, lanes, deadman
         self._pace, self._brownout, self._heartbeat, self._on_lost = pace, brownout, heartbeat, on_lost
@@ -39,15 +40,14 @@ class Watch:
                 return
             valid = self._lease.valid
             if ours and not valid:  # in any case: no heartbeat may say that the robot is ours
-                log.warning("the lease of %s ran out: holding", owned.robot.slug)
                 with contextlib.suppress(RobotError, OSError):
                     owned.driver.hold()
+                log.warning("the lease of %s ran out: it was told to hold", owned.robot.slug)
             ours = valid
             for lane in self._lanes:
                 self._hold_what_is_forbidden(lane)
             if all(lane.sound for lane in self._lanes):
-                with contextlib.suppress(OSError):
-                    self._heartbeat.touch()
+                self._heartbeat.beat()
             begun = clock.monotonic()
             meant = self._pace.sleep(WATCH_S, IDLE_WATCH_S)
             woken = clock.monotonic()
@@ -72,13 +72,13 @@ class Watch:
         Another owner takes the robot, or the supervisor starts one.
         """
         owned = self._owned
-        log.error("the owner of %s holds it and ends: %s", owned.robot.slug, why)
         owned.running = False
         try:
             owned.driver.hold()
         except Exception:
             log.exception("the robot could not be held")
         finally:
+            log.error("the owner of %s holds it and ends: %s", owned.robot.slug, why)
             try:
                 owned.driver.close()
             except Exception:

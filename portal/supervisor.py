@@ -1,7 +1,7 @@
 """The supervisor of all processes of one machine: starts, watches, restarts and stops them.
 
-It judges a robot's worker by a local heartbeat file, which the worker's watch writes, not by Redis or the database. It
-starts workers and simulators of the robots that are enabled in the database.
+It judges a robot's worker by a local heartbeat file, which the worker touches while its watch goes round, not by Redis
+or the database. It starts workers and simulators of the robots that are enabled in the database.
 """
 
 import asyncio

@@ -117,9 +117,17 @@ class RobotConsumer(Viewing):
             await self.orm(self._mark_left)
 
     def check_in(self) -> None:
-        """Note soon in the database that the person is present."""
-        with contextlib.suppress(asyncio.QueueFull):
-            self._ask(Ping(), False)
+        """Note in the database that the person is present; beside requests, which must not wait for it."""
+        if not self._seeing:
+            self._seeing = True
+            self.begin(self._see())
+
+    async def _see(self) -> None:
+        try:
+            with contextlib.suppress(Exception):  # the next ping notes the presence again
+                await self.orm(self._mark_seen)
+        finally:
+            self._seeing = False
 
     def _ask(self, message: RobotMessage, sent: bool) -> None:
         """Queue a request; the first one starts the task that carries them out. Raises QueueFull."""
@@ -177,8 +185,9 @@ class RobotConsumer(Viewing):
             case Ping():
                 at_ms = int(SYSTEM.now().timestamp() * 1000)
                 await self.send(json.dumps({"t": "pong", "n": message.n, "now_ms": at_ms, "link": hub().link}))
-                if not self.me:
-                    return
+                if self.me:
+                    self.check_in()
+                return
             case Stop() if self.may_stop:
                 sent = await URGENT.run(bus.send_stop, self.slug, self.grant)
             case Plan():
@@ -197,8 +206,7 @@ class RobotConsumer(Viewing):
         try:
             self._ask(message, sent)
         except asyncio.QueueFull:
-            if not isinstance(message, Ping):
-                await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
+            await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
 
     async def refuse(self, error: NotUnderstood) -> None:
         """Answer what was wrong with a request."""
@@ -213,11 +221,6 @@ class RobotConsumer(Viewing):
         """Carry out queued requests in order."""
         while True:
             message, sent = await self._asked.get()
-            if isinstance(message, Ping):
-                if not self._seeing:  # beside requests, which must not wait for it while the database stalls
-                    self._seeing = True
-                    self.begin(self._see())
-                continue
             try:
                 answer = await self.orm(act, self.scope, self.slug, message, sent)
             except Error as error:
@@ -228,13 +231,6 @@ class RobotConsumer(Viewing):
             if answer.trace is not None and self.viewer is not None:
                 await hub().trace(self.viewer, answer.trace)
             await self._answer(message, answer)
-
-    async def _see(self) -> None:
-        try:
-            with contextlib.suppress(Exception):  # the next ping notes the presence again
-                await self.orm(self._mark_seen)
-        finally:
-            self._seeing = False
 
     def planned(self, said: str) -> None:
         """Send the answer of a preview soon; an older one that was not sent is dropped."""

@@ -7,6 +7,7 @@ from django.conf import settings
 from django.db import transaction
 
 from robots import bus, shots
+from robots.clock import ms_of
 from robots.messages import TAKEN_DOWN, Changed
 from robots.models import Frame, Recording
 from robots.permissions import need_staff
@@ -24,7 +25,7 @@ def take_down(frame: Frame, user: Any) -> int:
     robot, at = frame.robot, frame.taken_at
     changed = keeping.take_out_pictures(robot, at, frame.pk)
     (Path(settings.MEDIA_ROOT) / frame.file).unlink(missing_ok=True)
-    shots.drop_shots(robot.slug, 0, int(at.timestamp() * 1000), keeping.LATE_MS)
+    shots.drop_shots(robot.slug, 0, ms_of(at), keeping.LATE_MS)
     with transaction.atomic():
         frame.delete()
         for event in (TAKEN_DOWN, Changed("log")):

@@ -3,9 +3,10 @@
 import re
 
 import pytest
+from django.contrib.auth.models import Permission
 
 from accounts.bank import load_bank
-from accounts.models import Question
+from accounts.models import Question, User
 from portal.classic.models import ClassicToken
 from portal.seeding import seed
 from queueing import services as queue
@@ -121,6 +122,12 @@ def test_staff_load_what_a_package_brings_for_a_robot_that_was_added_before(robo
     Question.objects.filter(robot=robot).delete()
     client.force_login(admin_user)
     chosen = {"action": "load_brought", "_selected_action": [robot.pk]}
+    looks = User.objects.create(username="looks", email="looks@example.org", is_staff=True)
+    looks.user_permissions.add(Permission.objects.get(codename="view_robot"))
+    client.force_login(looks)
+    client.post("/admin/robots/robot/", chosen)
+    assert not Question.objects.filter(robot=robot).exists(), "who may only look loads nothing"
+    client.force_login(admin_user)
     page = client.post("/admin/robots/robot/", chosen, follow=True)
     assert b"questions for the clearance test came with its package" in page.content
     loaded = Question.objects.filter(robot=robot).count()

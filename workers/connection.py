@@ -17,6 +17,7 @@ from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
 AGAIN_S, REFUSED_S = 3.0, 10.0
+BEGINS_S = 15.0  # the robot may be switched on together with its owner
 AGAIN = "The robot answers again. Look at the picture, then go on."
 NEXT = "The robot is not ready. Your next command resets it, and is not carried out; give it again then."
 
@@ -28,6 +29,7 @@ class Connection:
         self._owned, self._lease, self._lane, self._recovery = owned, lease, lane, recovery
         self.connected = False
         self._retry_at = 0.0
+        self._incident_at: float | None = None  # that it does not answer is an incident then; None: at once
         self._answers = False  # the line is open and the robot answers; it is only not permitted to mend it
         self._stopped = False  # a stop has kept it from being mended, and the release of a stop moves nothing
 
@@ -37,6 +39,11 @@ class Connection:
         state = driver.state() if answers else driver.connect()
         return driver.hold() if state.moving else state
 
+    def begin(self) -> None:
+        """Connect for the first time; that it does not answer is an incident only if that goes on for 15 s."""
+        self._incident_at = self._owned.clock.monotonic() + BEGINS_S
+        self.connect()
+
     def connect(self, untouched: bool = False) -> None:
         """Connect under a new epoch; a robot that is not verified is not offered to people.
 
@@ -45,9 +52,12 @@ class Connection:
         owned = self._owned
         try:
             state = self._ask()
-            self.connected = True
+            self.connected, self._incident_at = True, None
         except RobotError as error:
-            self._unready(str(error), code=error.code)
+            if owned.robot.reason == str(error):  # as the owner before this one has told
+                self._incident_at = None
+            log.info("no connection: %s (%s)", error, error.__cause__)
+            self._unready(str(error), code=error.code if self._incident_at is None else "")
             self.later(2.0)
             owned.driver.close()
             return
@@ -133,9 +143,11 @@ class Connection:
             return
         except RobotError as error:
             owned.driver.close()
+            if self._incident_at is not None and owned.clock.monotonic() >= self._incident_at:
+                self._incident_at, owned.robot.reason = None, ""
             self._unready(str(error), code="" if owned.robot.reason else error.code)  # once, not at each attempt
             return
-        self.connected, self._stopped = True, False
+        self.connected, self._stopped, self._incident_at = True, False, None
         owned.remember(state)
         self._clear_reason()
         owned.set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)

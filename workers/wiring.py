@@ -125,7 +125,7 @@ class Owner:
         begin("renew", self._renew)  # a line that opens slowly must not cost the lease
         self.stopping.begin()
         interrupted = abandon(robot, owned.now())
-        self.connection.connect()
+        self.connection.begin()
         if interrupted:
             bus.publish(robot.slug, Notice(INTERRUPTED, "warning"))
         begin("watch", self.watch.loop)

@@ -11,7 +11,7 @@ import msgspec
 from portal.live.audience import Seat, audience
 from portal.live.direct import Connection, binary_frame, text_frames
 from portal.live.messages import CAMERAS, Watch
-from portal.live.video import JOIN_S, NEXT, Given, Videos
+from portal.live.video import JOIN_S, LATER, Given, Videos
 from robots import bus
 from robots.contract.video import unpack
 from robots.messages import TAKEN_DOWN, Changed, Event
@@ -120,9 +120,10 @@ class Viewer:
         self.sound, self.sounds = wish.sound, self.sounds if wish.sound else ()
         self.due.clear()
         now = time.monotonic()  # whoever asks again and again does not get whole groups again and again
-        self.given = {} if now >= self.joins_from else dict.fromkeys(cameras, NEXT)
-        if self.video:
-            self.joins_from = now + JOIN_S
+        if now < self.joins_from:
+            self.given = dict.fromkeys(cameras, LATER)
+        else:
+            self.given, self.joins_from = {}, now + JOIN_S if self.video else self.joins_from
         for camera in self.frames.keys() - cameras:
             del self.frames[camera]
 

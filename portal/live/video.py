@@ -1,7 +1,7 @@
 """What each viewer is given of a camera's video: the same packets for all, never one without those that it changes.
 
 A process keeps what came since the last key picture. A newcomer gets that at once; whoever falls behind is given what
-is missing if that is little, and nothing more until the next key picture otherwise.
+is missing if that is short or no more bytes than a key picture, and nothing until the next key picture otherwise.
 """
 
 from collections.abc import Iterable
@@ -10,18 +10,20 @@ from typing import Protocol
 from portal.live.direct import binary_frame
 from robots.contract.video import GROUP_S, Group, unpack
 
-LATE_MS = 500  # what a viewer has missed may be so long
+LATE_MS = 500  # what a viewer has missed may be so long, whatever its bytes
 SILENT_S = GROUP_S + 0.5  # after which nothing that is kept belongs to what comes next
 JOIN_S = 1.0  # between two times that a viewer is given all since the last key picture, at least
 Given = tuple[list[bytes], int]  # of which group a viewer was given packets, and how many
 NOTHING: Given = ([], 0)
 NEXT: Given = ([], -1)  # it has to wait for the next key picture
+LATER: Given = ([], -2)  # or until it may be given all since the last one again
 
 
 class Watcher(Protocol):
     """A viewer as far as it matters here."""
 
     given: dict[int, Given]  # of each camera's video; a camera that is not in it has just been asked for
+    joins_from: float  # when it may be given all since the last key picture (s)
 
     def films(self, camera: int) -> bool:
         """Return whether it wants video of a camera."""
@@ -62,6 +64,9 @@ class Videos:
         for viewer in viewers:
             held, count = viewer.given.get(camera, NOTHING)
             if count < 0:
+                if before and count == LATER[1] and now >= viewer.joins_from:
+                    del viewer.given[camera]
+                    viewer.wait()
                 if before:
                     continue
                 viewer.given[camera] = NOTHING
@@ -87,8 +92,10 @@ class Videos:
             begun = count if held is group.packets else 0
             if begun == len(group.packets) or count < 0 or not self.flows(camera, now):
                 continue
-            if camera not in viewer.given or group.times[-1] - group.times[begun] <= LATE_MS:
-                found += group.packets[begun:]
+            missed = group.packets[begun:]
+            soon = group.times[-1] - group.times[begun] <= LATE_MS
+            if camera not in viewer.given or soon or sum(map(len, missed)) <= len(group.packets[0]):
+                found += missed
                 viewer.given[camera] = (group.packets, len(group.packets))
             else:
                 viewer.given[camera] = NEXT  # so that it is not woken for each packet

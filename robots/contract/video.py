@@ -10,7 +10,8 @@ from dataclasses import dataclass
 HEAD = struct.Struct("<BBBBIqI")
 TYPE = 4
 FARTHEST = 255  # between the numbers of two pictures of which one changes the other
-GROUP_S = 2.0  # from one key picture to the next, at most
+GROUP_S = 2.0  # from one key picture to the next, if what lies between has more bytes than a key picture
+LONGEST_S = 10.0  # and at most
 
 
 @dataclass(frozen=True)

@@ -123,3 +123,8 @@ class CameraFault(HardwareFault):
     """The camera does not deliver a usable picture."""
 
     code = "camera_fault"
+
+
+def why(error: Exception) -> str:
+    """Return what the system said, without the path of a file: people read this."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -17,7 +17,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
-from robots.drivers.errors import ControllerRefused, LineGone, LineSilent
+from robots.drivers.errors import ControllerRefused, LineGone, LineSilent, why
 from robots.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
 
 ANSWER_S = 1.0
@@ -64,7 +64,7 @@ class Bridge:
                     ping_interval=PING_S, ping_timeout=2 * PING_S, proxy=None,
                 ).__enter__()  # fmt: skip
             except (OSError, ValueError, WebSocketException) as error:
-                raise LineGone(f"The robot's rosbridge cannot be reached: {error}.") from error
+                raise LineGone(f"The robot's rosbridge cannot be reached: {why(error)}.") from error
             self._line, self.heard_at = line, self._clock.monotonic()
             self._reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
             self._reader.start()

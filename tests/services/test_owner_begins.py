@@ -266,3 +266,30 @@ def test_a_turn_goes_on_without_the_words_of_a_fault_that_is_over(owner):
     owner.owned.driver.gone = False
     owner.connection.connect()  # of a lease that was taken again
     assert (Robot.objects.get().cycle, Robot.objects.get().reason) == ("operating", "")
+
+
+def test_a_robot_that_is_switched_on_a_little_after_its_owner_is_no_incident(owner):
+    driver = owner.owned.driver
+    driver.gone = True
+    owner.start()
+    assert (Robot.objects.get().reason, Incident.objects.count()) == ("The arm does not answer.", 0)
+    mended(owner)
+    driver.gone = False
+    assert mended(owner) == ["moved"]
+    assert (Robot.objects.get().reason, Incident.objects.count()) == ("", 0)
+    driver.gone = True
+    owner.connection.later(0.0)
+    mended(owner)
+    assert Incident.objects.count() == 1, "later each loss is one at once"
+
+
+def test_a_robot_that_stays_away_at_the_beginning_is_one_incident(owner):
+    owner.owned.driver.gone = True
+    owner.start()
+    for _ in range(5):
+        mended(owner)
+    assert [found.text for found in Incident.objects.all()] == ["The arm does not answer."]
+    owner.start()  # of the next owner, which finds the same
+    for _ in range(5):
+        mended(owner)
+    assert Incident.objects.count() == 1

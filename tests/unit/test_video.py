@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from portal.live.direct import binary_frame
 from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
-from portal.live.video import LATE_MS, SILENT_S, Videos
-from robots.contract.video import FARTHEST, GROUP_S, Group, VideoPacket, pack, unpack
+from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos
+from robots.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, Group, VideoPacket, pack, unpack
 from workers.cameras.video import KEYS_S, Shot, Video
 
 EVERY_MS = 100
@@ -24,7 +24,7 @@ class Watcher:
     """A viewer whose line is free or busy as the test says; it checks what it is given."""
 
     def __init__(self, camera=0):
-        self.camera, self.given, self.free, self.woken = camera, {}, True, False
+        self.camera, self.given, self.free, self.woken, self.joins_from = camera, {}, True, False, 0.0
         self.got = []
 
     def films(self, camera):
@@ -34,9 +34,9 @@ class Watcher:
         return self.free and not self.woken
 
     def write(self, frame):
-        packet = unpack(frame[2:])
-        assert frame == binary_frame(frame[2:])
-        self.take(packet)
+        data = frame[4 if frame[1] == 126 else 2 :]
+        assert frame == binary_frame(data)
+        self.take(unpack(data))
 
     def take(self, packet):
         assert packet.key or (self.got and packet.follows == self.got[-1].number and packet.run == self.got[-1].run)
@@ -105,6 +105,32 @@ def test_a_slow_viewer_is_given_little_that_it_missed_and_otherwise_skips_to_the
         one.empty(videos, n / 10)
         videos.give(packet, [one], n / 10)
     assert [p.number for p in one.got] == [*range(1, 20), *range(41, 61)]
+
+
+def test_a_slow_viewer_is_given_all_that_it_missed_if_that_is_no_more_bytes_than_a_key_picture():
+    for size, skips in ((40, False), (41, True)):
+        videos, one = Videos(), Watcher()
+        for n in range(1, 41):
+            one.free = not 5 <= n < 22
+            one.empty(videos, n / 10)
+            data = bytes(1000 if n == 1 else size)
+            videos.give(pack(VideoPacket(0, n, 100 * n, 0, data, n - 1 if n > 1 else None)), [one], n / 10)
+        assert 17 * (size + HEAD.size) - (1000 + HEAD.size) == (17 if skips else 0)
+        assert [p.number for p in one.got] == list(range(1, 5 if skips else 41))
+
+
+def test_who_asks_again_within_a_second_is_given_the_group_then_and_not_before():
+    videos, one = Videos(), Watcher()
+    one.given, one.joins_from = {0: LATER}, JOIN_S
+    for n, packet in enumerate(film(20, {4}), 1):
+        now = n / 10
+        if n > 4:
+            videos.give(packet, [one] if n > 5 else [], now)
+            assert bool(one.got) == (now > JOIN_S), n
+            one.empty(videos, now)
+        else:
+            videos.give(packet, [], now)
+    assert [p.number for p in one.got] == list(range(4, 21))
 
 
 def test_who_has_fallen_far_behind_is_not_woken_before_the_next_key_picture():
@@ -206,6 +232,20 @@ def scene(n, shape=(165, 191)):
     return grey if len(shape) == 2 else np.dstack([grey, 255 - grey, grey])
 
 
+def begins_in_time(packets):
+    """Tell whether whoever joins is given no more than 2 s or twice a key picture, and never more than 10 s."""
+    begun_ms, most, since = 0, 0, 0
+    for data in packets:
+        packet = unpack(data)
+        if packet.key:
+            begun_ms, most, since = packet.at_ms, len(data), 0
+            continue
+        if packet.at_ms - begun_ms >= (1000 * GROUP_S if since >= most else 1000 * LONGEST_S):
+            return False
+        since += len(data)
+    return True
+
+
 @pytest.mark.parametrize("shape", [(165, 191), (120, 160, 3)], ids=["grey, odd", "colour"])
 def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape):
     video = Video("rover", 2)
@@ -214,9 +254,8 @@ def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape):
     assert [(p.camera, p.number, p.still, p.at_ms) for p in told] == [
         (2, n, n % 3, 1000 + 250 * n) for n in range(1, 25)
     ]
-    keys = [p.at_ms for p in told if p.key]
-    assert keys[0] == 1250
-    assert all(b - a <= 1000 * GROUP_S for a, b in pairwise(keys))
+    assert told[0].key
+    assert begins_in_time(packets)
     assert all(p.key or p.follows == p.number - 1 for p in told)
     levels, frames = decoded(packets)
     assert len(levels) == len(packets), "each picture can be shown as soon as it comes"
@@ -230,6 +269,34 @@ def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape):
         assert np.abs(back.astype(int) - wanted).mean() < 8
     if len(shape) == 2:
         assert levels[3].min() < 12, "levels of the full range"
+
+
+def keys_of(pictures, every_ms=250):
+    """Return when (ms) a key picture comes, of pictures taken one after the other; and all packets."""
+    video = Video("rover", 0)
+    packets = [video.packet(Shot(one, n, 0, n * every_ms)) for n, one in enumerate(pictures)]
+    return [unpack(data).at_ms for data in packets if unpack(data).key], packets
+
+
+def test_where_much_changes_a_group_lasts_two_seconds_and_where_nothing_does_ten():
+    rng = np.random.default_rng(1)
+    keys, packets = keys_of([rng.integers(0, 255, (80, 96), np.uint8) for _ in range(40)])
+    assert keys == list(range(0, 10_000, int(1000 * GROUP_S)))
+    keys, packets = keys_of([rng.integers(0, 255, (80, 96), np.uint8)] * 100)
+    assert keys == list(range(0, 25_000, int(1000 * LONGEST_S)))
+    first = next(n for n, data in enumerate(packets) if n and unpack(data).key)
+    assert sum(map(len, packets[1:first])) <= len(packets[0]), "whoever joins late is given little"
+
+
+@given(st.lists(st.tuples(st.sampled_from(["still", "moves", "new"]), st.integers(1, 2500)), min_size=2, max_size=60))
+def test_whatever_is_filmed_whoever_joins_is_given_little(shots):
+    rng, video, at_ms, packets, n = np.random.default_rng(2), Video("rover", 0), 0, [], 0
+    for number, (what, wait_ms) in enumerate(shots, 1):
+        at_ms, n = at_ms + wait_ms, n + (what == "moves")
+        picture = rng.integers(0, 255, (48, 64), np.uint8) if what == "new" else scene(n, (48, 64))
+        packets.append(video.packet(Shot(picture, number, 0, at_ms)))
+        assert unpack(packets[-1]).key or wait_ms < 1000 * GROUP_S, "after a pause it begins anew"
+    assert begins_in_time(packets)
 
 
 def test_a_key_picture_comes_when_it_is_asked_for_but_not_at_each_request():

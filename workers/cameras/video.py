@@ -15,7 +15,7 @@ from fractions import Fraction
 from typing import Any
 
 from robots import bus
-from robots.contract.video import FARTHEST, GROUP_S, VideoPacket, pack, unpack
+from robots.contract.video import FARTHEST, GROUP_S, LONGEST_S, VideoPacket, pack, unpack
 from robots.vision.stability import Picture
 
 log = logging.getLogger(__name__)
@@ -89,7 +89,8 @@ class Video:
         self._thread: threading.Thread | None = None
         self._paused_until = 0.0
         self._encoder: Encoder | None = None
-        self._run, self._last, self._key_ms = os.urandom(1)[0], 0, 0
+        self._run, self._last, self._last_ms = os.urandom(1)[0], 0, 0
+        self._key_ms = self._key_bytes = self._bytes = 0  # the newest key picture, and all that follows it
 
     @property
     def running(self) -> bool:
@@ -155,14 +156,25 @@ class Video:
 
     def packet(self, shot: Shot, asked: bool = False) -> bytes:
         """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""
-        since_s = (shot.at_ms - self._key_ms) / 1000
-        key = not 0 <= since_s < GROUP_S - EARLY_S or (asked and since_s >= KEYS_S)
-        key = key or not 0 < shot.number - self._last <= FARTHEST
+        key = self._key_due(shot, asked) or not 0 < shot.number - self._last <= FARTHEST
         if self._encoder is None or self._encoder.shape != shot.picture.shape:
             self._encoder, self._run, key = Encoder(shot.picture.shape, self._quantizer), (self._run + 1) & 0xFF, True
         data, stands_alone = self._encoder.encode(shot.picture, key)
         follows = None if stands_alone else self._last
-        self._last = shot.number
+        self._last, self._last_ms = shot.number, shot.at_ms
+        made = pack(VideoPacket(self._camera, shot.number, shot.at_ms, shot.still, data, follows, self._run))
         if stands_alone:
-            self._key_ms = shot.at_ms
-        return pack(VideoPacket(self._camera, shot.number, shot.at_ms, shot.still, data, follows, self._run))
+            self._key_ms, self._key_bytes, self._bytes = shot.at_ms, len(made), 0
+        else:
+            self._bytes += len(made)
+        return made
+
+    def _key_due(self, shot: Shot, asked: bool) -> bool:
+        """Return whether a key picture is due: after 2 s, but later while the changes since are few bytes.
+
+        A newcomer is given all since the last one: so that is at most 2 s, or twice the bytes of a key picture.
+        """
+        since_s, paused_s = (shot.at_ms - self._key_ms) / 1000, (shot.at_ms - self._last_ms) / 1000
+        if since_s < 0 or since_s >= LONGEST_S - EARLY_S or paused_s >= GROUP_S - EARLY_S:
+            return True
+        return (since_s >= GROUP_S - EARLY_S and self._bytes >= self._key_bytes) or (asked and since_s >= KEYS_S)

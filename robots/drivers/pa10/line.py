@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from robots.contract.session import Permit, Trace
-from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace
+from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
 from robots.drivers.pa10.protocol import ArmState, Malformed, Request
 
 ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
@@ -41,7 +41,7 @@ class ArmLine:
                 self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             except (OSError, ValueError) as error:
                 self._socket = None
-                raise LineGone(f"The arm's controller cannot be reached: {error}.") from error
+                raise LineGone(f"The arm's controller cannot be reached: {why(error)}.") from error
         try:
             self.ask(Request("i", (float(self._epoch),), self._token))
         except ControllerRefused as error:

@@ -36,7 +36,11 @@ class Command(BaseCommand):
     def handle(self, *args: Any, **options: Any) -> None:
         """Prepare, then supervise until Ctrl-C."""
         host, port = options["host"], options["port"]
-        _need_port(host, port)
+        _need_port(host, port, "make run PORT=8001")
+        if settings.OPERATORS_PORT:
+            if port == settings.OPERATORS_PORT:
+                raise CommandError(f"FARHAND_OPERATORS_PORT must be another port than the portal's {port}.")
+            _need_port(host, settings.OPERATORS_PORT, "FARHAND_OPERATORS_PORT=8002 make run")
         begun = time.monotonic()
         tighten(settings.VAR)
         password = _apart(self._prepare)
@@ -114,7 +118,7 @@ def _apart(work: Callable[[], str]) -> str:
     return answer
 
 
-def _need_port(host: str, port: int) -> None:
+def _need_port(host: str, port: int, other: str) -> None:
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -122,16 +126,18 @@ def _need_port(host: str, port: int) -> None:
         except OSError as error:
             raise CommandError(
                 f"Port {port} on {host} is taken ({error.strerror}). Stop the other process, or choose "
-                f"another port: make run PORT=8001"
+                f"another port: {other}"
             ) from error
 
 
 async def _until_served(host: str, port: int) -> None:
+    named = next(iter(settings.ALLOWED_HOSTS), host).removeprefix(".")  # others are refused, with a traceback
+
     def answered() -> bool:
         line = http.client.HTTPConnection(host, port, timeout=1)
         try:
-            line.request("GET", "/livez")
-            line.getresponse()  # any answer: behind a proxy it may be a redirect, or a refusal of this address
+            line.request("GET", "/livez", headers={"Host": named})
+            line.getresponse()  # any answer: behind a proxy it may be a redirect
         except (OSError, http.client.HTTPException):
             return False
         finally:

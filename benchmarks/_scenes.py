@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from robots.description import load, views
+from robots.description import coding, load, views
 
 Picture = np.ndarray
 Pair = tuple[Picture, Picture]  # the scene, and what the worker gets; blue, green, red, or grey
@@ -34,6 +34,7 @@ class Scene:
     fps: float
     joints: int
     quantizer: int | None
+    coding: str
     take: Callable[[int], list[Pair]]
 
 
@@ -170,5 +171,7 @@ def scenes() -> list[Scene]:
         camera = load(robot)["camera"]
         for name, take in takes.items():
             chosen = camera.get("video_quantizer")
-            made.append(Scene(f"{robot}, {name}", float(camera.get("fps", 4)), joints, chosen, take))
+            made.append(
+                Scene(f"{robot}, {name}", float(camera.get("fps", 4)), joints, chosen, coding({"camera": camera}), take)
+            )
     return made

@@ -1,7 +1,7 @@
-"""Bytes a viewer a minute of live pictures as JPEG and as VP8, at equal SSIM, with all headers of ours and WebSocket's.
+"""Bytes a viewer a minute of live pictures as JPEG and as video (VP8, or VP9 where the robot has it), at equal SSIM, with all headers of ours and WebSocket's.
 
 The reference of SSIM is the scene itself, without the noise of the camera's sensor, which no viewer wants and no coding
-can save (`NOISE=1`: with it). VP8's quantizer is the coarsest whose mean SSIM is not below that of the JPEGs, which are as the portal sends
+can save (`NOISE=1`: with it). The quantizer is the coarsest whose mean SSIM is not below that of the JPEGs, which are as the portal sends
 them. Beside: the quantizer with which the portal sends video.
 """
 
@@ -66,7 +66,7 @@ def as_video(scene: Scene, pairs: list[Pair], quantizer: int) -> tuple[int, floa
     from robots.contract.video import unpack
     from workers.cameras.video import Shot, Video
 
-    video, decoder = Video("bench", 0, quantizer), av.CodecContext.create("vp8", "r")
+    video, decoder = Video("bench", 0, quantizer, coding=scene.coding), av.CodecContext.create(scene.coding, "r")
     size, likeness, took = 0, [], 0.0
     for number, (clear, seen) in enumerate(pairs, 1):
         begun = time.thread_time()
@@ -111,14 +111,14 @@ def main() -> None:
         ratios[scene.name] = jpeg_bytes / size if reached else 0.0
         kb = {name: round(n / 1000 / MINUTES) for name, n in (("jpeg", jpeg_bytes), ("equal", size), ("sent", sent))}
         print(
-            f"{scene.name}: JPEG {kb['jpeg']} kB a minute (SSIM {jpeg_ssim:.4f}); VP8 at quantizer {quantizer} "
+            f"{scene.name}: JPEG {kb['jpeg']} kB a minute (SSIM {jpeg_ssim:.4f}); {scene.coding} at quantizer {quantizer} "
             f"{kb['equal']} kB (SSIM {likeness:.4f}{'' if reached else ', not reached'}), {jpeg_bytes / size:.1f} times "
             f"fewer; as sent, {scene.quantizer or QUANTIZER}: {kb['sent']} kB (SSIM {sent_ssim:.4f}), "
             f"{jpeg_bytes / sent:.1f} times fewer; coarse {coarse / 1000 / MINUTES:.0f} kB; {took_ms:.1f} ms a picture",
             flush=True,
         )
         beside[scene.name] = {
-            "jpeg_kB": kb["jpeg"], "vp8_kB": kb["equal"], "times": round(ratios[scene.name], 2),
+            "jpeg_kB": kb["jpeg"], "coding": scene.coding, "video_kB": kb["equal"], "times": round(ratios[scene.name], 2),
             "sent_kB": kb["sent"], "ssim": round(jpeg_ssim, 4), "sent_ssim": round(sent_ssim, 4),
             "coarse_kB": round(coarse / 1000 / MINUTES), "encode_ms": round(took_ms, 1),
         }  # fmt: skip

@@ -37,6 +37,11 @@ def views(description: dict[str, Any]) -> tuple[str, ...]:
     return tuple(description["camera"].get("views", ("camera",))) if "camera" in description else ()
 
 
+def coding(description: dict[str, Any]) -> str:
+    """Return the coding of the robot's live video: `vp8`, or `vp9` where fewer bytes are worth more work."""
+    return str(description.get("camera", {}).get("video_coding", "vp8"))
+
+
 def programs_of(driver: str) -> list[tuple[str, str]]:
     """Return (name, text) of the robot's own programs, `programs/*.txt`; the first line has the name."""
     kept = folder(driver).joinpath("programs")

@@ -1,13 +1,15 @@
 /** Video of cameras, decoded by the browser (WebCodecs) where it can; where it cannot, pictures come as JPEG. */
+import type { Coding } from "./packets.ts";
 import type { PicturePacket, VideoPacket } from "./protocol.ts";
 import { Chain } from "./video_chain.ts";
 
-export const CODING = "vp8";
+/** The codings of live video, as WebCodecs names them: VP9 of profile 0 and level 1, with 8 bits. */
+const CODECS: Record<Coding, string> = { vp8: "vp8", vp9: "vp09.00.10.08" };
 /** Levels are of the full range, colours by ITU-R BT.601, which VP8 itself does not tell. */
-const CONFIG: VideoDecoderConfig = {
-  codec: CODING, optimizeForLatency: true,
+const config = (coding: Coding): VideoDecoderConfig => ({
+  codec: CODECS[coding], optimizeForLatency: true,
   colorSpace: { primaries: "smpte170m", transfer: "smpte170m", matrix: "smpte170m", fullRange: true },
-};
+});
 const OVERDUE_MS = 2000; // a picture that is not decoded for so long: the decoder does not work
 const IDLE_MS = 5000; // without a packet; then the decoder is given up
 const CHECK_MS = 500, LATE_MS = 1000; // a check that is so late says nothing: the page did not run
@@ -23,7 +25,7 @@ class Reel {
   private shownAt = 0;
   private heardAt = 0; // a packet
 
-  constructor(private show: (picture: PicturePacket) => void, private failed: () => void) {}
+  constructor(private coding: Coding, private show: (picture: PicturePacket) => void, private failed: () => void) {}
 
   take(packet: VideoPacket): void {
     this.heardAt = performance.now();
@@ -31,12 +33,12 @@ class Reel {
     this.decoder ??= this.open();
     this.waiting.set(packet.number, { packet, since: performance.now() });
     const type = packet.follows === null ? "key" : "delta";
-    this.decoder.decode(new EncodedVideoChunk({ type, timestamp: packet.number, data: packet.vp8 }));
+    this.decoder.decode(new EncodedVideoChunk({ type, timestamp: packet.number, data: packet.coded }));
   }
 
   private open(): VideoDecoder {
     const decoder = new VideoDecoder({ output: (frame) => this.decoded(frame), error: () => this.failed() });
-    decoder.configure(CONFIG);
+    decoder.configure(config(this.coding));
     return decoder;
   }
 
@@ -86,16 +88,16 @@ export class Film {
   private checkedAt = performance.now();
 
   /** `show` gets each decoded picture; `works(false)` is called when this browser turns out not to decode them. */
-  constructor(private show: (picture: PicturePacket) => void, private works: (on: boolean) => void) {
+  constructor(private coding: Coding, private show: (picture: PicturePacket) => void, private works: (on: boolean) => void) {
     document.addEventListener("visibilitychange", () => document.hidden && this.rest());
     setInterval(() => this.check(), CHECK_MS);
   }
 
   /** Whether this browser says that it decodes what comes; only pages over https or of this very machine may. */
-  static async possible(): Promise<boolean> {
+  static async possible(coding: Coding): Promise<boolean> {
     if (!("VideoDecoder" in globalThis)) return false;
     try {
-      return (await VideoDecoder.isConfigSupported(CONFIG)).supported === true;
+      return (await VideoDecoder.isConfigSupported(config(coding))).supported === true;
     } catch {
       return false;
     }
@@ -117,7 +119,7 @@ export class Film {
   }
 
   private reel(camera: number): Reel {
-    const reel = this.reels.get(camera) ?? new Reel((picture) => this.show(picture), () => this.fail());
+    const reel = this.reels.get(camera) ?? new Reel(this.coding, (picture) => this.show(picture), () => this.fail());
     this.reels.set(camera, reel);
     return reel;
   }

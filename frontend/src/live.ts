@@ -201,7 +201,7 @@ export class Live {
       const packet = decode(data, this.layout, this.now());
       if (packet === null) return;
       if ("jpeg" in packet) this.handlers.picture(packet);
-      else if ("vp8" in packet) this.handlers.video?.(packet);
+      else if ("coded" in packet) this.handlers.video?.(packet);
       else if ("opus" in packet) this.handlers.sound?.(packet);
       else if ("data" in packet) this.handlers.stream?.(packet);
       else this.handlers.state(packet);

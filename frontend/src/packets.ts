@@ -17,8 +17,11 @@ export interface StatePacket {
  */
 export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob; image?: VideoFrame; first?: boolean }
 
+/** How live video is coded. */
+export type Coding = "vp8" | "vp9";
+
 /** A packet of a camera's video: the number of the picture that it changes, null for one that stands alone. */
-export interface VideoPacket { camera: number; number: number; atMs: number; still: number; follows: number | null; run: number; vp8: Uint8Array<ArrayBuffer> }
+export interface VideoPacket { camera: number; number: number; atMs: number; still: number; follows: number | null; run: number; coded: Uint8Array<ArrayBuffer> }
 
 /** A packet of a byte stream: its number in the spec (from 0), and whether it contains everything or only changes. */
 export interface StreamPacket { stream: number; key: boolean; run: number; number: number; atMs: number; data: Uint8Array }

@@ -55,14 +55,14 @@ export class RobotPage {
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private log = new LogList(byId("log"));
   private console: Console | null = null;
-  private film = new Film((packet) => this.showPicture(packet), (on) => this.watching.video(on));
+  private film = new Film(facts.video, (packet) => this.showPicture(packet), (on) => this.watching.video(on));
   private sound: Sound | null = null;
   private streams = new Streams(facts.streams.map(({ name }) => name));
 
   constructor() {
     const say = byId("say");
     const saving = (navigator as { connection?: { saveData?: boolean } }).connection?.saveData ?? false;
-    this.watching = new Watching(() => this.live, saving, replaying());
+    this.watching = new Watching(() => this.live, facts.video, saving, replaying());
     this.slug = this.page.dataset["slug"] ?? "";
     this.ladder = new Ladder(byId("ladder"), say);
     this.live = openLine(
@@ -97,7 +97,7 @@ export class RobotPage {
   begin(own: Partial<Console>): void {
     const console = (this.console = complete(own, this));
     if (this.live.up) console.watch?.();
-    if (console.video) void Film.possible().then((can) => can && this.watching.video(true));
+    if (console.video) void Film.possible(facts.video).then((can) => can && this.watching.video(true));
     if (this.snapshot?.still) console.still(this.snapshot.still);
     if (this.state) console.state(this.state);
     for (const { name } of facts.streams) for (const packet of this.stream(name)) console.stream?.(name, packet);
@@ -210,7 +210,7 @@ export class RobotPage {
   }
 
   private gotVideo(packet: VideoPacket): void {
-    this.watching.arrived(packet, packet.vp8.length);
+    this.watching.arrived(packet, packet.coded.length);
     this.film.take(packet);
   }
 

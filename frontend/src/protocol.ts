@@ -1,7 +1,7 @@
 /** The messages on the socket: binary packets for states and pictures, JSON for the rest. */
 
 import { compactState } from "./compact.ts";
-import type { CompactLayout, Packet, SoundPacket, VideoPacket } from "./packets.ts";
+import type { Coding, CompactLayout, Packet, SoundPacket, VideoPacket } from "./packets.ts";
 
 export type { Packet, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
 
@@ -50,7 +50,7 @@ export interface CommandSpec { kind: string; label: string; lane: "motion" | "co
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }
 export interface StreamInfo { name: string; media: string }
 /** What the page knows about its robot, for every robot. */
-export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number }
+export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number; video: Coding }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; direction: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
 /** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
@@ -79,7 +79,7 @@ function video(view: DataView<ArrayBuffer>): VideoPacket {
   const number = view.getUint32(4, true), back = view.getUint8(3);
   return {
     camera: view.getUint8(1), run: view.getUint8(2), follows: back ? (number - back) >>> 0 : null, number,
-    atMs: Number(view.getBigInt64(8, true)), still: view.getUint32(16, true), vp8: new Uint8Array(view.buffer, VIDEO_HEAD),
+    atMs: Number(view.getBigInt64(8, true)), still: view.getUint32(16, true), coded: new Uint8Array(view.buffer, VIDEO_HEAD),
   };
 }
 

@@ -1,7 +1,7 @@
 /** What this page wants to see: which cameras, and how much of it, as the person chose or as the line allows. */
-import { CODING } from "./film.ts";
 import { kept } from "./kept.ts";
 import { LineJudge, type Pace, PACES, quick } from "./pace.ts";
+import type { Coding } from "./packets.ts";
 import { lineWords, Meter, short } from "./throughput.ts";
 
 export const STILLS_S = 5; // between two pictures at the pace "stills"
@@ -42,7 +42,7 @@ export class Watching {
   private fruitless = false; // nothing has arrived through this socket
 
   /** `whole`: everything is wanted, whatever was chosen for live pictures. */
-  constructor(private line: () => Line, private saveData: boolean, whole = false) {
+  constructor(private line: () => Line, private coding: Coding, private saveData: boolean, whole = false) {
     this.chosen = whole ? "live" : PACES.find((pace) => pace === kept.get("pace")) ?? null;
     this.judge = this.begin();
   }
@@ -192,7 +192,7 @@ export class Watching {
     const { pace } = this;
     return {
       t: "watch", cameras: pace === "states" ? [] : this.cameras, every_s: pace === "stills" ? STILLS_S : 0,
-      compact: pace !== "live", ...(this.filming ? { video: CODING } : {}), ...(pace === "coarse" ? { coarse: true } : {}),
+      compact: pace !== "live", ...(this.filming ? { video: this.coding } : {}), ...(pace === "coarse" ? { coarse: true } : {}),
       ...(this.sound && !this.soundless ? { sound: true } : {}),
     };
   }

@@ -191,7 +191,7 @@ test("packets of video are read as Python packs them, and each is decoded only a
       const bytes = Uint8Array.from(Buffer.from(packet.hex, "hex"));
       const found = decode(bytes.buffer) as VideoPacket;
       assert.deepEqual(
-        [found.camera, found.run, found.number, found.follows, found.atMs, found.still, Buffer.from(found.vp8).toString("hex")],
+        [found.camera, found.run, found.number, found.follows, found.atMs, found.still, Buffer.from(found.coded).toString("hex")],
         [packet.camera, packet.run, packet.number, packet.follows, packet.at_ms, packet.still, packet.data], one.what,
       );
       for (let length = 0; length <= 20; length++) assert.equal(decode(bytes.slice(0, length).buffer), null, `${one.what}, cut off`);

@@ -21,7 +21,6 @@ from portal.live import codes
 from portal.live.actions import SIGN_IN, Answer, act
 from portal.live.hub import hub
 from portal.live.messages import (
-    CAMERAS,
     ROBOT,
     Command,
     Keep,
@@ -35,13 +34,14 @@ from portal.live.messages import (
 )
 from portal.live.people import current_user
 from portal.live.previews import Question, previewer
+from portal.live.rooms import Cameras
 from portal.live.threads import URGENT
 from portal.live.viewing import NOT_FOUND, Viewing
 from portal.stores import down_text
 from queueing import services as queue
 from robots import bus
 from robots.clock import SYSTEM
-from robots.description import views
+from robots.description import coding, views
 from robots.models import Robot
 
 log = logging.getLogger(__name__)
@@ -71,7 +71,7 @@ class RobotConsumer(Viewing):
         self._planning = asyncio.Event()
         self._jog = 0
         self._held: frozenset[str] | None = None
-        self._cameras: int | None = None  # that the robot has
+        self._cameras: Cameras | None = None  # that the robot has
 
     async def opened(self) -> None:
         """Send the snapshot, start to forward."""
@@ -144,8 +144,8 @@ class RobotConsumer(Viewing):
             return wish if isinstance(wish, Watch) else None
         return None
 
-    def _look(self) -> tuple[frozenset[str], int]:
-        """Find out whether anybody is signed in; return the kinds of held motions, and how many cameras there are.
+    def _look(self) -> tuple[frozenset[str], Cameras]:
+        """Find out whether anybody is signed in; return the kinds of held motions, and what cameras there are.
 
         Raises Robot.DoesNotExist.
         """
@@ -154,9 +154,10 @@ class RobotConsumer(Viewing):
         robot = Robot.objects.get(slug=self.slug)
         try:
             held = frozenset(c.kind for c in robot.spec().commands if c.held)
-            return held, len(views(robot.description()))
+            described = robot.description()
+            return held, Cameras(len(views(described)), coding(described))
         except (LookupError, ImportError, OSError):  # its package is not installed
-            return frozenset(), CAMERAS
+            return frozenset(), Cameras()
 
     def _mark_left(self) -> None:
         user = current_user(self.scope)

@@ -21,7 +21,7 @@ from django.conf import settings
 from redis.exceptions import RedisError
 
 from portal.live.messages import Watch
-from portal.live.rooms import Room, Viewer
+from portal.live.rooms import Cameras, Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
@@ -53,8 +53,8 @@ class Hub:
         self.streams = Streams()
         self.link = False
 
-    def attach(self, viewer: Viewer, cameras: int | None = None) -> None:
-        """Add a viewer; the first one starts the reader. `cameras`: how many the robot has, if that was read."""
+    def attach(self, viewer: Viewer, cameras: Cameras | None = None) -> None:
+        """Add a viewer; the first one starts the reader. `cameras`: those of the robot, if that was read."""
         room = self._rooms.setdefault(viewer.slug, Room(viewer.slug))
         room.cameras = room.cameras if cameras is None else cameras
         room.cut(viewer)

@@ -84,14 +84,14 @@ class Trace(Message, frozen=True, tag="trace"):
 class Watch(Message, frozen=True, tag="watch"):
     """Choose the cameras whose pictures this page wants, how often at most (s), and states in few bytes.
 
-    Where it wants each: `video` says how it can decode pictures that come as video, empty: only as JPEG; `coarse`: in
+    Where it wants each: `video` says which coding of the robot's video it decodes, empty: only JPEG; `coarse`: in
     few bytes, at most five a second. `sound`: the person listens.
     """
 
     cameras: Annotated[list[Annotated[int, Meta(ge=0, lt=CAMERAS)]], Meta(max_length=CAMERAS)]
     every_s: Annotated[float, Meta(ge=0, le=60)] = 0.0
     compact: bool = False
-    video: Literal["", "vp8"] = ""
+    video: Literal["", "vp8", "vp9"] = ""
     coarse: bool = False
     sound: bool = False
 

@@ -4,7 +4,7 @@ import asyncio
 import time
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import msgspec
 
@@ -58,7 +58,7 @@ class Viewer:
         self.every_s = 0.0  # between two pictures of a camera, at least
         self.due: dict[int, float] = {}  # from when on it wants the next one, if not each
         self.compact = False  # it wants states in few bytes
-        self.video = self.coarse = False  # it wants each picture as video, or in few bytes
+        self.video, self.coarse = "", False  # the coding of video if it wants each picture so; it wants few bytes
         self.sound = False  # its person listens
         self.sounds: tuple[bytes, ...] = ()
         self.given: dict[int, Given] = {}  # of each camera's video
@@ -116,7 +116,7 @@ class Viewer:
         """Change what it wants; pictures that wait and are wanted no more are dropped."""
         cameras = self.cameras = frozenset(wish.cameras)
         self.every_s, self.compact = wish.every_s, wish.compact
-        self.video, self.coarse = bool(wish.video) and not wish.every_s, wish.coarse and not wish.every_s
+        self.video, self.coarse = "" if wish.every_s else wish.video, wish.coarse and not wish.every_s
         self.sound, self.sounds = wish.sound, self.sounds if wish.sound else ()
         self.due.clear()
         now = time.monotonic()  # whoever asks again and again does not get whole groups again and again
@@ -137,7 +137,7 @@ class Viewer:
 
     def films(self, camera: int) -> bool:
         """Return whether it wants a camera's pictures as video."""
-        return self.video and camera in self.cameras
+        return bool(self.video) and camera in self.cameras
 
     def ready(self) -> bool:
         """Return whether a frame may be written at once."""
@@ -167,12 +167,19 @@ class Viewer:
         return taken
 
 
+class Cameras(NamedTuple):
+    """How many cameras a robot has, and the coding of their video."""
+
+    many: int = CAMERAS
+    coding: str = "vp8"
+
+
 class Room:
     """Those who watch one robot, and what they are given."""
 
     def __init__(self, slug: str) -> None:
         self.slug = slug
-        self.cameras = CAMERAS  # that the robot has, where that is known
+        self.cameras = Cameras()  # that the robot has, where that is known
         self.viewers: set[Viewer] = set()
         self.each = defaultdict[Step, Group](dict)  # those that want each picture, by camera and step
         self.film = defaultdict[Step, Group](dict)  # those that want it as video
@@ -208,8 +215,9 @@ class Room:
             _drop_empty(self.some)
 
     def cut(self, viewer: Viewer) -> None:
-        """Leave out cameras that the robot does not have; before the viewer is added."""
-        viewer.cameras = frozenset(camera for camera in viewer.cameras if camera < self.cameras)
+        """Leave out cameras, and a coding of video, that the robot does not have; before the viewer is added."""
+        viewer.cameras = frozenset(camera for camera in viewer.cameras if camera < self.cameras.many)
+        viewer.video = viewer.video if viewer.video == self.cameras.coding else ""
 
     def _groups(self, viewer: Viewer) -> list[Group]:
         if viewer.every_s:
@@ -230,7 +238,7 @@ class Room:
     @staticmethod
     def _wants(viewer: Viewer) -> list[str]:
         return [
-            *(bus.watched_as(camera, viewer.every_s, viewer.video, viewer.coarse) for camera in viewer.cameras),
+            *(bus.watched_as(camera, viewer.every_s, bool(viewer.video), viewer.coarse) for camera in viewer.cameras),
             *["trace"] * viewer.trace,
             *["compact"] * viewer.compact,
             *[bus.SOUND] * viewer.sound,
@@ -297,7 +305,7 @@ class Room:
 
     def flows(self, viewer: Viewer, camera: int) -> bool:
         """Return whether a viewer who wants video can be given it at once."""
-        return viewer.video and self.videos[viewer.coarse].flows(camera, time.monotonic())
+        return bool(viewer.video) and self.videos[viewer.coarse].flows(camera, time.monotonic())
 
     def missing(self, viewer: Viewer) -> list[bytes]:
         """Return packets of video that a viewer has to be given now, and note that it was."""

@@ -15,7 +15,7 @@ from portal.live.hub import hub
 from portal.live.line import Line
 from portal.live.messages import Watch
 from portal.live.people import current_user, session_key
-from portal.live.rooms import Viewer, watchers_text
+from portal.live.rooms import Cameras, Viewer, watchers_text
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
 from portal.live.shared import snapshots, with_person
 from portal.live.snapshot import of_person, snapshot
@@ -51,10 +51,10 @@ class Viewing(Line):
         self._one_by_one = asyncio.Lock()
         self._seat, self._leave = Seat(), contextlib.ExitStack()
 
-    async def view(self, wish: Watch | None = None, cameras: int | None = None) -> Viewer:
+    async def view(self, wish: Watch | None = None, cameras: Cameras | None = None) -> Viewer:
         """Start to watch: the snapshot first, then everything that comes, as far as it is wanted.
 
-        `cameras`: how many the robot has, if that was read.
+        `cameras`: those of the robot, if that was read.
         """
         viewer = self.viewer = Viewer(self.slug, connection_of(self.scope))
         viewer.page, viewer.stranger = True, self.stranger()

@@ -113,6 +113,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
         "compact": layout.facts() if (layout := Layout.of(spec)) is not None else None,
         "streams": [asdict(stream) for stream in spec.streams],
         "cameras": len(description.views(described)),
+        "video": description.coding(described),
         "labels": {c.kind: c.label for c in (*spec.commands, *offered(robot.driver))},
         "set": {s.name: robot.settings[s.name] for s in spec.settings() if s.shown and s.name in robot.settings},
         "settings": [c.kind for c in spec.commands if c.lane == "config"],

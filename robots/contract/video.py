@@ -16,7 +16,7 @@ LONGEST_S = 10.0  # and at most
 
 @dataclass(frozen=True)
 class VideoPacket:
-    """One picture: camera, number, ms taken, id of the still of this pose (0: none), and VP8's bytes of it.
+    """One picture: camera, number, ms taken, id of the still of this pose (0: none), and the coded bytes of it.
 
     `follows` is the number of the picture that it changes; None for a key picture. Numbers count up, with gaps.
     `run` tells one run of an encoder from another: a picture follows pictures of the same run alone.

@@ -80,6 +80,37 @@ def test_each_camera_is_shown_in_its_own_colours_and_place(cameras, bare, visito
             )
 
 
+def test_levels_of_grey_of_a_robot_whose_video_is_vp9(bare, visitor):
+    page, slug, over = visitor().page, bare.robot.slug, threading.Event()
+    picture = np.repeat(np.array([[3, 128, 250]], np.uint8), 64, axis=1).repeat(165, axis=0)
+    video = Video(slug, 0, 12, coding="vp9")
+
+    def film():
+        number = 0
+        while not over.wait(0.2):
+            number += 1
+            bus.publish_video(slug, video.packet(Shot(picture, number, 0, int(time.time() * 1000))))
+
+    thread = threading.Thread(target=film, daemon=True)
+    thread.start()
+    try:
+        heard = Heard(page)
+        page.goto(f"/robots/{slug}/")
+        wanted = [[level] * 3 for level in (3, 128, 250)]
+        wait_for(
+            lambda: (
+                page.wait_for_timeout(100)
+                or np.abs(np.subtract(page.locator("#picture").evaluate(PIXELS)["pixels"], wanted)).max() <= 4
+            ),
+            15,
+            "the levels",
+        )
+        assert heard.wishes()[-1]["video"] == "vp9", "decoded, not JPEG instead"
+    finally:
+        over.set()
+        thread.join()
+
+
 def test_a_page_whose_robot_sends_no_video_goes_back_to_jpeg(bare, visitor):
     page = visitor().page
     heard, slug = Heard(page), bare.robot.slug

@@ -106,7 +106,7 @@ def test_a_page_has_what_it_wants_heard_and_of_cameras_that_the_robot_has(web):
         heard(one, "snapshot")
         heard(other, "snapshot")
         wait_for(lambda: told(web) == (ALWAYS | {"frames"}, {"frames", "state"}), 5, "one camera")
-        one.send(json.dumps({"t": "watch", "cameras": [0, 3], "video": "vp8", "compact": True}))
+        one.send(json.dumps({"t": "watch", "cameras": [0, 3], "video": "vp9", "compact": True}))
         wait_for(lambda: told(web)[0] == ALWAYS | {"frames", "video", "compact"}, 2, "what is new, at once")
         other.close()
         wait_for(lambda: told(web)[0] == ALWAYS | {"video", "compact"}, 6, "nothing that nobody wants any more")

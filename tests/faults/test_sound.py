@@ -18,7 +18,7 @@ from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer
 
 SOUND, VIDEO = 5, 4
-WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp8"}
+WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp9"}
 ASKED = WISH | {"sound": True}
 PATH = f"/ws/robots/mercury/?watch={quote(json.dumps(ASKED))}"
 

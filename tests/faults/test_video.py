@@ -16,7 +16,7 @@ from tests.faults.test_viewers import Viewer
 from tests.rig import ROOT
 
 VIDEO, PICTURE = 4, 2
-WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp8"}
+WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp9"}
 ASKED = "?watch=" + quote(json.dumps(WISH))
 PATH = f"/ws/robots/mercury/{ASKED}"
 

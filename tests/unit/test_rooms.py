@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from portal.live import rooms
 from portal.live.messages import Watch
-from portal.live.rooms import Room, Viewer
+from portal.live.rooms import Cameras, Room, Viewer
 from robots.contract.video import VideoPacket, pack
 from robots.messages import TAKEN_DOWN, Changed
 
@@ -188,8 +188,17 @@ def test_channels_are_those_of_what_somebody_wants():
 
 def test_cameras_that_the_robot_does_not_have_are_left_out_of_a_wish():
     room = Room("arm")
-    room.cameras = 2
+    room.cameras = Cameras(2)
     assert viewer(room, 0, 1, 2, 7).cameras == {0, 1}
     assert room.watched() == {"frames", "frames1"}
-    room.cameras = 0
+    room.cameras = Cameras(0)
     assert viewer(room, 0, 5).cameras == set()
+
+
+def test_who_decodes_another_coding_than_the_robots_gets_jpeg():
+    room = Room("arm")
+    assert (viewer(room, 0, video="vp8").films(0), viewer(room, 0, video="vp9").films(0)) == (True, False)
+    room.cameras = Cameras(2, "vp9")
+    assert (viewer(room, 0, video="vp8").films(0), viewer(room, 0, video="vp9").films(0)) == (False, True)
+    one = viewer(room, 0, video="vp8")
+    assert one in room.each[0, False]

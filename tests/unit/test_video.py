@@ -216,11 +216,11 @@ def test_a_picture_too_far_back_cannot_be_followed():
             unpack(data)
 
 
-def decoded(packets):
+def decoded(packets, coding):
     """Return the pictures' levels of a run of packets, decoded."""
     import av
 
-    decoder = av.CodecContext.create("vp8", "r")
+    decoder = av.CodecContext.create(coding, "r")
     frames = [f for data in packets for f in decoder.decode(av.Packet(unpack(data).data))]
     rows = [np.frombuffer(f.planes[0], np.uint8).reshape(f.height, -1)[:, : f.width] for f in frames]
     return rows, frames
@@ -246,9 +246,10 @@ def begins_in_time(packets):
     return True
 
 
+@pytest.mark.parametrize("coding", ["vp8", "vp9"])
 @pytest.mark.parametrize("shape", [(165, 191), (120, 160, 3)], ids=["grey, odd", "colour"])
-def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape):
-    video = Video("rover", 2)
+def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape, coding):
+    video = Video("rover", 2, coding=coding)
     packets = [video.packet(Shot(scene(n, shape), n, n % 3, 1000 + 250 * n)) for n in range(1, 25)]
     told = [unpack(p) for p in packets]
     assert [(p.camera, p.number, p.still, p.at_ms) for p in told] == [
@@ -257,7 +258,7 @@ def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape):
     assert told[0].key
     assert begins_in_time(packets)
     assert all(p.key or p.follows == p.number - 1 for p in told)
-    levels, frames = decoded(packets)
+    levels, frames = decoded(packets, coding)
     assert len(levels) == len(packets), "each picture can be shown as soon as it comes"
     for n, (found, frame) in enumerate(zip(levels, frames, strict=True), 1):
         wanted = scene(n, shape)
@@ -269,6 +270,8 @@ def test_what_is_encoded_is_the_picture_and_each_group_begins_in_time(shape):
         assert np.abs(back.astype(int) - wanted).mean() < 8
     if len(shape) == 2:
         assert levels[3].min() < 12, "levels of the full range"
+    if coding == "vp9":
+        assert frames[0].color_range == 2, "it says so of itself"
 
 
 def keys_of(pictures, every_ms=250):

@@ -16,7 +16,7 @@ from robots.contract.capabilities import Stills
 from robots.contract.channels import finite, whole
 from robots.contract.find import function
 from robots.contract.session import RobotState
-from robots.description import views
+from robots.description import coding, views
 from robots.drivers.errors import CameraFault
 from robots.files import replaced
 from robots.messages import Changed
@@ -44,8 +44,8 @@ class Pictures:
         self.cameras = [Camera(robot, i, name, of_driver) for i, name in enumerate(views(robot.description()))]
         if self.cameras:
             load()  # now, while no other thread waits for it
-        quantizer = self._description.get("video_quantizer")
-        self._steps = [Steps(robot.slug, camera.index, quantizer) for camera in self.cameras]
+        video = self._description.get("video_quantizer"), coding(robot.description())
+        self._steps = [Steps(robot.slug, camera.index, *video) for camera in self.cameras]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
         self._declared = robot.spec().capability(Stills)

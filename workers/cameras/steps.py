@@ -10,7 +10,7 @@ from robots.vision.stability import Picture
 from workers.cameras.video import QUANTIZER, Shot, Video
 
 QUALITY, COARSE_QUALITY = 80, 20  # of JPEG
-COARSER = 50  # VP8's quantizer of coarse video, at least
+COARSER = 50  # the quantizer of coarse video, at least
 COARSE_S = 0.2  # between two coarse pictures, about
 EARLY_S = 0.02  # a picture may come so much before its time
 
@@ -34,11 +34,11 @@ class Due(NamedTuple):
 class Steps:
     """What is sent of one camera. Times are those of one clock (s)."""
 
-    def __init__(self, slug: str, camera: int, quantizer: int | None) -> None:
+    def __init__(self, slug: str, camera: int, quantizer: int | None, coding: str = "vp8") -> None:
         self._slug, self._camera = slug, camera
         fine = QUANTIZER if quantizer is None else quantizer
-        self._video = Video(slug, camera, fine)
-        self._coarse_video = Video(slug, camera, max(fine, COARSER), coarse=True)
+        self._video = Video(slug, camera, fine, coding=coding)
+        self._coarse_video = Video(slug, camera, max(fine, COARSER), coarse=True, coding=coding)
         self._jpeg_at = self._coarse_at = float("-inf")
         self._coarse = False  # somebody wants coarse JPEG, when it was last looked
 

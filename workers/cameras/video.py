@@ -19,7 +19,8 @@ from robots.contract.video import FARTHEST, GROUP_S, LONGEST_S, VideoPacket, pac
 from robots.vision.stability import Picture
 
 log = logging.getLogger(__name__)
-QUANTIZER = 34  # of VP8, from 0 (best) to 63, if the robot names none
+ENCODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
+QUANTIZER = 34  # of VP8 or VP9, from 0 (best) to 63, if the robot names none
 OPTIONS = {"deadline": "good", "cpu-used": "3", "lag-in-frames": "0", "auto-alt-ref": "0"}
 FINE = 20  # with a coarser quantizer noise is filtered out first; a finer one keeps everything
 ENOUGH = 50_000_000  # bits a second, so that the quantizer alone decides
@@ -49,22 +50,23 @@ class Shot:
 
 
 class Encoder:
-    """VP8 of constant quality, for pictures of one size."""
+    """VP8 or VP9 of constant quality, for pictures of one size."""
 
-    def __init__(self, shape: tuple[int, ...], quantizer: int = QUANTIZER) -> None:
+    def __init__(self, shape: tuple[int, ...], quantizer: int = QUANTIZER, coding: str = "vp8") -> None:
         import av  # noqa: PLC0415 - loaded before, by load()
 
         self._av: Any = av
         self.shape, self._count = shape, 0
-        self._made: Any = av.CodecContext.create("libvpx", "w")
+        self._made: Any = self._av.CodecContext.create(ENCODERS[coding], "w")
         self._made.height, self._made.width = shape[:2]
         self._made.pix_fmt, self._made.time_base = "yuv420p", Fraction(1, 100)
         self._made.bit_rate, self._made.qmin, self._made.qmax = ENOUGH, quantizer, quantizer
         self._made.gop_size, self._made.thread_count = 1_000_000, 1
+        self._made.color_range = self._av.video.reformatter.ColorRange.JPEG  # which VP9 tells the decoder, too
         self._made.options = OPTIONS | {"noise-sensitivity": "1" if quantizer > FINE else "0"}
 
     def encode(self, picture: Picture, key: bool) -> tuple[bytes, bool]:
-        """Return VP8's bytes of the next picture, and whether it stands alone. Raises av.FFmpegError.
+        """Return the coded bytes of the next picture, and whether it stands alone. Raises av.FFmpegError.
 
         Levels are of the full range, colours by ITU-R BT.601: the browser is told so.
         """
@@ -81,8 +83,11 @@ class Encoder:
 class Video:
     """Takes pictures in any thread; encodes and sends the newest in its own."""
 
-    def __init__(self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False) -> None:
-        self._slug, self._camera, self._quantizer, self._coarse = slug, camera, quantizer, coarse
+    def __init__(
+        self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False, coding: str = "vp8"
+    ) -> None:
+        self._slug, self._camera, self._coarse = slug, camera, coarse
+        self._quantizer, self._coding = quantizer, coding
         self._news = threading.Condition()
         self._shot: Shot | None = None
         self._key = False  # somebody needs a picture that stands alone, and none was encoded since
@@ -158,7 +163,7 @@ class Video:
         """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""
         key = self._key_due(shot, asked) or not 0 < shot.number - self._last <= FARTHEST
         if self._encoder is None or self._encoder.shape != shot.picture.shape:
-            self._encoder, self._run, key = Encoder(shot.picture.shape, self._quantizer), (self._run + 1) & 0xFF, True
+            self._encoder, self._run, key = self._made_for(shot.picture), (self._run + 1) & 0xFF, True
         data, stands_alone = self._encoder.encode(shot.picture, key)
         follows = None if stands_alone else self._last
         self._last, self._last_ms = shot.number, shot.at_ms
@@ -168,6 +173,9 @@ class Video:
         else:
             self._bytes += len(made)
         return made
+
+    def _made_for(self, picture: Picture) -> Encoder:
+        return Encoder(picture.shape, self._quantizer, self._coding)
 
     def _key_due(self, shot: Shot, asked: bool) -> bool:
         """Return whether a key picture is due: after 2 s, but later while the changes since are few bytes.

@@ -18,7 +18,7 @@ export function unpack(data: ArrayBuffer): Item[] {
     const length = view.getUint32(at, true), ms = view.getUint32(at + 4, true), end = at + HEAD + length;
     if (end > data.byteLength) break;
     const packet = decode(data.slice(at + HEAD, end));
-    if (packet && !("vp8" in packet) && !("opus" in packet)) items.push({ at: ms, packet }); // recordings hold whole pictures, no sound
+    if (packet && !("coded" in packet) && !("opus" in packet)) items.push({ at: ms, packet }); // recordings hold whole pictures, no sound
     at = end;
   }
   return items;

@@ -8,6 +8,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import threading
 from functools import cache
 from typing import Any
 from urllib.parse import parse_qs
@@ -67,6 +68,7 @@ class RobotConsumer(Viewing):
         super().__init__(*args, **kwargs)
         self._asked: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
         self._serving = self._seeing = self._previewing = False
+        self._noting = threading.Lock()  # presence; what a thread has begun cannot be cancelled
         self._plan = ""
         self._planning = asyncio.Event()
         self._jog = 0
@@ -160,18 +162,20 @@ class RobotConsumer(Viewing):
             return frozenset(), Cameras()
 
     def _mark_left(self) -> None:
-        user = current_user(self.scope)
-        if user.is_authenticated and not self.goes_on_elsewhere(user.pk):
-            queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now())
+        with self._noting:
+            user = current_user(self.scope)
+            if user.is_authenticated and not self.goes_on_elsewhere(user.pk):
+                queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now())
 
     def goes_on_elsewhere(self, person: int) -> bool:
         """Return whether the person's page goes on over the operator's stream, which has just been opened."""
         return codes.lately_opened(self.slug, person)
 
     def _mark_seen(self) -> None:
-        user = current_user(self.scope)
-        if user.is_authenticated:
-            queue.seen(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), classic=False)
+        with self._noting:
+            user = current_user(self.scope)
+            if user.is_authenticated and not self.over:
+                queue.seen(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), classic=False)
 
     async def take(self, message: RobotMessage) -> None:
         """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""

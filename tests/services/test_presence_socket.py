@@ -1,0 +1,40 @@
+"""What a socket notes of a person's presence, and that nothing of it is noted after the socket's end."""
+
+import threading
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from portal.live import consumers
+
+pytestmark = pytest.mark.service
+SLOW_S = 0.5
+
+
+def test_the_presence_that_a_ping_notes_is_never_noted_after_the_socket_has_ended(monkeypatch):
+    """The turn would count as connected, and be kept for minutes instead of 20 s."""
+    begun, told = threading.Event(), []
+    user = SimpleNamespace(pk=7, is_authenticated=True)
+
+    def seen(*_, **__):
+        begun.set()
+        time.sleep(SLOW_S)
+        told.append("here")
+
+    monkeypatch.setattr(consumers, "current_user", lambda scope: user)
+    monkeypatch.setattr(consumers, "Robot", SimpleNamespace(objects=SimpleNamespace(get=lambda slug: slug)))
+    monkeypatch.setattr(consumers.queue, "seen", seen)
+    monkeypatch.setattr(consumers.queue, "disconnected", lambda *_: told.append("left"))
+    page = consumers.RobotConsumer()
+    page.scope = {}
+    monkeypatch.setattr(page, "goes_on_elsewhere", lambda person: False)
+    ping = threading.Thread(target=page._mark_seen)
+    ping.start()
+    assert begun.wait(10)
+    page.over = True
+    page._mark_left()
+    ping.join(10)
+    assert told == ["here", "left"]
+    page._mark_seen()  # one that was begun before, in a thread that waited
+    assert told == ["here", "left"]

@@ -30,6 +30,7 @@ from tests.rig import Simulator, Web, worker
 
 pytestmark = [pytest.mark.alone, pytest.mark.loads, pytest.mark.length]
 
+EVERY_S = 0.1  # between two commands, because a socket may not send hundreds of messages at once
 WAITING, WARM = 50, 5  # people; commands that a process that has just begun is given before it is measured
 FRESH_MS, ACCEPTED_MS, HEALED_S, BACK_S = 1500, 200, 5.0, 30.0
 SLOW_BYTES = 2_000_000
@@ -48,6 +49,7 @@ def accepted(one, first, number):
         while (stage := heard(one, "command", 20))["seq"] != seq or stage["state"] != "accepted":
             pass
         took.append((time.monotonic() - begun) * 1000)
+        time.sleep(EVERY_S)
         wait_for(lambda: not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), 20, "its end")
     return sorted(took)
 

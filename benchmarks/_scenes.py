@@ -168,10 +168,9 @@ def scenes() -> list[Scene]:
         ("irat", 0, {"roaming": _irat}),
         ("pa10", 7, {view: _arm(view) for view in views(load("pa10"))}),
     ):
-        camera = load(robot)["camera"]
+        described = load(robot)
+        camera = described["camera"]
         for name, take in takes.items():
-            chosen = camera.get("video_quantizer")
-            made.append(
-                Scene(f"{robot}, {name}", float(camera.get("fps", 4)), joints, chosen, coding({"camera": camera}), take)
-            )
+            fps, quantizer = float(camera.get("fps", 4)), camera.get("video_quantizer")
+            made.append(Scene(f"{robot}, {name}", fps, joints, quantizer, coding(described), take))
     return made

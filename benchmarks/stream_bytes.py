@@ -1,8 +1,9 @@
-"""Bytes a viewer a minute of live pictures as JPEG and as video (VP8, or VP9 where the robot has it), at equal SSIM, with all headers of ours and WebSocket's.
+"""Bytes a viewer a minute of live pictures as JPEG and as video, at equal SSIM, with all headers.
 
-The reference of SSIM is the scene itself, without the noise of the camera's sensor, which no viewer wants and no coding
-can save (`NOISE=1`: with it). The quantizer is the coarsest whose mean SSIM is not below that of the JPEGs, which are as the portal sends
-them. Beside: the quantizer with which the portal sends video.
+Video is VP8, or VP9 where the robot has it. The reference of SSIM is the scene itself, without the noise of the
+camera's sensor, which no viewer wants and no coding can save (`NOISE=1`: with it). The quantizer is the coarsest whose
+mean SSIM is not below that of the JPEGs, which are as the portal sends them. Beside: the quantizer with which the
+portal sends video.
 """
 
 import os

@@ -8,6 +8,8 @@ from typing import Any
 
 from robots.installed import package
 
+CODING = "vp8"  # of live video, if the robot names none
+
 
 @cache
 def folder(driver: str) -> Traversable:
@@ -39,7 +41,7 @@ def views(description: dict[str, Any]) -> tuple[str, ...]:
 
 def coding(description: dict[str, Any]) -> str:
     """Return the coding of the robot's live video: `vp8`, or `vp9` where fewer bytes are worth more work."""
-    return str(description.get("camera", {}).get("video_coding", "vp8"))
+    return str(description.get("camera", {}).get("video_coding", CODING))
 
 
 def programs_of(driver: str) -> list[tuple[str, str]]:

@@ -14,6 +14,7 @@ from portal.live.messages import CAMERAS, Watch
 from portal.live.video import JOIN_S, LATER, Given, Videos
 from robots import bus
 from robots.contract.video import unpack
+from robots.description import CODING
 from robots.messages import TAKEN_DOWN, Changed, Event
 
 EVENTS = 100
@@ -171,7 +172,7 @@ class Cameras(NamedTuple):
     """How many cameras a robot has, and the coding of their video."""
 
     many: int = CAMERAS
-    coding: str = "vp8"
+    coding: str = CODING
 
 
 class Room:

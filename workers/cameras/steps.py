@@ -5,6 +5,7 @@ from typing import NamedTuple
 import cv2
 
 from robots import bus
+from robots.description import CODING
 from robots.messages import picture_packet
 from robots.vision.stability import Picture
 from workers.cameras.video import QUANTIZER, Shot, Video
@@ -34,7 +35,7 @@ class Due(NamedTuple):
 class Steps:
     """What is sent of one camera. Times are those of one clock (s)."""
 
-    def __init__(self, slug: str, camera: int, quantizer: int | None, coding: str = "vp8") -> None:
+    def __init__(self, slug: str, camera: int, quantizer: int | None, coding: str = CODING) -> None:
         self._slug, self._camera = slug, camera
         fine = QUANTIZER if quantizer is None else quantizer
         self._video = Video(slug, camera, fine, coding=coding)

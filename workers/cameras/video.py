@@ -16,6 +16,7 @@ from typing import Any
 
 from robots import bus
 from robots.contract.video import FARTHEST, GROUP_S, LONGEST_S, VideoPacket, pack, unpack
+from robots.description import CODING
 from robots.vision.stability import Picture
 
 log = logging.getLogger(__name__)
@@ -52,7 +53,7 @@ class Shot:
 class Encoder:
     """VP8 or VP9 of constant quality, for pictures of one size."""
 
-    def __init__(self, shape: tuple[int, ...], quantizer: int = QUANTIZER, coding: str = "vp8") -> None:
+    def __init__(self, shape: tuple[int, ...], quantizer: int = QUANTIZER, coding: str = CODING) -> None:
         import av  # noqa: PLC0415 - loaded before, by load()
 
         self._av: Any = av
@@ -84,7 +85,7 @@ class Video:
     """Takes pictures in any thread; encodes and sends the newest in its own."""
 
     def __init__(
-        self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False, coding: str = "vp8"
+        self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False, coding: str = CODING
     ) -> None:
         self._slug, self._camera, self._coarse = slug, camera, coarse
         self._quantizer, self._coding = quantizer, coding
@@ -163,7 +164,8 @@ class Video:
         """Return the packet of the next picture; `asked`: soon one that stands alone. Raises av.FFmpegError."""
         key = self._key_due(shot, asked) or not 0 < shot.number - self._last <= FARTHEST
         if self._encoder is None or self._encoder.shape != shot.picture.shape:
-            self._encoder, self._run, key = self._made_for(shot.picture), (self._run + 1) & 0xFF, True
+            self._encoder = Encoder(shot.picture.shape, self._quantizer, self._coding)
+            self._run, key = (self._run + 1) & 0xFF, True
         data, stands_alone = self._encoder.encode(shot.picture, key)
         follows = None if stands_alone else self._last
         self._last, self._last_ms = shot.number, shot.at_ms
@@ -173,9 +175,6 @@ class Video:
         else:
             self._bytes += len(made)
         return made
-
-    def _made_for(self, picture: Picture) -> Encoder:
-        return Encoder(picture.shape, self._quantizer, self._coding)
 
     def _key_due(self, shot: Shot, asked: bool) -> bool:
         """Return whether a key picture is due: after 2 s, but later while the changes since are few bytes.

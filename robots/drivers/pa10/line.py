@@ -128,7 +128,7 @@ class ArmLine:
             raise LineSilent("The arm's controller does not answer.") from error
         except OSError as error:
             self._close()
-            raise LineGone(f"The connection to the arm broke: {error.strerror or error}.") from error
+            raise LineGone(f"The connection to the arm broke: {why(error)}.") from error
 
     def _noted(self, data: bytes, answer: str) -> None:
         if self._trace is not None:

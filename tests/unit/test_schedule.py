@@ -16,6 +16,10 @@ from workers.housekeeping.schedule import Scheduler
 def app():
     found = Celery("scheduled", broker="memory://", set_as_current=False)
     found.conf.beat_schedule = {"tick": {"task": "tick", "schedule": 0.05}}
+    with found.connection_for_write() as line:
+        queue = line.default_channel
+        queue.queue_declare("celery")
+        queue.queue_purge("celery")  # queues of memory are the process's: it has what an earlier test sent
     return found
 
 

@@ -8,6 +8,7 @@ from itertools import count
 import pytest
 from django.conf import settings
 from django.test import TransactionTestCase
+from hypothesis import HealthCheck
 from hypothesis import settings as hypothesis_settings
 from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
@@ -15,7 +16,10 @@ from whitenoise.middleware import WhiteNoiseMiddleware
 from tests.proof import Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here
 
-hypothesis_settings.register_profile("farhand", deadline=None, derandomize=True, print_blob=True)
+hypothesis_settings.register_profile(
+    "farhand", deadline=None, derandomize=True, print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],  # real seconds, and most of these tests wait for the processor
+)  # fmt: skip
 hypothesis_settings.load_profile("farhand")
 settings.PASSWORD_HASHERS = ["django.contrib.auth.hashers.MD5PasswordHasher"]  # people are made often here
 settings.MAIL_IN_BACKGROUND = False  # tests look into the box at once

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PATIENT = ("--reruns", "1", "--only-rerun", "not within", "--only-rerun", "(?i)timeout")
+TOO_LONG = ("not within", "(?i)timeout", "LineSilent")  # what a test says that has waited, here or in a driver
+PATIENT = ("--reruns", "1", *(part for said in TOO_LONG for part in ("--only-rerun", said)))
 BESIDE = ("--dist", "loadfile", "--no-loadscope-reorder")
 COMPUTING = ("tests/unit",)  # what asks no clock may be kept waiting for as long as it takes
 RULES = ("tests/services", "tests/security")

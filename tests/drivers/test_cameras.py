@@ -11,6 +11,7 @@ import pytest
 from robots.drivers.errors import CameraFault
 from robots.vision.stability import settle
 from tests.conftest import wait_for
+from workers.cameras import video
 from workers.cameras.source import SnapshotCamera, StreamCamera, fitted, open_camera
 
 
@@ -39,6 +40,7 @@ def test_a_longer_exposure_is_brighter(camera):
 
 
 def test_pyav_reads_the_motion_jpeg_as_it_would_a_network_camera(sim, url):
+    video.load()  # as the owner does first; the camera's first picture is limited to two seconds
     camera = open_camera(url + "/stream.mjpg", sim.folder)
     assert isinstance(camera, StreamCamera)
     first, second = camera.grab(0.01), camera.grab(0.01)

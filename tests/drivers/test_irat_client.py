@@ -2,7 +2,6 @@
 
 import json
 import threading
-import time
 
 import pytest
 from websockets.sync.server import serve
@@ -187,8 +186,7 @@ def ros(irat):
     made.run(timeout=20)
     yield made
     made.close()
-    wait_for(lambda: not made.is_connected, 5, "the end of its connection")
-    time.sleep(0.1)  # its loop closes the socket
+    wait_for(lambda: made.factory._proto is None, 20, "the end of its connection, which its loop has seen")
     made.terminate()
 
 

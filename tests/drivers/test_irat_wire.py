@@ -69,7 +69,14 @@ def test_velocities_drive_the_wheels_and_are_told(irat, wire_client):
     assert wire_client.claim()["success"]
     wire_client.say("subscribe", topic="/irat/velocities")
     wire_client.say("subscribe", topic="/irat/odom")
-    wire_client.drive_for(1.5, linear=0.1)
+    driven = irat.status()["driven"]
+
+    def far():
+        wire_client.drive(0.1, 0.0)
+        irat.clock.sleep(0.1)
+        return irat.status()["driven"] > driven + 0.1
+
+    wait_for(far, 20, "ten centimetres")
     wire_client.call("/irat/hold")
     way = before[1] - irat.status()["pose"][1]
     assert 0.08 < way < 0.2
@@ -169,7 +176,7 @@ def test_the_end_of_the_commanders_connection_holds(irat, wire_client):
     at_rest(irat)
     rest = journal(irat, "rest")[-1]
     assert rest["end"] in ("lost", "silence")
-    assert irat.count("disconnected") == 1
+    wait_for(lambda: irat.count("disconnected") == 1, 3, "the end of the connection is noted")
 
 
 def test_a_stranger_can_find_out_what_there_is(wire_client):

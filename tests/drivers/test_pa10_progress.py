@@ -6,7 +6,7 @@ from tests.drivers.pa10_wire import allow
 
 def test_a_program_tells_its_steps(arm, shared):
     told = []
-    arm.execute("program", {"text": "R 2\nd 0.8\nE"}, allow, told.append)
+    arm.execute("program", {"text": "R 2\nd 4\nE"}, allow, told.append)
     assert told[:2] == ["sent", "acknowledged"]
     steps = list(dict.fromkeys(told[2:]))
     assert steps == [Progress("step 1 of 2", 0.0), Progress("step 2 of 2", 0.5)]

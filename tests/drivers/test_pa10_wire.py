@@ -26,7 +26,7 @@ def test_a_velocity_that_is_not_said_again_ends(terminal, shared):
 
 def test_a_target_in_motion_replaces_the_one_before(terminal, shared):
     at = time.monotonic()
-    first = terminal.ask("j 30 25 75 0 80 0")
+    first = terminal.ask("j 30 25 75 0 80 0 0.1")  # slowly: it is still on its way when the second one comes
     wait_for(lambda: shared.status()["q"][0] > 0.03, 5, "the motion")
     second = terminal.ask("j -20 20 75 0 80 0")
     assert (first[:2], second[:2]) == ("ok", "ok")

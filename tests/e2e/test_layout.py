@@ -5,6 +5,7 @@ from playwright.sync_api import expect
 
 from tests.conftest import at_length
 from tests.e2e.conftest import session
+from tests.e2e.drawn import settle
 
 PHONES = [(390, 844), (360, 640), (844, 390)]
 WIDTHS = [360, 390, 768, 1024, 1440]
@@ -17,7 +18,12 @@ COVER = """(element) => {
   const at = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
   return at && element.contains(at) ? "" : `${at ? at.outerHTML.slice(0, 120) : "off the screen"} at ${box.x},${box.y}`;
 }"""
-PLACES = "() => [...document.querySelectorAll('#controls .button')].map((b) => Object.values(b.getBoundingClientRect().toJSON()))"
+# where the buttons stand with each of the hints, all looked at within one task of the page
+PLACES = """(hints) => hints.map((words) => {
+  scrollTo({top: 0, behavior: "instant"});
+  document.getElementById("why").textContent = words;
+  return [...document.querySelectorAll("#controls .button")].map((b) => Object.values(b.getBoundingClientRect().toJSON()));
+})"""
 
 
 @pytest.fixture
@@ -46,13 +52,13 @@ def scrolled(page):
     """Stand at the top, half-way and at the end of the page, one after the other."""
     for share in (0, 0.3, 0.6, 1):
         page.evaluate("(share) => scrollTo(0, share * document.documentElement.scrollHeight)", share)
-        page.wait_for_timeout(150)
+        settle(page)
         yield share
 
 
 def size(page, wide, high):
     page.set_viewport_size({"width": wide, "height": high})
-    page.wait_for_timeout(150)
+    settle(page)
 
 
 def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
@@ -199,9 +205,7 @@ def test_the_buttons_stand_still_whatever_the_hint_says(driving, robot):
     page = driving(robot).page
     for wide, high in [*PHONES, (768, 1024), (1440, 900)]:
         size(page, wide, high)
-        seen = set()
-        for hint in HINTS:
-            page.evaluate("scrollTo(0, 0)")
-            page.evaluate("(words) => { document.getElementById('why').textContent = words; }", hint)
-            seen.add(str(page.evaluate(PLACES)))
-        assert len(seen) == 1, (wide, high, len(seen))
+        # a busy machine is silent now and then, and the page says so above the buttons
+        expect(page.locator("#banner")).to_be_hidden(timeout=30_000)
+        seen = {str(places) for places in page.evaluate(PLACES, HINTS)}
+        assert len(seen) == 1, (wide, high, seen)

@@ -37,6 +37,17 @@ def turns(state):
     return Command.objects.filter(kind="turn", state=state)
 
 
+def paced(page, radians_s):
+    """Make the setting, and wait until it is made."""
+    known = Command.objects.filter(kind="pace").count()
+    page.locator("#turntable-pace").fill(radians_s)
+    page.click("[data-command=pace]")
+    pace = page.locator("#ladder li", has_text="Pace")
+    expect(pace).to_have_count(known + 1)
+    expect(pace.first).to_have_attribute("data-state", "completed")
+    expect(pace.first).to_contain_text("Done")
+
+
 def turn_to(page, degrees):
     page.locator(SLIDER).evaluate(
         "(slider, value) => { slider.value = value; slider.dispatchEvent(new Event('input')); }", str(degrees)
@@ -74,13 +85,10 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
     expect(page.locator(DIAL)).to_have_attribute("data-trail", re.compile(r"^\d\d$"))  # its byte stream is drawn
     expect(page.locator("#turntable-warmth")).to_have_text(re.compile(r"^\d+ °C$"))  # a channel of its own
     assert Lease.objects.get(robot=portal.robot).state["joints"] == pytest.approx([1.5708], abs=1e-3)
+    paced(page, "0.3")  # so that it still turns when the next setting has been made
     turn_to(page, -170)
-    wait_for(lambda: page.wait_for_timeout(20) or Command.objects.filter(state="acknowledged").exists(), 10, "it turns")
-    page.locator("#turntable-pace").fill("0.5")
-    page.click("[data-command=pace]")  # a setting, beside the motion
-    pace = page.locator("#ladder li", has_text="Pace")
-    expect(pace).to_have_attribute("data-state", "completed")
-    expect(pace).to_contain_text("Done")
+    wait_for(lambda: page.wait_for_timeout(20) or turns("acknowledged").exists(), 10, "it turns")
+    paced(page, "0.5")  # beside the motion
     assert turns("acknowledged").exists(), "it turns on"
     page.evaluate(f"document.querySelector('{DIAL}').replaceChildren()")  # a console may break its own drawing
     stop.click()

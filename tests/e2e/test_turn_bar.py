@@ -11,11 +11,10 @@ from queueing.models import Ticket, Turn
 from queueing.rows import announce
 from robots.clock import SYSTEM
 from tests.conftest import at_length, wait_for
+from tests.e2e.drawn import IDLE, settle
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 BAR = "#turnbar"
-# the page has done what it had to do, and drawn it
-DRAWN = "() => new Promise((done) => requestIdleCallback(() => requestAnimationFrame(() => setTimeout(done))))"
 
 
 @pytest.fixture
@@ -49,7 +48,7 @@ def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     foot = page.locator(".site-foot")
     foot.scroll_into_view_if_needed()
     page.mouse.wheel(0, 9999)
-    page.wait_for_timeout(200)
+    settle(page)
     end = foot.bounding_box()
     assert end["y"] + end["height"] <= bar.bounding_box()["y"] + 1, "the bar covers nothing"
     take.click()
@@ -57,7 +56,7 @@ def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
     expect(page.locator(BAR)).to_be_hidden()
     wait_for(lambda: page.wait_for_timeout(50) or Turn.objects.get().connected, 10, "the robot's page keeps the turn")
-    assert page.title().startswith("● Driving")
+    expect(page).to_have_title(re.compile("^● Driving"))
 
 
 def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
@@ -67,7 +66,7 @@ def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
     page = elsewhere(bob, "/status/")
     expect(page.locator(BAR)).to_contain_text("1 before you for Mercury")
     expect(page.locator(BAR)).to_contain_text("About")
-    assert page.title().startswith("(2) ")
+    expect(page).to_have_title(re.compile(r"^\(2\) "))
     Ticket.objects.filter(user=bob.user).update(last_seen=SYSTEM.now() - timedelta(seconds=80))
     queue.leave(portal.robot, ada.user, SYSTEM.now())
     expect(page.locator(BAR)).to_contain_text("It is your turn on Mercury")
@@ -99,7 +98,7 @@ def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(por
     page.on("websocket", lambda ws: "/ws/me/" in ws.url and ws.on("framereceived", lambda said: told.append(said)))
     page.reload()
     wait_for(lambda: page.wait_for_timeout(20) or any('"places"' in words for words in told), 10, "the places")
-    page.evaluate(DRAWN)
+    page.evaluate(IDLE)
     assert page.locator(BAR).is_hidden()
 
 
@@ -168,7 +167,7 @@ def test_moments_are_told_to_a_screen_reader_once_each_and_the_timer_is_silent(p
     expect(page.locator(BAR)).to_contain_text("It is your turn")
     page.evaluate(LISTEN)
     assert page.locator(f"{BAR} [role=timer]").get_attribute("aria-live") is None
-    for left, later in ((22, r"0:1[0-8]"), (12, r"0:0[0-8]")):
+    for left, later in ((28, r"0:1[0-8]"), (18, r"0:0[0-8]")):
         Ticket.objects.update(offer_until=SYSTEM.now() + timedelta(seconds=left))
         announce(queue.queue_of(portal.robot))
         # the timer goes on after the message, so one that was said again would have been said by now
@@ -239,7 +238,9 @@ def test_who_is_not_signed_in_opens_no_socket(portal, visitor):
     for who, urls in opened.items():
         who.page.on("websocket", lambda ws, urls=urls: urls.append(ws.url))
         who.page.goto("/log/")
-        who.page.evaluate(DRAWN)
+        who.page.evaluate(IDLE)
+    wait_for(lambda: ada.page.wait_for_timeout(20) or opened[ada], 10, "who is signed in opens one")
+    one.page.evaluate(IDLE)
     assert ["/ws/me/" in url for url in opened[ada]] == [True], "by now whoever opens one has"
     assert opened[one] == []
     assert one.page.locator(BAR).count() == 0

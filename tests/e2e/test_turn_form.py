@@ -10,6 +10,9 @@ from queueing.models import Turn
 from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
 from tests.e2e.conftest import session
+from tests.e2e.test_turn_panel import QUIET
+
+LOADED = "() => [...document.querySelectorAll('.entry img, .frames img')].every((i) => i.complete && i.naturalWidth)"
 
 
 @pytest.fixture
@@ -40,6 +43,7 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
     page = one.page
     page.goto("/robots/mercury/")
     page.wait_for_selector(".operating")
+    page.evaluate(QUIET)
     end = page.locator("#place [data-do=leave]")
     before = at_rest(end)
     end.dblclick()
@@ -79,6 +83,7 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
     assert Entry.objects.get().text == "A watch."
     assert SurveyAnswer.objects.count() == 2
     page.wait_for_function("() => !Object.keys(localStorage).some((k) => k.startsWith('draft'))")  # its script has run
+    page.wait_for_function(LOADED)
     shown = page.locator(".entry img").evaluate(
         "(i) => [i.clientWidth / i.clientHeight, i.naturalWidth / i.naturalHeight]"
     )

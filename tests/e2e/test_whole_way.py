@@ -11,6 +11,7 @@ from queueing.models import Turn
 from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
+from tests.e2e.drawn import settle
 
 
 @pytest.fixture
@@ -215,7 +216,7 @@ def test_image_and_controls_stay_together_on_a_small_phone(portal, visitor):
     ada.page.set_viewport_size({"width": 360, "height": 640})
     ada.page.locator("#screen").scroll_into_view_if_needed()
     ada.page.mouse.wheel(0, 300)
-    ada.page.wait_for_timeout(200)
+    settle(ada.page)
     for selector in ("#screen", "[data-command=go]", "[data-command=stop]"):
         box = ada.page.locator(selector).bounding_box()
         assert box["y"] >= 0, selector

@@ -13,7 +13,8 @@ CLOCKED = {"redis_server", "transactional_db", "rig", "web"}  # what answers wit
 def pytest_collection_modifyitems(items):
     """Mark what computes with a database inside one transaction: nothing in it is late, however long it waits."""
     for item in items:
-        if not item.nodeid.startswith(IN_ROOMS) or CLOCKED & set(item.fixturenames):
+        timed = CLOCKED & set(item.fixturenames) or item.get_closest_marker("timed")
+        if timed or not item.nodeid.startswith(IN_ROOMS):
             continue
         known = item.get_closest_marker("django_db")
         alone = known is not None and not known.kwargs.get("transaction")

@@ -90,10 +90,10 @@ def test_a_lock_out_at_the_same_moment_wins(robot, people, owned, clock, first):
 
     one, other = (accept, lock_out) if first == "accept" else (lock_out, accept)
     threads = [begun(one)]
-    held.wait(5)
+    held.wait(60)
     threads.append(begun(other))
     for thread in threads:
-        thread.join(10)
+        thread.join(60)
     assert row()[1] == "locked_out"
     assert not Grant.objects.filter(ended_at=None).exists(), "nobody may move it"
     assert len(locked) == (first == "lock-out")
@@ -130,10 +130,10 @@ def test_a_robot_is_closed_while_its_grant_is_being_ended(robot, people, owned, 
             failed.append(error)
 
     threads = [begun(end)]
-    ended.wait(5)
+    ended.wait(60)
     threads.append(begun(close))
     for thread in threads:
-        thread.join(10)
+        thread.join(60)
     assert not failed
     assert row()[1] == ("offline" if closes == "switch" else "locked_out")
     assert Grant.objects.get().end_code == GrantEnd.FINISHED

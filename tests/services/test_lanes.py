@@ -18,7 +18,7 @@ pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("installed"),
     pytest.mark.parametrize("which", ["turntable"], indirect=True),
 ]  # fmt: skip
-LIMIT_S = 10.0
+LIMIT_S = 60.0
 
 
 class Table(Arm):

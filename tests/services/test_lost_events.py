@@ -23,12 +23,11 @@ def heard(slug, act):
     """Return the events that a page of the robot hears of what `act` does."""
     with bus.listener() as connections, connections.pubsub(ignore_subscribe_messages=True) as listener:
         listener.subscribe(bus.events_channel(slug))
-        listener.get_message(timeout=1)
+        listener.get_message(timeout=10)
         act()
-        events = []
-        while (message := listener.get_message(timeout=0.3)) is not None:
-            events.append(decode(message["data"]))
-        return events
+        bus.connection().publish(bus.events_channel(slug), b"end")
+        told = iter(lambda: listener.get_message(timeout=10)["data"], b"end")
+        return [decode(data) for data in told]
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def let_make(movie):
         movie.refresh_from_db()
         return movie.state in (Movie.State.READY, Movie.State.FAILED)
 
-    wait_for(done, 60, "the movie")
+    wait_for(done, 300, "the movie")
     return movie
 
 

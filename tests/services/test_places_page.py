@@ -8,7 +8,7 @@ from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.timed]
 URL = "/me/places/"
 JSON = {"Accept": "application/json"}
 

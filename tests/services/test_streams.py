@@ -28,7 +28,7 @@ def kept(stream=0):
 def test_the_newest_key_packet_and_its_deltas_are_kept_for_newcomers(streams):
     listener = bus.listener().pubsub(ignore_subscribe_messages=True)
     listener.subscribe(bus.stream_channel("rover"))
-    listener.get_message(timeout=1.0)
+    listener.get_message(timeout=10)
     assert not streams.take("map", b"abc", True)
     streams.publish()
     assert not streams.take("map", b"d", False)
@@ -36,7 +36,7 @@ def test_the_newest_key_packet_and_its_deltas_are_kept_for_newcomers(streams):
     assert not streams.take("objects", b"xyz", True)
     streams.publish()
     assert (kept(0), kept(1)) == ([(1, True, b"abc"), (2, False, b"d"), (3, False, b"e")], [(1, True, b"xyz")])
-    heard = [unpack(listener.get_message(timeout=1.0)["data"]) for _ in range(4)]
+    heard = [unpack(listener.get_message(timeout=10)["data"]) for _ in range(4)]
     assert [(p.stream, p.number) for p in heard] == [(0, 1), (0, 2), (0, 3), (1, 1)]
     streams.take("map", b"new", True)
     streams.publish()

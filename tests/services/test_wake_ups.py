@@ -21,9 +21,9 @@ def queued():
 def test_pub_sub_is_enough_where_somebody_listens():
     with bus.listener().pubsub(ignore_subscribe_messages=True) as listener:
         listener.subscribe(bus.wake_channel("mercury"))
-        listener.get_message(timeout=1)
+        listener.get_message(timeout=10)
         assert bus.wake_owner("mercury", 7)
-        assert listener.get_message(timeout=1)["data"] == b"wake"
+        assert listener.get_message(timeout=10)["data"] == b"wake"
     assert queued() == 0
 
 

@@ -29,7 +29,7 @@ camera = camera_server.CameraServer(take, FaultBoard(1), (0.001, 0.1))
 urlopen(f"http://127.0.0.1:{camera.port}/snapshot.jpg").read()
 before = resident_mb()
 camera_server.IDLE_S = 0.5
-until = time.monotonic() + 10
+until = time.monotonic() + 60
 while resident_mb() > before - 30 and time.monotonic() < until:
     time.sleep(0.1)
 print(before - resident_mb())
@@ -39,7 +39,7 @@ print(before - resident_mb())
 @pytest.mark.skipif(sys.platform != "linux", reason="asks glibc")
 def test_memory_of_pictures_is_given_back():
     done = subprocess.run(
-        [sys.executable, "-c", PICTURES], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", PICTURES], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
     )
     assert done.returncode == 0, done.stderr
     assert float(done.stdout) > 30, "of 50 MB"

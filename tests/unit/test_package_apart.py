@@ -26,7 +26,7 @@ def files():
 def test_no_generic_file_knows_a_word_of_the_package():
     looked_at = 0
     for path in files():
-        if path.suffix == ".pyc":
+        if "__pycache__" in path.parts:  # its files come and go
             continue
         looked_at += 1
         found = ITS_WORDS.search(path.read_text("utf-8", errors="replace"))

@@ -83,7 +83,9 @@ def test_what_is_put_in_comes_out_and_other_programs_read_it(written):
     assert {"timestamp", "frame_id", "data", "format"} <= picture.keys() and picture["format"] == "jpeg"
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None)
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=60, deadline=None
+)
 @given(share=st.floats(0, 1))
 def test_a_file_that_was_cut_off_anywhere_is_readable_up_to_its_last_whole_chunk(written, share):
     data = written.path.read_bytes()

@@ -191,10 +191,11 @@ class Crowd:
         delays = sorted(self.delays)
         without = sum(viewer.last < begun for viewer in self.viewers)
         back = max((viewer.first for viewer in self.viewers), default=0.0)
-        if not delays:
+        if not delays and not self.again:
             raise RuntimeError("no picture came")
+        delays = delays or [0.0]
         return {
-            "pictures": len(delays),
+            "pictures": len(self.delays),
             "wanted": len(self.viewers) * took / EVERY_S,
             "seconds": took,
             "here": len(self.viewers),

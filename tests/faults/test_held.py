@@ -58,21 +58,26 @@ def test_a_jog_goes_on_while_held_and_ends_when_released(rig):
 
 
 @EACH_AT_LENGTH
-def test_lost_controls_hold_within_half_a_second_and_says_so(rig):
+def test_lost_controls_hold_within_half_a_second_and_says_so(rig, witness):
     rig.owner()
     rig.grant()
-    worst = 0.0
-    for i in range(5):
+    took = []
+    for i in range(20):
+        if len(took) == 5:
+            break
         kind, args = rig.wishes.jog((-1) ** i)
         command = rig.issue(kind, **args)
         controls = Holding(rig.people["ada"].pk, command.client_seq, rig.robot.slug)
         rig.moving()
-        time.sleep(0.2 + 0.07 * i)
+        time.sleep(0.2 + 0.07 * (i % 5))
         controls.drop()
-        worst = max(worst, rest_after(rig, controls.last, command))
+        seconds = rest_after(rig, controls.last, command)
+        if witness.clean(controls.last, controls.last + seconds):
+            took.append(seconds)
         assert command.state == "cancelled"
         assert "Nothing was heard" in command.reason
-    assert worst < 0.5, worst
+    assert len(took) == 5, "the machine stalled too often to tell"
+    assert max(took) < 0.5, took
 
 
 @pytest.mark.length

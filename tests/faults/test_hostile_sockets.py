@@ -241,6 +241,7 @@ def test_one_persons_sockets_take_no_more_than_their_share_of_the_threads(web, p
             web.ask(fill)
             ada.send(json.dumps({"t": "command", "kind": "noop", "args": {}, "seq": 1}))
             assert heard(ada, "answer")["ok"]
+            wait_for(lambda: len(running) >= EACH, 10, "as many as one person has threads")
             assert len(running) == EACH
     finally:
         free.set()

@@ -46,7 +46,7 @@ async def come_and_go(chance):
         while not hub.link:
             await asyncio.sleep(0.01)
     with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(2):
+        async with asyncio.timeout(20):
             while len(hub._pubsub.channels) > 1:
                 await asyncio.sleep(0.01)
     left = set(hub._pubsub.channels)

@@ -1,5 +1,6 @@
 """The admin's test of a connection, through the housekeeping worker as in life."""
 
+import contextlib
 import shutil
 import socket
 import threading
@@ -47,8 +48,11 @@ def probe(robot):
 
 def simulators(robot):
     """Return the simulators of this robot that run, as the kernel tells."""
-    lines = [p.read_bytes() for p in Path("/proc").glob("[0-9]*/cmdline")]
-    return [line for line in lines if str(robot.rig_dir).encode() in line]
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            found.append(path.read_bytes())
+    return [line for line in found if str(robot.rig_dir).encode() in line]
 
 
 def test_a_robot_that_is_switched_off_is_tested_and_left_as_it_was(housekeeper, robot):

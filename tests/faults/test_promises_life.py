@@ -185,5 +185,5 @@ def _life(folder, number):
     assert state in ("cancelled", "unknown"), state
     assert reason
     assert epoch_over, "the lease was given back"
-    assert processes_of(folder) == []
+    wait_for(lambda: not processes_of(folder), 10, "the end of what it had forked, which hears of its own")
     return seconds

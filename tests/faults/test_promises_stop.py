@@ -92,7 +92,9 @@ def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
     web = Web(**env)
     took = []
     try:
-        for _ in range(times):
+        for _ in range(5 * times):
+            if len(took) == times:
+                break
             if services.open_grant(rig.robot) is None:
                 rig.grant(seconds=3000)
             with socket_of(web, rig.people["ada"]) as operator, socket_of(web, rig.people["kim"]) as staff:

@@ -148,12 +148,18 @@ def test_events_stay_in_order_for_a_viewer_who_reads_in_bits(web):
 
 
 def test_a_viewer_who_takes_nothing_is_dropped_and_counted_and_one_who_takes_a_little_is_not(web, monkeypatch):
-    monkeypatch.setitem(settings.LIMITS, "READ_S", 1.0)
+    monkeypatch.setitem(settings.LIMITS, "READ_S", 2.0)
     before = dropped["took nothing"]
     dead, slow = Viewer(web), Viewer(web)
     big = picture(1, 2_000_000)
     bus.publish_picture("mercury", big)
-    until = time.monotonic() + 4
+
+    def fell():
+        slow.read(3000)
+        return dropped["took nothing"] > before
+
+    wait_for(fell, 20, "the one who takes nothing is dropped")
+    until = time.monotonic() + 3
     while time.monotonic() < until:
         slow.read(3000)
         time.sleep(0.1)

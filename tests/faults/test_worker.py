@@ -204,8 +204,9 @@ def test_redis_gone_when_a_click_is_made(rig):
     before = rig.sim.count("motion")
     command = rig.issue("down")
     rig.final(command)
-    assert command.state in ("completed", "rejected")
-    assert rig.sim.count("motion") == before + (command.state == "completed")
+    # before the owner knows that the link is down, at its claim, or on the way, on a machine that is slow
+    assert command.state in ("completed", "rejected", "cancelled")
+    assert rig.sim.count("motion") == before + (command.state != "rejected")
 
     def refused():
         command = rig.final(rig.issue("up"))

@@ -52,9 +52,9 @@ class BarePortal:
             for name, joints in JOINTS.items():
                 rows = (tuple(0.0 for _ in joints),) * 2
                 state = RobotState(time.monotonic(), joints, (0.0,) * 6, False, True, "", *rows, "READY")
-                bus.publish_state(
-                    self.robots[name].slug, state_packet(number, int(time.time() * 1000), state, self.latched)
-                )
+                packet = state_packet(number, int(time.time() * 1000), state, self.latched)
+                bus.publish_state(self.robots[name].slug, packet)
+                bus.publish_compact(self.robots[name].slug, packet)  # a page on a busy machine asks for these
 
     def stop(self):
         self._told.set()

@@ -53,6 +53,7 @@ class RoamingPortal:
             state = RobotState(time.monotonic(), (), pose, False, True, "", (), (), MODE, VALUES)
             packet = state_packet(number, int(time.time() * 1000), state, False, spec.packed(), spec.named(state))
             bus.publish_state(self.robot.slug, packet)
+            bus.publish_compact(self.robot.slug, packet)  # a page on a busy machine asks for these
 
     def stop(self):
         self._over.set()

@@ -16,12 +16,20 @@ from workers.wiring import Owner
 
 MOST = 20  # without the robot's own folder: the driver of Mercury is the robot, and another robot has another
 OWN = "robots/drivers/mercury/"
-BESIDE = {  # what runs by a timer of its own, and the wait for PostgreSQL
-    "portal/live/hub.py", "portal/live/sessions.py", "portal/live/viewing.py", "portal/postgres/base.py",
-}  # fmt: skip
+TIMED = ("portal/live/hub.py", "portal/live/sessions.py")  # they and what they call run by a timer of their own
+BESIDE = {*TIMED, "portal/live/viewing.py", "portal/postgres/base.py"}  # and what sends, and waits for PostgreSQL
 ROOT = str(configured.BASE_DIR)
 START = 4  # bytes of code before a coroutine begins
 OURS = tuple(f"{ROOT}/{room}/" for room in ("accounts", "portal", "queueing", "robots", "workers"))
+
+
+def timed(frame):
+    """Tell whether a function was called, near or far, by what runs by a timer."""
+    while frame is not None:
+        if frame.f_code.co_filename.removeprefix(f"{ROOT}/") in TIMED:
+            return True
+        frame = frame.f_back
+    return False
 
 
 class Path:
@@ -49,6 +57,8 @@ class Path:
         if frame.f_code.co_flags & CO_COROUTINE and frame.f_lasti > START:  # it goes on; it was called before
             return
         at = frame.f_code.co_filename.removeprefix(f"{ROOT}/")
+        if timed(frame):
+            return
         self.files.setdefault(at, []).append(frame.f_code.co_qualname)
         if frame.f_code.co_qualname == self._last:
             self._on = False

@@ -31,5 +31,9 @@ class Witness(threading.Thread):
         self.discarded += not well
         return well
 
+    def lost(self, since, until):
+        """Return for how long the machine stood still between two times (s)."""
+        return sum(min(b, until) - max(a, since) for a, b in self.stalls if a < until and b > since)
+
     def stop(self):
         self._running = False

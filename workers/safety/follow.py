@@ -23,8 +23,9 @@ class Follower:
     def ask_link(self) -> None:
         """Ask Redis again and again whether it answers, until the owner ends."""
         while self._owned.running:
+            asked = self._owned.clock.monotonic()
             if bus.alive():
-                self._link.seen()
+                self._link.seen(asked)
             self._pace.sleep(FOLLOW_S, IDLE_LINK_S)
 
     def rows(self) -> None:

@@ -8,7 +8,6 @@ a measured time over its limit.
 """
 
 import os
-import shutil
 import subprocess
 import sys
 import time
@@ -56,8 +55,7 @@ class Part:
     def argv(self) -> list[str]:
         """Return the command line."""
         beside = ["-n", str(self.workers), *BESIDE] if self.workers else []
-        chrt = shutil.which("chrt")
-        aside = [chrt, "--idle", "0"] if self.aside and chrt else []
+        aside = [sys.executable, str(ROOT / "tools" / "aside.py")] if self.aside else []
         return [*aside, sys.executable, "-m", "pytest", *self.files(), *beside, *PATIENT, "-m", self.marks]
 
 
@@ -123,9 +121,12 @@ def main() -> int:
     chosen = ALL if sys.argv[1:] == ["all"] else SOME
     with ThreadPoolExecutor() as side_by_side:
         computed = side_by_side.submit(run, chosen.computing, shown=False)
-        failed = run(chosen.lone, shown=True)
-        ended = [side_by_side.submit(run, lane, shown=lane is chosen.rest[0]) for lane in chosen.rest]
-        failed += [name for lane in (*ended, computed) for name in lane.result()]
+        try:
+            failed = run(chosen.lone, shown=True)
+            ended = [side_by_side.submit(run, lane, shown=lane is chosen.rest[0]) for lane in chosen.rest]
+            failed += [name for lane in (*ended, computed) for name in lane.result()]
+        except KeyboardInterrupt:
+            os._exit(130)  # what runs aside ends with this process
     for name in failed:
         sys.stdout.write(f"FAILED: {name}\n")
     return 1 if failed else 0

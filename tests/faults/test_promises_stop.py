@@ -81,6 +81,7 @@ CONDITIONS = ("busy", at_length("frozen tab"), pytest.param("database stalled", 
 
 
 @EACH_AT_LENGTH
+@pytest.mark.loads
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
     """A hundred commands wait and one moves; the stop comes through the socket of the page."""

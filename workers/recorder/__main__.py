@@ -20,12 +20,13 @@ def main() -> None:
     django.setup()
     from django.conf import settings  # noqa: PLC0415 - after the set-up
 
+    from robots.priority import stand_back  # noqa: PLC0415
     from workers.recorder.recorder import Recorder, wait_for_lock  # noqa: PLC0415
 
     stop = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: stop.set())
-    os.nice(NICE)
+    stand_back(NICE)
     run = Path(settings.VAR) / "run"
     run.mkdir(parents=True, exist_ok=True)
     lock = os.open(run / "recorder.lock", os.O_RDWR | os.O_CREAT, 0o600)

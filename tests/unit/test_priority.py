@@ -1,0 +1,38 @@
+"""Processes that may wait let others go first, also those of other sessions."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from robots.priority import AUTOGROUP
+from tests.rig import ROOT
+
+pytestmark = [
+    pytest.mark.skipif(not AUTOGROUP.exists(), reason="autogroups of Linux"),
+    pytest.mark.alone,  # the niceness of the unit tests is not the ordinary one
+]
+SHOWN = "import os; print(os.getpriority(os.PRIO_PROCESS, 0), open('/proc/self/autogroup').read().split()[-1])"
+
+
+def shown(*argv, own):
+    done = subprocess.run(
+        [sys.executable, *argv], cwd=ROOT, capture_output=True, text=True, check=True, start_new_session=own
+    )
+    return [int(word) for word in done.stdout.split()]
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_process_that_stands_back_takes_its_session_with_it_if_it_leads_one(own):
+    before = shown("-c", SHOWN, own=own)
+    process, session = shown("-c", f"from robots.priority import stand_back; stand_back(5); {SHOWN}", own=own)
+    assert process == before[0] + 5
+    assert session == (5 if own else before[1])
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_what_runs_aside_has_a_session_of_its_own_with_the_least_share(own):
+    scheduler = "import os; print(os.sched_getscheduler(0) & 0xFF, int(os.getsid(0) == os.getpid()))"
+    assert shown("tools/aside.py", sys.executable, "-c", scheduler, own=own) == [os.SCHED_IDLE, 1]
+    assert shown("tools/aside.py", sys.executable, "-c", SHOWN, own=own)[1] == 19

@@ -176,7 +176,9 @@ def _life(folder, number):
     finally:
         demo.kill()
     journal = sim.journal()
-    assert [r for r in journal if r["event"] == "rest"][-1]["braked"], "the motion was held"
+    told = [(r["event"], round(r["t"] - begun, 2)) for r in journal[-8:]]
+    rest = [r for r in journal if r["event"] == "rest"][-1]
+    assert rest["braked"], ("the motion was held", told, seconds, (folder / "demo.log").read_text()[-2000:])
     with sqlite3.connect(folder / "farhand.sqlite3") as db:
         state, reason = db.execute("select state, reason from robots_command where kind = 'move'").fetchone()
         epoch_over = db.execute(

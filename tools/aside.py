@@ -12,6 +12,10 @@ import signal
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from robots.priority import share_less
+
 LEAST = 19
 DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
@@ -20,8 +24,7 @@ def stand_aside() -> None:
     """Lower this process's priority as far as the system lets it."""
     with contextlib.suppress(OSError):  # it leads a group of processes already
         os.setsid()
-    with contextlib.suppress(OSError):  # no autogroups here
-        Path("/proc/self/autogroup").write_text(str(LEAST))
+    share_less(LEAST)
     with contextlib.suppress(AttributeError, OSError):  # not Linux
         ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGTERM)
         os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +11,7 @@ from robots.priority import AUTOGROUP
 from tests.rig import ROOT
 
 pytestmark = [
-    pytest.mark.skipif(not AUTOGROUP.exists(), reason="autogroups of Linux"),
+    pytest.mark.skipif(not Path(AUTOGROUP).exists(), reason="autogroups of Linux"),
     pytest.mark.alone,  # the niceness of the unit tests is not the ordinary one
 ]
 SHOWN = "import os; print(os.getpriority(os.PRIO_PROCESS, 0), open('/proc/self/autogroup').read().split()[-1])"
@@ -36,3 +37,12 @@ def test_what_runs_aside_has_a_session_of_its_own_with_the_least_share(own):
     scheduler = "import os; print(os.sched_getscheduler(0) & 0xFF, int(os.getsid(0) == os.getpid()))"
     assert shown("tools/aside.py", sys.executable, "-c", scheduler, own=own) == [os.SCHED_IDLE, 1]
     assert shown("tools/aside.py", sys.executable, "-c", SHOWN, own=own)[1] == 19
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="becomes another user")
+def test_an_ordinary_user_s_change_that_comes_too_soon_is_made_again():
+    become = (
+        "import ctypes, os; os.setuid(65534); ctypes.CDLL(None).prctl(4, 1)"  # its files in /proc are its own again
+    )
+    change = "from robots.priority import share_less; print(*[int(share_less(n)) for n in (3, 4, 5)])"
+    assert shown("-c", f"{become}; {change}; {SHOWN}", own=True) == [1, 1, 1, 0, 5]

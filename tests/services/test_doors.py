@@ -96,6 +96,9 @@ def test_reset_mails_to_one_person_are_few_wherever_they_are_asked_for(people, m
 
 COUNT = """
 import django; django.setup()
+from django.conf import settings
+# a busy Redis that answered late would split the count
+settings.CACHES["default"]["OPTIONS"].update(socket_timeout=30, socket_connect_timeout=30)
 from django.test import RequestFactory
 from allauth.core import ratelimit
 from django.contrib.auth.models import AnonymousUser

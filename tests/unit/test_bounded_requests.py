@@ -22,6 +22,7 @@ from robots.motion.planner import Refused
 from tests.conftest import at_length
 
 CPU_S, MEMORY = 0.2, 50e6
+YARDS = 3  # the same limit, on a machine that is slower than those for which it was set
 DRIVERS = ("mercury", "pa10", "so101", "irat")
 HUGE = (10**5000, -(10**5000), 1e308, -1e308, 1e4, 1e22, -1e4, 5e-324, math.nan, math.inf, -math.inf)
 HUGE_IDS = ["ten to the 5000", "minus that", *map(str, HUGE[2:])]
@@ -102,8 +103,15 @@ def measured(call, allowed):
             assert peak < MEMORY
         else:
             least = min(least, took)
-    assert least < CPU_S
+    assert least < CPU_S or least < YARDS * yard_s()
     return raised
+
+
+def yard_s():
+    """Return what a fixed piece of work costs on this machine now (s): a slow or busy one takes longer for everything."""
+    begun = time.process_time()
+    sum(i * i for i in range(10**6))
+    return time.process_time() - begun
 
 
 def refused_or_done(name, kind, args, joints):

@@ -14,12 +14,16 @@ def stand_back(by: int) -> None:
     of its own: there the niceness of the process alone changes nothing.
     """
     os.nice(by)
-    if os.getsid(0) == os.getpid():
-        share_less(by)
+    share_less(by)
 
 
 def share_less(nice: int) -> bool:
-    """Set the niceness of the session (0 to 19). Return False where the system knows none."""
+    """Set the niceness of the session that this process leads (0 to 19). Return False if that is not possible.
+
+    The session of somebody else, as of a terminal, stays as it is.
+    """
+    if os.getsid(0) != os.getpid():
+        return False
     for _ in range(TRIES):
         try:
             descriptor = os.open(AUTOGROUP, os.O_WRONLY)

@@ -22,7 +22,7 @@ DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
 def stand_aside() -> None:
     """Lower this process's priority as far as the system lets it."""
-    with contextlib.suppress(OSError):  # it leads a group of processes already
+    with contextlib.suppress(OSError):  # it leads a group of processes already, as behind a terminal
         os.setsid()
     share_less(LEAST)
     with contextlib.suppress(AttributeError, OSError):  # not Linux

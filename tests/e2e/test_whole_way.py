@@ -53,8 +53,14 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     expect(watcher.page.locator("#ladder li").first).to_contain_text("Settled")
     air = ada.page.locator("[data-command=air]")
     expect(air).to_have_attribute("aria-disabled", "true")
-    air.click(force=True)
-    expect(ada.page.locator("#notice")).to_contain_text("press Down first")
+
+    def refused():
+        """Press again where a late state was the reason that was given."""
+        air.click(force=True)
+        ada.page.wait_for_timeout(200)
+        return "press Down first" in ada.page.locator("#notice").inner_text()
+
+    wait_for(refused, 15, "the reason of the refusal")
     ada.press("down")
     ada.press("air")
     expect(ada.page.locator("#before")).to_be_visible()

@@ -99,6 +99,7 @@ def processes_of(folder):
     return found
 
 
+@pytest.mark.alone
 def test_promise_26_a_stop_of_everything_in_mid_motion_is_safe(proof):
     """SIGTERM to the supervisor: a held robot, a recorded command, exit 0, nothing left, within 20 s."""
     times = proof.count("stops in mid-motion", 1, 5, 20)
@@ -176,9 +177,9 @@ def _life(folder, number):
     finally:
         demo.kill()
     journal = sim.journal()
-    told = [(r["event"], round(r["t"] - begun, 2)) for r in journal[-8:]]
+    told = [(r["event"], round(r["t"] - begun, 2), r.get("braked")) for r in journal[-4:]]
     rest = [r for r in journal if r["event"] == "rest"][-1]
-    assert rest["braked"], ("the motion was held", told, seconds, (folder / "demo.log").read_text()[-2000:])
+    assert rest["braked"], f"not held: {told}, {seconds:.1f} s, {(folder / 'demo.log').read_text()[-1500:]}"
     with sqlite3.connect(folder / "farhand.sqlite3") as db:
         state, reason = db.execute("select state, reason from robots_command where kind = 'move'").fetchone()
         epoch_over = db.execute(

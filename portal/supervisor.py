@@ -51,15 +51,15 @@ class Child:
         self.spec = spec
         self._tell = tell
         self._process: asyncio.subprocess.Process | forks.Forked | None = None
-        self._stopping = False
+        self._stopping: asyncio.Task[None] | None = None
         self._started = 0.0
         self.restarts = 0
         self._task = asyncio.create_task(self._keep())
 
     async def _keep(self) -> None:
-        while not self._stopping:
+        while not self.stopping:
             await self._once()
-            if self._stopping:
+            if self.stopping:
                 return
             ran = time.monotonic() - self._started
             pause = BACKOFF_S[min(self.restarts, len(BACKOFF_S) - 1)] if ran < 30 else BACKOFF_S[0]
@@ -74,6 +74,8 @@ class Child:
             self.spec.heartbeat.unlink(missing_ok=True)
         self._process = None
         self._process = await self._begin(self.spec.argv, {**os.environ, **self.spec.env})
+        if self.stopping:  # it was being started when everything was asked to stop
+            self._signal(signal.SIGTERM)
         assert self._process.stdout is not None
         async for line in self._process.stdout:
             text = line.decode(errors="replace").rstrip()
@@ -91,6 +93,11 @@ class Child:
     def pid(self) -> int:
         """Return the id of the present process; 0 while it starts."""
         return self._process.pid if self._process else 0
+
+    @property
+    def stopping(self) -> bool:
+        """Return whether it was asked to stop."""
+        return self._stopping is not None
 
     def check_heartbeat(self) -> None:
         """Kill a child whose heartbeat is too old."""
@@ -113,9 +120,13 @@ class Child:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, number)
 
-    async def stop(self) -> None:
-        """Stop the child: SIGTERM, and SIGKILL after `STOP_S`."""
-        self._stopping = True
+    def stop(self) -> asyncio.Task[None]:
+        """Stop the child: SIGTERM, and SIGKILL after `STOP_S`. Return what ends with it, the same one each time."""
+        if self._stopping is None:
+            self._stopping = asyncio.create_task(self._stop())
+        return self._stopping
+
+    async def _stop(self) -> None:
         self._signal(signal.SIGTERM)
         done, _ = await asyncio.wait({self._task}, timeout=STOP_S)
         if not done:
@@ -137,6 +148,7 @@ class Supervisor:
         self._tell = tell or tidy_line
         self.children: dict[str, Child] = {}
         self._end = asyncio.Event()
+        self._reading: asyncio.Future[list[ProcessSpec]] | None = None
 
     def ask_to_stop(self) -> None:
         """Start to stop."""
@@ -150,32 +162,45 @@ class Supervisor:
         for spec in self._fixed:
             self.children[spec.name] = Child(spec, self._tell)
         announce = asyncio.create_task(ready()) if ready else None
+        end = asyncio.create_task(self._end.wait())
         try:
-            while not self._end.is_set():
-                await self._look()
-                with contextlib.suppress(asyncio.TimeoutError):
-                    await asyncio.wait_for(self._end.wait(), self.LOOK_S)
+            while not end.done():
+                self._check()
+                await self._follow(end)
+                await asyncio.wait({end}, timeout=self.LOOK_S)
         finally:
-            if announce is not None:
-                announce.cancel()
+            for task in (announce, end, self._reading):
+                if task is not None:
+                    task.cancel()
             await self._stop_all()
 
-    async def _look(self) -> None:
-        for child in list(self.children.values()):
+    def _check(self) -> None:
+        for child in self.children.values():
             child.check_heartbeat()
         forks.reap({child.pid for child in self.children.values()})
+
+    async def _follow(self, end: asyncio.Future[Any]) -> None:
+        """Start and stop what the database asks for. One that does not answer delays no check and no stop."""
+        if self._reading is None:
+            self._reading = asyncio.ensure_future(self._wanted())
+        await asyncio.wait({self._reading, end}, timeout=self.LOOK_S, return_when=asyncio.FIRST_COMPLETED)
+        if end.done() or not self._reading.done():
+            return
+        reading, self._reading = self._reading, None
         try:
-            wanted = {p.name: p for p in await self._wanted()}
+            wanted = {p.name: p for p in reading.result()}
         except Exception as error:  # noqa: BLE001 - a database that is down stops nothing that runs
             self._tell("supervisor", f"cannot read the robots now: {error}")
             return
         fixed = {p.name for p in self._fixed}
-        for name in [n for n in self.children if n not in fixed and n not in wanted]:
-            self._tell("supervisor", f"stopping {name}")
-            await self.children.pop(name).stop()
+        for name, child in list(self.children.items()):
+            if name in fixed or (child.spec == wanted.get(name) and not child.stopping):
+                continue
+            if name not in wanted and not child.stopping:
+                self._tell("supervisor", f"stopping {name}")
+            if child.stop().done():
+                del self.children[name]
         for name, spec in wanted.items():
-            if name in self.children and self.children[name].spec != spec:
-                await self.children.pop(name).stop()
             if name not in self.children:
                 self.children[name] = Child(spec, self._tell)
 

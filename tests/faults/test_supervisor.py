@@ -90,6 +90,66 @@ def test_it_follows_what_the_database_wants():
     run(supervisor, story)
 
 
+CAREFUL = (sys.executable, "-c", """
+import signal, sys, time
+signal.signal(signal.SIGTERM, lambda *_: (print("held", flush=True), sys.exit()))
+print("up", flush=True)
+time.sleep(1000)
+""")  # fmt: skip
+DEAF = (sys.executable, "-c", """
+import signal, time
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+print("up", flush=True)
+time.sleep(1000)
+""")  # fmt: skip
+
+
+@pytest.mark.parametrize("what", ["the database", "another process"])
+def test_a_stop_of_everything_waits_for_nothing_that_is_looked_after(monkeypatch, what):
+    """The supervisor was asking the database for the robots, or ending one that nobody wants: others are held at once."""
+    monkeypatch.setattr("portal.supervisor.STOP_S", 4.0)
+    wanted, lines, looked = [ProcessSpec("deaf", DEAF)], [], asyncio.Event()
+
+    async def robots():
+        if ("robot", "up") not in lines or ("deaf", "up") not in lines:
+            return wanted
+        looked.set()
+        if what == "the database":
+            await asyncio.sleep(1000)
+        return []
+
+    supervisor = Supervisor([ProcessSpec("robot", CAREFUL)], robots, lambda *line: lines.append(line))
+    supervisor.LOOK_S = 0.1
+
+    async def main():
+        task = asyncio.create_task(supervisor.run())
+        await asyncio.wait_for(looked.wait(), 20)
+        pids = [child.pid for child in supervisor.children.values()]
+        await asyncio.sleep(0.2)
+        supervisor.ask_to_stop()
+        await asyncio.wait_for(task, 30)
+        return pids
+
+    pids = asyncio.run(main())
+    assert len(pids) == 2
+    assert not any(Path(f"/proc/{pid}").exists() for pid in pids)
+    assert lines.index(("robot", "held")) < lines.index(("deaf", "did not stop in time; killing it"))
+
+
+def test_a_process_that_is_just_being_started_is_asked_to_stop_before_it_is_killed(monkeypatch):
+    monkeypatch.setattr("portal.supervisor.STOP_S", 6.0)
+    begun, lines = asyncio.Event(), []
+
+    async def late(*_):
+        begun.set()
+        await asyncio.sleep(0.5)
+
+    monkeypatch.setattr("portal.forks.fork", late)
+    supervisor = Supervisor([ProcessSpec("robot", CAREFUL)], nothing, lambda *line: lines.append(line))
+    run(supervisor, begun.wait)
+    assert ("robot", "did not stop in time; killing it") not in lines
+
+
 def demo_in(folder, port):
     """Return a demo with its log in the folder."""
     env = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND", "DATABASE", "REDIS", "SECRET"))}

@@ -179,16 +179,29 @@ class Visitor:
                 break
         assert found == [], f"{where} {page.url}: {found}"
 
-    def ladder(self, state="completed", timeout=40):
-        """Wait until the newest command has ended; return its text."""
+    def ladder(self, state="completed", timeout=40, also=()):
+        """Wait until the newest command has ended, so or so; return its text."""
         ended = ["completed", "rejected", "failed", "cancelled", "expired", "unknown"]
         item = self.page.locator("#ladder li").first
         end = time.monotonic() + timeout
         while (found := item.get_attribute("data-state")) not in ended:
             assert time.monotonic() < end, (item.inner_text(), self._told())
             self.page.wait_for_timeout(30)
-        assert found == state, item.inner_text()
+        assert found in (state, *also), item.inner_text()
         return item.inner_text()
+
+    def lets_go(self, held):
+        """Call what holds a control and lets it go, and see the motion end by that.
+
+        A page that drew for half a second has sent no keep-alives meanwhile, and is told so: it holds again.
+        """
+        for _ in range(4):
+            self._mark_newest()
+            held()
+            expect(self.page.locator("#ladder li:first-child:not([data-seen])")).to_be_attached()
+            if "Nothing was heard from your controls" not in self.ladder(also=("cancelled",)):
+                break
+        self.ladder()
 
     def _told(self):
         """Return what the rows, the page and the owner say, for a command that does not end."""
@@ -202,12 +215,16 @@ class Visitor:
             3
         ):  # on a busy machine a state may come late, just then; the page says so, and one presses again
             expect(button).to_have_attribute("aria-disabled", "false")
-            self.page.evaluate("() => document.querySelector('#ladder li')?.setAttribute('data-seen', '')")
+            self._mark_newest()
             button.click()
             self.page.wait_for_timeout(60)
             if self.page.locator("#ladder li:first-child:not([data-seen])").count():
                 break  # given: what the page says may be of the press before
         return self.ladder(state)
+
+    def _mark_newest(self):
+        """Mark the newest command, to tell one that comes after it."""
+        self.page.evaluate("() => document.querySelector('#ladder li')?.setAttribute('data-seen', '')")
 
     def close(self):
         self.context.close()

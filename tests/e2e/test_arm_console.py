@@ -157,18 +157,21 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     # hold to turn an axis: it goes on while held and ends when released
     button = page.locator('[data-jog="S1,-1"]')
 
-    def turns():
+    def turns(start):
         """A page that drew for half a second sent no keep-alives, so the motion has ended: press again."""
         if not page.locator(".held").count():
             page.mouse.up()
             expect(button).to_have_attribute("aria-disabled", "false")
             button.hover()
             page.mouse.down()
-        return portal.sim.status()["q"][0] < 0.25
+        return portal.sim.status()["q"][0] < start - 0.1
 
-    wait_for(turns, 60, "the axis turns")
-    page.mouse.up()
-    ada.ladder("completed")
+    def held():
+        start = portal.sim.status()["q"][0]
+        wait_for(lambda: turns(start), 60, "the axis turns")
+        page.mouse.up()
+
+    ada.lets_go(held)
     # a newer target takes the place of the one before, in motion
     page.fill("#speed", "10")
     page.fill(".joint:nth-child(1) input[type=number]", "80")

@@ -119,18 +119,24 @@ def rest(portal, at):
 def test_small_steps_by_pointer_key_and_gamepad(portal, operator):
     ada = operator("ada")
     page = ada.page
-    hold(portal, page, "1,0")
-    page.mouse.up()
-    assert "done" in page.inner_text("#say") or ada.ladder("completed")
-    page.focus('[data-jog="-1,0"]')
-    x = portal.sim.status()["pose"][0]
-    page.keyboard.down("ArrowLeft")
-    wait_for(lambda: tick(page) or portal.sim.status()["pose"][0] < x - 0.015, 10, "steps to the left")
-    page.keyboard.up("ArrowLeft")
-    ada.ladder("completed")
-    hold(portal, page, "0,1", by="pad")
-    page.evaluate("() => { pad.axes = [0, 0]; }")
-    ada.ladder("completed")
+
+    def by_pointer():
+        hold(portal, page, "1,0")
+        page.mouse.up()
+
+    def by_key():
+        page.focus('[data-jog="-1,0"]')
+        x = portal.sim.status()["pose"][0]
+        page.keyboard.down("ArrowLeft")
+        wait_for(lambda: tick(page) or portal.sim.status()["pose"][0] < x - 0.015, 10, "steps to the left")
+        page.keyboard.up("ArrowLeft")
+
+    def by_gamepad():
+        hold(portal, page, "0,1", by="pad")
+        page.evaluate("() => { pad.axes = [0, 0]; }")
+
+    for held in (by_pointer, by_key, by_gamepad):
+        ada.lets_go(held)
     ada.axe("held motion")
 
 

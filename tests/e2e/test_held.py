@@ -72,19 +72,26 @@ def towards(portal, by):
 
 
 def hold(portal, page, direction, by="pointer", stick=(0, 1)):
-    """Begin to hold, and wait until the arm is moving."""
+    """Begin to hold, and wait until the arm is moving. A page that drew for half a second has lost it: hold again."""
     if direction.startswith("y"):
         page.click("#tab-position")
-    before = portal.sim.count("motion")
     button = page.locator(f'[data-jog="{direction}"]')
-    try:
-        wait_for(lambda: tick(page) or button.get_attribute("aria-disabled") == "false", 30, "the arm is free")
-    except AssertionError as error:
-        said = [page.inner_text(f"#{name}") for name in ("state", "why", "ladder")]
-        raise AssertionError(f"the arm is not free: {said}") from error
-    asked = Command.objects.count()
+    for _ in range(4):
+        try:
+            wait_for(lambda: tick(page) or button.get_attribute("aria-disabled") == "false", 30, "the arm is free")
+        except AssertionError as error:
+            raise AssertionError(f"the arm is not free: {told(page)}") from error
+        if moves(portal, page, button, stick if by == "pad" else None):
+            return
+        page.evaluate("() => { if (window.pad) pad.axes = [0, 0]; }")
+    raise AssertionError(f"no steps in four holds: {told(page)}")
+
+
+def moves(portal, page, button, stick):
+    """Hold the button, or the stick of a gamepad; return whether the arm moves, or the motion has ended before."""
+    before, asked = portal.sim.count("motion"), Command.objects.count()
     for _ in range(3):  # a page that still loads may move the button away from under the pointer
-        if by == "pad":
+        if stick:
             page.evaluate("([x, y]) => { pad.axes = [x, y]; }", list(stick))
         else:
             page.mouse.up()
@@ -95,12 +102,25 @@ def hold(portal, page, direction, by="pointer", stick=(0, 1)):
         with contextlib.suppress(AssertionError):
             wait_for(lambda: tick(page) or Command.objects.count() > asked, 3, "a command")
             break
+    steps = 2 if portal.robot.slug == "mercury" else 1  # the arm's is one motion for as long as it is held
+
+    def moving():
+        tick(page)
+        return portal.sim.count("motion") >= before + steps
+
+    def over():
+        newest = Command.objects.order_by("-pk").first()
+        return newest is not None and newest.final
+
     try:
-        steps = 2 if portal.robot.slug == "mercury" else 1  # the arm's is one motion for as long as it is held
-        wait_for(lambda: tick(page) or portal.sim.count("motion") >= before + steps, 10, "steps")
+        wait_for(lambda: moving() or over(), 10, "steps")
     except AssertionError as error:
-        said = [page.inner_text(f"#{name}") for name in ("state", "why", "ladder")]
-        raise AssertionError(f"no steps: {said}, {Command.objects.count() - asked} commands") from error
+        raise AssertionError(f"no steps: {told(page)}, {Command.objects.count() - asked} commands") from error
+    return moving()
+
+
+def told(page):
+    return [page.inner_text(f"#{name}") for name in ("state", "why", "ladder")]
 
 
 def tick(page):

@@ -24,11 +24,11 @@ def left(tmp_path, capfd):
 
     (tmp_path / "pytest.ini").write_text("[pytest]")
 
-    def run(*texts, slower=1.0):
+    def run(*texts, slower=1.0, crowded=False):
         for number, text in enumerate(texts):
             (tmp_path / f"test_{number}.py").write_text(text)
         runner = run_tests.Runner(slower, tmp_path)
-        part = run_tests.Part("sqlite", (".",), "not alone")
+        part = run_tests.Part("sqlite", (".",), "not alone", crowded=crowded)
         failures = runner.again(runner.run((part,), shown=True))
         said = capfd.readouterr().out
         print(said, failures)  # for whoever reads a failure of this test
@@ -62,6 +62,10 @@ def test_what_fails_again_has_failed(left):
 
 def test_on_a_slow_machine_whatever_failed_is_run_again(left):
     assert left(WRONG, PLAIN, slower=2.0) == (1, 2)
+
+
+def test_what_failed_in_a_crowd_is_judged_alone(left):
+    assert left(WRONG, PLAIN, crowded=True) == (1, 2)
 
 
 def test_many_failures_are_not_the_machine_s(left):

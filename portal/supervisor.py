@@ -193,9 +193,14 @@ class Supervisor:
             self._tell("supervisor", f"cannot read the robots now: {error}")
             return
         fixed = {p.name for p in self._fixed}
-        for name, child in list(self.children.items()):
-            if name in fixed or (child.spec == wanted.get(name) and not child.stopping):
-                continue
+        leaving = {
+            name: child
+            for name, child in self.children.items()
+            if name not in fixed and (child.stopping or child.spec != wanted.get(name))
+        }
+        for name, child in leaving.items():
+            if child.spec.rank > min(c.spec.rank for c in leaving.values()):
+                continue  # a simulator while an owner still holds its robot
             if name not in wanted and not child.stopping:
                 self._tell("supervisor", f"stopping {name}")
             if child.stop().done():

@@ -136,6 +136,29 @@ def test_a_stop_of_everything_waits_for_nothing_that_is_looked_after(monkeypatch
     assert lines.index(("robot", "held")) < lines.index(("deaf", "did not stop in time; killing it"))
 
 
+def test_the_owner_of_a_robot_that_is_switched_off_ends_before_its_simulator():
+    """It could not hold the robot otherwise."""
+    holding = (sys.executable, "-c", CAREFUL[2].replace('(print("held"', '(time.sleep(1), print("held"'))
+    wanted = [ProcessSpec("simulator", CAREFUL, rank=1), ProcessSpec("owner", holding, rank=0)]
+    lines = []
+
+    async def now():
+        return list(wanted)
+
+    supervisor = Supervisor([], now, lambda *line: lines.append(line))
+    supervisor.LOOK_S = 0.1
+
+    async def story():
+        await until(lambda: lines.count(("owner", "up")) == lines.count(("simulator", "up")) == 1)
+        wanted[:] = [ProcessSpec("simulator", CAREFUL, {"ANOTHER": "1"}, rank=1)]  # its owner must go first there, too
+        await until(lambda: lines.count(("simulator", "up")) == 2)
+        wanted.clear()
+        await until(lambda: not supervisor.children)
+
+    run(supervisor, story)
+    assert [name for name, text in lines if text == "held"] == ["owner", "simulator", "simulator"]
+
+
 def test_a_process_that_is_just_being_started_is_asked_to_stop_before_it_is_killed(monkeypatch):
     monkeypatch.setattr("portal.supervisor.STOP_S", 6.0)
     begun, lines = asyncio.Event(), []

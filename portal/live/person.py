@@ -111,7 +111,7 @@ class PersonConsumer(Line):
     async def _serve(self, subscriber: Subscriber) -> None:
         """Send the person's places whenever they changed, and at certain moments."""
         while True:
-            subscriber.changed.clear()
+            subscriber.begins()
             try:
                 seen = await self.orm(self._look)
             except Error:
@@ -120,7 +120,8 @@ class PersonConsumer(Line):
             if seen is None:
                 await self.close(SIGNED_OUT)
                 return
-            shown, subscriber.queues = seen
+            shown, queues = seen
+            subscriber.has_read(queues)
             states = {one["state"] for one in shown["places"]}
             self.known = bool(states - {"missed"})
             self._waits = bool(states & {"waiting", "offered"})

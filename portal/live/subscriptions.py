@@ -9,7 +9,7 @@ from django.conf import settings
 from redis.exceptions import RedisError
 
 from robots import bus
-from robots.messages import decode_standing
+from robots.messages import StandingChanged, decode_standing
 
 log = logging.getLogger(__name__)
 AGAIN_S = 0.5
@@ -19,9 +19,27 @@ class Subscriber:
     """One person's socket; `changed` is set when one of its queues or the person's own places changed."""
 
     def __init__(self, user: int) -> None:
-        self.user = user
-        self.queues: frozenset[int] | None = None  # not known yet: each may be its own
         self.changed = asyncio.Event()
+        self._user = user
+        self._queues: frozenset[int] | None = None  # not known yet: each may be its own
+        self._told: set[int] = set()  # queues that changed since the places began to be read
+
+    def begins(self) -> None:
+        """Note that the places are read now: what changes from now on may be missing in them."""
+        self.changed.clear()
+        self._told.clear()
+
+    def has_read(self, queues: frozenset[int]) -> None:
+        """Note in which queues the person is. One that changed while the places were read is read again."""
+        self._queues = queues
+        if self._told & queues:
+            self.changed.set()
+
+    def hear(self, told: StandingChanged) -> None:
+        """Take a message that may concern this person."""
+        self._told.add(told.queue)
+        if told.user == self._user or self._queues is None or told.queue in self._queues:
+            self.changed.set()
 
 
 class Subscriptions:
@@ -84,8 +102,7 @@ class Subscriptions:
             log.warning("a message on the channel of people was not understood: %s", error)
             return
         for subscriber in self._subscribers:
-            if told.user == subscriber.user or subscriber.queues is None or told.queue in subscriber.queues:
-                subscriber.changed.set()
+            subscriber.hear(told)
 
 
 _of_loop: dict[int, Subscriptions] = {}

@@ -12,9 +12,10 @@ from django.conf import settings
 from playwright.sync_api import Page, expect, sync_playwright
 
 from accounts.bank import load_bank
+from queueing.models import Queue, Ticket, Turn
 from robots import bus
 from robots.clock import SYSTEM
-from robots.models import Command, Robot
+from robots.models import Command, Grant, Lease, Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
@@ -53,6 +54,12 @@ class Portal:
     def worker(self, process):
         self._house.owner = process
 
+    def told(self):
+        """Return what rows and processes say, for whoever reads a failure."""
+        rows = [list(model.objects.values()) for model in (Robot, Lease, Queue, Ticket, Turn, Grant)]
+        said = [child.said()[-2000:] for child in (self._house.housekeeper, self.worker) if child is not None]
+        return f"{SYSTEM.now()}", *rows, *said
+
 
 @pytest.fixture
 def portal(transactional_db, redis_server, robot, house):
@@ -60,7 +67,9 @@ def portal(transactional_db, redis_server, robot, house):
         bus.connection().flushall()
     shutil.rmtree(settings.VAR / "mail", ignore_errors=True)
     load_bank(robot)
-    yield Portal(robot, house)
+    made = Portal(robot, house)
+    yield made
+    print(*made.told(), sep="\n")  # shown with a failure only
     if redis_server.process is None:
         redis_server.start()
     house.settle()

@@ -2,11 +2,13 @@
 
 import contextlib
 import json
+import time
 from datetime import timedelta
 
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+from portal.live import person
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
@@ -69,6 +71,23 @@ def test_the_whole_way_from_another_page(web, people, robot):
         told(one, "")
     assert Turn.objects.get().end_reason == "ended by the operator"
     nothing_left(web)
+
+
+def test_an_offer_that_is_made_while_the_places_are_read_is_told_at_once(web, people, robot, monkeypatch):
+    read, offered = person.standings, []
+
+    def standings(*args):
+        found = read(*args)
+        if found and not offered:
+            offered.append(queue.tick(SYSTEM.now()))
+            time.sleep(0.5)  # that the queue changed is heard before the answer is
+        return found
+
+    monkeypatch.setattr(person, "standings", standings)
+    with me(web, people["ada"]) as one:
+        told(one, "")
+        queue.join(robot, people["ada"], SYSTEM.now())
+        told(one, "offered")
 
 
 def test_a_missed_offer_is_told_and_dismissed_for_all_pages(web, people, robot):

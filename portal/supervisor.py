@@ -198,8 +198,9 @@ class Supervisor:
             for name, child in self.children.items()
             if name not in fixed and (child.stopping or child.spec != wanted.get(name))
         }
+        first = min((child.spec.rank for child in leaving.values()), default=0)
         for name, child in leaving.items():
-            if child.spec.rank > min(c.spec.rank for c in leaving.values()):
+            if child.spec.rank > first:
                 continue  # a simulator while an owner still holds its robot
             if name not in wanted and not child.stopping:
                 self._tell("supervisor", f"stopping {name}")

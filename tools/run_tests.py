@@ -143,9 +143,10 @@ class Runner:
 
     def again(self, failures: list[Failure]) -> list[Failure]:
         """Run once more, alone, what may have failed because of the machine; return what still fails."""
+        if not 0 < len(failures) <= AGAIN_AT_MOST:
+            return failures
         slow = max(self._slower, pace()) > SLOW
-        again = [f for f in failures if f.test and (slow or f.part.crowded or TOO_LONG.search(f.said))]
-        if len(again) > AGAIN_AT_MOST or again != failures:
+        if not all(f.test and (slow or f.part.crowded or TOO_LONG.search(f.said)) for f in failures):
             return failures
         still = []
         for part in dict.fromkeys(f.part for f in failures):

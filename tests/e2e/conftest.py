@@ -24,6 +24,7 @@ AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.
 # where Redis answers late a code is refused; the page goes on without a stream of its own and asks again
 ASKS_AGAIN = re.compile(r"status of 503 .*/stream-code/")
 AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], rules: {'target-size': {enabled: true}}})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
+LOST = "Nothing was heard from your controls"  # of a page that drew for half a second and sent no keep-alives
 expect.set_options(timeout=15_000)
 
 
@@ -208,7 +209,7 @@ class Visitor:
             self._mark_newest()
             held()
             expect(self.page.locator("#ladder li:first-child:not([data-seen])")).to_be_attached()
-            if "Nothing was heard from your controls" not in self.ladder(also=("cancelled",)):
+            if LOST not in self.ladder(also=("cancelled",)):
                 break
         self.ladder()
 

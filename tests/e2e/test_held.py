@@ -12,6 +12,7 @@ from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.models import Command, Robot
 from tests.conftest import BOTH_AT_LENGTH, wait_for
+from tests.e2e.conftest import LOST
 from tests.faults.proxy import Proxy
 from tests.faults.witness import Witness
 from tests.looked import swept
@@ -88,7 +89,7 @@ def hold(portal, page, direction, by="pointer", stick=(0, 1)):
 
 
 def moves(portal, page, button, stick):
-    """Hold the button, or the stick of a gamepad; return whether the arm moves, or the motion has ended before."""
+    """Hold the button, or the stick of a gamepad; return whether the arm moves, or the page has lost it before."""
     before, asked = portal.sim.count("motion"), Command.objects.count()
     for _ in range(3):  # a page that still loads may move the button away from under the pointer
         if stick:
@@ -108,12 +109,12 @@ def moves(portal, page, button, stick):
         tick(page)
         return portal.sim.count("motion") >= before + steps
 
-    def over():
+    def lost():
         newest = Command.objects.order_by("-pk").first()
-        return newest is not None and newest.final
+        return newest is not None and LOST in newest.reason
 
     try:
-        wait_for(lambda: moving() or over(), 10, "steps")
+        wait_for(lambda: moving() or lost(), 10, "steps")
     except AssertionError as error:
         raise AssertionError(f"no steps: {told(page)}, {Command.objects.count() - asked} commands") from error
     return moving()

@@ -298,7 +298,7 @@ def test_promise_24_a_full_disk(rig, web, proof):
             wait_for(lambda: Robot.objects.get().stop_latched, 5, "the latch")
             (folder / "ballast").unlink()
             services.release_stop(rig.robot, rig.people["ada"], checked=True)
-            wait_for(lambda: not (settings.VAR / "run/mercury.stopped").exists(), 20, "the release")
+            wait_for(lambda: not (settings.VAR / "run/mercury.stopped").exists(), 5, "the release")
             time.sleep(0.5)
             command = rig.final(rig.issue("move", x=0.0, y=0.4))
             assert command.result.get("still"), "pictures are kept again by themselves"

@@ -37,6 +37,7 @@ def test_a_newer_epoch_replaces_the_commander_and_brakes_first(irat, wire_client
         wait_for(lambda: not irat.status()["moving"], 3, "rest")
     assert journal(irat, "rest")[-1]["end"] == "replaced"
     begun = irat.count("motion")
+    wire_client.drive(linear=0.15)  # the robot may have come to rest before the next velocity was due
     assert f"epoch {epoch} commands now" in wire_client.complaint()
     assert "claim the robot first" in wire_client.complaint()
     newer.drive(angular=0.5)

@@ -55,7 +55,7 @@ export class Live {
   private own: OwnStream;
   private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
   private known = false; // a snapshot has come over this socket
-  private plan: object | null = null; // the preview that was asked for and not answered yet
+  private plan: object | null = null; // the preview that was asked for and not answered yet, sent or not
 
   /**
    * `wish` is what the page wants to watch from the beginning: a `watch` message; `moved`: the connection worked, and
@@ -106,9 +106,9 @@ export class Live {
   }
 
   send(message: object): boolean {
+    if ((message as { t?: string }).t === "plan") this.plan = message;
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
-    if ((message as { t?: string }).t === "plan") this.plan = message;
     return true;
   }
 
@@ -137,7 +137,7 @@ export class Live {
     this.hear();
     this.set(true);
     this.ping();
-    if (this.plan) this.send(this.plan); // whoever was asked is gone
+    if (this.plan) this.send(this.plan); // whoever was asked is gone, if anybody was
   }
 
   private use(socket: WebSocket): void {

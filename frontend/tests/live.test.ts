@@ -159,3 +159,23 @@ test("whose turn is over gets the public view without a pause", () => {
   sockets[0]!.end(4410);
   assert.equal(sockets.length, 2);
 });
+
+test("a preview that was asked for without a connection is asked for with the next one, and once", () => {
+  const live = page();
+  pass(50);
+  const first = sockets[0]!;
+  first.say({ t: "snapshot", now_ms: 0 });
+  reached = false;
+  first.readyState = CLOSED;
+  first.end(1006);
+  assert.equal(live.send({ t: "plan", n: 1 }), false);
+  assert.equal(live.send({ t: "plan", n: 2 }), false);
+  reached = true;
+  pass(15_000);
+  const asked = (one: Socket): string[] => one.sent.filter((message) => message.includes('"plan"'));
+  assert.deepEqual(asked(sockets.at(-1)!), ['{"t":"plan","n":2}'], "the newest one");
+  sockets.at(-1)!.say({ t: "plan", n: 2, ok: true, text: "" });
+  sockets.at(-1)!.end(1006);
+  pass(15_000);
+  assert.deepEqual(asked(sockets.at(-1)!), [], "it has been answered");
+});

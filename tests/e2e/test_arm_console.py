@@ -202,6 +202,27 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
 
 
 @pytest.mark.length
+def test_a_turn_that_is_known_before_the_first_state(transactional_db, portal, operator):
+    page = operator().page
+    known = []
+
+    def pass_on(socket):
+        server = socket.connect_to_server()
+        server.on_message(lambda message: socket.send(message) if known or isinstance(message, str) else None)
+
+    page.route_web_socket(re.compile("/ws/"), pass_on)
+    page.reload()
+    page.wait_for_selector(".operating")
+    expect(page.locator("#model canvas")).to_be_visible(timeout=20_000)
+    page.wait_for_timeout(1000)  # it asks where a target leads after 0.12 s
+    assert page.inner_text("#model-said") == ""
+    assert page.input_value("#pose-x") == ""
+    known.append(True)
+    expect(page.locator("#model-said")).to_have_text("The arm is there")
+    expect(page.locator("#pose-x")).not_to_have_value("")
+
+
+@pytest.mark.length
 @pytest.mark.parametrize("look", [{"viewport": {"width": 390, "height": 844}, "color_scheme": "dark"}])
 def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
     ada = operator(**look)

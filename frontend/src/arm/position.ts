@@ -64,6 +64,11 @@ export class Position {
     return label;
   }
 
+  /** Fill in the tool's present pose if nothing is filled in yet. */
+  begin(): void {
+    if (this.inputs.every((field) => field.value === "")) this.take();
+  }
+
   /** Fill in the tool's present pose. */
   take(): void {
     const here = this.tool();

@@ -39,6 +39,7 @@ class ArmConsole implements Console, Judge {
   private planned = 0;
   private narrow = matchMedia("(max-width: 45.99rem)");
   private planTimer = 0;
+  private known = false; // where the arm is: a state has come
   private tabs = new Tabs(byId("modes"), (name) => this.changed(name));
   private joints: Joints;
   private position: Position;
@@ -79,12 +80,18 @@ class ArmConsole implements Console, Judge {
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
         button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
       if (page.state) this.view.joints(page.state.joints);
-      this.ask();
+      this.begin();
     } catch (error) {
       byId("model").dataset["broken"] = "yes";
       text("model-said", "The 3D view does not work in this browser; cameras and controls do.");
       console.warn(error);
     }
+  }
+
+  /** A turn may begin before the first state has come, or before the view stands: do then what could not be done at once. */
+  private begin(): void {
+    this.position.begin();
+    this.ask();
   }
 
   /** Each camera has a small canvas; the chosen one fills the screen. */
@@ -127,6 +134,8 @@ class ArmConsole implements Console, Judge {
     this.programs.state(packet);
     text("mode", packet.mode);
     readings(packet);
+    if (!this.known) this.begin();
+    this.known = true;
   }
 
   still(still: Still): void {
@@ -181,7 +190,7 @@ class ArmConsole implements Console, Judge {
   }
 
   tool(): number[] | null {
-    return this.view?.tool() ?? null;
+    return page.state && this.view ? this.view.tool() : null;
   }
 
   /** Move the ghost through a program, and show its step. */

@@ -9,7 +9,7 @@ from robots.rules import positive
 
 __all__ = (
     "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "Job", "JobRun", "JobState", "Queue",
-    "QueueRobot", "Ticket", "TicketState", "Turn",
+    "QueueRobot", "Ticket", "TicketState", "Turn", "TurnSession",
 )  # fmt: skip
 
 
@@ -164,3 +164,17 @@ class Turn(models.Model):
     def get_absolute_url(self) -> str:
         """Return the turn's permanent address."""
         return f"/turns/{self.pk}/"
+
+
+class TurnSession(models.Model):
+    """A session of the operator in which the robot's page is open, and when that page last reported."""
+
+    turn = models.ForeignKey(Turn, models.CASCADE, related_name="sessions")
+    session = models.CharField(max_length=40, help_text="The key of the session.")
+    last_seen = models.DateTimeField()
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["turn", "session"], name="each_session_of_a_turn_once")]
+
+    def __str__(self) -> str:
+        return f"a session of {self.turn}"

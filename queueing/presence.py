@@ -3,15 +3,15 @@
 from datetime import datetime
 from typing import Any
 
-from queueing.models import NOT_YET, Ticket, TicketState, Turn
+from queueing.models import NOT_YET, Ticket, TicketState, Turn, TurnSession
 from queueing.tickets import open_ticket
 from robots import bus
 from robots.messages import StandingChanged
 from robots.models import Robot
 
 
-def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None) -> None:
-    """Count a heartbeat or a request as presence."""
+def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None, session: str = "") -> None:
+    """Count a heartbeat or a request as presence; `session`: the key of the session in which a page reports."""
     ticket = open_ticket(robot, user)
     if ticket is None:
         return
@@ -21,15 +21,23 @@ def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None) ->
     Ticket.objects.filter(pk=ticket.pk).update(**changes)
     if ticket.state == TicketState.OPERATING:
         mine = Turn.objects.filter(ticket=ticket, ended_at=None)
+        if session:
+            _note(mine.first(), session, now)
         back = mine.filter(connected=False).update(connected=True)
         mine.update(**changes)
         if back:
             bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
-def disconnected(robot: Robot, user: Any, now: datetime) -> None:
-    """Note that the operator's socket closed; the turn is kept for a while."""
+def _note(turn: Turn | None, session: str, now: datetime) -> None:
+    if turn is not None and not turn.sessions.filter(session=session).update(last_seen=now):
+        turn.sessions.get_or_create(session=session, defaults={"last_seen": now})
+
+
+def disconnected(robot: Robot, user: Any, now: datetime, session: str = "") -> None:
+    """Note that the operator's socket closed; the turn is kept for a while. `session`: its session's key."""
     mine = Turn.objects.filter(robot=robot, user=user, ended_at=None, classic=False)
+    TurnSession.objects.filter(turn__in=mine, session=session).delete()
     if mine.update(connected=False, last_seen=now):
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
 

@@ -1,12 +1,16 @@
 """What happens to a place and a turn when their person signs out or may no longer drive."""
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from enum import Enum
 
-from queueing.models import OPEN_TICKET, Ticket, Turn
+from django.contrib.sessions.models import Session
+
+from queueing.models import OPEN_TICKET, Ticket, Turn, TurnSession
 from queueing.tickets import remove
 from queueing.turns import end_turn
 from robots.states import GrantEnd
+
+LATELY = timedelta(seconds=6)  # an operator's page reports every two seconds
 
 
 class Place(Enum):
@@ -16,6 +20,14 @@ class Place(Enum):
     OTHERS = "goes on only where another session of theirs drives"
     TURN_ENDS = "the turn ends, a place in the queue is kept"
     LOST = "both are lost"
+
+
+def reported_elsewhere(slug: str, person: int, session: str, now: datetime) -> datetime | None:
+    """Return when the operator's page last reported in another session of theirs that is not over; None if in none."""
+    alive = Session.objects.filter(expire_date__gt=now).exclude(pk=session)
+    mine = TurnSession.objects.filter(turn__robot__slug=slug, turn__user=person, turn__ended_at=None)
+    found = mine.filter(session__in=alive.values("pk")).order_by("-last_seen").first()
+    return found.last_seen if found else None
 
 
 def disconnect(slug: str, person: int, now: datetime) -> None:

@@ -58,6 +58,7 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
         if not done:
             return False
+        turn.sessions.all().delete()
         end_grant(turn.grant, code, reason, now)
         Ticket.objects.filter(pk=turn.ticket_id).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
         charge(queue, account_of(queue, turn.user), turn.ticket.start_tag, seconds)

@@ -33,7 +33,7 @@ from portal.live.messages import (
     Stop,
     Watch,
 )
-from portal.live.people import current_user
+from portal.live.people import current_user, session_key
 from portal.live.previews import Question, previewer
 from portal.live.rooms import Cameras
 from portal.live.threads import URGENT
@@ -67,7 +67,7 @@ class RobotConsumer(Viewing):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._asked: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
-        self._serving = self._seeing = self._previewing = False
+        self._serving = self._seeing = self._unseen = self._previewing = False
         self._noting = threading.Lock()  # presence; what a thread has begun cannot be cancelled
         self._plan = ""
         self._planning = asyncio.Event()
@@ -120,14 +120,17 @@ class RobotConsumer(Viewing):
 
     def check_in(self) -> None:
         """Note in the database that the person is present; beside requests, which must not wait for it."""
+        self._unseen = True
         if not self._seeing:
             self._seeing = True
             self.begin(self._see())
 
     async def _see(self) -> None:
         try:
-            with contextlib.suppress(Exception):  # the next ping notes the presence again
-                await self.orm(self._mark_seen)
+            while self._unseen:  # a note that has begun may be older than what asked for the next one
+                self._unseen = False
+                with contextlib.suppress(Exception):  # the next ping notes the presence again
+                    await self.orm(self._mark_seen)
         finally:
             self._seeing = False
 
@@ -165,7 +168,7 @@ class RobotConsumer(Viewing):
         with self._noting:
             user = current_user(self.scope)
             if user.is_authenticated and not self.goes_on_elsewhere(user.pk):
-                queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now())
+                queue.disconnected(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), session_key(self.scope))
 
     def goes_on_elsewhere(self, person: int) -> bool:
         """Return whether the person's page goes on over the operator's stream, which has just been opened."""
@@ -175,7 +178,8 @@ class RobotConsumer(Viewing):
         with self._noting:
             user = current_user(self.scope)
             if user.is_authenticated and not self.over:
-                queue.seen(Robot.objects.get(slug=self.slug), user, SYSTEM.now(), classic=False)
+                robot = Robot.objects.get(slug=self.slug)
+                queue.seen(robot, user, SYSTEM.now(), classic=False, session=session_key(self.scope))
 
     async def take(self, message: RobotMessage) -> None:
         """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""

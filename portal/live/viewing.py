@@ -21,7 +21,7 @@ from portal.live.shared import snapshots, with_person
 from portal.live.snapshot import of_person, snapshot
 from portal.live.threads import URGENT
 from portal.stores import down_text
-from queueing.sessions import Place, disconnect, session_over
+from queueing.sessions import LATELY, Place, disconnect, reported_elsewhere, session_over
 from robots import bus
 from robots.clock import SYSTEM
 from robots.messages import Changed
@@ -99,10 +99,15 @@ class Viewing(Line):
 
     async def _give_up(self, person: int, ending: Ending) -> None:
         if ending.place is Place.OTHERS:
+            key, now = session_key(self.scope), SYSTEM.now()
+            reported = await SESSIONS.orm(reported_elsewhere)(self.slug, person, key, now)
+            if reported is not None and now - reported < LATELY:
+                return
             await SESSIONS.orm(disconnect)(self.slug, person, SYSTEM.now())
-            session_watch().check_soon(person)
-            await URGENT.run(bus.send_session_changed, person)
-            await asyncio.sleep(OTHERS_S)
+            if reported is not None:  # a page in the background reports seldom
+                session_watch().check_soon(person)
+                await URGENT.run(bus.send_session_changed, person)
+                await asyncio.sleep(OTHERS_S)
         await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
 
     async def send_snapshot(self) -> None:

@@ -13,6 +13,8 @@ from django.contrib.sessions.models import Session
 from django.test import Client
 
 from accounts.models import Clearance
+from portal.live import viewing
+from portal.live.sessions import session_watch
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
@@ -133,14 +135,13 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
     bob = Browser(people["bob"])
 
     def ends_nothing():
-        from portal.live.sessions import session_watch
-
         return not session_watch()._ending
 
     try:
         with here.open(web) as one, phone.open(second_process) as other, bob.open(second_process) as third:
             for each in (one, other, third):
                 heard(each, "snapshot")
+            wait_for(lambda: driving.sessions.count() == 2, 5, "both sessions of the turn")
             here.sign_out()
             assert closed(one)[0] == 4401
             bob.sign_out()
@@ -157,6 +158,50 @@ def test_a_sign_out_ends_the_sockets_of_that_session_alone_and_another_one_drive
         second_process.nothing_left()
     finally:
         second_process.stop()
+
+
+def test_a_sign_out_ends_no_turn_of_another_session_that_is_too_slow_to_say_so(web, people, driving, monkeypatch):
+    monkeypatch.setattr(viewing, "OTHERS_S", 0.0)
+    here, phone = Browser(people["ada"]), Browser(people["ada"])
+    with here.open(web) as one, phone.open(web) as other:
+        for each in (one, other):
+            heard(each, "snapshot")
+        wait_for(lambda: driving.sessions.count() == 2, 5, "both sessions of the turn")
+        here.sign_out()
+        assert closed(one)[0] == 4401
+        wait_for(lambda: web.ask(lambda: not session_watch()._ending), 5, "what ends with the socket")
+        assert not turn_ended(driving)
+        phone.sign_out()
+        assert closed(other)[0] == 4401
+        wait_for(lambda: turn_ended(driving) == "signed out", 5, "the end of the turn")
+    assert not driving.sessions.exists()
+
+
+def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, people, driving, monkeypatch):
+    monkeypatch.setattr(viewing, "OTHERS_S", 3.0)  # how soon it answers is not what is judged
+    here, phone = Browser(people["ada"]), Browser(people["ada"])
+    with here.open(web) as one, phone.open(web) as other:
+        for each in (one, other):
+            heard(each, "snapshot")
+        wait_for(lambda: driving.sessions.count() == 2, 5, "both sessions of the turn")
+        driving.sessions.update(last_seen=SYSTEM.now() - timedelta(minutes=1))
+        here.sign_out()
+        assert closed(one)[0] == 4401
+        wait_for(lambda: web.ask(lambda: not session_watch()._ending), 10, "what ends with the socket")
+        assert not turn_ended(driving)
+
+
+def test_a_session_whose_page_was_closed_keeps_no_turn(web, people, driving, monkeypatch):
+    monkeypatch.setattr(viewing, "OTHERS_S", 0.0)
+    here, phone = Browser(people["ada"]), Browser(people["ada"])
+    with here.open(web) as one:
+        with phone.open(web) as other:
+            heard(one, "snapshot")
+            heard(other, "snapshot")
+            wait_for(lambda: driving.sessions.count() == 2, 5, "both sessions of the turn")
+        wait_for(lambda: driving.sessions.count() == 1, 5, "the end of one")
+        here.sign_out()
+        wait_for(lambda: turn_ended(driving) == "signed out", 5, "the end of the turn")
 
 
 @pytest.mark.asvs("7.4.1", "7.4.2", "7.4.3")

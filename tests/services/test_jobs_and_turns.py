@@ -31,15 +31,15 @@ def driven(shuttle, people, clock):
     return shuttle
 
 
-def drive_on(robot, people, clock, seconds):
-    """Let time pass in which ada's page stays connected and she gives commands."""
-    for _ in range(seconds):
-        queue.seen(robot, people["ada"], clock.go(1), classic=False)
+def drive_on(robot, people, clock, seconds, every=1):
+    """Let time pass in which ada's page stays connected; the queue is looked at each `every` seconds."""
+    for _ in range(0, seconds, every):
+        queue.seen(robot, people["ada"], clock.go(every), classic=False)
         queue.tick(clock.now())
 
 
 def test_a_turn_goes_on_while_nobody_waits_and_ends_after_somebody_asks_for_a_job(driven, people, clock):
-    drive_on(driven, people, clock, 400)
+    drive_on(driven, people, clock, 400, every=4)
     assert Turn.objects.get().ended_at is None, "extended: nobody waits"
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
     drive_on(driven, people, clock, 62)
@@ -49,7 +49,7 @@ def test_a_turn_goes_on_while_nobody_waits_and_ends_after_somebody_asks_for_a_jo
 
 def test_an_operator_who_does_nothing_makes_room_for_a_job(driven, people, clock):
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
-    drive_on(driven, people, clock, 125)
+    drive_on(driven, people, clock, 125, every=5)
     assert Turn.objects.get().end_reason == "idle while others wait"
 
 
@@ -58,7 +58,7 @@ def test_ones_own_job_ends_no_turn_of_ones_own(driven, people, clock):
         queue=queue.queue_of(driven), robot=driven, user=people["ada"], kind="go", args={"x": 1.0}, start_tag=0.0,
         asked_at=clock.now(), account=queue.queue_of(driven).accounts.get(user=people["ada"]),
     )  # fmt: skip
-    drive_on(driven, people, clock, 400)
+    drive_on(driven, people, clock, 400, every=4)
     assert Turn.objects.get().ended_at is None
 
 
@@ -67,7 +67,7 @@ def test_a_job_that_waits_for_staff_ends_no_turn(driven, people, clock):
     services.release_stop(driven, people["ada"], checked=True)
     driven.refresh_from_db()
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
-    drive_on(driven, people, clock, 400)
+    drive_on(driven, people, clock, 400, every=4)
     assert Turn.objects.get().ended_at is None
 
 
@@ -76,9 +76,9 @@ def test_who_did_nothing_while_jobs_waited_for_staff_is_not_idle_when_they_are_r
     services.release_stop(driven, people["ada"], checked=True)
     driven.refresh_from_db()
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
-    drive_on(driven, people, clock, 150)
+    drive_on(driven, people, clock, 150, every=3)
     resume(driven, people["kim"], clock.now())
-    drive_on(driven, people, clock, 115)
+    drive_on(driven, people, clock, 115, every=5)
     assert Turn.objects.get().ended_at is None, "two minutes are counted while others wait for the turn"
     drive_on(driven, people, clock, 10)
     assert Turn.objects.get().end_reason == "idle while others wait"
@@ -88,7 +88,7 @@ def test_the_wait_for_a_job_counts_the_turn(driven, people, clock):
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
     (first,) = foreseen(driven, clock.now())
     assert first.wait_s == (12, 312), "a handover at least, the whole turn at most"
-    drive_on(driven, people, clock, 100)
+    drive_on(driven, people, clock, 100, every=4)
     (first,) = foreseen(driven, clock.now())
     assert first.wait_s == (12, 212)
 

@@ -81,10 +81,11 @@ def clock() -> FakeClock:
 @pytest.fixture(autouse=True)
 def nothing_left_of_other_tests():
     """What a test before counted (sign-ups, wrong passwords) limits nobody; events that it lost are not made up for."""
-    from django.core.cache import cache
+    from django.core.cache import cache, caches
 
     from robots import bus
 
+    caches["default"]._away_until = 0.0
     cache.clear()
     bus._lost.clear()
 

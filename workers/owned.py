@@ -1,5 +1,7 @@
 """The robot of this process: its database row and its driver."""
 
+import math
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -30,6 +32,7 @@ class OwnedRobot:
         self.running = False
         self._lease, self._trace, self._streams = lease, trace, streams
         self.now = lease.now  # the database's time
+        self._remembering, self._remembered = threading.Lock(), -math.inf
         self.driver: Session = self._open_session()
 
     def renew_driver(self) -> None:
@@ -77,9 +80,13 @@ class OwnedRobot:
         return Known(self.robot.spec().named(state), state.velocities)
 
     def remember(self, state: RobotState) -> None:
-        """Store the state in the lease row, where pages of staff read it."""
+        """Store the state in the lease row, by which needs are judged; one that is older than the last is dropped."""
         kept: dict[str, Any] = {"joints": whole(state.joints), "pose": whole(state.pose)}
         kept |= {"moving": state.moving, "ready": state.ready}
         if state.values:
             kept["values"] = finite(state.values)
-        Lease.objects.filter(robot=self.robot, epoch=self._lease.epoch).update(state=kept, state_at=self.now())
+        with self._remembering:  # threads that took a state one after another may come here the other way round
+            if state.at >= self._remembered:
+                self._remembered = state.at
+                row = Lease.objects.filter(robot=self.robot, epoch=self._lease.epoch)
+                row.update(state=kept, state_at=self.now())

@@ -7,7 +7,7 @@ import contextlib
 import json
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from django.core.cache.backends.base import DEFAULT_TIMEOUT, BaseCache
 from django.core.cache.backends.locmem import LocMemCache
@@ -15,6 +15,8 @@ from django.core.cache.backends.redis import RedisCache
 from redis.exceptions import RedisError
 
 AGAIN_S = 2.0  # between two attempts while Redis is away
+OWED = 10_000
+OWED_S = 10.0  # the longest life of a lock that whoever counts sets and deletes
 
 
 class Plain:
@@ -30,7 +32,13 @@ class Plain:
 
 
 class SharedCache(BaseCache):
-    """Django's cache in Redis, which uses memory while Redis is away and returns by itself."""
+    """Django's cache in Redis, which uses memory while Redis is away and returns by itself.
+
+    What was to be deleted meanwhile is deleted first when Redis is back: a lock that stayed would refuse everybody who
+    is counted under it.
+    """
+
+    _owed: ClassVar[dict[tuple[str, int | None], float]] = {}  # keys to delete, and since when
 
     def __init__(self, location: str, params: dict[str, Any]) -> None:
         super().__init__(params)
@@ -41,11 +49,21 @@ class SharedCache(BaseCache):
     def _do(self, verb: str, *args: Any, **kwargs: Any) -> Any:
         if time.monotonic() >= self._away_until:
             try:
+                self._settle()
                 call: Callable[..., Any] = getattr(self._shared, verb)
                 return call(*args, **kwargs)
             except (RedisError, OSError):
                 self._away_until = time.monotonic() + AGAIN_S
+        if verb == "delete" and len(self._owed) < OWED:
+            self._owed[args] = time.monotonic()  # (key, version)
         return getattr(self._own, verb)(*args, **kwargs)
+
+    def _settle(self) -> None:
+        """Delete what was to be deleted while Redis was away. Raises RedisError, OSError; the rest is owed on."""
+        for (key, version), since in list(self._owed.items()):
+            if time.monotonic() - since < OWED_S:
+                self._shared.delete(key, version=version)
+            self._owed.pop((key, version), None)
 
     def add(self, key: str, value: Any, timeout: Any = DEFAULT_TIMEOUT, version: int | None = None) -> bool:
         """Set a value if there is none. Return whether it was set."""

@@ -8,7 +8,6 @@ import asyncio
 import contextlib
 import json
 import logging
-import threading
 from functools import cache
 from typing import Any
 from urllib.parse import parse_qs
@@ -68,7 +67,6 @@ class RobotConsumer(Viewing):
         super().__init__(*args, **kwargs)
         self._asked: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
         self._serving = self._seeing = self._unseen = self._previewing = False
-        self._noting = threading.Lock()  # presence; what a thread has begun cannot be cancelled
         self._plan = ""
         self._planning = asyncio.Event()
         self._jog = 0

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+import threading
 from typing import Any
 
 import msgspec
@@ -49,6 +50,7 @@ class Viewing(Line):
         self._looking = self.nobody = False
         self._freed = asyncio.Event()  # set whenever the connection has taken everything
         self._one_by_one = asyncio.Lock()
+        self._noting = threading.Lock()  # presence; what a thread has begun cannot be cancelled
         self._seat, self._leave = Seat(), contextlib.ExitStack()
 
     async def view(self, wish: Watch | None = None, cameras: Cameras | None = None) -> Viewer:
@@ -103,12 +105,16 @@ class Viewing(Line):
             reported = await SESSIONS.orm(reported_elsewhere)(self.slug, person, key, now)
             if reported is not None and now - reported < LATELY:
                 return
-            await SESSIONS.orm(disconnect)(self.slug, person, SYSTEM.now())
+            await SESSIONS.orm(self._mark_gone)(person)
             if reported is not None:  # a page in the background reports seldom
                 session_watch().check_soon(person)
                 await URGENT.run(bus.send_session_changed, person)
                 await asyncio.sleep(OTHERS_S)
         await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
+
+    def _mark_gone(self, person: int) -> None:
+        with self._noting:  # after a note of presence that has begun; none begins any more
+            disconnect(self.slug, person, SYSTEM.now())
 
     async def send_snapshot(self) -> None:
         """Send everything, and remember what this person may do."""

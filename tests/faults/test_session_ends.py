@@ -2,6 +2,7 @@
 
 import json
 import socket
+import threading
 import time
 from contextlib import contextmanager
 from datetime import timedelta
@@ -189,6 +190,41 @@ def test_a_page_in_another_session_that_has_not_reported_for_long_is_asked(web, 
         assert closed(one)[0] == 4401
         wait_for(lambda: web.ask(lambda: not session_watch()._ending), 10, "what ends with the socket")
         assert not turn_ended(driving)
+
+
+def test_a_note_of_presence_that_has_begun_keeps_no_turn(web, people, driving, monkeypatch):
+    armed, begun, gone, noted = (threading.Event() for _ in range(4))
+    seen, disconnect, session_over = queue.seen, viewing.disconnect, viewing.session_over
+
+    def seen_late(*args, **kwargs):
+        if armed.is_set():
+            begun.set()
+            gone.wait(1.0)
+        seen(*args, **kwargs)
+        if armed.is_set():
+            noted.set()
+
+    def disconnect_at_once(*args):
+        disconnect(*args)
+        gone.set()
+
+    def over_then(*args):
+        noted.wait(5)
+        session_over(*args)
+
+    monkeypatch.setattr(queue, "seen", seen_late)
+    monkeypatch.setattr(viewing, "disconnect", disconnect_at_once)
+    monkeypatch.setattr(viewing, "session_over", over_then)
+    here = Browser(people["ada"])
+    with here.open(web) as one:
+        heard(one, "snapshot")
+        wait_for(driving.sessions.exists, 5, "the first note")
+        armed.set()
+        one.send('{"t": "ping", "n": 7}')
+        assert begun.wait(10)
+        here.sign_out()
+        assert closed(one)[0] == 4401
+        wait_for(lambda: turn_ended(driving) == "signed out", 5, "the end of the turn")
 
 
 def test_a_session_whose_page_was_closed_keeps_no_turn(web, people, driving, monkeypatch):

@@ -1,6 +1,7 @@
 """The owner's lease in the database."""
 
 import threading
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -8,6 +9,7 @@ from django.db import connection
 
 from robots.clock import SYSTEM
 from robots.models import Lease
+from tests.services.owner import made_owner
 from workers.safety.lease import OwnerLease
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
@@ -53,3 +55,13 @@ def test_a_lease_that_somebody_else_has_taken_is_lost(lease):
     Lease.objects.update(epoch=lease.epoch + 1)
     lease.renew()
     assert not lease.valid
+
+
+def test_of_two_states_the_newer_one_is_remembered_whichever_is_stored_last(robot, people):
+    owner = made_owner(robot, people)
+    older = owner.owned.driver.latest()
+    newer = replace(older, at=older.at + 1, ready=not older.ready)
+    for state, ready in ((newer, newer.ready), (older, newer.ready), (newer, newer.ready)):
+        owner.owned.remember(state)
+        assert Lease.objects.get().state["ready"] == ready
+    owner.lease.give_back()

@@ -15,9 +15,17 @@ export class Jobs {
   own: OwnJob[] = [];
   private busy = false;
   private again = false;
+  private known = false; // an answer has come
+  private posted = 0; // requests that changed something and were answered
+
+  private readonly slug: string;
+  private readonly token: string;
+  private readonly changed: () => void;
 
   /** `token`: the form's token against forged requests; `changed` is called when `own` is new. */
-  constructor(private slug: string, private token: string, private changed: () => void) {}
+  constructor(slug: string, token: string, changed: () => void) {
+    [this.slug, this.token, this.changed] = [slug, token, changed];
+  }
 
   get address(): string {
     return `/robots/${this.slug}/jobs/`;
@@ -32,9 +40,13 @@ export class Jobs {
     this.again = this.busy;
     if (this.busy) return;
     this.busy = true;
+    const { posted } = this;
     try {
       const answer = await this.fetch(this.address);
-      if (answer.ok) this.own = ((await answer.json()) as { jobs: OwnJob[] }).jobs;
+      const jobs = answer.ok ? ((await answer.json()) as { jobs: OwnJob[] }).jobs : this.own;
+      this.known ||= answer.ok;
+      if (posted === this.posted) this.own = jobs;
+      else this.again = true; // it may have been read before
       this.changed();
     } catch {
       // the next snapshot asks again
@@ -43,10 +55,10 @@ export class Jobs {
     if (this.again) void this.refresh();
   }
 
-  /** The robot's open jobs are these now: an own one that is not among them, or began, is read again. */
+  /** The robot's open jobs are these now: an own one that is not among them, or began, is read again, and so are all if none was read yet. */
   heard(open: readonly JobInfo[]): void {
     const states = new Map(open.map(({ id, state }) => [id, state]));
-    if (this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
+    if ((!this.known && !this.busy) || this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
   }
 
   /** Ask for a job. Returns a sentence that says why not; empty if it waits now. */
@@ -69,6 +81,7 @@ export class Jobs {
       const answer = await this.fetch(address, { method: "POST", body });
       const told = (await answer.json().catch(() => ({}))) as OwnJob & { error?: string };
       if (!answer.ok) return told.error ?? (answer.status === 403 ? "Reload the page, then try again." : "That did not work now; try again in a moment.");
+      this.posted += 1;
       this.own = [told, ...this.own.filter(({ id }) => id !== told.id)];
       this.changed();
       return "";

@@ -3,39 +3,66 @@ import type { CommandInfo } from "./protocol.ts";
 import { arrange, say as write } from "./parts.ts";
 import { FINAL, KINDS, latest, SETTINGS, stageOf } from "./words.ts";
 
+const LOST_MS = 3000; // for what an earlier socket's process still carries out
+const NOT_ARRIVED = "This did not arrive: the connection broke off. Try it again.";
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
 export class Ladder {
   private rows = new Map<string, CommandInfo>();
   private items = new Map<string, HTMLElement>();
+  private sent = new Map<string, number>(); // what this page has sent comes after that id, until the server gives it one
   private waiting = new Map<string, (c: CommandInfo) => void>();
 
-  constructor(private list: HTMLElement, private live: HTMLElement) {}
+  private readonly list: HTMLElement;
+  private readonly live: HTMLElement;
+
+  constructor(list: HTMLElement, live: HTMLElement) {
+    [this.list, this.live] = [list, live];
+  }
 
   /** Forget everything: a recording is shown from another moment on. */
   clear(): void {
     this.rows.clear();
+    this.sent.clear();
   }
 
+  /** Show what a snapshot contains; the end of a command may come with it, before its own message. */
   reset(commands: CommandInfo[]): void {
+    const ended: CommandInfo[] = [];
     for (const c of commands) {
       const key = `${c.grant}/${c.seq}`;
-      this.rows.set(key, latest(this.rows.get(key), c));
+      const known = this.rows.get(key), now = latest(known, c);
+      this.rows.set(key, now);
+      if (known && !FINAL.has(known.state) && FINAL.has(now.state)) ended.push(now);
     }
     this.draw();
+    for (const c of ended) this.tellEnd(c);
   }
 
-  /** Show a stage that arrived; a final stage is never replaced by an older message. */
+  /** Show a stage that arrived; a final stage of the server's is never replaced by an older message. */
   update(c: CommandInfo): void {
     const key = `${c.grant}/${c.seq}`;
     const known = this.rows.get(key);
-    if (known && FINAL.has(known.state)) return;
-    this.rows.set(key, { ...known, ...c });
+    if (known && FINAL.has(known.state) && (known.id !== 0 || c.id === 0)) return;
+    const now = { ...known, ...c };
+    this.rows.set(key, now);
+    if (!known && c.id === 0) this.sent.set(key, Math.max(0, ...[...this.rows.values()].map(({ id }) => id)) + 0.5);
     this.draw();
-    if (!FINAL.has(c.state)) return;
-    this.live.textContent = say({ ...known, ...c });
+    if (FINAL.has(c.state)) this.tellEnd(now);
+  }
+
+  private tellEnd(c: CommandInfo): void {
+    const key = `${c.grant}/${c.seq}`;
+    this.live.textContent = say(c);
     this.waiting.get(key)?.(c);
     this.waiting.delete(key);
+  }
+
+  /** End what was sent over a socket before number `opened`, which has told what the server knows, a while ago. */
+  lost(opened: number, at: number): void {
+    for (const c of this.rows.values())
+      if (c.id === 0 && c.state === "sending" && (c.over ?? opened) < opened && at - c.at_ms > LOST_MS)
+        this.update({ ...c, state: "rejected", reason: NOT_ARRIVED, at_ms: at });
   }
 
   /** Show that the server refused it, and why. */
@@ -61,9 +88,10 @@ export class Ladder {
   }
 
   private draw(): void {
-    const newest = [...this.rows.values()].sort((a, b) => (b.id || 1e12) - (a.id || 1e12)).slice(0, 8);
+    const place = (c: CommandInfo): number => c.id || (this.sent.get(`${c.grant}/${c.seq}`) ?? 0);
+    const newest = [...this.rows.values()].sort((a, b) => place(b) - place(a) || b.seq - a.seq).slice(0, 8);
     for (const [key, c] of this.rows)
-      if (this.rows.size > 40 && !newest.includes(c)) this.rows.delete(key);
+      if (this.rows.size > 40 && !newest.includes(c) && this.rows.delete(key)) this.sent.delete(key);
     const keys = newest.map((c) => `${c.grant}/${c.seq}`);
     for (const key of this.items.keys()) if (!keys.includes(key)) this.items.delete(key);
     arrange(this.list, newest.map((c, i) => this.item(keys[i] ?? "", c)));

@@ -22,7 +22,7 @@ import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { Watching } from "./watching.ts";
 import { complete } from "./widgets/basics.ts";
-import { KINDS, pictureAge, SETTINGS } from "./words.ts";
+import { KINDS, latest, pictureAge, SETTINGS } from "./words.ts";
 
 const SILENT_MS = 3000;
 const ALONE_MS = 1500; // messages sent together with the robot's last one do not count
@@ -47,6 +47,7 @@ export class RobotPage {
   private trace: WireTrace | null;
   private seq = 0;
   private seqGrant = 0;
+  private toldOver = 0; // the socket over which the last snapshot came
   private stateHeardAt = 0;
   private stopPress: StopPress;
   private suspended = new Suspended((words, level) => this.notice(words, level));
@@ -172,7 +173,7 @@ export class RobotPage {
   /** Put the next command into the list and send it. Returns its sequence number. */
   issue(kind: string, args: object): number {
     this.seq += 1;
-    this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), result: {} });
+    this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), over: this.live.opened, result: {} });
     performance.mark(`command-${this.seq}`);
     this.live.send({ t: "command", kind, args, seq: this.seq });
     this.draw();
@@ -203,6 +204,7 @@ export class RobotPage {
 
   private gotLine(up: boolean): void {
     if (up) {
+      this.watching.opened();
       this.console?.watch?.();
       this.watching.tell();
     }
@@ -258,7 +260,10 @@ export class RobotPage {
   private gotSnapshot(s: Snapshot): void {
     const wasOperating = this.operating;
     const hadStill = this.snapshot?.still?.id;
+    const before = new Map(this.snapshot?.commands.map((c) => [c.id, c]));
+    if (!s.replay) s.commands = s.commands.map((c) => latest(before.get(c.id), c)); // it may have been read earlier
     this.snapshot = s;
+    this.toldOver = this.live.opened;
     this.storeDown = s.store;
     if (s.turn && s.turn.grant !== this.seqGrant) {
       this.seqGrant = s.turn.grant;
@@ -287,6 +292,7 @@ export class RobotPage {
     this.drawBanner(f);
     this.drawAge(f);
     const s = this.snapshot;
+    this.ladder.lost(this.toldOver, this.live.now());
     if (s ? s.me.can.drive && s.link && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
     if (!s) return;
     this.page.dataset["state"] = s.robot.state;

@@ -15,6 +15,8 @@ export interface Still {
 export interface CommandInfo {
   id: number; seq: number; grant: number; kind: string; state: string; reason: string;
   at_ms: number; by?: string;
+  /** Into which of the page's sockets it went, counted from 1; of what this page has sent. */
+  over?: number;
   /** The progress of a long command; `share` is from 0 to 1, or null if the robot does not say. */
   progress?: { text?: string; share?: number | null; at_ms?: number };
   result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };

@@ -18,8 +18,21 @@ function read(name: string): Record<string, string> {
   }
 }
 
-function fill(of: HTMLFormElement, draft: Record<string, string>): void {
+/** The names of fields in which something was filled in before this script ran. */
+function touched(of: HTMLFormElement): Set<string> {
+  const found = new Set<string>();
+  for (const field of of.elements)
+    if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) {
+      const checked = field instanceof HTMLInputElement && field.checked !== field.defaultChecked;
+      if (checked || field.value !== field.defaultValue) found.add(field.name);
+    }
+  return found;
+}
+
+/** Fill in the draft; what somebody has begun to write stays. */
+function fill(of: HTMLFormElement, draft: Record<string, string>, begun: Set<string>): void {
   for (const [name, value] of Object.entries(draft)) {
+    if (begun.has(name)) continue;
     const field = of.elements.namedItem(name);
     if (field instanceof HTMLTextAreaElement || field instanceof RadioNodeList || field instanceof HTMLInputElement) field.value = value;
   }
@@ -27,15 +40,18 @@ function fill(of: HTMLFormElement, draft: Record<string, string>): void {
 
 if (form) {
   const name = nameOf(form.dataset["draft"] ?? "");
-  if ("fresh" in form.dataset) fill(form, read(name)); // after a refusal the server returns what was sent
-  form.addEventListener("input", () => {
+  const begun = touched(form);
+  const store = (): void => {
     try {
       localStorage.setItem(name, JSON.stringify(filled(form)));
       document.getElementById("draft-said")?.removeAttribute("hidden");
     } catch {
       // no storage: the page still contains what was typed
     }
-  });
+  };
+  if ("fresh" in form.dataset) fill(form, read(name), begun); // after a refusal the server returns what was sent
+  if (begun.size) store();
+  form.addEventListener("input", store);
 }
 // a part without a form was accepted by the server
 for (const draft of [turn, `${turn}-edit`])

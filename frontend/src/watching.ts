@@ -41,8 +41,13 @@ export class Watching {
   private saidAt = 0;
   private fruitless = false; // nothing has arrived through this socket
 
+  private readonly line: () => Line;
+  private readonly coding: Coding;
+  private readonly saveData: boolean;
+
   /** `whole`: everything is wanted, whatever was chosen for live pictures. */
-  constructor(private line: () => Line, private coding: Coding, private saveData: boolean, whole = false) {
+  constructor(line: () => Line, coding: Coding, saveData: boolean, whole = false) {
+    [this.line, this.coding, this.saveData] = [line, coding, saveData];
     this.chosen = whole ? "live" : PACES.find((pace) => pace === kept.get("pace")) ?? null;
     this.judge = this.begin();
   }
@@ -107,11 +112,16 @@ export class Watching {
   wish(moved = false): object {
     if (!moved) {
       if (this.fruitless && this.expected) this.judge.down(performance.now());
-      this.fruitless = true;
+      this.fruitless = false; // an attempt that never opens tells nothing of how much a line carries
     }
     const wish = this.wished();
     this.asked(JSON.stringify(wish));
     return wish;
+  }
+
+  /** A socket has opened. */
+  opened(): void {
+    this.fruitless = true;
   }
 
   /** A message of so many bytes has come. */

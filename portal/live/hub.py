@@ -68,14 +68,15 @@ class Hub:
         elif not room.heard.is_set() or room.watched() != known:
             self._hold(self._follow(viewer.slug))
 
-    async def heard(self, slug: str) -> None:
-        """Wait until nothing that is told of a robot can be missed; not while Redis is away."""
+    async def heard(self, slug: str, within_s: float | None = HEARD_S) -> bool:
+        """Wait until nothing told of a robot can be missed; not while Redis is away. Return False if it took longer."""
         room = self._rooms.get(slug)
         if room is None or self._away:
-            return
+            return True
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(HEARD_S):
-                await room.heard.wait()
+            async with asyncio.timeout(within_s):
+                return await room.heard.wait()
+        return False
 
     def choose(self, viewer: Viewer, wish: Watch) -> None:
         """Send the viewer what it wishes from now on, the newest picture of each camera at once."""

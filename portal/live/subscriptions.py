@@ -72,7 +72,9 @@ class Subscriptions:
                 await self._read_once()
             except (RedisError, OSError, ValueError) as error:
                 log.debug("subscription to people: %s", error)
-            self.link = False
+            if self.link:
+                self.link = False
+                self._wake_all()  # who waits for messages looks by itself from now on
             await asyncio.sleep(AGAIN_S)
 
     async def _read_once(self) -> None:

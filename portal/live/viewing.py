@@ -68,12 +68,18 @@ class Viewing(Line):
         if viewer.connection is not None:
             self._leave.callback(viewer.connection.when_free, None)
             viewer.connection.when_free(self._freed.set)
-        await hub().heard(self.slug)  # first, or what changes between snapshot and subscription would be missed
+        heard = await hub().heard(self.slug)  # or what changes between snapshot and subscription would be missed
         await self.send_snapshot()
+        if not heard:
+            self.begin(self._again_when_heard())
         viewer.counted = True
         self.begin(self._forward(viewer))
         self.begin(self._resync())
         return viewer
+
+    async def _again_when_heard(self) -> None:
+        await hub().heard(self.slug, None)
+        self._stale.set()
 
     async def send(self, text_data: str | None = None, bytes_data: bytes | None = None, close: bool = False) -> None:
         """Send, and count the bytes."""

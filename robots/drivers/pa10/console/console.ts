@@ -171,10 +171,10 @@ class ArmConsole implements Console, Judge {
   /** Ask the server where the target would lead, a moment after the last change. */
   ask(): void {
     clearTimeout(this.planTimer);
+    this.planned += 1; // an answer that is still on its way is of an earlier target
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
       if (!target || !page.state) return this.view?.target(null);
-      this.planned += 1;
       this.plan = { key: JSON.stringify(target), ok: false, text: "" };
       page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
     }, PLAN_MS);

@@ -38,7 +38,12 @@ export class Programs {
   async open(): Promise<void> {
     if (this.opened) return;
     this.opened = true;
-    await this.refresh();
+    try {
+      await this.refresh();
+    } catch {
+      this.opened = false; // the next opening tries again
+      return this.tell("The list of programs did not come. Check your connection and open this mode again.", "warning");
+    }
     if (!this.area.value && this.saved[0]) this.load(this.saved[0].id);
     try {
       const { Blocks } = await import("./blocks.ts");

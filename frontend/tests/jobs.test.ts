@@ -1,0 +1,50 @@
+/** One's own jobs: read until an answer has come, and never put back to what they were before a request. */
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import { Jobs } from "../src/jobs.ts";
+
+interface Asked { method: string; answer(body: object, ok?: boolean): void; fail(): void }
+let asked: Asked[] = [];
+
+function fetched(_address: string, init: RequestInit): Promise<Response> {
+  return new Promise((resolve, reject) => {
+    asked.push({
+      method: init.method ?? "GET",
+      answer: (body, ok = true) => resolve({ ok, json: () => Promise.resolve(body) } as Response),
+      fail: () => reject(new TypeError("no connection")),
+    });
+  });
+}
+Object.defineProperty(globalThis, "fetch", { value: fetched, configurable: true });
+
+const job = (id: number): object => ({ id, kind: "goal", args: {}, state: "waiting", open: true });
+const settled = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
+
+beforeEach(() => (asked = []));
+
+test("what was not answered is asked for again at the next snapshot, and then no more", async () => {
+  const jobs = new Jobs("irat", "", () => undefined);
+  void jobs.refresh();
+  asked[0]!.fail();
+  await settled();
+  jobs.heard([]);
+  assert.equal(asked.length, 2);
+  asked[1]!.answer({ jobs: [] });
+  await settled();
+  jobs.heard([]);
+  assert.equal(asked.length, 2);
+});
+
+test("an answer that was read before a job was asked for does not make it vanish", async () => {
+  const jobs = new Jobs("irat", "", () => undefined);
+  void jobs.refresh();
+  const made = jobs.ask("goal", {});
+  asked[1]!.answer(job(7));
+  assert.equal(await made, "");
+  asked[0]!.answer({ jobs: [] });
+  await settled();
+  assert.equal(jobs.own.length, 1);
+  asked[2]!.answer({ jobs: [job(7)] });
+  await settled();
+  assert.equal(jobs.own.length, 1);
+});

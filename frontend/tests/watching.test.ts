@@ -1,0 +1,39 @@
+/** What a page asks of the next socket after one that has failed. */
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+import { Watching } from "../src/watching.ts";
+
+let now = 0; // ms
+Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });
+const line = { send: () => true, now: () => now, check: () => undefined, latency: 20, best: 20, overdue: false, lost: false };
+
+function page(): Watching {
+  const made = new Watching(() => line, "vp8", false);
+  made.wish();
+  made.opened();
+  made.said(true);
+  made.arrived({ camera: 0, atMs: now, number: 1 }, 6000);
+  return made;
+}
+
+beforeEach(() => (now = 0));
+
+test("an outage is no slow line: attempts that never open change nothing", () => {
+  const made = page();
+  for (let i = 0; i < 8; i += 1) {
+    now += 2000;
+    made.wish();
+  }
+  made.opened();
+  assert.equal(made.pace, "live");
+});
+
+test("sockets through which no picture comes lead to less and less", () => {
+  const made = page();
+  for (let i = 0; i < 4; i += 1) {
+    now += 4000;
+    made.wish();
+    made.opened();
+  }
+  assert.notEqual(made.pace, "live");
+});

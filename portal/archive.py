@@ -20,7 +20,7 @@ from robots.clock import SYSTEM
 from robots.files import replaced
 from robots.recordings.keeping import BUSY, FOLDER, LIVE, MOVIES, OLD
 
-LEFT_OUT = {"contenttypes.contenttype", "auth.permission", "sessions.session", "robots.movie"}
+LEFT_OUT = {"contenttypes.contenttype", "auth.permission", "sessions.session", "queueing.turnsession", "robots.movie"}
 UNFINISHED = {".part", LIVE, BUSY, OLD}
 
 

@@ -25,6 +25,7 @@ AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.
 ASKS_AGAIN = re.compile(r"status of 503 .*/stream-code/")
 AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], rules: {'target-size': {enabled: true}}})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
 LOST = "Nothing was heard from your controls"  # of a page that drew for half a second and sent no keep-alives
+LETS_GO_S = 60
 expect.set_options(timeout=15_000)
 
 
@@ -195,7 +196,8 @@ class Visitor:
         item = self.page.locator("#ladder li").first
         end = time.monotonic() + timeout
         while (found := item.get_attribute("data-state")) not in ended:
-            assert time.monotonic() < end, (item.inner_text(), self._told())
+            if time.monotonic() > end:
+                raise AssertionError(f"its end: not within {timeout} s: {item.inner_text()}, {self._told()}")
             self.page.wait_for_timeout(30)
         assert found in (state, *also), item.inner_text()
         return item.inner_text()
@@ -205,13 +207,30 @@ class Visitor:
 
         A page that drew for half a second has sent no keep-alives meanwhile, and is told so: it holds again.
         """
-        for _ in range(4):
+        end = time.monotonic() + LETS_GO_S
+        while True:
             self._mark_newest()
             held()
-            expect(self.page.locator("#ladder li:first-child:not([data-seen])")).to_be_attached()
+            expect(self._newer()).to_be_attached()
             if LOST not in self.ladder(also=("cancelled",)):
                 break
+            if time.monotonic() > end:
+                raise AssertionError(f"a motion that is let go before it is lost: not within {LETS_GO_S} s")
         self.ladder()
+        newest = Command.objects.order_by("-pk")[0]
+        assert newest.result.get("ended") == "released", newest.result
+
+    def hold_until(self, control, press, release, far, what):
+        """Hold a control until the robot has come so far. What the page refused, or has lost since, is pressed again."""
+
+        def moves():
+            if not self.page.locator(".held").count():
+                release()
+                expect(control).to_have_attribute("aria-disabled", "false")
+                press()
+            return far()
+
+        wait_for(moves, 60, what)
 
     def _told(self):
         """Return what the rows, the page and the owner say, for a command that does not end."""
@@ -220,21 +239,32 @@ class Visitor:
         return rows, self.page.inner_text("#state"), owner and (owner.alive(), owner.said()[-1500:])
 
     def press(self, name, state="completed"):
+        """Give a command by its button, and wait until it has ended, so; return its text."""
+        self.give(name)
+        return self.ladder(state)
+
+    def give(self, name):
+        """Press a command's button until the command stands in the list.
+
+        On a busy machine a state may come late, just then; the page says so, and one presses again.
+        """
         button = self.page.locator(f"[data-command={name}]")
-        for _ in range(
-            3
-        ):  # on a busy machine a state may come late, just then; the page says so, and one presses again
+        for _ in range(3):
             expect(button).to_have_attribute("aria-disabled", "false")
             self._mark_newest()
             button.click()
             self.page.wait_for_timeout(60)
-            if self.page.locator("#ladder li:first-child:not([data-seen])").count():
-                break  # given: what the page says may be of the press before
-        return self.ladder(state)
+            if self._newer().count():
+                return  # what the page says may be of the press before
+        raise AssertionError(f"the command {name}: not within three presses: {self.page.inner_text('#notice')}")
 
     def _mark_newest(self):
         """Mark the newest command, to tell one that comes after it."""
         self.page.evaluate("() => document.querySelector('#ladder li')?.setAttribute('data-seen', '')")
+
+    def _newer(self):
+        """Return the command that has come since, if one has."""
+        return self.page.locator("#ladder li:first-child:not([data-seen])")
 
     def close(self):
         self.context.close()

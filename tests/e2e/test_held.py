@@ -26,13 +26,16 @@ window.pad = { axes: [0, 0], connected: true, buttons: Array.from({length: 17}, 
 navigator.getGamepads = () => [window.pad];
 Object.defineProperty(document, "hasFocus", { value: () => true });
 """
-HIDDEN = """
-() => { Object.defineProperty(document, "hidden", { value: true, configurable: true });
-  document.dispatchEvent(new Event("visibilitychange")); }
-"""
-CANCEL = """
-() => { for (const b of document.querySelectorAll("[data-jog]")) b.dispatchEvent(new PointerEvent("pointercancel")); }
-"""
+# what the page itself is made to do, to lose its controls
+INJECTED = {
+    "blur": "dispatchEvent(new Event('blur'));",
+    # headless Chromium hides none
+    "hidden page": """Object.defineProperty(document, "hidden", { value: true, configurable: true });
+      document.dispatchEvent(new Event("visibilitychange"));""",
+    "pointer cancel": """for (const b of document.querySelectorAll("[data-jog]"))
+      b.dispatchEvent(new PointerEvent("pointercancel"));""",
+    "gamepad unplugged": "navigator.getGamepads = () => [null];",
+}
 
 # drawn without a graphics card, the view in three dimensions stalls the page for longer than the dead-man timer allows
 FLAT = """
@@ -81,11 +84,11 @@ def hold(portal, page, direction, by="pointer", stick=(0, 1)):
         try:
             wait_for(lambda: tick(page) or button.get_attribute("aria-disabled") == "false", 30, "the arm is free")
         except AssertionError as error:
-            raise AssertionError(f"the arm is not free: {told(page)}") from error
+            raise AssertionError(f"{error}: {told(page)}") from error
         if moves(portal, page, button, stick if by == "pad" else None):
             return
         page.evaluate("() => { if (window.pad) pad.axes = [0, 0]; }")
-    raise AssertionError(f"no steps in four holds: {told(page)}")
+    raise AssertionError(f"steps: not within four holds: {told(page)}")
 
 
 def moves(portal, page, button, stick):
@@ -116,7 +119,7 @@ def moves(portal, page, button, stick):
     try:
         wait_for(lambda: moving() or lost(), 10, "steps")
     except AssertionError as error:
-        raise AssertionError(f"no steps: {told(page)}, {Command.objects.count() - asked} commands") from error
+        raise AssertionError(f"{error}: {told(page)}, {Command.objects.count() - asked} commands") from error
     return moving()
 
 
@@ -146,11 +149,18 @@ def test_small_steps_by_pointer_key_and_gamepad(portal, operator):
         page.mouse.up()
 
     def by_key():
-        page.focus('[data-jog="-1,0"]')
+        left = page.locator('[data-jog="-1,0"]')
         x = portal.sim.status()["pose"][0]
-        page.keyboard.down("ArrowLeft")
-        wait_for(lambda: tick(page) or portal.sim.status()["pose"][0] < x - 0.015, 10, "steps to the left")
-        page.keyboard.up("ArrowLeft")
+
+        def press():
+            left.focus()
+            page.keyboard.down("ArrowLeft")
+
+        def release():
+            page.keyboard.up("ArrowLeft")
+
+        ada.hold_until(left, press, release, lambda: portal.sim.status()["pose"][0] < x - 0.015, "steps to the left")
+        release()
 
     def by_gamepad():
         hold(portal, page, "0,1", by="pad")
@@ -165,6 +175,7 @@ CAUSES = (
     "blur", "hidden page", "pointer cancel", "gamepad unplugged", "closed tab", "killed tab",
     "line cut", "worker's Redis frozen", "renderer stopped", "web process killed",
 )  # fmt: skip
+ATTEMPTS = 4  # where the machine stalled, or the page had lost the controls before, nothing was measured
 
 
 class Bench:
@@ -193,23 +204,19 @@ class Bench:
         return [p["id"] for p in infos if p["type"] == "renderer"]
 
     def lose(self, cause):
-        """Make the keep-alives end; return when."""
-        page, at = self.page, time.monotonic()
+        """Make the keep-alives end; return when. The page sends on while its browser is asked something."""
+        if cause in INJECTED:
+            ms = self.page.evaluate(f"() => {{ const at = Date.now(); {INJECTED[cause]} return at; }}")
+            return time.monotonic() - (time.time() - ms / 1000)
+        pids = self.renderers() if cause in ("killed tab", "renderer stopped") else []
+        at = time.monotonic()
         match cause:
-            case "blur":
-                page.evaluate("window.dispatchEvent(new Event('blur'))")
-            case "hidden page":  # headless Chromium hides none: an injected event
-                page.evaluate(HIDDEN)
-            case "pointer cancel":
-                page.evaluate(CANCEL)
-            case "gamepad unplugged":  # an injected pad
-                page.evaluate("() => { navigator.getGamepads = () => [null]; }")
             case "closed tab":
-                page.close()
+                self.page.close()
             case "killed tab" | "renderer stopped":
                 self.gone = True
-                self.frozen = self.renderers()
-                for pid in self.frozen:
+                self.frozen = pids
+                for pid in pids:
                     os.kill(pid, signal.SIGKILL if cause == "killed tab" else signal.SIGSTOP)
             case "line cut":
                 self.line.set("stall")
@@ -238,6 +245,20 @@ class Bench:
                 self.page.mouse.up()
 
 
+def lost(bench, cause):
+    """Hold, and lose the controls; return when that was, and after how many seconds the set-point rested."""
+    portal, page = bench.portal, bench.open()
+    by = "pad" if "gamepad" in cause else "pointer"
+    direction, stick = towards(portal, by)
+    hold(portal, page, direction, by, stick)
+    at = bench.lose(cause)
+    seconds = rest(portal, at)
+    bench.mend(cause)
+    wait_for(lambda: not Robot.objects.get().reason, 30, "the robot is well")
+    Turn.objects.filter(ended_at=None).update(until=SYSTEM.now() + timedelta(minutes=5), last_seen=SYSTEM.now())
+    return at, seconds
+
+
 @BOTH_AT_LENGTH
 def test_promise_06_the_controls_are_lost(portal, operator, chromium, redis_server, request):
     """Ten causes; each time the set-point rests within half a second, by the simulator's log."""
@@ -248,23 +269,14 @@ def test_promise_06_the_controls_are_lost(portal, operator, chromium, redis_serv
     bench, witness = Bench(portal, ada, chromium, redis_server), Witness()
     took, idle = {}, 0
     try:
-        for _ in range(rounds):
-            for cause in CAUSES:
-                page = bench.open()
-                by = "pad" if "gamepad" in cause else "pointer"
-                direction, stick = towards(portal, by)
-                hold(portal, page, direction, by, stick)
-                at = bench.lose(cause)
-                seconds = rest(portal, at)
-                bench.mend(cause)
+        for cause in CAUSES * rounds:
+            for _ in range(ATTEMPTS):
+                at, seconds = lost(bench, cause)
                 if seconds <= 0:
                     idle += 1  # it was at rest when the controls were lost
                 elif witness.clean(at - 0.1, at + seconds):
                     took.setdefault(cause, []).append(seconds)
-                wait_for(lambda: not Robot.objects.get().reason, 30, "the robot is well")
-                Turn.objects.filter(ended_at=None).update(
-                    until=SYSTEM.now() + timedelta(minutes=5), last_seen=SYSTEM.now()
-                )
+                    break
     finally:
         witness.stop()
         bench.line.close()
@@ -277,8 +289,8 @@ def test_promise_06_the_controls_are_lost(portal, operator, chromium, redis_serv
         "at rest already:",
         idle,
     )
-    assert max(worst.values()) <= 0.5, worst
-    assert len(worst) >= 8
+    assert max(worst.values(), default=0.0) <= 0.5, worst
+    assert len(worst) >= 8, f"eight causes: not within {ATTEMPTS} attempts at each, only {list(worst)}"
     slowest = max(worst, key=worst.get)
     proof.holds(
         f"{sum(map(len, took.values()))} losses for {len(worst)} causes: at rest within {worst[slowest] * 1000:.0f} ms ({slowest}); {witness.discarded} discarded, {idle} at rest already"

@@ -61,6 +61,12 @@ def operate(ada, line, size):
     return page
 
 
+def back(ada, line):
+    """Have the connection back. The line comes first: a page that hears of a network tries once, at once."""
+    line.set("pass")
+    ada.context.set_offline(False)
+
+
 def watch_banner(page, seconds):
     """Read the banner every tenth of a second."""
     said = set()
@@ -92,8 +98,7 @@ def test_a_lost_connection_is_said_for_as_long_as_it_lasts_and_blames_no_robot(b
     expect(page.locator("#why")).to_contain_text("connection is lost")
     ada.axe("offline")
     line.set("cut")
-    ada.context.set_offline(False)
-    line.set("pass")
+    back(ada, line)
     expect(page.locator("#banner")).to_be_hidden(timeout=20_000)
 
 
@@ -113,8 +118,7 @@ def test_a_stop_pressed_offline_says_what_happens_and_is_sent_when_the_line_is_b
     page.wait_for_timeout(1600)  # a Stop that is answered within 1.5 s is not late
     assert "Stop could not be sent" in page.inner_text("#banner")
     assert not Robot.objects.get().stop_latched
-    ada.context.set_offline(False)
-    line.set("pass")
+    back(ada, line)
     wait_for(lambda: page.wait_for_timeout(10) or Robot.objects.get().stop_latched, 15, "the late stop")
     expect(page.locator("#notice")).to_contain_text("has been sent now")
     expect(page.locator("#release")).to_be_visible()
@@ -135,8 +139,7 @@ def test_a_late_stop_does_not_stop_the_next_persons_turn(portal, bench):
         lambda: page.wait_for_timeout(100) or Turn.objects.filter(ended_at=None).count() == 0, 40, "the turn's end"
     )
     before = len(frames.sent)
-    ada.context.set_offline(False)
-    line.set("pass")
+    back(ada, line)
     expect(page.locator("#notice")).to_contain_text("was not sent", timeout=20_000)
     frames.answered(page)
     assert "stop" not in [said["t"] for said in frames.sent[before:]]

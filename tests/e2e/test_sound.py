@@ -4,6 +4,7 @@ import re
 from datetime import timedelta
 
 import pytest
+from django.db import transaction
 from playwright.sync_api import expect
 
 from robots import services
@@ -19,8 +20,8 @@ NONE = re.compile("^$")
 
 @pytest.fixture
 def hearing(portal):
-    """The portal, and its robot has a microphone."""
-    Robot.objects.filter(pk=portal.robot.pk).update(microphone="sim:microphone")
+    """The portal; its robot has a microphone, and moves slowly: it is heard for several seconds."""
+    Robot.objects.filter(pk=portal.robot.pk).update(microphone="sim:microphone", settings={"speed": 0.1})
     return portal
 
 
@@ -54,8 +55,9 @@ def test_a_person_listens_by_key_and_hears_the_arm_move(hearing, visitor):
     assert quiet < 0.4
     someone.axe("while somebody listens")
     now, robot = SYSTEM.now(), hearing.robot
-    Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING, settings={"speed": 0.1})
-    services.start_grant(robot, GrantKind.TURN, now, someone.user, now + timedelta(seconds=60))
+    with transaction.atomic():  # operated by nobody, it would be put in order
+        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OPERATING)
+        services.start_grant(robot, GrantKind.TURN, now, someone.user, now + timedelta(seconds=60))
     services.issue(robot.slug, someone.user, "move", {"x": 0.2, "y": 0.53}, 1)
     wait_for(lambda: page.wait_for_timeout(50) or loud(page) > quiet + 0.2, 15, "the arm, which is heard")
     page.select_option("#pace", "stills")

@@ -58,6 +58,7 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
     page.wait_for_timeout(600)
     end.click()
     page.click("text=Write in the operator's log")
+    page.wait_for_url(f"**{turn.get_absolute_url()}")  # loaded: its script stores what is typed from now on
     # typed and left: it is there again
     page.fill("#text", "A watch, at half past four.")
     page.locator("input[type=radio][name^=s]").nth(3).check()
@@ -96,7 +97,7 @@ def test_ending_the_turn_is_asked_in_place_and_what_is_written_is_never_lost(por
 
 def test_try_again_counts_down_and_then_works(portal, visitor):
     from accounts.bank import load_bank
-    from accounts.models import OrientationRead
+    from accounts.models import Choice, OrientationRead
     from robots.clock import SYSTEM
 
     eve = portal.person("eve")
@@ -106,12 +107,11 @@ def test_try_again_counts_down_and_then_works(portal, visitor):
     session(one, eve)
     page = one.page
     page.goto("/robots/mercury/clearance/")
+    wrong = set(Choice.objects.filter(correct=False).values_list("pk", flat=True))
     for group in page.locator("main fieldset").all():
-        group.locator("input").first.check()
+        next(box for box in group.locator("input").all() if int(box.get_attribute("value")) in wrong).check()
     page.click("main form button")
     again = page.locator("a[data-pause]")
-    if not again.count():
-        pytest.skip("all first answers were right, one time in a thousand")
     expect(again).to_have_text(re.compile(r"Try again in 0:0\d"))
     expect(again).to_have_attribute("aria-disabled", "true")
     here = page.content()

@@ -36,11 +36,11 @@ def test_presses_across_ticks_all_count(portal, visitor):
     page.click("[data-do=join]")
     take = page.locator("[data-do=accept]")
     expect(take).to_be_visible()
+    page.evaluate(QUIET)
     press(page, take, 1.1)
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
 
     page.evaluate(COUNT)
-    page.evaluate(QUIET)
     end = page.locator("#place [data-do=leave]")
     end.scroll_into_view_if_needed()
     for i in range(PRESSES):

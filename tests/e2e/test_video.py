@@ -65,15 +65,20 @@ def test_coarse_pictures_take_a_fraction_and_are_as_large(portal, visitor, decod
         page.add_init_script("delete globalThis.VideoDecoder")
     kind = VIDEO if decodes else PICTURE
     page.goto("/robots/mercury/")
-    wait_for(lambda: page.wait_for_timeout(100) or heard.count(kind) >= 20, 20, "whole pictures")
-    whole, many = sum(heard.sizes[kind]), heard.count(kind)
-    page.select_option("#pace", "coarse")
-    page.wait_for_timeout(1000)
-    heard.sizes[kind].clear()
-    wait_for(lambda: page.wait_for_timeout(100) or len(heard.sizes[kind]) >= 16, 20, "coarse pictures")
+    wait_for(lambda: page.wait_for_timeout(100) or heard.count(kind) >= 4, 20, "pictures")
+
+    def size(pace):
+        """Return how large pictures are at a pace that is chosen; a busy machine would choose a lower one."""
+        page.select_option("#pace", pace)
+        page.wait_for_timeout(1000)
+        heard.sizes[kind].clear()
+        wait_for(lambda: page.wait_for_timeout(100) or len(heard.sizes[kind]) >= 16, 20, f"{pace} pictures")
+        return sum(heard.sizes[kind]) / len(heard.sizes[kind])
+
+    whole, coarse = size("live"), size("coarse")
     assert heard.wishes()[-1].get("coarse") is True
     assert ("video" in heard.wishes()[-1]) is decodes
-    assert sum(heard.sizes[kind]) / len(heard.sizes[kind]) < 0.5 * whole / many
+    assert coarse < 0.5 * whole
     expect(page.locator("#age")).to_have_text(AGE)
     shown = page.evaluate(LEVELS)
     assert (shown["width"], shown["height"]) == (192, 165)

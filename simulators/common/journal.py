@@ -28,8 +28,8 @@ class Journal:
         """Write `event` with its details."""
         record = {"t": round(self._real.monotonic(), 4), "event": event, **details}
         with self._lock:
-            self.counts[event] += 1
             self._file.write(json.dumps(record) + "\n")
+            self.counts[event] += 1  # now that whoever waits for it finds it in the file
             if self._file.tell() > self.LIMIT:
                 self._file.close()
                 self._path.replace(self._path.with_suffix(".old"))

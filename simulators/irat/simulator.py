@@ -69,8 +69,9 @@ class Simulator:
 
     @property
     def moving(self) -> bool:
-        """Return whether a motion runs."""
-        return self.world.drive.moving
+        """Return whether a motion runs; once not, its rest is in the journal."""
+        with self._lock:
+            return self.world.drive.moving
 
     @property
     def motion(self) -> int:

@@ -62,7 +62,7 @@ class Line:
         else:
             self.velocity = min(self.speed, self.velocity + acceleration * dt)
         self.gone += (before + self.velocity) / 2 * dt
-        ended = self.gone >= self.length or (self.velocity == 0.0 and before > 0.0)
+        ended = self.gone >= self.length or (self.velocity == 0.0 and (self.braking or before > 0.0))
         if ended and not self.braking:
             self.gone, self.velocity = self.length, 0.0
         return (self.velocity - before) / dt, ended

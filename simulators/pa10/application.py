@@ -37,7 +37,10 @@ Note = Callable[..., None]
 
 
 class Application:
-    """State machine and safety. `note` writes to the journal; `error`: a range error that was not left."""
+    """State machine and safety. `note` writes to the journal, where `at` is the loop's time (s).
+
+    `error`: a range error that was not left.
+    """
 
     def __init__(
         self, courses: Courses, q: Joints, note: Note, store: ProgramStore, gripper: int = 0, error: str = "",
@@ -185,7 +188,7 @@ class Application:
                 self._mode, self.note, self._leaving = Mode.RANGE_ERROR, self._leaving, ""
             if self._mode != Mode.RANGE_ERROR:
                 self._mode = Mode.NO_CTRL
-            self._note("hold")
+            self._note("hold", at=round(self._now, 4))
             self._rested.notify_all()
 
     def _forbid(self, request: Request) -> str:
@@ -283,7 +286,7 @@ class Application:
             self._leaving = ""
         if self._mode not in (Mode.PROG_EXEC, Mode.RANGE_ERROR):
             self._mode = Mode.NO_CTRL
-        self._note("rest", motion=self.motion)
+        self._note("rest", motion=self.motion, at=round(self._now, 4))
         self._rested.notify_all()
 
     def _range_error(self, why: str) -> None:

@@ -12,12 +12,27 @@ from websockets.sync.client import connect
 
 from robots.clock import FasterTimer
 from robots.drivers.errors import GrantOver
+from tests.waiting import wait_for
 
 FASTER = 2  # so many times faster than real time the shared robot and its driver live
 CLOCK = FasterTimer(FASTER)
 
 NUMBERS = itertools.count(1)
 EPOCHS = itertools.count(2**40 + time.monotonic_ns() // 1000)  # larger than what a fuzzer thinks of
+
+
+def velocity(linear=0.0, angular=0.0):
+    return operation("publish", topic="/irat/cmd_vel", msg={"linear": {"x": linear}, "angular": {"z": angular}})
+
+
+def operation(op, **fields):
+    return json.dumps({"op": op, **fields})
+
+
+def framed(text):
+    """Return a text frame of a WebSocket's client, masked by zeros, with its length in two bytes."""
+    data = text.encode()
+    return bytes([0x81, 0x80 | 126]) + len(data).to_bytes(2, "big") + bytes(4) + data
 
 
 class WireClient:
@@ -40,7 +55,7 @@ class WireClient:
         self.OPEN.append(self)
 
     def say(self, op, **fields):
-        self.line.send(json.dumps({"op": op, **fields}))
+        self.send(operation(op, **fields))
 
     def send(self, data):
         self.line.send(data)
@@ -66,13 +81,27 @@ class WireClient:
         return self.call("/irat/status")["values"]
 
     def drive(self, linear=0.0, angular=0.0):
-        self.say("publish", topic="/irat/cmd_vel", msg={"linear": {"x": linear}, "angular": {"z": angular}})
+        self.send(velocity(linear, angular))
+
+    def send_at_once(self, *frames):
+        """Write frames in one go, so that nothing comes between them."""
+        self.line.socket.sendall(b"".join(framed(frame) for frame in frames))
 
     def drive_for(self, seconds, linear=0.0, angular=0.0, every_s=0.1):
         until = self.clock.monotonic() + seconds
         while self.clock.monotonic() < until:
             self.drive(linear, angular)
             self.clock.sleep(every_s)
+
+    def drive_far(self, sim, metres, linear):
+        """Drive until the robot has gone so far, however the machine stalls."""
+        driven = sim.status()["driven"]
+
+        def far():
+            self.drive(linear)
+            return sim.status()["driven"] > driven + metres
+
+        wait_for(far, 20, f"{metres} m")
 
     @contextlib.contextmanager
     def driving(self, **velocity):

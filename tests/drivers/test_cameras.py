@@ -48,6 +48,11 @@ def test_pyav_reads_the_motion_jpeg_as_it_would_a_network_camera(sim, url):
     assert not np.array_equal(first, second)
     camera.close()
 
+    def served():
+        return [name for name in sim.status()["threads"] if name.startswith("Thread-")]  # one answers this
+
+    wait_for(lambda: len(served()) <= 1, 10, "the end of the stream, whose pictures others would miss")
+
 
 @pytest.mark.parametrize(("verb", "reason"), [("cam_freeze", "frozen"), ("cam_black", "black"), ("cam_flicker", "unstable")])  # fmt: skip
 def test_a_bad_camera_never_counts_as_stable_and_always_answers(sim, camera, verb, reason):

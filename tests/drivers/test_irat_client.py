@@ -22,13 +22,6 @@ def line(irat):
     made.close()
 
 
-def drive_for(line, seconds, velocity):
-    until = CLOCK.monotonic() + seconds
-    while CLOCK.monotonic() < until:
-        line.drive(velocity)
-        CLOCK.sleep(0.08)
-
-
 def beats(line, number):
     """Let so many messages of the odometry come, which are as frequent as pictures."""
     for _ in range(number):
@@ -40,8 +33,12 @@ def test_an_owner_hears_drives_and_holds(irat, line):
     assert line.battery.wait(3).share == pytest.approx(0.9, abs=0.01)
     assert line.ranges.wait(3).left < 0.4
     assert line.charger.wait(3) == 0
-    drive_for(line, 0.8, Velocity(0.1, 0.0))
-    line.drive(Velocity(0.1, 0.0))
+
+    def far():
+        line.drive(Velocity(0.1, 0.0))
+        return line.odometry.value.x > 0.04
+
+    wait_for(far, 20, "four centimetres")
     line.hold()
     status = line.ask()
     assert status.motion >= 1
@@ -92,8 +89,8 @@ def test_a_hold_from_another_thread_while_a_call_waits(irat, line):
 def test_an_owner_whose_robot_obeys_another_is_told(irat, line):
     line.status.wait(3, after=CLOCK.monotonic())
     line.obeys()
-    WireClient(irat).claim()
-    line.status.wait(3, after=CLOCK.monotonic() + 0.1)
+    newer = WireClient(irat).claim()["epoch"]
+    wait_for(lambda: line.status.value.epoch == newer, 5, "the robot's word of it")
     with pytest.raises(LineBusy, match="another client: epoch"):
         line.obeys()
 
@@ -204,12 +201,13 @@ def test_roslibpy_speaks_with_the_simulator(irat, ros):
     camera.subscribe(pictures.append)
     command = roslibpy.Topic(ros, "/irat/cmd_vel", "geometry_msgs/Twist")
     command.advertise()
-    until = CLOCK.monotonic() + 1.0
-    while CLOCK.monotonic() < until:
-        command.publish(
-            roslibpy.Message({"linear": {"x": 0.1, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}})
-        )
-        CLOCK.sleep(0.1)
+    ahead = {"linear": {"x": 0.1, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}}
+
+    def far():
+        command.publish(roslibpy.Message(ahead))
+        return heard and heard[-1]["pose"]["pose"]["position"]["x"] > 0.04
+
+    wait_for(far, 20, "four centimetres")
     hold = roslibpy.Service(ros, "/irat/hold", "std_srvs/Trigger").call(roslibpy.ServiceRequest({}), timeout=5)
     assert hold["success"]
     assert journal(irat, "rest")[-1]["end"] in ("held", "silence"), "the latter on a machine that stalls"

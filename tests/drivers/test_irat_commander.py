@@ -3,6 +3,7 @@
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+from simulators.irat.claims import SILENT_S
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import EPOCHS, WireClient, journal
 
@@ -28,43 +29,64 @@ def test_a_stale_epoch_is_refused_after_the_newer_one_has_gone(irat, wire_client
     assert not WireClient(irat).claim(old)["success"]
 
 
-def test_a_newer_epoch_replaces_the_commander_and_brakes_first(irat, wire_client):
-    wire_client.claim()
-    newer, epoch = WireClient(irat), next(EPOCHS)
-    with wire_client.driving(linear=0.15):
-        wait_for(lambda: irat.status()["moving"], 5, "the motion")
-        assert newer.claim(epoch)["success"]
-        wait_for(lambda: not irat.status()["moving"], 3, "rest")
-    assert journal(irat, "rest")[-1]["end"] == "replaced"
+def ended(irat, how, drive):
+    """Let a motion end so, and return what `drive` does; where the machine stalls, silence may have ended it before."""
+    for _ in range(5):
+        left = drive()
+        ends = [record["end"] for record in journal(irat, "rest")]
+        if ends[-1] == how:
+            return left
+    raise AssertionError(ends)
+
+
+def test_a_newer_epoch_replaces_the_commander_and_brakes_first(irat):
+    def replaced():
+        older, newer = WireClient(irat), WireClient(irat)
+        older.claim()
+        epoch = next(EPOCHS)
+        with older.driving(linear=0.15):
+            wait_for(lambda: irat.status()["moving"], 5, "the motion")
+            assert newer.claim(epoch)["success"]
+            wait_for(lambda: not irat.status()["moving"], 3, "rest")
+        return older, newer, epoch
+
+    older, newer, epoch = ended(irat, "replaced", replaced)
     begun = irat.count("motion")
-    wire_client.drive(linear=0.15)  # the robot may have come to rest before the next velocity was due
-    assert f"epoch {epoch} commands now" in wire_client.complaint()
-    assert "claim the robot first" in wire_client.complaint()
+    older.drive(linear=0.15)  # the robot may have come to rest before the next velocity was due
+    assert f"epoch {epoch} commands now" in older.complaint()
+    assert "claim the robot first" in older.complaint()
     newer.drive(angular=0.5)
     wait_for(lambda: irat.count("motion") == begun + 1, 3, "the newer one's motion")
     assert journal(irat, "motion")[-1]["epoch"] == epoch
 
 
-def test_the_same_epoch_again_waits_until_the_first_is_silent(irat, wire_client):
-    epoch = next(EPOCHS)
-    second = WireClient(irat)
-    wire_client.claim(epoch)
-    assert "another connection commands" in second.claim(epoch)["message"]
+def test_the_same_epoch_again_waits_until_the_first_is_silent(irat):
+    for _ in range(5):
+        first, second, epoch = WireClient(irat), WireClient(irat), next(EPOCHS)
+        began = irat.clock.monotonic()
+        first.claim(epoch)
+        answer = second.claim(epoch)
+        if irat.clock.monotonic() - began < SILENT_S:
+            break  # else the machine stalled, and the first one was silent for so long
+    assert "another connection commands" in answer["message"]
     irat.clock.sleep(1.2)
     assert second.claim(epoch)["success"], "an owner whose connection was lost comes back"
 
 
-def test_a_loss_of_power_forgets_claims_and_ends_connections(irat, wire_client):
-    wire_client.claim()
-    before = irat.status()
-    with wire_client.driving(linear=0.1):
-        wait_for(lambda: irat.status()["moving"], 5, "the motion")
-        irat.fault("power_cycle", count=1)
-        wait_for(lambda: irat.status()["boot"] == before["boot"] + 1, 3, "the power")
-    assert irat.status()["epoch"] == 0
-    assert journal(irat, "rest")[-1]["end"] == "lost"
+def test_a_loss_of_power_forgets_claims_and_ends_connections(irat):
+    def lost():
+        client, boot = WireClient(irat), irat.status()["boot"]
+        client.claim()
+        with client.driving(linear=0.1):
+            wait_for(lambda: irat.status()["moving"], 5, "the motion")
+            irat.fault("power_cycle", count=1)
+            wait_for(lambda: irat.status()["boot"] == boot + 1, 3, "the power")
+        wait_for(lambda: irat.status()["epoch"] == 0, 3, "nobody commands")
+        return client, boot
+
+    client, boot = ended(irat, "lost", lost)
     with pytest.raises(ConnectionClosed):
-        wire_client.status()
+        client.status()
     again = WireClient(irat)
-    assert again.status()["boot"] == before["boot"] + 1
+    assert again.status()["boot"] == boot + 1
     assert again.newest("/irat/odom")["pose"]["pose"]["position"]["x"] == pytest.approx(0.0, abs=0.01)

@@ -23,6 +23,7 @@ from simulators.irat.plant import docked
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import CLOCK, FASTER, journal, until
 from tests.drivers.pa10_wire import allow
+from tests.faults.witness import Witness
 
 # a map that answers half a second late holds the robot, so nothing else runs beside it
 pytestmark = [pytest.mark.alone, pytest.mark.length]
@@ -52,10 +53,33 @@ def looked(driver):
     return driver.brain.newest.picture
 
 
-def rests(sim, since, seconds):
-    """Wait for the first rest after `since` (s, of the journal); it came within so many of the robot's seconds."""
-    ends = wait_for(lambda: [r["t"] for r in journal(sim, "rest") if r["t"] > since], 10, "the robot rests")
-    assert (ends[0] - since) * FASTER < seconds
+def rests(sim, seconds, harm, mend):
+    """Harm what drives; the robot rests within so many of its seconds. Return how often that was done.
+
+    A time during which the machine stalled tells nothing: it is mended and harmed again, up to five times.
+    """
+    witness = Witness()
+    try:
+        for times in range(1, 6):
+            wait_for(lambda: abs(sim.status()["rims"][0]) > 0.02, 20, "motion")
+            since = time.monotonic()
+            harm()
+            ends = wait_for(lambda since=since: [r["t"] for r in journal(sim, "rest") if r["t"] > since], 10, "rest")
+            mend()
+            if witness.clean(since, ends[0]):
+                assert (ends[0] - since) * FASTER < seconds
+                return times
+    finally:
+        witness.stop()
+    raise AssertionError("a measurement: not within five attempts, because the machine stalled")
+
+
+def kill(driver):
+    """Return what kills the brain, and what waits until it is back."""
+    return (
+        lambda: os.kill(driver.brain.pid, signal.SIGKILL),
+        lambda: wait_for(lambda: driver.brain.fresh() is not None, 60, "the brain is back"),
+    )
 
 
 def here(driver, **more):
@@ -69,7 +93,7 @@ def test_its_camera_is_seen_over_its_own_wire(rat_driver, irat):
     picture = cv2.imdecode(np.frombuffer(rat_driver.picture("robot", 5), np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape == (240, 416, 3)
     irat.fault("cam_gone")
-    assert rat_driver.picture("robot", 0.3) is None
+    wait_for(lambda: rat_driver.picture("robot", 0.3) is None, 10, "no picture, once the last one has come")
 
 
 def test_its_state_is_what_the_robot_and_its_map_tell(rat_driver, irat):
@@ -143,7 +167,7 @@ def test_a_brain_that_dies_rests_the_wheels_and_comes_back_with_its_map(rat_driv
     explored(rat_driver)
     rat_driver.brain.call(Save)
     known, number = rat_driver.brain.newest.experiences, rat_driver.brain.newest.map_number
-    permit, starts = until(70 * FASTER), rat_driver.brain.starts
+    permit, starts = until(350 * FASTER), rat_driver.brain.starts
 
     def roam():
         with pytest.raises(Held):
@@ -151,12 +175,8 @@ def test_a_brain_that_dies_rests_the_wheels_and_comes_back_with_its_map(rat_driv
 
     thread = threading.Thread(target=roam)
     thread.start()
-    wait_for(lambda: irat.status()["moving"] and abs(irat.status()["rims"][0]) > 0.02, 10, "motion")
-    killed = time.monotonic()
-    os.kill(rat_driver.brain.pid, signal.SIGKILL)
-    rests(irat, killed, 1.0)  # 0.5 s of silence, and the braking
-    wait_for(lambda: rat_driver.brain.fresh() is not None, 60, "the brain is back")
-    assert rat_driver.brain.starts == starts + 1
+    times = rests(irat, 1.0, *kill(rat_driver))  # 0.5 s of silence, and the braking
+    assert rat_driver.brain.starts == starts + times
     assert rat_driver.brain.newest.map_number == number
     assert rat_driver.brain.newest.experiences >= known
     wait_for(lambda: irat.status()["moving"], 10, "it goes on")
@@ -171,13 +191,17 @@ def test_a_frozen_brain_rests_the_wheels(rat_driver, irat):
 
     thread = threading.Thread(target=roam)
     thread.start()
-    wait_for(lambda: abs(irat.status()["rims"][0]) > 0.02, 10, "motion")
-    frozen = time.monotonic()
-    os.kill(rat_driver.brain.pid, signal.SIGSTOP)
-    rests(irat, frozen, 1.1)
-    assert max(map(abs, irat.status()["reference"])) == 0.0
-    assert irat.status()["moving"] is False
-    os.kill(rat_driver.brain.pid, signal.SIGCONT)
+    brain = rat_driver.brain.pid
+
+    def thaw():
+        assert max(map(abs, irat.status()["reference"])) == 0.0
+        assert irat.status()["moving"] is False
+        os.kill(brain, signal.SIGCONT)
+
+    try:
+        rests(irat, 1.1, lambda: os.kill(brain, signal.SIGSTOP), thaw)
+    finally:
+        os.kill(brain, signal.SIGCONT)
     wait_for(lambda: irat.status()["moving"], 10, "it goes on")
     rat_driver.hold()
     thread.join(10)
@@ -245,11 +269,7 @@ def test_a_brain_that_dies_in_a_goal_rests_the_wheels_and_goes_on_to_the_same_pl
 
     thread = threading.Thread(target=go)
     thread.start()
-    wait_for(lambda: abs(irat.status()["rims"][0]) > 0.02, 20, "motion")
-    killed = time.monotonic()
-    os.kill(rat_driver.brain.pid, signal.SIGKILL)
-    rests(irat, killed, 1.0)
-    wait_for(lambda: rat_driver.brain.fresh() is not None, 60, "the brain is back")
+    rests(irat, 1.0, *kill(rat_driver))
     wait_for(lambda: irat.status()["moving"] or ends, 10, "it goes on")
     thread.join(200)
     assert not thread.is_alive()
@@ -318,7 +338,8 @@ def test_staff_drive_by_hand_while_they_hold_the_controls(rat_driver, irat):
     assert irat.status()["driven"] > 0
     assert irat.status()["moving"] is False
     ends = [record["end"] for record in journal(irat, "rest")]
-    assert ends[:-1] == ["silence"] * (irat.count("motion") - 1), "one motion; more on a machine that stalls"
+    assert len(ends) == irat.count("motion"), "one motion; more on a machine that stalls"
+    assert set(ends[:-1]) <= {"silence", "done"}, "it said nothing, or to rest, for a moment"
 
 
 def test_a_lost_robot_ends_the_motion(rat_driver, irat):

@@ -170,7 +170,7 @@ def test_a_false_marker_hangs_where_no_dock_is(irat, wire_client):
 
 def test_it_starts_again_where_it_was_killed(irat, wire_client):
     wire_client.claim()
-    wire_client.drive_for(1.2, linear=0.1)
+    wire_client.drive_far(irat, 0.15, linear=0.1)  # far enough that its place was kept on the way
     there = irat.status()
     irat.process.send_signal(signal.SIGKILL)
     irat.process.wait()

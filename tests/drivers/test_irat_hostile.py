@@ -9,7 +9,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.conftest import wait_for
-from tests.drivers.irat_wire import EPOCHS, WireClient, journal
+from tests.drivers.irat_wire import EPOCHS, WireClient, framed, journal
 
 
 def velocity(**more):
@@ -97,9 +97,8 @@ def test_a_message_in_pieces_is_one_message(irat, wire_client):
 def test_half_a_frame_is_no_command(irat):
     wire_client = WireClient(irat)
     wire_client.claim()
-    frame = velocity(linear={"x": 0.1}).encode()
-    head = bytes([0x81, 0x80 | 126]) + len(frame).to_bytes(2, "big") + bytes(4)
-    wire_client.line.socket.sendall(head + frame[: len(frame) // 2])
+    frame = framed(velocity(linear={"x": 0.1}))
+    wire_client.line.socket.sendall(frame[: len(frame) // 2])
     time.sleep(0.2)
     wire_client.line.socket.shutdown(socket.SHUT_WR)
     wait_for(lambda: irat.count("disconnected"), 10, "the end of the connection")

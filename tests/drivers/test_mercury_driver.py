@@ -20,7 +20,7 @@ from robots.drivers.errors import (
 from robots.drivers.mercury.driver import Driver
 from tests.conftest import wait_for
 
-SLOWLY = pytest.mark.parametrize("speed", [0.06])  # what is to happen on the way happens on the way
+SLOWLY = pytest.mark.parametrize("speed", [0.025])  # what is to happen on the way happens on the way
 
 
 def allow():

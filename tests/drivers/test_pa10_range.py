@@ -22,7 +22,8 @@ def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm,
     thread = threading.Thread(target=push)
     thread.start()
     with pytest.raises(HardwareFault, match="Range error"):
-        do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([100, -40, -40, 0, -30, 0]), strict=True)))
+        back = dict(zip(chain("pa10").names, np.radians([100, -40, -40, 0, -30, 0]), strict=True))
+        do(arm, "joints", **back, speed=0.1)  # slowly: it is pushed on its way
     thread.join()
     shared.clear()
     assert journal(shared, "range_error")

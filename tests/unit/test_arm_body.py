@@ -30,3 +30,15 @@ def test_a_hold_brings_it_to_rest_before_the_target():
     assert body.ended is not None
     assert body.ended.braking
     assert -0.2 < body.setpoint.x < 0.0
+
+
+def test_a_hold_before_the_first_step_ends_the_motion_where_it_began():
+    start = Pose(-0.2, 0.42, 0.0, 0.0)
+    body = Body(start, 0.0)
+    body.start(Pose(0.2, 0.42, 0.0, 0.0), 0.25)
+    body.brake()
+    body.advance_to(0.1)
+    assert not body.moving
+    assert body.ended is not None
+    assert body.ended.braking
+    assert body.setpoint == start

@@ -207,14 +207,21 @@ class TestTheRobotItself:
         robot, one = portal.robot, opened(visitor)
         wait_for(lambda: one.page.wait_for_timeout(500) or loops(robot) > LOOPS, 400, "loops that close")
         board = Board(robot.rig_dir)
-        for number in range(4):  # a place at which it stands is reached at once
+        for number in range(4):  # a place near where it stands is reached before the battery is told
             one.page.locator("#spots button").nth(number).press("Enter")
-            wait_for(lambda n=number: Job.objects.exclude(state="waiting").count() > n, 90, "the turn of the goal")
+            wait_for(
+                lambda n=number: one.page.wait_for_timeout(100) or Job.objects.exclude(state="waiting").count() > n,
+                400,
+                "the turn of the goal",
+            )
             one.page.wait_for_timeout(1000)
-            if Job.objects.latest("pk").state == "running":
+            if Job.objects.latest("pk").state != "running":
+                continue
+            board.fault("charge", 0.19)
+            expect(one.page.locator("#readings")).to_contain_text("going to the dock", timeout=30_000)
+            if Job.objects.latest("pk").state == "waiting":
                 break
-        board.fault("charge", 0.19)
-        expect(one.page.locator("#readings")).to_contain_text("going to the dock", timeout=30_000)
+            board.fault("charge", 0.968)
         expect(one.page.locator("#asked")).to_have_text(re.compile("Your goal waits"))
         expect(one.page.locator("#readings")).to_contain_text("charging", timeout=400_000)
         board.fault("charge", 0.968)

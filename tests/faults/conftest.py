@@ -134,7 +134,7 @@ class Rig:
 
     def all_have_looked(self):
         """Wait until the owner has renewed its lease twice, and all others have tried to take it meanwhile."""
-        others = [w for w in self.workers if w.alive() and f"owner of {self.robot.slug}" not in w.said()]
+        others = [w for w in self.workers if w.alive() and w.pid != self.lease().pid]
         for _ in range(2):
             until, tried = self.lease().expires_at, {w: w.said().count(TRIED) for w in others}
             wait_for(lambda until=until: self.lease().expires_at > until, 20, "the lease is renewed")
@@ -183,10 +183,19 @@ class Rig:
         wait_for(ended, seconds, f"the end of {command} (is {Command.objects.get(pk=command.pk).state})")
         return command
 
-    def slow(self):
-        """Let motions take long."""
-        self.share = 0.05
-        Robot.objects.filter(pk=self.robot.pk).update(settings={"speed": 0.05})
+    def done(self, kind, seconds=30, **args):
+        """Return a command that has ended; of a held motion that a machine which stalled has ended, the next one."""
+        for _ in range(5):
+            command = self.final(self.issue(kind, **args), seconds)
+            if (command.state, command.reason[:17]) != ("cancelled", "Nothing was heard"):
+                return command
+        raise AssertionError(f"{kind}: not within five attempts, because the machine stalled")
+
+    def slow(self, share=0.05):
+        """Let motions take long, from now on: the owner has read the row. Somebody must have had a turn."""
+        self.share = share
+        Robot.objects.filter(pk=self.robot.pk).update(settings={"speed": share})
+        self.swept()
 
     def motions(self, *commands):
         """Return the simulator's own notes of the motions towards where these commands asked to go."""

@@ -72,7 +72,7 @@ class WebHere:
         try:
             wait_for(lambda: not any(self.left().values()), seconds, "an empty web process")
         except AssertionError as error:
-            raise AssertionError(f"left behind: {self.left()}") from error
+            raise AssertionError(f"{error}; left behind: {self.left()}") from error
 
     def stop(self):
         self.server.should_exit = True

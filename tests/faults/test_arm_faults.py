@@ -6,7 +6,7 @@ import time
 import pytest
 
 from robots.models import Command, Incident, Robot
-from robots.states import GrantEnd
+from robots.states import Cycle, GrantEnd
 from tests.conftest import at_length, wait_for
 
 pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
@@ -69,7 +69,7 @@ def test_a_range_error_in_mid_turn(rig):
     posture = {"S1": 2.6, "S2": -0.7, "E1": -0.7, "E2": 0.0, "W1": -0.5, "W2": 0.0}
     first = rig.final(rig.issue("joints", **posture), 60)
     assert first.state == "completed", first.reason
-    command = rig.issue("joints", **posture | {"S1": 1.8})
+    command = rig.issue("joints", **posture | {"S1": 1.8, "speed": 0.1})  # it is on its way for long enough
     rig.moving()
     rig.sim.fault("disturb", 3000.0)
     command = rig.final(command, 60)
@@ -166,6 +166,7 @@ def test_pushed_into_a_range_error_while_nobody_has_it_it_is_put_in_order_before
     rig.sim.fault("disturb", 3000.0)
     found = Incident.objects.filter(code="hardware_fault", text__contains="Range error")
     wait_for(found.exists, 30, "the robot's word is heard")
+    wait_for(lambda: rig.cycle() != Cycle.READY, 10, "it is taken back")  # told after the incident
     rig.sim.clear()
     rig.wait_ready(90)
     assert rig.sim.status()["mode"] != "RANGE_ERROR"

@@ -15,6 +15,8 @@ from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.rig import Child, worker
 
+SLOWLY = {"TURNTABLE_TAKES_S": "2"}  # so that a new pace is seen on its way
+
 
 @pytest.fixture
 def table(transactional_db, redis_server, people, installed):
@@ -23,7 +25,7 @@ def table(transactional_db, redis_server, people, installed):
     robot = add_robot("turntable")
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)
     simulator = next(p for p in robot_processes(robot) if p.name.endswith("robot"))
-    children = [Child("turntable-robot", list(simulator.argv), **simulator.env), worker("turntable")]
+    children = [Child("turntable-robot", list(simulator.argv), **simulator.env, **SLOWLY), worker("turntable")]
     try:
         wait_for(lambda: Robot.objects.get(pk=robot.pk).cycle == Cycle.READY, 60, "the robot is in order")
         Clearance.objects.create(user=people["ada"], robot=robot, granted_at=SYSTEM.now())

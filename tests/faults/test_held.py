@@ -7,9 +7,12 @@ import pytest
 
 from robots import bus
 from robots.models import Command
+from robots.states import COMMAND_FINAL
 from tests.conftest import EACH_AT_LENGTH, wait_for
+from tests.faults.test_promises_stop import release
 
 pytestmark = pytest.mark.alone  # it judges by fractions of a second
+LOST = "Nothing was heard"
 
 
 class Holding(threading.Thread):
@@ -41,18 +44,41 @@ def rest_after(rig, at, command):
     return max(r["t"] for r in rig.sim.journal() if r["event"] == "rest") - at
 
 
-def test_a_jog_goes_on_while_held_and_ends_when_released(rig):
+def attempts(witness, what):
+    """Yield what tells whether the machine ran well since; a stall of a quarter of a second ends a held motion."""
+    for _ in range(10):
+        begun = time.monotonic()
+        yield lambda begun=begun: witness.clean(begun, time.monotonic())
+    raise AssertionError(f"{what}: not within ten attempts, because the machine stalled too often")
+
+
+def test_a_jog_goes_on_while_held_and_ends_when_released(rig, witness):
     rig.owner()
     rig.grant()
-    x = rig.sim.status()["pose"][0]
-    command = rig.issue("jog", dx=1, dy=0)
-    controls = Holding(rig.people["ada"].pk, command.client_seq)
-    wait_for(lambda: rig.sim.status()["pose"][0] > x + 0.03, 10, "several steps")
-    assert Command.objects.get(pk=command.pk).state == "acknowledged"
-    controls.drop()
-    at = time.monotonic()
-    bus.send_keep_alive("mercury", rig.people["ada"].pk, command.client_seq, False)
-    assert rest_after(rig, at, command) < 0.5
+    ada, direction = rig.people["ada"].pk, 1
+    for clean in attempts(witness, "a jog that is released"):
+        x = rig.sim.status()["pose"][0]
+        command = rig.issue("jog", dx=direction, dy=0)
+        controls = Holding(ada, command.client_seq)
+
+        def state(command=command):
+            return Command.objects.get(pk=command.pk).state
+
+        def stepped(x=x, direction=direction):
+            return direction * (rig.sim.status()["pose"][0] - x) > 0.03
+
+        wait_for(lambda: stepped() or state() in COMMAND_FINAL, 10, "several steps")
+        before = state()
+        at = time.monotonic()
+        bus.send_keep_alive("mercury", ada, command.client_seq, False)
+        controls.drop()
+        seconds = rest_after(rig, at, command)
+        if clean():
+            break
+        direction = -direction
+    assert before == "acknowledged"
+    assert stepped()
+    assert seconds < 0.5
     assert (command.state, command.result["ended"]) == ("completed", "released")
     assert command.result["still"]
 
@@ -72,11 +98,11 @@ def test_lost_controls_hold_within_half_a_second_and_says_so(rig, witness):
         time.sleep(0.2 + 0.07 * (i % 5))
         controls.drop()
         seconds = rest_after(rig, controls.last, command)
-        if witness.clean(controls.last, controls.last + seconds):
+        if seconds > 0 and witness.clean(controls.last, controls.last + seconds):  # else a stall had ended it before
             took.append(seconds)
         assert command.state == "cancelled"
-        assert "Nothing was heard" in command.reason
-    assert len(took) == 5, "the machine stalled too often to tell"
+        assert LOST in command.reason
+    assert len(took) == 5, "five measurements: not within 20 attempts, because the machine stalled too often"
     assert max(took) < 0.5, took
 
 
@@ -93,30 +119,37 @@ def test_nobody_elses_keep_alives_count(rig):
 
 
 @pytest.mark.length
-def test_a_jog_stays_on_the_sand(rig):
+def test_a_jog_stays_on_the_sand(rig, witness):
     rig.owner()
     rig.grant()
-    rig.final(rig.issue("move", x=0.23, y=0.5))
-    command = rig.issue("jog", dx=1, dy=0)
-    controls = Holding(rig.people["ada"].pk, command.client_seq)
-    try:
-        command = rig.final(command, 10)
-    finally:
-        controls.drop()
+    for clean in attempts(witness, "a jog to the edge"):
+        rig.final(rig.issue("move", x=0.23, y=0.5))
+        command = rig.issue("jog", dx=1, dy=0)
+        controls = Holding(rig.people["ada"].pk, command.client_seq)
+        try:
+            command = rig.final(command, 10)
+        finally:
+            controls.drop()
+        if LOST not in command.reason or clean():
+            break
     assert (command.state, command.result["ended"]) == ("completed", "edge")
     assert max(r["target"][0] for r in rig.sim.journal() if r["event"] == "motion") <= 0.2401
 
 
 @pytest.mark.length
-def test_a_stop_ends_a_jog_and_is_its_reason(rig):
+def test_a_stop_ends_a_jog_and_is_its_reason(rig, witness):
     rig.owner()
     rig.grant()
-    command = rig.issue("jog", dx=-1, dy=0)
-    controls = Holding(rig.people["ada"].pk, command.client_seq)
-    rig.moving()
-    bus.send_stop("mercury")
-    try:
-        command = rig.final(command, 5)
-    finally:
-        controls.drop()
+    for clean in attempts(witness, "a jog that is stopped"):
+        command = rig.issue("jog", dx=-1, dy=0)
+        controls = Holding(rig.people["ada"].pk, command.client_seq)
+        try:
+            rig.moving()
+            wait_for(lambda: bus.send_stop("mercury"), 5, "Redis takes the stop")
+            command = rig.final(command, 5)
+        finally:
+            controls.drop()
+        if LOST not in command.reason or clean():
+            break
+        release(rig)
     assert (command.state, command.reason) == ("cancelled", "The robot is stopped.")

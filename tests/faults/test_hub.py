@@ -136,8 +136,10 @@ def test_what_one_process_could_not_send_is_made_up_though_it_sends_nothing_more
 
 def test_whoever_wishes_again_and_again_is_not_given_the_newest_picture_again_and_again(web, robot, owned):
     with line(web) as one:
-        heard(one, "snapshot")
+        while not heard(one, "snapshot")["link"]:
+            pass
         bus.publish_picture("mercury", picture_packet(7, 1, 0, (), b"jpeg"))
+        wait_for(lambda: web.left()["pictures"], 5, "the picture, before the wishes")
         begun, pictures, answered = time.monotonic(), 0, False
         for n in range(30):
             one.send(json.dumps({"t": "watch", "cameras": [0], "every_s": 15 if n % 2 else 0}))

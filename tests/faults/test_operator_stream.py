@@ -2,7 +2,7 @@
 
 import json
 import threading
-import time
+from contextlib import contextmanager
 
 import pytest
 from django.conf import settings
@@ -44,8 +44,30 @@ class Browser:
     def ask(self, slug="mercury"):
         return self.client.post(f"/robots/{slug}/stream-code/")
 
+    def told(self):
+        """Return what it is told that asks for a code; it asks again where Redis did not answer in time."""
+        for _ in range(5):
+            if (answer := self.ask()).status_code != 503:
+                break
+        return answer.json()
+
     def code(self):
-        return self.ask().json()["code"]
+        return self.told()["code"]
+
+    @contextmanager
+    def opened(self, web):
+        """Give a stream of its own and the first snapshot; with another code where Redis did not answer in time."""
+        for _ in range(5):
+            with self.stream(web, self.code()) as one:
+                try:
+                    first = heard(one, "snapshot")
+                except ConnectionClosed as end:
+                    if end.rcvd is None or end.rcvd.reason != codes.UNKNOWN:
+                        raise
+                    continue
+                yield one, first
+                return
+        raise AssertionError("a stream: not within five attempts, because Redis did not answer in time")
 
     def stream(self, web, code, slug="mercury"):
         return line(web, path=f"/ws/operators/{slug}/", headers=self.headers, subprotocols=["farhand.operator", code])
@@ -82,10 +104,20 @@ def refused(one):
     return reason
 
 
+def judged(attempt):
+    """Return the reasons that an attempt ends with; it is made anew where Redis did not answer in time."""
+    for _ in range(5):
+        if codes.UNKNOWN not in (reasons := attempt()):
+            break
+    return reasons
+
+
 @pytest.mark.asvs("4.4.4")
 def test_the_stream_is_opened_with_a_code_and_carries_pictures_commands_and_presence(web, drives):
-    with drives.watch(web) as public, drives.stream(web, drives.code()) as own:
-        assert heard(own, "snapshot")["me"]["can"]["drive"]
+    with drives.watch(web) as public, drives.opened(web) as (own, first):
+        assert first["me"]["can"]["drive"]
+        while not first["link"]:  # else the picture may come before it is listened to
+            first = heard(own, "snapshot")
         bus.publish_picture("mercury", picture_packet(7, 1, 0, (), b"jpeg"))
         assert wait_for(lambda: isinstance(data := own.recv(timeout=5), bytes) and data[0] == 2, 5, "the picture")
         own.send(json.dumps({"t": "command", "kind": "up", "seq": 1}))
@@ -101,15 +133,26 @@ def test_each_connection_needs_another_code(web, drives):
     first, second = drives.code(), drives.code()
     assert first != second
     assert len(first) == 43
-    for code in (first, second):
+    given = [first, second]
+
+    def twice():
+        code = given.pop(0) if given else drives.code()
         with drives.stream(web, code) as own:
-            heard(own, "snapshot")
-        assert refused(drives.stream(web, code)) == codes.SPENT
+            try:
+                heard(own, "snapshot")
+            except ConnectionClosed as end:
+                return [end.rcvd.reason]
+        return ["opened", refused(drives.stream(web, code))]
+
+    for _ in range(2):
+        assert judged(twice) == ["opened", codes.SPENT]
 
 
 def test_of_two_who_use_a_code_at_once_one_gets_in(web, drives):
-    other, code, found = WebHere(), drives.code(), []
-    try:
+    other = WebHere()
+
+    def both():
+        code, found = drives.code(), []
 
         def open_one(where):
             with drives.stream(where, code) as one:
@@ -118,12 +161,16 @@ def test_of_two_who_use_a_code_at_once_one_gets_in(web, drives):
                 except ConnectionClosed as end:
                     found.append(end.rcvd.reason)
 
-        both = [threading.Thread(target=open_one, args=(where,)) for where in (web, other)]
-        for thread in both:
+        threads = [threading.Thread(target=open_one, args=(where,)) for where in (web, other)]
+        for thread in threads:
             thread.start()
-        for thread in both:
-            thread.join(10)
-        assert sorted(found) == sorted(["snapshot", codes.SPENT])
+        for thread in threads:
+            thread.join(30)
+        assert not any(thread.is_alive() for thread in threads), "an answer to each: not within 30 s"
+        return sorted(found)
+
+    try:
+        assert judged(both) == sorted(["snapshot", codes.SPENT])
     finally:
         other.stop()
 
@@ -131,40 +178,45 @@ def test_of_two_who_use_a_code_at_once_one_gets_in(web, drives):
 @pytest.mark.asvs("8.2.2", "8.3.1")
 def test_another_person_has_nothing_of_a_code_and_it_is_spent(web, drives, people):
     for thief in (Browser(people["bob"]), Browser(people["kim"]), Browser()):
-        code = drives.code()
-        assert refused(thief.stream(web, code)) == codes.ANOTHERS
-        assert refused(drives.stream(web, code)) == codes.SPENT
+
+        def stolen(thief=thief):
+            code = drives.code()
+            return [refused(thief.stream(web, code)), refused(drives.stream(web, code))]
+
+        assert judged(stolen) == [codes.ANOTHERS, codes.SPENT]
         with thief.watch(web) as public:
             assert not heard(public, "snapshot")["me"]["can"]["drive"]
-    with drives.stream(web, drives.code()) as own:
-        heard(own, "snapshot")
+    with drives.opened(web):
+        pass
 
 
 def test_a_code_that_nobody_gave_opens_nothing(web, drives):
     for code in ("x" * 43, "x", "farhand.operator", codes.code_key("x").replace(":", "-")):
-        assert refused(drives.stream(web, code)) == codes.SPENT
+        assert judged(lambda code=code: [refused(drives.stream(web, code))]) == [codes.SPENT]
     assert refused(line(web, path="/ws/operators/mercury/", headers=drives.headers)) == codes.SPENT
-    assert refused(drives.stream(web, drives.code(), "none")) == codes.ELSEWHERE
+    assert judged(lambda: [refused(drives.stream(web, drives.code(), "none"))]) == [codes.ELSEWHERE]
     web.nothing_left()
 
 
 def test_a_code_lives_half_a_minute_and_redis_knows_its_digest_alone(web, drives):
     code, store = drives.code(), bus.connection()
-    (kept,) = store.keys(codes.code_key("*"))
-    assert code.encode() not in kept + store.get(kept)
-    assert 0 < store.ttl(kept) <= 30
-    store.pexpire(kept, 1)
-    time.sleep(0.01)
-    assert refused(drives.stream(web, code)) == codes.SPENT
+    found = store.keys(codes.code_key("*"))  # more than one where Redis answered too late
+    assert found
+    for kept in found:
+        assert code.encode() not in kept + store.get(kept)
+        assert 0 < store.ttl(kept) <= 30
+        store.pexpire(kept, 1)
+    wait_for(lambda: not store.exists(*found), 5, "its end")
+    assert judged(lambda: [refused(drives.stream(web, code))]) == [codes.SPENT]
 
 
 @pytest.mark.asvs("8.3.1")
 @pytest.mark.parametrize("silently", [False, True])
 def test_the_stream_ends_with_the_turn(web, drives, monkeypatch, silently):
-    unused = drives.code()
-    with drives.stream(web, drives.code()) as own, drives.watch(web) as public:
-        for one in (own, public):
-            assert heard(one, "snapshot")["me"]["can"]["drive"]
+    unused = [drives.code() for _ in range(5)]
+    with drives.opened(web) as (own, first), drives.watch(web) as public:
+        for said in (first, heard(public, "snapshot")):
+            assert said["me"]["can"]["drive"]
         if not silently:  # the event alone ends it, not the look that a busy machine may take first
             monkeypatch.setattr(OperatorConsumer, "judge", RobotConsumer.judge)
         end(silently, monkeypatch)
@@ -173,21 +225,20 @@ def test_the_stream_ends_with_the_turn(web, drives, monkeypatch, silently):
         assert closed(own, 2) == (OVER, codes.TURN_OVER)
         public.send('{"t": "ping", "n": 1}')
         heard(public, "pong")
-    assert refused(drives.stream(web, unused)) == codes.TURN_OVER
+    assert judged(lambda: [refused(drives.stream(web, unused.pop()))]) == [codes.TURN_OVER]
     assert not drives.code()
 
 
 def test_a_code_of_the_turn_before_does_not_open_the_next_ones_stream(web, drives, robot, people):
-    unused = drives.code()
+    unused = [drives.code() for _ in range(5)]
     end()
     now = SYSTEM.now()
     services.start_grant(robot, GrantKind.STAFF, now, people["ada"])
-    assert refused(drives.stream(web, unused)) == codes.TURN_OVER
+    assert judged(lambda: [refused(drives.stream(web, unused.pop()))]) == [codes.TURN_OVER]
 
 
 def test_who_reads_nothing_is_given_nothing_after_the_turn(web, drives):
-    with drives.stream(web, drives.code()) as own:
-        heard(own, "snapshot")
+    with drives.opened(web):
         wait_for(lambda: web.left()["viewers"] == 1, 5, "the viewer")
         end()
         wait_for(lambda: web.left()["viewers"] == 0, 2, "no viewer, though nothing was read")
@@ -196,8 +247,7 @@ def test_who_reads_nothing_is_given_nothing_after_the_turn(web, drives):
 @pytest.mark.asvs("7.4.1")
 def test_signing_out_ends_stream_and_turn(web, drives):
     begun = turn()
-    with drives.stream(web, drives.code()) as own:
-        heard(own, "snapshot")
+    with drives.opened(web) as (own, _):
         drives.client.post("/accounts/logout/")
         assert closed(own)[0] == 4401
     wait_for(lambda: Turn.objects.get(pk=begun.pk).ended_at, 5, "the end of the turn")
@@ -206,7 +256,7 @@ def test_signing_out_ends_stream_and_turn(web, drives):
 def test_who_gets_a_code(web, robot, roles):  # noqa: F811
     found = {}
     for role in ROLES:
-        answer = Browser(roles[role]).ask().json()
+        answer = Browser(roles[role]).told()
         found[role] = bool(answer["code"])
         assert found[role] or answer["text"] == "It is not your turn on this robot."
     assert found == {role: role == "operator" for role in ROLES}
@@ -246,8 +296,8 @@ def test_a_crowd_takes_no_place_from_the_operator(web, drives, monkeypatch):
         monkeypatch.setattr(bounded._sockets, "most", 1)
         with pytest.raises(Exception, match="429"):
             drives.watch(web)
-        with drives.stream(web, drives.code()) as own:
-            assert heard(own, "snapshot")["me"]["can"]["drive"]
+        with drives.opened(web) as (_, first):
+            assert first["me"]["can"]["drive"]
             monkeypatch.setattr(bounded._operators, "most", 1)
             with pytest.raises(Exception, match="429"):
                 drives.stream(web, drives.code())
@@ -270,7 +320,6 @@ def test_without_redis_no_code_is_given_and_the_public_view_drives_on(web, drive
 def test_a_stream_of_staff_ends_with_their_grant_too(web, robot, people, owned):
     grant = services.start_grant(robot, GrantKind.STAFF, SYSTEM.now(), people["kim"])
     kim = Browser(people["kim"])
-    with kim.stream(web, kim.code()) as own:
-        heard(own, "snapshot")
+    with kim.opened(web) as (own, _):
         services.end_grant(Grant.objects.get(pk=grant.pk), GrantEnd.FINISHED, "done", SYSTEM.now())
         assert closed(own, 2) == (OVER, codes.TURN_OVER)

@@ -5,6 +5,7 @@ import pytest
 from robots import services
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
+from workers.recovery import MENDED
 
 
 @pytest.mark.length
@@ -30,5 +31,6 @@ def test_what_was_stopped_while_nobody_owned_the_robot_is_moved_by_a_command_alo
     assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (0, 0), "a release starts no motion"
     assert rig.final(rig.issue("down")).state == "failed"
     wait_for(lambda: rig.sim.count("calibrate") == 1, 30, "the reset")
+    wait_for(Incident.objects.filter(remedy=MENDED).exists, 30, "its end")  # what waits for it for long expires
     wait_for(lambda: rig.reason() == "", 30, "the robot is well")
     assert rig.final(rig.issue("down")).state == "completed", "the turn goes on"

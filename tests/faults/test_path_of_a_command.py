@@ -110,7 +110,7 @@ def moved(owner, path, one, number, y):
 
 
 def test_a_command_passes_few_files(path, rig, people, settings):
-    settings.FARHAND = {**settings.FARHAND, "LEASE_S": 120}  # nothing renews it here
+    settings.FARHAND = {**settings.FARHAND, "LEASE_S": 120, "REDIS_GONE_S": 120}  # nothing renews them here
     type(rig.robot).objects.update(settings={"speed": 0.3})  # a robot with settings passes no more
     rig.own()
     web = WebHere()

@@ -5,7 +5,7 @@ import time
 
 import pytest
 from celery import current_app
-from django.db.models import F
+from django.db.models import F, Q
 
 from robots import bus
 from robots.clock import SYSTEM
@@ -31,8 +31,12 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
     rig.grant(seconds=3000)
     number = proof.count("commands, each delivered 2 to 5 times", 10, 250, 10_000)
     epoch = rig.lease().epoch
-    wakes = 0
-    for i in range(number):
+    moves = Command.objects.filter(kind__in=rig.wishes.moves)
+    stalls = Q(reason__contains="live link is down") | Q(reason__contains="Nothing was heard")
+    refused = moves.filter(stalls, state__in=("rejected", "cancelled"))  # the machine stalled; another takes its place
+    i = wakes = 0
+    while i < number + refused.count():
+        assert i < 2 * number, f"{number} commands completed: not within {i}, because the machine stalled"
         command = rig.issue("move", x=-0.2 + 0.0004 * i, y=0.42 + 0.01 * (i % 2))
         for _ in range(dice.randint(2, 5)):
             wakes += 1
@@ -40,14 +44,15 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
             for queue in (epoch, epoch - 1, epoch + 1):
                 current_app.send_task(bus.WAKE_TASK, queue=bus.queue_name(rig.robot.slug, queue), ignore_result=True)
             assert rig.issue("move", seq=command.client_seq, x=0.2, y=0.3).pk == command.pk
-        if i % 3 == 2 or rig.wishes.one_at_a_time:
-            wait_for(ended, 30, "the end of three commands")
-    wait_for(ended, 60, "the end of all")
-    moves = Command.objects.filter(kind__in=rig.wishes.moves)
-    completed = moves.filter(state="completed").count()
-    made = len(rig.motions(*moves))
-    assert completed == number
+        i += 1
+        if i % 3 == 0 or i >= number or rig.wishes.one_at_a_time:
+            wait_for(ended, 60 if i >= number else 30, "the end of three commands")
+    completed = moves.filter(state="completed")
+    made = len(rig.motions(*completed))
+    assert completed.count() == number
     returned = Incident.objects.filter(remedy=MENDED).count()  # a soft reset takes the arm back to where it was
+    assert not rig.motions(*refused.filter(state="rejected"))
+    assert all(len(rig.motions(one)) <= 1 + returned for one in refused)
     assert number <= made <= number + returned, f"{made} motions of {number} commands, {returned} soft resets"
     proof.holds(f"{number} commands delivered {wakes} times more: {made} motions, 0 doubled")
 
@@ -89,7 +94,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
         rig.swept()
         assert rig.sim.count("motion") == after_death, "something was repeated"
         assert not Command.objects.filter(state__in=COMMAND_RUNNING).exists()
-        again = rig.final(rig.issue("move", x=0.1, y=0.5))
+        again = rig.done("move", x=0.1, y=0.5)
         assert again.state == "completed", again.reason
         second.stop()
     proof.holds(f"{label}: {seeds} kills, 0 replays; ended {slowest:.1f} s after the kill, at most")

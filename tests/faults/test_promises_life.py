@@ -32,6 +32,7 @@ def test_promise_25_restore_brings_everything_back(rig, proof, tmp_path):
     question = SurveyQuestion.objects.create(prompt="How was it?", kind=SurveyQuestion.Kind.TEXT)
     for i in range(rows):
         write_down(rig, f"entry {i}", question)
+    rig.slow(0.1)  # it is under way until the backup has read it
     command = rig.issue("move", x=-0.2, y=0.3)
     rig.moving()
     manifest = archive.write(tmp_path / "backup.tar.gz")

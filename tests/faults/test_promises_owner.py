@@ -20,6 +20,8 @@ def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):
     slowest = 0.0
     owner = rig.owner()
     rig.grant(seconds=3000)
+    rig.slow(0.1)  # it is under way when its owner is frozen
+    rig.share = 0.3
     for i in range(times):
         command = rig.issue("move", x=0.2 if i % 2 else -0.2, y=0.32)
         rig.moving()
@@ -37,7 +39,7 @@ def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):
         before = rig.sim.count("motion")
         rig.swept()
         assert rig.sim.count("motion") == before
-        assert rig.final(rig.issue("move", x=0.0, y=0.5)).state == "completed"
+        assert rig.done("move", x=0.0, y=0.5).state == "completed"
         assert frames <= rig.sim.status()["counts"].get("frame", 0)
         owner = second
     proof.holds(f"{times} frozen owners killed by their takers, 0 motions of theirs after; take-over {slowest:.1f} s")
@@ -111,12 +113,12 @@ def test_promise_05_one_owner_however_many_start(rig, proof):
     owners = [w for w in rig.workers if f"owner of {rig.robot.slug}" in w.said()]
     assert len(owners) == 1
     assert all(w.alive() for w in rig.workers)
-    command = rig.final(rig.issue("move", x=0.1, y=0.4))
+    command = rig.done("move", x=0.1, y=0.4)
     assert command.state == "completed"
     owners[0].kill()
     wait_for(lambda: rig.lease().epoch == 2, 20, "another takes over")
     rig.all_have_looked()
     assert rig.lease().epoch == 2
-    waiting = rig.final(rig.issue("move", x=-0.1, y=0.4))
+    waiting = rig.done("move", x=-0.1, y=0.4)
     assert waiting.state == "completed", "no wake-up is lost to a worker that waits"
     proof.holds(f"{number} workers at once: 1 owner; after its kill 1 other")

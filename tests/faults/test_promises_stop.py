@@ -57,6 +57,12 @@ def held_after(rig, at):
     return max([r["t"] - at for r in rig.sim.journal() if r["event"] == "rest" and r["t"] >= at] or [0.0])
 
 
+def rested(rig, witness, at):
+    """Return how long after `at` it was at rest (s), without the time for which the machine itself stood still."""
+    seconds = held_after(rig, at)
+    return seconds - witness.lost(at, at + seconds)
+
+
 def fill(rig, number):
     """Put a motion under way and queue `number` commands behind it."""
     for i in range(number):
@@ -122,7 +128,9 @@ def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
                 wait_for(lambda: not Command.objects.filter(state="queued").exists(), 30, "what waited is cancelled")
     finally:
         web.kill()
-    assert len(took) >= times / 2, "the machine stalled too often to tell"
+    assert len(took) >= times / 2, (
+        f"{times} stops: not within {5 * times} attempts, because the machine stalled too often"
+    )
     assert percentile(took, 0.99) <= 0.300, took
     proof.holds(
         f"{condition}: 99 % of {len(took)} stops at rest within {percentile(took, 0.99) * 1000:.0f} ms, median {percentile(took, 0.5) * 1000:.0f}; {witness.discarded} discarded"
@@ -137,7 +145,6 @@ def test_promise_07_with_redis_dead_the_owner_stops_by_itself(rig, proof, witnes
     rig.owner(**env)
     rig.grant(seconds=3000)
     rig.slow()  # it must be held, not just end
-    time.sleep(1.0)
     for i in range(times):
         wait_for(lambda: not Robot.objects.get().reason, 30, "the robot is well")
         command = rig.issue("move", x=SPOTS[i % 2][0], y=SPOTS[i % 2][1])

@@ -178,7 +178,7 @@ def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
     rig.wait_ready()
     rig.grant(seconds=3000)
     Robot.objects.update(settings={"speed": 0.02})
-    time.sleep(1.0)
+    rig.swept()
     try:
         with socket_of(site, rig.people["ada"]) as operator:
             heard = drain(operator)

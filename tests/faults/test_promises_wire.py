@@ -134,7 +134,7 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
     rig.owner()
     rig.grant(seconds=3000)
     Robot.objects.update(settings={"speed": 0.1})
-    time.sleep(0.5)
+    rig.swept()
     made = []
     for i in range(times):
         rig.share = 0.1
@@ -152,7 +152,7 @@ def test_promise_10_a_line_that_is_lost_moves_nothing_twice(rig, proof, how):
         mend()
         rig.share = None
         wait_for(lambda: rig.final(rig.issue("noop"), 60).state == "completed" and not rig.reason(), 60, "it is mended")
-        back = rig.final(rig.issue("move", x=0.2, y=0.31), 60)
+        back = rig.done("move", 60, x=0.2, y=0.31)
         assert back.state == "completed", back.reason
         made += motions(rig)
         goal = rig.wishes.goal(command)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from robots import services
+from robots import bus, services
 from robots.clock import SYSTEM
 from robots.grants import end_grant
 from robots.models import Recording, RecordingState, Records, Robot
@@ -66,6 +66,21 @@ def ended(rig):
     return recording()
 
 
+def passed(rig, pictures, states):
+    """Wait until so many have passed on the bus since the recorder listens."""
+    wait_for(lambda: bus.how_watched(rig.robot.slug, 0).some, 10, "the recorder's wish")
+    here = {bus.frames_channel(rig.robot.slug).encode(): pictures, bus.state_channel(rig.robot.slug).encode(): states}
+    with bus.listener().pubsub(ignore_subscribe_messages=True) as channel:
+        channel.subscribe(*here)
+
+        def enough():
+            while (message := channel.get_message(timeout=0.05)) is not None:
+                here[message["channel"]] -= 1
+            return max(here.values()) <= 0
+
+        wait_for(enough, 20, "pictures and states")
+
+
 def told(row):
     found = list(messages(keeping.path_of(row)))
     return found, [m.told() for m in found if m.topic == "commands"]
@@ -77,6 +92,7 @@ def test_a_turn_is_recorded_with_pictures_states_and_commands_on_one_clock(rig, 
     grant = rig.grant()
     wait_for(running, 20, "the recording")
     commands = [rig.final(rig.issue(kind, **args)) for kind, args in (("move", {"x": 0.05, "y": 0.45}), ("down", {}))]
+    passed(rig, pictures=7, states=8)
     row = ended(rig)
     assert (row.state, row.reason, row.dropped, row.grant) == (RecordingState.READY, "", 0, grant)
     found, stages = told(row)
@@ -174,10 +190,10 @@ def test_a_frozen_recorder_holds_nobody_up_and_goes_on(rig, recorder):
 @pytest.mark.length
 def test_what_became_of_a_motion_after_the_turns_end_is_told_too(rig, recorder):
     rig.owner()
-    rig.slow()
     recorder()
     rig.grant()
     wait_for(running, 20, "the recording")
+    rig.slow()
     far = rig.issue("move", x=-0.2, y=0.30)
     rig.moving()
     row = ended(rig)
@@ -218,12 +234,17 @@ def test_redis_that_ends_leaves_a_gap_and_the_recording_goes_on(rig, recorder):
 def test_an_idle_recorder_costs_almost_nothing(rig, recorder):
     rig.owner()
     child = recorder()
-    time.sleep(5.0)  # it has started
 
     def used():
         fields = Path(f"/proc/{child.pid}/stat").read_text().rsplit(") ", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
+    def rests():
+        before = used()
+        time.sleep(3.0)
+        return 0 < before == used()
+
+    wait_for(rests, 60, "the end of its start")
     before = used()
     time.sleep(20.0)
     assert used() - before <= 0.08, "0.4 % of a core, measured in ticks of 10 ms"

@@ -21,7 +21,7 @@ def test_an_arm_that_holds_and_cannot_say_so(rig):
     rig.owner()
     rig.grant(seconds=600)
     Robot.objects.update(settings={"speed": 0.1})
-    time.sleep(0.5)
+    rig.swept()
     rig.issue("move", x=-0.2, y=0.5)
     rig.moving()
     rig.sim.fault("mute")

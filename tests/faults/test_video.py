@@ -44,7 +44,8 @@ def test_a_newcomer_gets_the_group_since_the_last_key_picture_and_who_wants_jpeg
     with line(web, path=PATH) as first, line(web) as plain:
         heard(first, "snapshot")
         heard(plain, "snapshot")
-        assert bus.how_watched("mercury", 0) == bus.Wanted(each=True, video=True, key=True)
+        both = bus.Wanted(each=True, video=True, key=True)
+        wait_for(lambda: bus.how_watched("mercury", 0) == both, 5, "the wishes of both")
         sent = [packet(n, n in (1, 8)) for n in range(1, 13)]
         for one in sent:
             bus.publish_video("mercury", one)
@@ -70,9 +71,9 @@ def test_a_page_changes_between_video_and_jpeg_on_the_same_socket(web, monkeypat
             bus.publish_video("mercury", packet(n, n == 1))
         assert pictures(one, 4) == [packet(n, n == 1) for n in range(1, 5)]
         time.sleep(JOIN_S)
+        asked = time.monotonic()
         one.send(json.dumps(WISH))
         assert len(pictures(one, 4)) == 4, "the group again"
-        asked = time.monotonic()
         for _ in range(20):
             one.send(json.dumps(WISH))
         one.send(json.dumps({"t": "ping", "n": 5}))
@@ -176,11 +177,13 @@ def test_an_owner_encodes_what_is_wanted_once_and_nothing_that_nobody_wants(rig,
         assert whole(pictures(one, 6))
         assert unpack(pictures(two, 1)[0]).number > 0
         listener.during(1.0)
-        sent = listener.during(3.0)
+        since, sent = time.monotonic(), listener.during(3.0)
+        wait_for(lambda: len(sent) >= 8 or sent.extend(listener.during(0.5)), 30, "packets")  # a busy owner sends few
         assert {data[0] for data in sent} == {VIDEO}, "no JPEG is made that nobody wants"
         numbers = [unpack(data).number for data in sent]
         assert numbers == sorted(set(numbers)), "once for both"
-        assert sum(unpack(data).key for data in sent) <= 2, "a group lasts two seconds at least"
+        most = 1 + (time.monotonic() - since) / 2
+        assert sum(unpack(data).key for data in sent) <= most, "a group lasts two seconds at least"
     wait_for(lambda: listener.during(1.5) == [], 15, "an idle camera")
 
 

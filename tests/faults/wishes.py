@@ -100,7 +100,7 @@ class MuseumArm:
     drained = staticmethod(disconnected)
 
     def jog(self, direction):
-        return "jog_joints", {"S1": direction, "W1": 0.5}
+        return "jog_joints", {"S1": direction, "W1": 0.5 * direction}  # there and back
 
     def spell(self, kind, args, share):
         if kind == "move":

@@ -38,7 +38,7 @@ class Driver(Session):
     def _ask(self, **what):
         try:
             with socket.socket(socket.AF_UNIX) as line:
-                line.settimeout(1)
+                line.settimeout(5)  # the pace takes a while
                 line.connect(Path(self.address).read_text().strip())
                 line.sendall(json.dumps(what).encode() + b"\n")
                 said = json.loads(line.makefile().readline())

@@ -1,14 +1,15 @@
-"""The table: it turns at its pace, which takes half a second to change."""
+"""The table: it turns at its pace, which takes half a second to change, or as long as its environment says."""
 
 import argparse
 import json
+import os
 import socketserver
 import threading
 import time
 from pathlib import Path
 
 PACE = 1.0  # rad/s
-TAKES_S = 0.5
+TAKES_S = float(os.environ.get("TURNTABLE_TAKES_S", "0.5"))
 CELLS = 63  # of the circle, a tenth of a radian each: where the table has pointed
 
 

@@ -6,6 +6,7 @@ passes everything on.
 
 import asyncio
 import ipaddress
+from collections import deque
 from functools import cache
 from typing import Any
 
@@ -42,6 +43,10 @@ class Http(HttpToolsProtocol):
     _heads = 0  # complete headers in the last received data
     _counted = ""
 
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._cycles: deque[Any] = deque()  # requests that are not answered yet: one is served, the others wait
+
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Count the connection, and wait for its first headers."""
         super().connection_made(transport)
@@ -55,7 +60,12 @@ class Http(HttpToolsProtocol):
         self._await_head()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Remove it from the count."""
+        """Remove it from the count, and tell the request that is served; uvicorn tells the newest one alone."""
+        for cycle in self._cycles:
+            if not cycle.response_complete:
+                cycle.disconnected = True
+                cycle.message_event.set()
+        self._cycles.clear()
         self._cancel()
         self.uncount()
         super().connection_lost(exc)
@@ -83,7 +93,12 @@ class Http(HttpToolsProtocol):
         if self._late is not None:
             self._late.cancel()
             self._late = None
+        before = self.cycle
         super().on_headers_complete()
+        if self.cycle is not None and self.cycle is not before:
+            while self._cycles and self._cycles[0].response_complete:
+                self._cycles.popleft()
+            self._cycles.append(self.cycle)
 
     def on_message_complete(self) -> None:
         """The request is complete; the next bytes belong to the next headers."""

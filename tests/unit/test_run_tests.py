@@ -13,6 +13,13 @@ def test_it():
     seen.touch()
     assert before, "{said}"
 """
+SECOND = """
+from pathlib import Path
+def test_it():
+    seen = Path(__file__).with_suffix(".times")
+    seen.write_text(seen.read_text() + "x" if seen.exists() else "x")
+    assert len(seen.read_text()) == 2, "another answer"
+"""
 LATE = ONCE.format(said="the picture: not within 5 s")
 WRONG = ONCE.format(said="another answer")
 BROKEN = "import nothing_of_that_name"
@@ -24,11 +31,11 @@ def left(tmp_path, capfd):
 
     (tmp_path / "pytest.ini").write_text("[pytest]")
 
-    def run(*texts, slower=1.0, crowded=False):
+    def run(*texts, slower=1.0, **more):
         for number, text in enumerate(texts):
             (tmp_path / f"test_{number}.py").write_text(text)
         runner = run_tests.Runner(slower, tmp_path)
-        part = run_tests.Part("sqlite", (".",), "not alone", crowded=crowded)
+        part = run_tests.Part("sqlite", (".",), "not alone", **more)
         failures = runner.again(runner.run((part,), shown=True))
         said = capfd.readouterr().out
         print(said, failures)  # for whoever reads a failure of this test
@@ -66,6 +73,13 @@ def test_on_a_slow_machine_whatever_failed_is_run_again(left):
 
 def test_what_failed_in_a_crowd_is_judged_alone(left):
     assert left(WRONG, PLAIN, crowded=True) == (1, 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "failed"), [(WRONG, 0), (PLAIN, 1), (SECOND, 1), (SECOND.replace("another answer", "not within 5 s"), 0)]
+)
+def test_a_wrong_answer_beside_something_else_has_to_be_right_two_times(left, text, failed):
+    assert left(text, twice=True) == (failed, 1)
 
 
 def test_many_failures_are_not_the_machine_s(left):

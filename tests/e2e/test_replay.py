@@ -63,6 +63,7 @@ def recording(portal):
 
 def shows(page, second):
     """Wait until picture and readings are of a second."""
+    page.wait_for_selector("#picture")  # the page may be on its way
     wait_for(lambda: abs(page.evaluate(GREY) - grey(second)) < 6, 15, f"the picture of second {second}")
     expect(page.locator("#replay-time")).to_contain_text(f"0:{second:02} of 0:23")
 

@@ -25,6 +25,7 @@ from robots.grants import stage_event
 from robots.messages import Changed, CommandStage, Event, Notice, decode
 from robots.models import Command, Grant, Recording, RecordingState
 from robots.recordings import keeping, telling
+from robots.states import COMMAND_FINAL
 from workers.recorder.movies import MovieMaker
 
 if TYPE_CHECKING:
@@ -260,6 +261,8 @@ class Recorder:
 
     def _tell_command(self, one: _Running, stage: CommandStage, row: Command | None = None) -> None:
         """Record a stage; the first of a command with its arguments, where the database answers."""
+        if one.told.get(stage.id) in COMMAND_FINAL:
+            return  # told from its row, before what the bus says of it was taken
         told = msgspec.to_builtins(stage)
         known = stage.id in one.told
         one.told[stage.id] = stage.state

@@ -21,17 +21,15 @@ def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None, se
     Ticket.objects.filter(pk=ticket.pk).update(**changes)
     if ticket.state == TicketState.OPERATING:
         mine = Turn.objects.filter(ticket=ticket, ended_at=None)
-        if session:
-            _note(mine.first(), session, now)
+        if session and (turn := mine.first()) is not None:
+            TurnSession.objects.bulk_create(
+                [TurnSession(turn=turn, session=session, last_seen=now)],
+                update_conflicts=True, unique_fields=["turn", "session"], update_fields=["last_seen"],
+            )  # fmt: skip
         back = mine.filter(connected=False).update(connected=True)
         mine.update(**changes)
         if back:
             bus.tell_people_on_commit(StandingChanged(user=user.pk))
-
-
-def _note(turn: Turn | None, session: str, now: datetime) -> None:
-    if turn is not None and not turn.sessions.filter(session=session).update(last_seen=now):
-        turn.sessions.get_or_create(session=session, defaults={"last_seen": now})
 
 
 def disconnected(robot: Robot, user: Any, now: datetime, session: str = "") -> None:

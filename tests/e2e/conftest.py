@@ -19,12 +19,12 @@ from robots.models import Command, Grant, Lease, Robot
 from robots.states import Cycle
 from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
+from tests.faults.controls import LOST
 
 AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
 # where Redis answers late a code is refused; the page goes on without a stream of its own and asks again
 ASKS_AGAIN = re.compile(r"status of 503 .*/stream-code/")
 AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], rules: {'target-size': {enabled: true}}})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
-LOST = "Nothing was heard from your controls"  # of a page that drew for half a second and sent no keep-alives
 LETS_GO_S = 60
 expect.set_options(timeout=15_000)
 

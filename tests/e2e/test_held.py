@@ -12,7 +12,7 @@ from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.models import Command, Robot
 from tests.conftest import BOTH_AT_LENGTH, wait_for
-from tests.e2e.conftest import LOST
+from tests.faults.controls import LOST
 from tests.faults.proxy import Proxy
 from tests.faults.witness import Witness
 from tests.looked import swept

@@ -12,6 +12,7 @@ from robots.models import Command
 from robots.states import COMMAND_FINAL
 
 EVERY_S = 0.06
+LOST = "Nothing was heard from your controls"  # of a page or a test that stalled and sent no keep-alives
 
 
 class Controls(threading.Thread):

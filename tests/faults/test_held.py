@@ -9,10 +9,10 @@ from robots import bus
 from robots.models import Command
 from robots.states import COMMAND_FINAL
 from tests.conftest import EACH_AT_LENGTH, wait_for
+from tests.faults.controls import LOST
 from tests.faults.test_promises_stop import release
 
 pytestmark = pytest.mark.alone  # it judges by fractions of a second
-LOST = "Nothing was heard"
 
 
 class Holding(threading.Thread):

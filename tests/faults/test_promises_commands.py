@@ -12,6 +12,7 @@ from robots.clock import SYSTEM
 from robots.models import Command, Incident, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING
 from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
+from tests.faults.controls import LOST
 from tests.faults.doomed import LABELS
 from workers.recovery import MENDED
 from workers.safety.gate import TOO_LATE
@@ -32,7 +33,7 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
     number = proof.count("commands, each delivered 2 to 5 times", 10, 250, 10_000)
     epoch = rig.lease().epoch
     moves = Command.objects.filter(kind__in=rig.wishes.moves)
-    stalls = Q(reason__contains="live link is down") | Q(reason__contains="Nothing was heard")
+    stalls = Q(reason__contains="live link is down") | Q(reason__contains=LOST)
     refused = moves.filter(stalls, state__in=("rejected", "cancelled"))  # the machine stalled; another takes its place
     i = wakes = 0
     while i < number + refused.count():

@@ -36,8 +36,8 @@ class RobotsFault(Exception):
         self.robot, self.why = robot, why
 
 
-def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
-    """Start the turn of an accepted offer.
+def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool = False) -> Turn:
+    """Start the turn of an accepted offer; `away`: the robot's page is not open yet.
 
     Raises:
         RobotsFault: the robot is no longer offered, or somebody else may move it.
@@ -54,7 +54,7 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> Turn:
             grant = start_grant(robot, GrantKind.TURN, now, ticket.user, until)
             turn = Turn.objects.create(
                 robot=robot, user=ticket.user, ticket=ticket, grant=grant, classic=ticket.classic,
-                started_at=now, base_until=until, until=until, last_seen=now,
+                started_at=now, base_until=until, until=until, last_seen=now, connected=not away,
             )  # fmt: skip
     except NotPermitted as error:
         raise RobotsFault(robot, str(error)) from error
@@ -81,8 +81,10 @@ def why_not_ready(
     return ""
 
 
-def accept(robot: Robot, user: Any, now: datetime) -> Turn:
+def accept(robot: Robot, user: Any, now: datetime, away: bool = False) -> Turn:
     """Accept an offer: grant and turn start.
+
+    `away`: on another page; the turn is kept until the robot's page is open, as long as after a lost connection.
 
     Raises:
         NotYourTurn: the person has no open offer.
@@ -93,7 +95,7 @@ def accept(robot: Robot, user: Any, now: datetime) -> Turn:
     if ticket is not None and ticket.state == TicketState.OPERATING:
         return Turn.objects.get(ticket=ticket)  # a double click, a reload
     try:
-        return _accept(ticket, now)
+        return _accept(ticket, now, away)
     except RobotsFault as fault:
         assert ticket is not None
         with transaction.atomic():
@@ -101,7 +103,7 @@ def accept(robot: Robot, user: Any, now: datetime) -> Turn:
         raise RobotUnavailable(f"{fault.why.rstrip('.')}. You keep your place and are offered it again.") from fault
 
 
-def _accept(ticket: Ticket | None, now: datetime) -> Turn:
+def _accept(ticket: Ticket | None, now: datetime, away: bool) -> Turn:
     with transaction.atomic():
         if ticket is None:
             raise NotYourTurn("The robot is not offered to you now.")
@@ -115,7 +117,7 @@ def _accept(ticket: Ticket | None, now: datetime) -> Turn:
         problem = why_not_ready(robot, now, Cycle.OFFERED)
         if problem:
             raise RobotsFault(robot, problem)
-        turn = begin(queue, robot, ticket, now)
+        turn = begin(queue, robot, ticket, now, away)
         announce(queue)
         return turn
 

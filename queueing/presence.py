@@ -11,7 +11,11 @@ from robots.models import Robot
 
 
 def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None, session: str = "") -> None:
-    """Count a heartbeat or a request as presence; `session`: the key of the session in which a page reports."""
+    """Count a heartbeat or a request as presence; `session`: the key of the session in which a page reports.
+
+    `now`: when it came. A page's sockets are noted in threads of their own, so a younger absence may have been noted
+    before; that remains.
+    """
     ticket = open_ticket(robot, user)
     if ticket is None:
         return
@@ -26,8 +30,8 @@ def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None, se
                 [TurnSession(turn=turn, session=session, last_seen=now)],
                 update_conflicts=True, unique_fields=["turn", "session"], update_fields=["last_seen"],
             )  # fmt: skip
-        back = mine.filter(connected=False).update(connected=True)
-        mine.update(**changes)
+        back = mine.filter(connected=False, last_seen__lte=now).update(connected=True)
+        mine.exclude(connected=False).update(**changes)
         if back:
             bus.tell_people_on_commit(StandingChanged(user=user.pk))
 

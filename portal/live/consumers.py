@@ -67,6 +67,7 @@ class RobotConsumer(Viewing):
         super().__init__(*args, **kwargs)
         self._asked: asyncio.Queue[tuple[RobotMessage, bool]] = asyncio.Queue(WAITING)
         self._serving = self._seeing = self._unseen = self._previewing = False
+        self._here = SYSTEM.now()  # when the page last reported
         self._plan = ""
         self._planning = asyncio.Event()
         self._jog = 0
@@ -118,7 +119,7 @@ class RobotConsumer(Viewing):
 
     def check_in(self) -> None:
         """Note in the database that the person is present; beside requests, which must not wait for it."""
-        self._unseen = True
+        self._unseen, self._here = True, SYSTEM.now()
         if not self._seeing:
             self._seeing = True
             self.begin(self._see())
@@ -177,7 +178,7 @@ class RobotConsumer(Viewing):
             user = current_user(self.scope)
             if user.is_authenticated and not self.over:
                 robot = Robot.objects.get(slug=self.slug)
-                queue.seen(robot, user, SYSTEM.now(), classic=False, session=session_key(self.scope))
+                queue.seen(robot, user, self._here, classic=False, session=session_key(self.scope))
 
     async def take(self, message: RobotMessage) -> None:
         """Do urgent things at once; queue the rest. Strangers are answered without a thread, however much they send."""

@@ -29,11 +29,7 @@ def places(found: Sequence[Standing], now: datetime) -> dict[str, Any]:
 
 
 def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
-    """Join, leave, accept or dismiss from any page. Return what went wrong as a sentence, or an empty text.
-
-    If the person accepts away from the robot's page, the turn is kept until that page is open, as long as after a lost
-    connection.
-    """
+    """Join, leave, accept or dismiss from any page. Return what went wrong as a sentence, or an empty text."""
     if wanted == "dismiss":
         dismiss(ticket, user, now)
         return ""
@@ -42,8 +38,7 @@ def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
         return "There is no such robot; reload the page."
     try:
         if wanted == "accept":
-            queue.accept(found, user, now)
-            queue.disconnected(found, user, now)
+            queue.accept(found, user, now, away=True)
         elif wanted == "join":
             queue.join(found, user, now)
         elif wanted == "leave":

@@ -1,6 +1,7 @@
 """The bar on every page that tells people about their turn: its states, and its messages."""
 
 import re
+from contextlib import contextmanager
 from datetime import timedelta
 
 import pytest
@@ -29,11 +30,15 @@ def elsewhere(one, address="/log/"):
     return one.page
 
 
-def lasts(portal):
+@contextmanager
+def lasting(portal):
     """Have the offer, or the turn of who has left the page, last while axe looks, however busy the machine is."""
+    away = Turn.objects.filter(ended_at=None, connected=False)
     Ticket.objects.filter(state="offered").update(offer_until=SYSTEM.now() + timedelta(seconds=90))
-    Turn.objects.filter(ended_at=None, connected=False).update(last_seen=SYSTEM.now() + timedelta(seconds=60))
+    away.update(last_seen=SYSTEM.now() + timedelta(seconds=60))
     announce(queue.queue_of(portal.robot))
+    yield
+    away.update(last_seen=SYSTEM.now())  # or who comes back has come before they went
 
 
 def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
@@ -51,8 +56,8 @@ def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     before = page.inner_text(f"{BAR} [role=timer]")
     assert re.fullmatch(r"0:[0-3]\d", before)
     expect(page.locator(f"{BAR} [role=timer]")).not_to_have_text(before)
-    lasts(portal)
-    ada.axe("offered on a phone")
+    with lasting(portal):
+        ada.axe("offered on a phone")
     foot = page.locator(".site-foot")
     foot.scroll_into_view_if_needed()
     page.mouse.wheel(0, 9999)
@@ -134,8 +139,8 @@ def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     page.wait_for_url("**/log/")
     assert asked == [], "asked once, not twice"
     expect(page.locator(BAR)).to_contain_text("Go back to Mercury, or your turn ends")
-    lasts(portal)
-    ada.axe("operating elsewhere")
+    with lasting(portal):
+        ada.axe("operating elsewhere")
     page.get_by_role("link", name="Back to Mercury").click()
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
     assert Turn.objects.get().ended_at is None
@@ -157,8 +162,8 @@ def test_on_the_robots_own_page_nothing_contradicts_the_offer(portal, cast):
     assert "not your turn" not in page.inner_text("main").lower()
     take = page.locator(BAR).get_by_role("button", name="Take control")
     expect(take).to_be_in_viewport(ratio=1)
-    lasts(portal)
-    bob.axe("offered on the robot's page")
+    with lasting(portal):
+        bob.axe("offered on the robot's page")
     take.click()
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
     expect(page.locator(BAR)).to_be_hidden()

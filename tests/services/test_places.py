@@ -4,8 +4,10 @@ from datetime import timedelta
 
 import pytest
 from django.conf import settings
+from django.db.models.signals import post_save
 
 from accounts.models import Clearance
+from portal.live.standing import act
 from queueing import services as queue
 from queueing.models import QueueRobot, Ticket, TicketState, Turn
 from queueing.places import standings
@@ -68,6 +70,39 @@ def test_waiting_offered_operating(stage):
     assert ada.kept_until == clock.now() + timedelta(seconds=RULES["RECONNECT_S"])
     queue.seen(robot, people["ada"], clock.go(3))
     assert standings(people["ada"], clock.now())[0].kept_until is None
+
+
+def test_a_presence_that_is_noted_late_undoes_no_absence_after_it(stage):
+    """The operator's page has two sockets and a thread for each note: a note may come after a younger one."""
+    robot, people, clock = stage
+    queue.join(robot, people["ada"], clock.now())
+    queue.tick(clock.now())
+    queue.accept(robot, people["ada"], clock.now())
+    pinged = clock.go(2)
+    queue.disconnected(robot, people["ada"], left := clock.go(0.1))
+    queue.seen(robot, people["ada"], pinged)
+    assert Turn.objects.values_list("connected", "last_seen").get() == (False, left)
+    queue.seen(robot, people["ada"], back := clock.go(1))
+    assert Turn.objects.values_list("connected", "last_seen").get() == (True, back)
+
+
+def test_a_turn_that_is_accepted_on_another_page_begins_without_its_robots_page(stage, request):
+    robot, people, clock = stage
+    queue.join(robot, people["ada"], clock.now())
+    queue.tick(clock.now())
+    begun = []
+
+    def created(instance, **_):
+        begun.append(instance.connected)
+
+    post_save.connect(created, sender=Turn)
+    request.addfinalizer(lambda: post_save.disconnect(created, sender=Turn))
+    assert act(people["ada"], "accept", robot.slug, 0, clock.now()) == ""
+    assert begun == [False], "no other page is told that the robot's page is open"
+    assert standings(people["ada"], clock.now())[0].kept_until == clock.now() + timedelta(seconds=RULES["RECONNECT_S"])
+    queue.seen(robot, people["ada"], clock.go(1))
+    assert act(people["ada"], "accept", robot.slug, 0, clock.now()) == "", "a second click"
+    assert standings(people["ada"], clock.now())[0].kept_until is None, "the robot's page is open meanwhile"
 
 
 def test_the_most_urgent_comes_first(stage):

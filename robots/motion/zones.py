@@ -77,7 +77,8 @@ class Zones:
         self._radius = np.array([self._limbs[i].radius for i in limb_of])
         self._low = np.array([self.boxes[k].low for k in box_of]).reshape(-1, 3)
         self._high = np.array([self.boxes[k].high for k in box_of]).reshape(-1, 3)
-        self._arms = np.array([_arms(chain, limb) for limb in self._limbs]).reshape(-1, len(chain.joints))
+        arms = np.array([_arms(chain, limb) for limb in self._limbs]).reshape(-1, len(chain.joints))
+        self._arms = arms[self._limb_of]
 
     def widened(self, clearance: float) -> "Zones":
         """Return the same boxes around limbs that are thicker by `clearance` (m)."""
@@ -100,6 +101,14 @@ class Zones:
         """Return quickly whether nothing is touched for certain; False may mean either."""
         begin, end = self._segments(q)
         return bool(np.all(segments.at_least(begin, end, self._low, self._high) >= self._radius))
+
+    def still_clear(self, distances: Matrix, moved: Joints) -> bool:
+        """Return quickly whether nothing is touched for certain, after the joints have moved by so much (rad).
+
+        `distances` (p,): those before. A limb comes no nearer than each joint's share of the way moves its farthest
+        point. False may mean either.
+        """
+        return bool((distances > self._arms @ np.abs(moved)).all())
 
     def nearest(self, q: Joints) -> Touch | None:
         """Return the pair that is nearest to touching, None if there is no box."""
@@ -138,7 +147,7 @@ class Zones:
         Raises:
             TooMuch: that needs more checks than the budget allows.
         """
-        speeds = (self._arms @ path.fastest())[self._limb_of]
+        speeds = self._arms @ path.fastest()
         fastest = max(1e-6, float(np.max(speeds, initial=0.0)))
         finest = max(FINEST_S, FINEST_M / fastest)
         times = np.linspace(0.0, path.seconds, min(FIRST, 2 + int(fastest * path.seconds / FIRST_M)))

@@ -33,19 +33,21 @@ class Allowed:
     def accept(self, planner: Planner, q: Joints) -> None:
         """Accept the present position; from there the arm may only move away."""
         self._planner = planner
-        self._floor = planner.zones.floor(planner.zones.distances(q))
+        self._looked_at, self._distances = q.copy(), planner.zones.distances(q)
+        self._floor = planner.zones.floor(self._distances)
         self._most = _outside(planner, q) + OFF_RAD
 
     def left(self, q: Joints) -> str:
         """Return what is wrong with the arm's present position, empty if nothing is; it may not go back."""
         zones, outside = self._planner.zones, _outside(self._planner, q)
-        if np.any(self._floor < 0.0) or not zones.clear(q):  # mostly the quick check already says that all is free
-            distances = zones.distances(q)
-            touch = zones.entered(distances + OFF_M, self._floor)
+        inside = (self._floor < 0.0).any()
+        if inside or not zones.still_clear(self._distances, q - self._looked_at):  # mostly it is, and far from a box
+            self._looked_at, self._distances = q.copy(), zones.distances(q)
+            touch = zones.entered(self._distances + OFF_M, self._floor)
             if touch is not None:
                 return str(touch)
-            self._floor = zones.raised(self._floor, distances)
-        if np.any(outside > self._most):
+            self._floor = zones.raised(self._floor, self._distances)
+        if (outside > self._most).any():
             return self._planner.chain.broken_limit(q)
         self._most = np.minimum(self._most, outside + OFF_RAD)
         return ""

@@ -273,7 +273,7 @@ class Application:
         with self._rested:
             self._ticks += 1
             self._now = self._ticks * STEP_S
-            self._seen, self._thrown = measured, bool(np.any(np.abs(speed) > STILL_RAD_S))
+            self._seen, self._thrown = measured, bool((np.abs(speed) > STILL_RAD_S).any())
             if self._set.step(self._now):
                 self._arrive()
             if self._mode != Mode.RANGE_ERROR and (why := self._allowed.left(measured)):

@@ -49,12 +49,13 @@ class Plant:
 
     def measured(self) -> Measured:
         """Return positions, velocities, applied torques."""
-        opening = max(0.0, float(np.mean(self.data.qpos[self._fingers])))  # pads that press give way a little
+        left, right = self.data.qpos[self._fingers].tolist()
+        opening = max(0.0, (left + right) / 2)  # pads that press give way a little
         return Measured(self.data.qpos[self._at].copy(), self.data.qvel[self._dof].copy(), self._torque.copy(), opening)
 
     def step(self, torque: Joints, gripper: int) -> None:
         """Apply torques (N m, limited to the motors') for 2 ms; `gripper` 0 opens, 1 closes."""
-        self._torque = np.clip(torque, -self._effort, self._effort)
+        self._torque = np.minimum(np.maximum(torque, -self._effort), self._effort)
         self.data.qfrc_applied[self._dof] = self._torque + self.disturbance
         self.data.ctrl[:] = self._closed if gripper else self._open
         mujoco.mj_step(self.model, self.data)

@@ -203,8 +203,8 @@ class Simulator:
         limits = self._courses.planner.limits
         if self.app.error:
             return  # where it was pushed
-        inside = np.all((reference.q > limits.low - SLACK) & (reference.q < limits.high + SLACK))
-        passed = not (inside and np.all(np.abs(reference.v) < limits.velocity + SLACK))  # also if it is NaN
+        inside = ((reference.q > limits.low - SLACK) & (reference.q < limits.high + SLACK)).all()
+        passed = not (inside and (np.abs(reference.v) < limits.velocity + SLACK).all())  # also if it is NaN
         if passed and not self._passed:
             self.journal.note("passed", q=np.round(reference.q, 4).tolist(), v=np.round(reference.v, 4).tolist())
         self._passed = passed

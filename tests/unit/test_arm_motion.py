@@ -326,3 +326,16 @@ def test_a_rough_look_at_the_boxes_is_never_too_hopeful(a, b):
         assert np.allclose(zones.distances(q)[list(map(tuple, q)).index(tuple(one))], zones.distances(one))
         if zones.clear(one):
             assert zones.distances(one).min() >= 0
+
+
+@many
+@given(joints, joints, st.floats(0.0, 1.0))
+def test_what_is_still_clear_without_a_look_is_clear(a, b, share):
+    zones = Zones(arm(), LIMBS, (TABLE, PILLAR))
+    there, moved = at(a), share * (at(b) - at(a))
+    before, after = zones.distances(there), zones.distances(there + moved)
+    if zones.still_clear(before, moved):
+        assert after.min() > 0
+    assert not zones.still_clear(np.zeros_like(before), moved)
+    assert not zones.still_clear(before, moved * np.nan)
+    assert zones.still_clear(before, moved * 0) == (before.min() > 0)

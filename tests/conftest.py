@@ -13,11 +13,11 @@ from hypothesis import settings as hypothesis_settings
 from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
 
-from tests.proof import Proof
+from tests.proof import AT_LENGTH, Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here
 
 hypothesis_settings.register_profile(
-    "farhand", deadline=None, derandomize=True, print_blob=True,
+    "farhand", max_examples=100 if AT_LENGTH else 50, deadline=None, derandomize=True, print_blob=True,
     suppress_health_check=[HealthCheck.too_slow],  # real seconds, and most of these tests wait for the processor
 )  # fmt: skip
 hypothesis_settings.load_profile("farhand")

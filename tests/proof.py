@@ -7,6 +7,8 @@ import time
 from pathlib import Path
 
 FULL = os.environ.get("FARHAND_PROOFS") == "full"
+# more examples than `make test` has time for: in `make test-all`, and where variants of the code are to be found broken
+AT_LENGTH = FULL or bool({"FARHAND_AT_LENGTH", "FARHAND_MUTANT"} & os.environ.keys())
 
 
 class Proof:

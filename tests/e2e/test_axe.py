@@ -11,14 +11,11 @@ from tests.e2e.conftest import session
 from tests.e2e.test_layout import PUBLIC
 
 WIDE, NARROW = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
-LOOKS = [
-    ({"viewport": WIDE, "color_scheme": "light"}),
-    ({"viewport": NARROW, "color_scheme": "dark"}),
+LIGHT, DARK = {"viewport": WIDE, "color_scheme": "light"}, {"viewport": NARROW, "color_scheme": "dark"}
+OTHERS = [
     at_length({"viewport": WIDE, "color_scheme": "dark"}),
     at_length({"viewport": NARROW, "color_scheme": "light"}),
 ]
-DARK = [at_length(LOOKS[0]), *LOOKS[1:]]
-LIGHT = [LOOKS[0], at_length(LOOKS[1]), *LOOKS[2:]]
 DOORS = ["/accounts/login/", "/accounts/signup/", "/accounts/password/reset/", "/accounts/password/reset/done/", "/accounts/confirm-email/"]  # fmt: skip
 OWN = ["/me/", "/accounts/email/", "/accounts/password/change/", "/accounts/logout/", "/robots/mercury/orientation/"]
 
@@ -28,25 +25,31 @@ def portal(bare):
     return bare
 
 
-def looked_at(one, addresses):
+def looked_at(one, addresses, *looks):
+    """Let axe look at pages as they were opened, or at each in several looks, one after the other."""
     for address in addresses:
         one.page.goto(address)
-        one.page.wait_for_timeout(250)
-        one.axe(str(one.page.viewport_size))
+        for look in looks or (None,):
+            if look is not None:
+                one.page.set_viewport_size(look["viewport"])
+                one.page.emulate_media(color_scheme=look["color_scheme"])
+            one.page.wait_for_timeout(250)
+            one.axe(str(look or one.page.viewport_size))
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("look", [LIGHT, *OTHERS])
 def test_public_pages_and_the_doors(portal, visitor, look):
     cy = portal.person("cy", "mercury", "pa10")
     portal.entry(cy, "mercury", visibility=Visibility.FEATURED)
     entry = portal.entry(cy, "pa10")
     one = visitor(**look)
-    looked_at(one, dict.fromkeys([*PUBLIC, *DOORS, entry.turn.get_absolute_url()]))
+    both = (LIGHT, DARK) if look is LIGHT else ()
+    looked_at(one, dict.fromkeys([*PUBLIC, *DOORS, entry.turn.get_absolute_url()]), *both)
     one.allowed = ("404",)
     looked_at(one, ["/nothing/"])
 
 
-@pytest.mark.parametrize("look", DARK)
+@pytest.mark.parametrize("look", [DARK, at_length(LIGHT), *OTHERS])
 def test_a_turns_page_in_each_state(portal, visitor, look):
     ada = portal.person("ada", "mercury", "pa10")
     one = visitor(**look)
@@ -69,7 +72,7 @@ def test_a_turns_page_in_each_state(portal, visitor, look):
     looked_at(one, [address])
 
 
-@pytest.mark.parametrize("look", LIGHT)
+@pytest.mark.parametrize("look", [LIGHT, at_length(DARK), *OTHERS])
 def test_the_admins_pages(portal, visitor, look):
     from accounts.bank import load_bank
 

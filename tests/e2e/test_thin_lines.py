@@ -92,7 +92,7 @@ def told_latency_is_true(page, pings, least_ms):
     assert any(told == pytest.approx(took, abs=200) for took in pings.took_ms[-2:]), (told, pings.took_ms)
 
 
-@pytest.mark.parametrize("name", [at_length("1 kB/s"), "50 kB/s, 300 ms", "lossless"])
+@pytest.mark.parametrize("name", [at_length("1 kB/s"), "50 kB/s, 300 ms", at_length("lossless")])
 def test_over_a_thin_line_one_commands_and_stops_and_is_told_the_truth(operator, name):
     ada, line, pings = operator
     page, (bytes_s, round_trip_s, words, line_words, looks, stop_s) = ada.page, LINES[name]

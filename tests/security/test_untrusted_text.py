@@ -43,6 +43,7 @@ class Elements(HTMLParser):
                 self.bad.append(f"{tag} {name}={given[name]}")
 
 
+@pytest.mark.once
 @pytest.mark.asvs("3.4.3")
 @pytest.mark.asvs("1.2.1", "1.1.2", "3.2.2", "1.3.7", "1.3.10")
 @pytest.mark.parametrize("text", CORPUS)

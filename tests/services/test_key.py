@@ -85,6 +85,7 @@ def third(attempt: Attempt) -> dict[str, int]:
     return {"attempt": attempt.pk} | {f"q{q.id}": sorted(pk for pk, _ in q.choices)[2] for q in services.questions(attempt)}  # fmt: skip
 
 
+@pytest.mark.once
 @pytest.mark.asvs("15.3.1")
 @pytest.mark.parametrize("who", ["nobody", "reader", "asked", "incomplete", "failed", "cleared"])
 def test_promise_20_the_key_never_leaves_the_server(robot, people, who, monkeypatch):

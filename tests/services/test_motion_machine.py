@@ -10,7 +10,6 @@ from datetime import timedelta
 
 import pytest
 from django.conf import settings
-from django.db import connection
 from hypothesis import Phase
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
@@ -372,9 +371,9 @@ class MotionMachine(RuleBasedStateMachine):
 @pytest.mark.service
 class TestMotion(TestCase):
     def test_promise_08_anything_in_any_order(self):
-        from tests.proof import FULL, Proof
+        from tests.proof import AT_LENGTH, FULL, Proof
 
-        small = 40 if "FARHAND_MUTANT" in os.environ else 20 if connection.vendor == "sqlite" else 15
+        small = 40 if "FARHAND_MUTANT" in os.environ else 20 if AT_LENGTH else 8
         examples = 400 if FULL else small
         run_state_machine_as_test(
             MotionMachine,

@@ -258,6 +258,7 @@ def of_role(world, role):
     return world
 
 
+@pytest.mark.once
 @pytest.mark.asvs("8.2.2", "8.3.1")
 def test_promise_35_services_by_roles(world):
     let_in = {

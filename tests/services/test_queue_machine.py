@@ -3,7 +3,6 @@
 from datetime import timedelta
 
 import pytest
-from django.db import connection
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.extra.django import TestCase
@@ -185,9 +184,9 @@ class TestQueue(TestCase):
         self.addCleanup(patch.undo)
 
     def test_promise_13_anything_in_any_order(self):
-        from tests.proof import FULL, Proof
+        from tests.proof import AT_LENGTH, FULL, Proof
 
-        examples = 100 if FULL else 12 if connection.vendor == "sqlite" else 6
+        examples = 100 if FULL else 12 if AT_LENGTH else 5
         run_state_machine_as_test(
             QueueMachine,
             settings=settings(

@@ -105,6 +105,7 @@ def test_pages_for_everybody_may_be_kept(robot, client):
     assert "public" in client.get("/robots/mercury/model.urdf").get("Cache-Control", "public")
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("mail, status", [
     ("consolemail://", 1), pytest.param("dummymail://", 1, marks=pytest.mark.length), ("smtp://localhost:25", 0),
 ])  # fmt: skip

@@ -14,7 +14,7 @@ from robots.recordings.container import Tape
 from robots.recordings.packets import picture_of, state_told
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
-from tests.e2e.test_axe import LOOKS
+from tests.e2e.test_axe import DARK, LIGHT, OTHERS
 
 SECONDS = 24
 NAMES = ("q1", "q2", "q3", "q4")
@@ -131,7 +131,7 @@ def test_nothing_can_be_commanded_from_a_recording(portal, visitor, recording):
     assert not Command.objects.exists()
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize("look", [LIGHT, DARK, *OTHERS])
 def test_the_page_of_a_recording_for_everybody(portal, visitor, recording, look):
     one = visitor(**look)
     page = one.page

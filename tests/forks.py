@@ -1,8 +1,10 @@
 """The tests' processes as forks of one that has loaded their libraries, in the way in which `make run` starts them.
 
 A process of ours spends two seconds of the processor on its imports, and a test run starts hundreds. The process that
-forks is started by the first test that needs it and ends with the test process. Where a process needs another
-interpreter, a command before it or other libraries, or on a system other than Linux, it is started in the ordinary way.
+forks is started by the first test that needs it and ends with the test process. What the supervisor starts, with the
+tests' ordinary environment, is forked of a second one, which has read the settings and loaded our modules, too. Where a
+process needs another interpreter, a command before it or other libraries, or on a system other than Linux, it is
+started in the ordinary way.
 """
 
 import contextlib
@@ -16,6 +18,7 @@ import sys
 import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from portal import forks
 
@@ -24,6 +27,8 @@ LIBRARIES = (*forks.LIBRARIES, "numba.core.registry", "mujoco")  # those of `mak
 LOADED = {name.partition(".")[0] for name in LIBRARIES}
 SAME = ("PYTHONPYCACHEPREFIX", "PYTHONDONTWRITEBYTECODE", "LD_LIBRARY_PATH", "LD_PRELOAD")  # read at start
 ENDED = b"ended "
+LOAD = b"load "
+LOADED_FOR = ("celery", "portal.serve")  # what is not run in variants of the tests
 
 
 class Forked:
@@ -72,25 +77,12 @@ class Forked:
 
 
 class Server:
-    """The process that forks, as its test process sees it."""
+    """A process that forks, as its test process sees it."""
 
-    def __init__(self) -> None:
-        self._line, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    def __init__(self, line: socket.socket) -> None:
+        self._line = line
         self._lock = threading.Lock()
-        with theirs:
-            argv = [sys.executable, "-m", "tests.forks", str(theirs.fileno())]
-            self._process = subprocess.Popen(argv, cwd=ROOT, pass_fds=[theirs.fileno()], start_new_session=True)
-        self._env = {name: os.environ.get(name) for name in SAME}
         self._path = _folders(os.environ)
-
-    def serves(self, argv: Sequence[str], env: Mapping[str, str]) -> bool:
-        """Tell whether a fork is the same as this command with this environment."""
-        ours = list(argv[:2]) == [sys.executable, "-m"] and self._process.poll() is None
-        hidden = {file.stem for folder in self._added(env) for file in Path(folder).iterdir()} & LOADED
-        return ours and not hidden and all(env.get(name) == value for name, value in self._env.items())
-
-    def _added(self, env: Mapping[str, str]) -> list[str]:
-        return [folder for folder in _folders(env) if folder not in self._path]
 
     def fork(self, argv: Sequence[str], env: Mapping[str, str], out: int) -> Forked:
         """Return a fork that runs `python -m ...`; `out`: the descriptor that it writes to."""
@@ -105,7 +97,9 @@ class Server:
     def close(self) -> None:
         """End it, and with it every fork that still runs."""
         self._line.close()
-        self._process.wait()
+
+    def _added(self, env: Mapping[str, str]) -> list[str]:
+        return [folder for folder in _folders(env) if folder not in self._path]
 
     def _ask(self, asked: bytes, files: list[int]) -> bytes:
         with self._lock:
@@ -116,7 +110,46 @@ class Server:
         return answer
 
 
-_server: list[Server] = []
+class First(Server):
+    """The one that has loaded libraries; `loaded` forks of it have loaded our modules, too."""
+
+    def __init__(self) -> None:
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        super().__init__(ours)
+        with theirs:
+            argv = [sys.executable, "-m", "tests.forks", str(theirs.fileno())]
+            self._process = subprocess.Popen(argv, cwd=ROOT, pass_fds=[theirs.fileno()], start_new_session=True)
+        self._env = {name: os.environ.get(name) for name in SAME}
+        self._loaded: Server | None = None
+        self._settings: dict[str, str] = {}  # the environment with which it has read them
+
+    def loaded(self, argv: Sequence[str], env: Mapping[str, str]) -> "Server":
+        """Return which of both a process is a fork of."""
+        settings = {name: value for name, value in env.items() if name not in forks.PER_PROCESS}
+        if argv[2] not in LOADED_FOR or (self._loaded is not None and settings != self._settings):
+            return self
+        if self._loaded is None:
+            ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            with theirs:
+                self._ask(LOAD + json.dumps(settings).encode(), [theirs.fileno()])
+            self._loaded, self._settings = Server(ours), settings
+        return self._loaded
+
+    def serves(self, argv: Sequence[str], env: Mapping[str, str]) -> bool:
+        """Tell whether a fork is the same as this command with this environment."""
+        ours = list(argv[:2]) == [sys.executable, "-m"] and self._process.poll() is None
+        hidden = {file.stem for folder in self._added(env) for file in Path(folder).iterdir()} & LOADED
+        return ours and not hidden and all(env.get(name) == value for name, value in self._env.items())
+
+    def close(self) -> None:
+        """End both, and with them every fork that still runs."""
+        if self._loaded is not None:
+            self._loaded.close()
+        super().close()
+        self._process.wait()
+
+
+_server: list[First] = []
 
 
 def close() -> None:
@@ -128,9 +161,9 @@ def close() -> None:
 def start(argv: Sequence[str], env: Mapping[str, str], out: int) -> "Forked | subprocess.Popen[bytes]":
     """Start a process in a session of its own that writes to the descriptor `out`."""
     if not _server and sys.platform == "linux":
-        _server.append(Server())
+        _server.append(First())
     if _server and _server[0].serves(argv, env):
-        return _server[0].fork(argv, env, out)
+        return _server[0].loaded(argv, env).fork(argv, env, out)
     return subprocess.Popen(argv, cwd=ROOT, env=env, stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
 
 
@@ -140,6 +173,10 @@ def main() -> None:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads do not survive a fork
     forks.load(LIBRARIES)
     forks.freeze()
+    _serve(line)
+
+
+def _serve(line: socket.socket) -> NoReturn:
     if len(list(Path("/proc/self/task").iterdir())) > 1:
         sys.exit("a library has started a thread, which a fork would not have")
     ended: dict[int, int] = {}
@@ -158,9 +195,18 @@ def main() -> None:
         else:
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             line.close()
+            if asked.startswith(LOAD):
+                _load(json.loads(asked.removeprefix(LOAD)))
+                _serve(socket.socket(fileno=files[0]))
             wanted = json.loads(asked)
             sys.path[1:1] = wanted["path"]
             forks.become(wanted, files[0], server)
+
+
+def _load(env: dict[str, str]) -> None:
+    os.environ.clear()
+    os.environ.update(env)
+    forks.load_all()
 
 
 def _folders(env: Mapping[str, str]) -> list[str]:

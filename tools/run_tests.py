@@ -99,7 +99,7 @@ SOME = Run(
     ),
     rest=(
         (Part("sqlite", BROWSER, SHORT, workers=2, crowded=True),),
-        (Part("sqlite", (*WAITING, "--ignore=tests/e2e"), f"not computes and {SHORT}", workers=2, crowded=True),),
+        (Part("sqlite", (*WAITING, "--ignore=tests/e2e"), f"not computes and {SHORT}", workers=3, crowded=True),),
         (Part("postgres", ("tests",), f"{BOTH} and {SHORT}", workers=1, crowded=True, naming=("service", "tenth")),),
     ),
 )

@@ -200,7 +200,7 @@ HINTS = [
 ]
 
 
-@pytest.mark.parametrize("robot", ["mercury", "pa10"])
+@pytest.mark.parametrize("robot", ["mercury", at_length("pa10")])
 def test_the_buttons_stand_still_whatever_the_hint_says(driving, robot):
     page = driving(robot).page
     for wide, high in [*PHONES, (768, 1024), (1440, 900)]:

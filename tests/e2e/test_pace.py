@@ -63,7 +63,8 @@ def test_a_person_chooses_how_much_comes_and_the_page_remembers(portal, visitor)
     expect(page.locator("#age")).to_have_text(re.compile(r"old, [\d.]+ a second"))
 
 
-@pytest.mark.parametrize("back", [pytest.param(True, marks=pytest.mark.length), False], ids=["and back", "there"])
+@pytest.mark.length
+@pytest.mark.parametrize("back", [True, False], ids=["and back", "there"])
 def test_a_slow_line_gets_a_picture_now_and_then_and_a_good_one_live_pictures_again(portal, visitor, back):
     line = Proxy(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port), buffer=8192)
     someone = visitor()

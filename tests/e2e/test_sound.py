@@ -74,6 +74,7 @@ def test_a_person_listens_by_key_and_hears_the_arm_move(hearing, visitor):
     assert all("sound" not in wish for wish in heard.wishes()[-1:])
 
 
+@pytest.mark.length
 def test_a_browser_that_cannot_says_so_and_a_page_that_nobody_sees_is_silent(hearing, visitor):
     someone = visitor()
     page = someone.page

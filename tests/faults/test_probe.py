@@ -104,6 +104,7 @@ def silent():
         call.close()
 
 
+@pytest.mark.length
 @pytest.mark.asvs("15.2.2")
 def test_thirty_tests_that_hang_run_one_by_one_and_delay_no_queue(housekeeper, robot, people, silent):
     port, calls = silent

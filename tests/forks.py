@@ -146,7 +146,10 @@ class First(Server):
         if self._loaded is not None:
             self._loaded.close()
         super().close()
-        self._process.wait()
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
 
 
 _server: list[First] = []

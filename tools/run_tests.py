@@ -2,8 +2,8 @@
 
 First what judges by fractions of a second: two files side by side, then one after another what loads the machine
 itself (in `make test-all` each test alone, because the iRat's need a whole core); then everything else, several files
-side by side, on both databases at once. Beside both, at the lowest priority, what only computes: the unit tests, and
-the rules that ask no clock.
+side by side, those of the browser in a run of their own, on both databases at once. Beside both, at the lowest
+priority, what only computes: the unit tests, and the rules that ask no clock.
 
 At the end, with nothing beside it, a test that only waited too long is run once more and named; so is one that failed
 in a crowd, where more runs than the cores can do in time: the answer that it gives alone counts. Another wrong answer,
@@ -36,6 +36,7 @@ DATABASES = ("postgres", "sqlite")
 PYTEST = (sys.executable, "-m", "pytest")
 WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
 BROWSER = ("tests/e2e",)  # by itself, so that browsers and robots run on from one file to the next
+OTHERS = (*WAITING, "--ignore=tests/e2e")
 SHORT = "not alone and not length"
 BOTH = "(service or tenth) and not computes"
 
@@ -84,6 +85,7 @@ class Run:
     computing: Lane
     lone: Lane
     rest: tuple[Lane, ...]
+    longest_s: int  # a test that takes longer hangs, and is ended
 
 
 SOME = Run(
@@ -99,9 +101,10 @@ SOME = Run(
     ),
     rest=(
         (Part("sqlite", BROWSER, SHORT, workers=2, crowded=True),),
-        (Part("sqlite", (*WAITING, "--ignore=tests/e2e"), f"not computes and {SHORT}", workers=3, crowded=True),),
+        (Part("sqlite", OTHERS, f"not computes and not once and {SHORT}", workers=3, crowded=True),),
         (Part("postgres", ("tests",), f"{BOTH} and {SHORT}", workers=1, crowded=True, naming=("service", "tenth")),),
     ),
+    longest_s=300,
 )
 ALL = Run(
     computing=(
@@ -110,6 +113,7 @@ ALL = Run(
     ),
     lone=tuple(Part(database, ("tests",), "alone") for database in DATABASES),
     rest=tuple((Part(database, WAITING, "not computes and not alone", workers=3),) for database in DATABASES),
+    longest_s=3600,
 )
 
 
@@ -139,8 +143,8 @@ class Failure:
 class Runner:
     """Runs parts, on a machine that is so many times slower than an ordinary one."""
 
-    def __init__(self, slower: float, folder: Path = ROOT) -> None:
-        self._slower, self._folder = slower, folder
+    def __init__(self, slower: float, longest_s: int, folder: Path = ROOT) -> None:
+        self._slower, self._longest_s, self._folder = slower, longest_s, folder
 
     def run(self, lane: Lane, shown: bool) -> list[Failure]:
         """Run the parts of a lane; return what failed. `shown`: print what they say as they go."""
@@ -173,6 +177,7 @@ class Runner:
         since = time.monotonic()
         with tempfile.NamedTemporaryFile("r", prefix="fh-failed-") as noted:
             env = {**keeping_bytecode(os.environ), "FARHAND_TEST_DB": part.database, "PYTHONPATH": str(ROOT)}
+            env["PYTEST_TIMEOUT"] = str(self._longest_s)
             to = {} if shown else {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
             argv = [*argv, "-p", "tests.failed", "--failed-to", noted.name]
             done = subprocess.run(argv, cwd=self._folder, env=env, text=True, errors="replace", check=False, **to)
@@ -190,7 +195,7 @@ def main() -> int:
     slower = pace()
     sys.stdout.write(f"this machine takes {slower:.1f} times as long as an ordinary one\n")
     sys.stdout.flush()
-    runner = Runner(slower)
+    runner = Runner(slower, chosen.longest_s)
     with ThreadPoolExecutor() as side_by_side:
         computed = side_by_side.submit(runner.run, chosen.computing, shown=False)
         try:

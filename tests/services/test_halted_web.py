@@ -22,6 +22,7 @@ def done(clock, seconds=0.0):
     queue.tick(clock.now())
 
 
+@pytest.mark.once
 def test_it_explores_and_serves_for_ninety_minutes_and_rests_once_the_server_is_back_unwatched(
     shuttle, clock, monkeypatch, redis_server
 ):

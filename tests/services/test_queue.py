@@ -98,8 +98,9 @@ def test_somebody_absent_is_passed_over_and_keeps_the_place(stage):
 
 def test_a_turn_goes_on_while_nobody_waits_and_ends_a_minute_after_somebody_joins(stage):
     robot, people, clock = stage
+    Robot.objects.update(turn_s=60)
     turn = drive(robot, people["ada"], clock)
-    for _ in range(80):
+    for _ in range(30):
         queue.seen(robot, people["ada"], clock.go(5))
         queue.tick(clock.now())
     turn.refresh_from_db()

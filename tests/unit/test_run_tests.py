@@ -31,10 +31,10 @@ def left(tmp_path, capfd):
 
     (tmp_path / "pytest.ini").write_text("[pytest]")
 
-    def run(*texts, slower=1.0, **more):
+    def run(*texts, slower=1.0, longest_s=300, **more):
         for number, text in enumerate(texts):
             (tmp_path / f"test_{number}.py").write_text(text)
-        runner = run_tests.Runner(slower, tmp_path)
+        runner = run_tests.Runner(slower, longest_s, tmp_path)
         part = run_tests.Part("sqlite", (".",), "not alone", **more)
         failures = runner.again(runner.run((part,), shown=True))
         said = capfd.readouterr().out
@@ -57,6 +57,11 @@ def test_what_waited_in_vain_once_is_run_again(left):
 @pytest.mark.parametrize("text", [PLAIN, WRONG, BROKEN])
 def test_a_wrong_answer_is_not_run_again(left, text):
     assert left(text) == (1, 0)
+
+
+def test_a_test_that_hangs_is_ended_and_run_again_like_one_that_waited_in_vain(left, monkeypatch):
+    monkeypatch.setenv("PYTEST_PLUGINS", "pytest_timeout")
+    assert left("import threading\ndef test_it(): threading.Event().wait()", longest_s=1) == (1, 1)
 
 
 def test_beside_a_wrong_answer_nothing_else_is_run_again(left):

@@ -189,8 +189,10 @@ class Child:
         return Path(f"/proc/{self.pid}/stat").read_text().rpartition(") ")[2][0] == "T"
 
     def signal(self, number: int) -> None:
-        with contextlib.suppress(ProcessLookupError):
+        try:
             os.killpg(self.pid, number)
+        except ProcessLookupError:  # it has ended, or is a fork that has no group of its own yet
+            self.process.send_signal(number)
 
     def stop(self, seconds: float = 20) -> int:
         self.signal(signal.SIGCONT)

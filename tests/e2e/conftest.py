@@ -25,6 +25,8 @@ AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.
 # where Redis answers late a code is refused; the page goes on without a stream of its own and asks again
 ASKS_AGAIN = re.compile(r"status of 503 .*/stream-code/")
 AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], rules: {'target-size': {enabled: true}}})).violations.map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message || '')).slice(0, 4).join('; '))"
+# an animation in a page that is not drawn never finishes
+RESTED = "() => Promise.race([Promise.allSettled(document.getAnimations().map((a) => a.finished)), new Promise((r) => setTimeout(r, 5000))])"
 LETS_GO_S = 60
 expect.set_options(timeout=15_000)
 
@@ -184,7 +186,7 @@ class Visitor:
         if not page.evaluate("() => 'axe' in window"):  # given as it is: an argument would be read thrice
             self.context.new_cdp_session(page).send("Runtime.evaluate", {"expression": AXE.read_text()})
         for _ in range(3):  # a colour half-way between two states is nobody's, and on a busy machine states come late
-            page.evaluate("() => Promise.allSettled(document.getAnimations().map((a) => a.finished))")
+            page.evaluate(RESTED)
             found = page.evaluate(AXE_RUN)
             if not found:
                 break

@@ -3,13 +3,14 @@
 import ast
 import os
 import re
+import signal
 import subprocess
 import sys
 
 import pytest
 
 from tests.conftest import at_length
-from tests.rig import ROOT
+from tests.rig import ROOT, Child
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="forks are made on Linux only")
 ROLES = ("web", "owner", "housekeeping", "recorder")
@@ -84,3 +85,11 @@ def test_what_is_allocated_after_the_fork_lies_on_pages_of_its_own(environment):
     """Of 970 blocks, how many lie between what was loaded before."""
     without, filled = (int(_python(environment, "-c", BEYOND, how)) for how in ("as it is", "filled"))
     assert filled < 50 < 500 < without
+
+
+def test_a_process_that_is_killed_in_its_first_moment_ends():
+    """Before it has a group of its own; who waited for it waited for ever."""
+    for _ in range(20):
+        child = Child("killed", [sys.executable, "-m", "http.server", "0"])
+        child.signal(signal.SIGKILL)
+        assert child.process.wait(20) == -signal.SIGKILL

@@ -23,7 +23,8 @@ from typing import NoReturn
 from portal import forks
 
 ROOT = Path(__file__).resolve().parent.parent
-LIBRARIES = (*forks.LIBRARIES, "numba.core.registry", "mujoco")  # those of `make run`, and the simulators'
+OF_SIMULATORS = ("numba.core.registry", "mujoco", "scipy.ndimage", "PIL.Image")
+LIBRARIES = (*forks.LIBRARIES, *OF_SIMULATORS)  # those of `make run`, too
 LOADED = {name.partition(".")[0] for name in LIBRARIES}
 SAME = ("PYTHONPYCACHEPREFIX", "PYTHONDONTWRITEBYTECODE", "LD_LIBRARY_PATH", "LD_PRELOAD")  # read at start
 ENDED = b"ended "

@@ -31,7 +31,7 @@ def seen(robot: Robot, user: Any, now: datetime, classic: bool | None = None, se
                 update_conflicts=True, unique_fields=["turn", "session"], update_fields=["last_seen"],
             )  # fmt: skip
         back = mine.filter(connected=False, last_seen__lte=now).update(connected=True)
-        mine.exclude(connected=False).update(**changes)
+        mine.filter(connected=True).update(**changes)
         if back:
             bus.tell_people_on_commit(StandingChanged(user=user.pk))
 

@@ -36,7 +36,7 @@ DATABASES = ("postgres", "sqlite")
 PYTEST = (sys.executable, "-m", "pytest")
 WAITING = ("tests", *(f"--ignore={room}" for room in COMPUTING))
 BROWSER = ("tests/e2e",)  # by itself, so that browsers and robots run on from one file to the next
-OTHERS = (*WAITING, "--ignore=tests/e2e")
+OTHERS = (*WAITING, *(f"--ignore={room}" for room in BROWSER))
 SHORT = "not alone and not length"
 BOTH = "(service or tenth) and not computes"
 

@@ -21,20 +21,13 @@ GUEST = Asker(guest="a" * 64, network="192.0.2.1")
 
 
 @pytest.fixture
-def driven(shuttle, people, clock):
-    """The shuttle, which ada drives."""
-    return driven_by_ada(shuttle, people, clock)
+def turns_of_a_minute(shuttle):
+    Robot.objects.update(turn_s=60)
 
 
 @pytest.fixture
-def driven_a_minute(shuttle, people, clock):
-    """The same; a turn lasts a minute."""
-    Robot.objects.update(turn_s=60)
-    shuttle.refresh_from_db()
-    return driven_by_ada(shuttle, people, clock)
-
-
-def driven_by_ada(shuttle, people, clock):
+def driven(shuttle, people, clock):
+    """The shuttle, which ada drives."""
     QueueRobot.objects.update(offers_turns=True)
     Robot.objects.update(cycle=Cycle.READY)
     queue.join(shuttle, people["ada"], clock.now())
@@ -50,8 +43,8 @@ def drive_on(robot, people, clock, seconds, every=1):
         queue.tick(clock.now())
 
 
-def test_a_turn_goes_on_while_nobody_waits_and_ends_after_somebody_asks_for_a_job(driven_a_minute, people, clock):
-    driven = driven_a_minute
+@pytest.mark.usefixtures("turns_of_a_minute")
+def test_a_turn_goes_on_while_nobody_waits_and_ends_after_somebody_asks_for_a_job(driven, people, clock):
     drive_on(driven, people, clock, 100, every=4)
     assert Turn.objects.get().ended_at is None, "extended: nobody waits"
     ask(driven, GUEST, "go", {"x": 1.0}, clock.now())
@@ -66,8 +59,8 @@ def test_an_operator_who_does_nothing_makes_room_for_a_job(driven, people, clock
     assert Turn.objects.get().end_reason == "idle while others wait"
 
 
-def test_ones_own_job_ends_no_turn_of_ones_own(driven_a_minute, people, clock):
-    driven = driven_a_minute
+@pytest.mark.usefixtures("turns_of_a_minute")
+def test_ones_own_job_ends_no_turn_of_ones_own(driven, people, clock):
     Job.objects.create(
         queue=queue.queue_of(driven), robot=driven, user=people["ada"], kind="go", args={"x": 1.0}, start_tag=0.0,
         asked_at=clock.now(), account=queue.queue_of(driven).accounts.get(user=people["ada"]),
@@ -76,8 +69,8 @@ def test_ones_own_job_ends_no_turn_of_ones_own(driven_a_minute, people, clock):
     assert Turn.objects.get().ended_at is None
 
 
-def test_a_job_that_waits_for_staff_ends_no_turn(driven_a_minute, people, clock):
-    driven = driven_a_minute
+@pytest.mark.usefixtures("turns_of_a_minute")
+def test_a_job_that_waits_for_staff_ends_no_turn(driven, people, clock):
     services.stop(driven, people["ada"], clock.now())
     services.release_stop(driven, people["ada"], checked=True)
     driven.refresh_from_db()

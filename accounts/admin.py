@@ -20,6 +20,7 @@ from robots.drivers.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.inlines import NamedInline
 from robots.models import Robot
+from robots.saving import FormFieldsAdmin
 
 
 @on_added
@@ -131,7 +132,7 @@ class NewPersonForm(HandleRules, AdminUserCreationForm):  # type: ignore[type-ar
 
 
 @admin.register(User)
-class PersonAdmin(UserAdmin):  # type: ignore[type-arg]
+class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
     """People. Only a superuser gives rights, so that nobody can give rights to themselves."""
 
     form, add_form = PersonForm, NewPersonForm

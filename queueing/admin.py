@@ -14,6 +14,7 @@ from robots.clock import SYSTEM
 from robots.history import Kept
 from robots.inlines import NamedInline, NamedRowsAdmin
 from robots.models import Robot
+from robots.saving import FormFieldsAdmin
 from robots.verbs import add, staff_only
 
 
@@ -33,7 +34,7 @@ class LinkInline(NamedInline):
 
 
 @admin.register(Queue)
-class QueueAdmin(NamedRowsAdmin):
+class QueueAdmin(FormFieldsAdmin, NamedRowsAdmin):
     """Pause a queue, choose its robots."""
 
     list_display = ("name", "paused", "guest_weight")
@@ -88,7 +89,7 @@ class JobAdmin(Kept):
 
 
 @admin.register(Account)
-class AccountAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class AccountAdmin(FormFieldsAdmin):
     """What people have used, and their weight."""
 
     list_display = ("__str__", "queue", "network", "finish_tag", "weight")

@@ -22,6 +22,7 @@ from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
 from robots.plain import whole
 from robots.recordings.admin import MovieAdmin, RecordingAdmin
+from robots.saving import FormFieldsAdmin
 from robots.verbs import VERBS
 
 __all__ = (
@@ -31,7 +32,7 @@ __all__ = (
 
 
 @admin.register(Robot)
-class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
+class RobotAdmin(FormFieldsAdmin):
     """One page a robot."""
 
     form = RobotForm
@@ -40,6 +41,7 @@ class RobotAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     prepopulated_fields = {"slug": ("name",)}
     readonly_fields = ("cycle", "reason", "enabled", "lockout_note")
     actions = ("load_brought",)
+    also_saved = ("settings",)
     change_form_template = "admin/robots/robot/change_form.html"
     fieldsets = (
         (None, {"fields": ("name", "slug", "tagline", "story", "clearance_required")}),

@@ -295,7 +295,8 @@ def test_promise_24_a_full_disk(rig, web, proof):
             at = time.monotonic()
             operator.send(json.dumps({"t": "stop"}))
             seconds = held_after(rig, at)
-            wait_for(lambda: Robot.objects.get().stop_latched, 5, "the latch")
+            wait_for(lambda: any(m["t"] == "answer" and m["to"] == "stop" for m in heard), 5, "an answer")
+            assert Robot.objects.get().stop_latched
             (folder / "ballast").unlink()
             services.release_stop(rig.robot, rig.people["ada"], checked=True)
             wait_for(lambda: not (settings.VAR / "run/mercury.stopped").exists(), 5, "the release")

@@ -140,3 +140,28 @@ def test_a_confirmation_that_is_under_way_is_no_news(owner, people, seconds, ove
     now = owner.owned.now()
     services.stop(owner.owned.robot, people["ada"], now)
     assert services.stop_shown(Robot.objects.get(), now + timedelta(seconds=seconds)).overdue is overdue
+
+
+def test_a_press_during_the_hold_that_a_release_waits_for_is_not_released(owner, people):
+    owner.stopping.begin()
+    owner.owned.driver.pulled = True
+    press(owner, people)
+    services.release_stop(owner.owned.robot, people["ada"], checked=True)
+    stopping, ours = owner.stopping, owner.stopping._halting
+
+    class Held:
+        """The lock that `follow` waits for: before it gets it, somebody presses."""
+
+        def __enter__(self):
+            stopping._halting = ours
+            stopping.halt("bus")
+            return ours.__enter__()
+
+        def __exit__(self, *failed):
+            return ours.__exit__(*failed)
+
+    stopping._halting = Held()
+    stopping.follow()
+    assert owner.latch.latched
+    stopping.follow()
+    assert Robot.objects.get().stop_latched

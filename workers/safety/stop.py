@@ -117,6 +117,20 @@ class Stop:
         Robot.objects.filter(pk=robot.pk).update(stop_confirmed=self._at_rest, rests_by=self._rests_by)
         bus.publish(robot.slug, Changed("stop"))
 
+    def _unwritten(self, releases: int) -> bool:
+        """Return whether the row, with so many releases, has still to be told of the latched stop."""
+        latch = self._latch
+        return latch.row_pending and (latch.releases is None or releases <= latch.releases)
+
+    def _release(self, releases: int) -> None:
+        """Undo the latch by a row with so many releases; not if somebody pressed while this waited for a hold."""
+        with self._halting:
+            if self._unwritten(releases):
+                return
+            self._latch.release()
+            self._at_rest, self._rests_by, self._heard = False, None, None
+        bus.publish(self._owned.robot.slug, Changed("stop"))
+
     def follow(self) -> None:
         """Compare latch and row once: the robot is latched if either says so, until a release undoes both."""
         robot, latch = self._owned.robot, self._latch
@@ -125,19 +139,15 @@ class Stop:
             self._trouble = ""
         row = self._row()
         in_row, releases, confirmed, rests_by = row.stop_latched, row.releases, row.stop_confirmed, row.rests_by
-        released = latch.releases is not None and releases > latch.releases
         self._releases = releases
         if in_row and not latch.latched:
             self.halt("row")
         elif in_row:
             latch.row_pending = False
-        elif latch.latched and latch.row_pending and not released:
+        elif latch.latched and self._unwritten(releases):
             self.note()
             latch.row_pending = False
         elif latch.latched:
-            with self._halting:  # not during a hold
-                latch.release()
-                self._at_rest, self._rests_by, self._heard = False, None, None
-            bus.publish(robot.slug, Changed("stop"))
+            self._release(releases)
         self._again()  # last: a hold may take seconds, and the row must not wait for it
         self._tell(confirmed, rests_by)

@@ -90,9 +90,8 @@ class Run:
 
 SOME = Run(
     computing=(
-        Part("sqlite", COMPUTING, SHORT, workers=2, aside=True, twice=True),
+        Part("sqlite", (*COMPUTING, *RULES), f"computes and not once and {SHORT}", workers=2, aside=True, twice=True),
         Part("postgres", RULES, f"computes and {SHORT}", workers=2, aside=True, twice=True),
-        Part("sqlite", RULES, f"computes and not once and {SHORT}", workers=2, aside=True, twice=True),
     ),
     lone=(
         Part("sqlite", ("tests",), "alone and not loads and not length", workers=2, twice=True, naming=("alone",)),
@@ -107,9 +106,8 @@ SOME = Run(
     longest_s=300,
 )
 ALL = Run(
-    computing=(
-        *(Part(database, COMPUTING, "not alone", workers=2, aside=True) for database in DATABASES),
-        *(Part(database, RULES, "computes and not alone", workers=2, aside=True) for database in DATABASES),
+    computing=tuple(
+        Part(database, (*COMPUTING, *RULES), "computes and not alone", workers=2, aside=True) for database in DATABASES
     ),
     lone=tuple(Part(database, ("tests",), "alone") for database in DATABASES),
     rest=tuple((Part(database, WAITING, "not computes and not alone", workers=3),) for database in DATABASES),

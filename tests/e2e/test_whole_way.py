@@ -24,7 +24,6 @@ def survey(db):
         )
 
 
-@pytest.mark.tenth
 def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactional_db, portal, visitor, survey):
     watcher = visitor()
     watcher.page.goto("/robots/mercury/")
@@ -144,6 +143,7 @@ def test_a_click_off_the_sand_is_refused_where_it_was_made(portal, visitor):
     assert portal.sim.count("motion") == before
 
 
+@pytest.mark.tenth
 def test_a_reload_keeps_the_turn_and_a_cut_line_disables_every_control(portal, visitor):
     ada = operating(visitor)
     ada.page.reload()

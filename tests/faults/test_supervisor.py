@@ -183,7 +183,8 @@ def demo_in(folder, port):
         )  # fmt: skip
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, at_length(signal.SIGTERM)])
+@pytest.mark.length
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_a_demo_that_is_ended_before_it_serves_tells_the_first_password(tmp_path, how):
     port, log = free_port(), tmp_path / "log"
     demo = demo_in(tmp_path, port)

@@ -304,6 +304,11 @@ class Application:
     # what is told
 
     @property
+    def unchanged(self) -> threading.RLock:  # type: ignore[valid-type]
+        """Return the lock under which several of these are read as of one moment."""
+        return self._lock
+
+    @property
     def mode(self) -> Mode:
         """Return the register."""
         return self._mode
@@ -336,9 +341,10 @@ class Application:
 
     def letter(self) -> str:
         """Return the paper's answer to `w`: a awaiting, b busy, e error."""
-        if self._mode == Mode.RANGE_ERROR:
-            return "e"
-        return "b" if self.busy else "a"
+        with self._lock:
+            if self._mode == Mode.RANGE_ERROR:
+                return "e"
+            return "b" if self.busy else "a"
 
     def wait_for_rest(self, seconds: float) -> str:
         """Wait while the arm moves (`W`); return as `letter`."""

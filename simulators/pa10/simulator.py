@@ -129,10 +129,11 @@ class Simulator:
     def state(self) -> ArmState:
         """Return the answer to `s`."""
         app, now = self.app, self._measured
-        return ArmState(
-            app.mode, app.motion, app.end, self.boot, app.program, app.step_of, app.gripper, now.opening,
-            app.moving, tuple(now.q), tuple(now.v), tuple(now.torque), app.note[:80],
-        )  # fmt: skip
+        with app.unchanged:  # a range error is also a hold, which must not be told alone
+            return ArmState(
+                app.mode, app.motion, app.end, self.boot, app.program, app.step_of, app.gripper, now.opening,
+                app.moving, tuple(now.q), tuple(now.v), tuple(now.torque), app.note[:80],
+            )  # fmt: skip
 
     def status(self) -> dict[str, Any]:
         """Return counters and positions, for tests."""

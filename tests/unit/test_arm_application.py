@@ -1,11 +1,13 @@
 """The control application between its two threads."""
 
+import threading
+
 import numpy as np
 import pytest
 
 from robots.description import load
 from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.protocol import parse
+from robots.drivers.pa10.protocol import End, parse
 from robots.motion.described import posture
 from robots.motion.planner import Refused
 from simulators.pa10.application import Application
@@ -111,3 +113,19 @@ def test_a_target_that_others_overtake_is_refused_for_that_reason(monkeypatch, c
     monkeypatch.setattr(courses, "plan", overtaken)
     with pytest.raises(Refused, match="another motion began while this one was planned, 4 times"):
         app.take(parse("j 30 20 75 0 80 0"))
+
+
+def test_nobody_reads_the_hold_of_a_range_error_without_the_error(monkeypatch, app):
+    assert app.take(parse("j 30 25 75 0 80 0")).startswith("ok")
+    said, asking = [], threading.Thread(target=lambda: said.append((app.letter(), app.end)))
+
+    def note(event, **_):
+        if event == "end":  # the motion is held, and the error still to be told
+            asking.start()
+            asking.join(0.1)
+
+    monkeypatch.setattr(app, "_note", note)
+    out = posture(load("pa10"), "ready") + np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.0])
+    app.step(out, STILL)
+    asking.join(10)
+    assert said == [("e", End.RANGE)]

@@ -63,7 +63,7 @@ class NoteForm(ActionForm):
 
 
 @admin.register(Clearance)
-class ClearanceAdmin(Guarded):
+class ClearanceAdmin(FormFieldsAdmin, Guarded):
     """Clearances; they are withdrawn and reopened by actions with a note."""
 
     list_display = ("user", "robot", "level", "granted_at", "revoked_at", "note", "lifted_at")
@@ -136,6 +136,7 @@ class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
     """People. Only a superuser gives rights, so that nobody can give rights to themselves."""
 
     form, add_form = PersonForm, NewPersonForm
+    also_saved = ("handle_key",)
 
     def get_readonly_fields(self, request: HttpRequest, obj: Any = None) -> tuple[str, ...]:
         """Lock the fields of rights for staff who are not superusers."""

@@ -192,7 +192,7 @@ class RobotAdmin(FormFieldsAdmin):
 
 
 @admin.register(Program)
-class ProgramAdmin(Guarded):
+class ProgramAdmin(FormFieldsAdmin, Guarded):
     """People's programs, reviewed for the gallery."""
 
     list_display = ("name", "robot", "author", "shared", "approved", "changed_at")

@@ -12,7 +12,7 @@ class FormFieldsAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     Django writes the whole row, as it was read: a stop that came between reading and writing would be undone.
     """
 
-    also_saved: tuple[str, ...] = ()  # fields that the form sets without showing them
+    also_saved: tuple[str, ...] = ()  # fields that follow from the form without being shown
 
     def save_model(self, request: HttpRequest, obj: Any, form: Any, change: bool) -> None:
         """Save a new row whole, a changed one as far as the form goes."""

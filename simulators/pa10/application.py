@@ -9,6 +9,7 @@ together.
 
 import threading
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 import numpy as np
 
@@ -304,7 +305,7 @@ class Application:
     # what is told
 
     @property
-    def unchanged(self) -> threading.RLock:  # type: ignore[valid-type]
+    def unchanged(self) -> AbstractContextManager[bool]:
         """Return the lock under which several of these are read as of one moment."""
         return self._lock
 

@@ -3,15 +3,17 @@
 import pytest
 from django.db.models.signals import pre_save
 
-from accounts.models import User
+from accounts.handles import key
+from accounts.models import Clearance, User
 from queueing.models import Account, Queue
 from queueing.rows import queue_of
-from robots.models import Robot
+from robots.clock import SYSTEM
+from robots.models import Program, Robot
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
 
-def posted(client, page, form):
+def posted(form):
     """Return the fields of a form of the admin as a browser posts them."""
     return {
         name: value for name in form.fields
@@ -42,15 +44,8 @@ def save(client, model, row, **written):
     sets = {}
     for inline in shown.context["inline_admin_formsets"]:
         sets |= {f"{inline.formset.prefix}-{name}": n for name, n in (("TOTAL_FORMS", 0), ("INITIAL_FORMS", 0))}
-    answer = client.post(page, posted(client, page, shown.context["adminform"].form) | sets | written)
+    answer = client.post(page, posted(shown.context["adminform"].form) | sets | written)
     assert answer.status_code == 302, answer.context["adminform"].form.errors
-
-
-@pytest.fixture
-def admin_client(client, people):
-    User.objects.filter(pk=people["kim"].pk).update(is_superuser=True)
-    client.force_login(User.objects.get(pk=people["kim"].pk))
-    return client
 
 
 def test_a_stop_is_not_undone_by_staff_who_save_the_robot(robot, admin_client, meanwhile):
@@ -60,7 +55,7 @@ def test_a_stop_is_not_undone_by_staff_who_save_the_robot(robot, admin_client, m
     assert (row.tagline, row.stop_latched, row.releases, row.reason) == ("An arm over sand", True, 7, "It was stopped.")
 
 
-def test_settings_of_the_robots_spec_are_saved(robot, admin_client):
+def test_what_the_form_contains_is_saved(robot, admin_client):
     save(admin_client, Robot, robot, turn_s=240)
     assert Robot.objects.get().turn_s == 240
 
@@ -83,3 +78,22 @@ def test_a_new_password_is_kept(people, admin_client, meanwhile):
     save(admin_client, User, people["ada"], username="ada-l", date_joined_0="2026-01-02", date_joined_1="03:04:05")
     ada = User.objects.get(pk=people["ada"].pk)
     assert (ada.username, ada.password) == ("ada-l", "what ada has just chosen")
+    assert ada.handle_key == key("ada-l"), "nobody can take a name that looks like it"
+
+
+def test_a_clearance_that_was_withdrawn_stays_withdrawn(people, robot, admin_client, meanwhile):
+    mine, now = Clearance.objects.get(user=people["ada"], robot=robot), SYSTEM.now()
+    meanwhile(Clearance, revoked_at=now)
+    save(admin_client, Clearance, mine, granted_at_0="2026-01-02", granted_at_1="03:04:05")
+    mine.refresh_from_db()
+    assert (mine.granted_at.year, mine.revoked_at) == (2026, now)
+
+
+def test_a_program_that_is_renamed_keeps_what_its_author_wrote_meanwhile(people, robot, admin_client, meanwhile):
+    program = Program.objects.create(
+        robot=robot, author=people["ada"], name="square", text="an older text", changed_at=SYSTEM.now()
+    )
+    meanwhile(Program, text="a newer text")
+    save(admin_client, Program, program, name="a square")
+    program.refresh_from_db()
+    assert (program.name, program.text) == ("a square", "a newer text")

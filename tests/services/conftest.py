@@ -7,17 +7,14 @@ import pytest
 from django.core.cache import caches
 from django.test import TestCase
 
-PURE = "tests/unit/"
 IN_ROOMS = ("tests/services/", "tests/security/")
 CLOCKED = {"redis_server", "transactional_db", "rig", "web"}  # what answers within a time, or is watched by one
 
 
 @pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
 def pytest_collection_modifyitems(items):
-    """Mark what only computes, or does with a database inside one transaction: nothing in it is late."""
+    """Mark what computes with a database inside one transaction: nothing in it is late, however long it waits."""
     for item in items:
-        if item.nodeid.startswith(PURE):
-            item.add_marker("computes")
         timed = CLOCKED & set(item.fixturenames) or item.get_closest_marker("timed")
         if timed or not item.nodeid.startswith(IN_ROOMS):
             continue

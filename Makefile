@@ -3,8 +3,11 @@ PYTHON ?= python3
 PORT ?= 8000
 PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
+SIDE_BY_SIDE = --dist loadfile --no-loadscope-reorder
+GATE = not timed and not length
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: wheel run setup setup-test lerobot test test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
+.PHONY: wheel run setup setup-test lerobot test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
 run: setup
 	@exec $(PY) manage.py demo --port $(PORT)
@@ -19,15 +22,28 @@ setup-test:
 lerobot:
 	@$(PYTHON) tools/setup.py lerobot
 
-# Everything but what is marked as lengthy on SQLite, then services and a marked tenth of the rest on PostgreSQL.
+# What judges no measured second, on PostgreSQL where databases differ. A failure keeps nothing else from running.
 test: setup-test
-	$(PY) tools/run_node_tests.py
-	$(PY) tools/run_tests.py
+	@$(MAKE) --keep-going --no-print-directory test-node test-sqlite test-postgres
 
-# Everything on both.
-test-all: setup-test
+test-node:
 	$(PY) tools/run_node_tests.py
-	$(PY) tools/run_tests.py all
+
+test-sqlite:
+	FARHAND_TEST_DB=sqlite $(TEST) $(SIDE_BY_SIDE) -n 2 --timeout 900 -m "$(GATE)"
+
+test-postgres:
+	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 2 --timeout 900 -m "$(GATE) and service"
+
+# Everything, at length, on both databases: files side by side, then each test that judges by fractions of a second.
+test-all: setup-test
+	@$(MAKE) --keep-going --no-print-directory test-node all-sqlite all-postgres alone-sqlite alone-postgres
+
+all-%:
+	FARHAND_AT_LENGTH=1 FARHAND_TEST_DB=$* $(TEST) $(SIDE_BY_SIDE) -n 3 --timeout 3600 -m "not alone"
+
+alone-%:
+	FARHAND_AT_LENGTH=1 FARHAND_TEST_DB=$* $(TEST) --timeout 3600 -m alone
 
 # LeRobot's own classes against simulated servos; skipped elsewhere where the extra is not installed.
 test-lerobot: setup-test lerobot

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from datetime import UTC, datetime, timedelta
-from itertools import count
 
 import pytest
 from django.conf import settings
@@ -13,6 +12,7 @@ from hypothesis import settings as hypothesis_settings
 from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
 
+from tests import waiting
 from tests.proof import AT_LENGTH, Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here
 
@@ -182,41 +182,25 @@ def _keeps(item):
     )
 
 
-# files that take longest, by their time; beside those that mostly wait, those that compute
-LONG = [
-    f"tests/{room}/test_{name}.py" for room, name in (
-        ("e2e", "turn_bar"), ("e2e", "offline"), ("e2e", "whole_way"), ("e2e", "layout"), ("e2e", "video"),
-        ("e2e", "classic"), ("e2e", "turn_form"), ("e2e", "axe"), ("e2e", "turn_panel"), ("e2e", "package_console"),
-        ("faults", "promises_commands"), ("faults", "worker"), ("drivers", "pa10_range"), ("faults", "promises_wire"),
-        ("faults", "composites"), ("drivers", "pa10_wire"), ("faults", "video"), ("faults", "limits"),
-        ("drivers", "pa10_owner"), ("faults", "sound"), ("drivers", "mercury_driver"), ("services", "probe_cameras"),
-        ("faults", "supervisor"), ("drivers", "pa10_driver"), ("faults", "recorder"), ("faults", "viewers"),
-        ("faults", "regain"), ("drivers", "pa10_rest"), ("faults", "upkeep"), ("faults", "hostile_sockets"),
-        ("faults", "promises_stores"), ("faults", "beside"), ("drivers", "cameras"), ("faults", "promises_life"),
-        ("faults", "hosts"), ("drivers", "irat_faults"), ("services", "queue_machine"), ("services", "motion_machine"),
-    )
-]  # fmt: skip
-FIRST = ("tests/e2e/", "tests/drivers/", "tests/faults/")
+REAL_ROOMS = ("tests/drivers/", "tests/faults/", "tests/e2e/")
+REAL = {"redis_server", "rig", "web"}  # processes that answer within a time, whoever asks them
 STORES = {"db", "transactional_db", "redis_server"}
 
 
-@pytest.hookimpl(trylast=True)
+@pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
 def pytest_collection_modifyitems(items):
-    """Begin with the files that take longest, then a browser's beside a driver's that waits; short ones come last."""
-    turns = {room: count() for room in FIRST}
-    places = {file: (0, rank, 0) for rank, file in enumerate(LONG)}
+    """Mark as timed what speaks with real processes, unless it is marked as judging by order alone."""
     for item in items:
-        file = item.nodeid.partition("::")[0]
-        room = next((room for room in FIRST if file.startswith(room)), None)
-        if file not in places:
-            places[file] = (1, next(turns[room]), FIRST.index(room)) if room else (2, 0, 0)
-    items.sort(key=lambda item: places[item.nodeid.partition("::")[0]])
+        real = item.nodeid.startswith(REAL_ROOMS) or REAL & set(item.fixturenames)
+        if real and not item.get_closest_marker("gate"):
+            item.add_marker("timed")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
+    waiting.shortest_s = 0.0 if item.get_closest_marker("timed") else waiting.CEILING_S
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
     of_django = isinstance(item.cls, type) and issubclass(item.cls, TransactionTestCase)  # asks for no fixture
     if not of_django and not STORES & set(item.fixturenames) and not item.get_closest_marker("django_db"):

@@ -16,7 +16,7 @@ from django.db import connection
 
 from robots.clock import FasterTimer
 from tests import forks
-from tests.waiting import wait_for
+from tests.waiting import CEILING_S, wait_for
 
 ROOT = Path(__file__).resolve().parent.parent
 PYTHON = sys.executable
@@ -62,11 +62,11 @@ class Simulator:
         if self.process is not None:
             self.process.send_signal(signal.SIGCONT)
             self.process.terminate()
-            self.process.wait(10)
+            self.process.wait(CEILING_S)
 
     def ask(self, board: str = "faults", **message) -> dict:
         with socket.socket(socket.AF_UNIX) as s:
-            s.settimeout(5)
+            s.settimeout(CEILING_S)
             s.connect(str(self.folder / board))
             s.sendall(json.dumps(message).encode() + b"\n")
             return json.loads(s.makefile().readline())
@@ -265,7 +265,7 @@ class Web(Child):
 
         assert self.alive(), self.said()
         try:
-            with urllib.request.urlopen(f"{self.url}/livez", timeout=1) as answer:
+            with urllib.request.urlopen(f"{self.url}/livez", timeout=10) as answer:
                 return answer.status == 200
         except OSError:
             return False

@@ -20,6 +20,7 @@ from robots.states import Cycle
 from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
 from tests.faults.controls import LOST
+from tests.waiting import CEILING_S
 
 AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
 # where Redis answers late a code is refused; the page goes on without a stream of its own and asks again
@@ -28,7 +29,7 @@ AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], ru
 # an animation in a page that is not drawn never finishes
 RESTED = "() => Promise.race([Promise.allSettled(document.getAnimations().map((a) => a.finished)), new Promise((r) => setTimeout(r, 5000))])"
 LETS_GO_S = 60
-expect.set_options(timeout=15_000)
+expect.set_options(timeout=1000 * CEILING_S)
 
 
 class Portal:
@@ -122,6 +123,7 @@ class Visitor:
         self.context = browser.new_context(
             base_url=portal.url, locale="en-US", **{"viewport": {"width": 1280, "height": 860}, **options}
         )
+        self.context.set_default_timeout(1000 * CEILING_S)
         self.errors: list[str] = []
         self.allowed: tuple[str, ...] = ()
         self.page: Page = self.new_page()
@@ -192,7 +194,7 @@ class Visitor:
                 break
         assert found == [], f"{where} {page.url}: {found}"
 
-    def ladder(self, state="completed", timeout=40, also=()):
+    def ladder(self, state="completed", timeout=CEILING_S, also=()):
         """Wait until the newest command has ended, so or so; return its text."""
         ended = ["completed", "rejected", "failed", "cancelled", "expired", "unknown"]
         item = self.page.locator("#ladder li").first

@@ -37,6 +37,7 @@ def looked_at(one, addresses, *looks):
             one.axe(str(look or one.page.viewport_size))
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("look", [LIGHT, *OTHERS])
 def test_public_pages_and_the_doors(portal, visitor, look):
     cy = portal.person("cy", "mercury", "pa10")
@@ -49,6 +50,7 @@ def test_public_pages_and_the_doors(portal, visitor, look):
     looked_at(one, ["/nothing/"])
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("look", [DARK, at_length(LIGHT), *OTHERS])
 def test_a_turns_page_in_each_state(portal, visitor, look):
     ada = portal.person("ada", "mercury", "pa10")
@@ -72,6 +74,7 @@ def test_a_turns_page_in_each_state(portal, visitor, look):
     looked_at(one, [address])
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("look", [LIGHT, at_length(DARK), *OTHERS])
 def test_the_admins_pages(portal, visitor, look):
     from accounts.bank import load_bank

@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from operatorlog.models import Entry
@@ -10,6 +11,7 @@ from robots.models import Command
 from tests.e2e.test_whole_way import PAGES
 
 
+@pytest.mark.gate
 def test_the_whole_way_without_scripts(portal, visitor):
     ada = visitor(java_script_enabled=False)
     page = ada.page
@@ -72,6 +74,7 @@ def test_the_whole_way_without_scripts(portal, visitor):
     assert Turn.objects.get().classic
 
 
+@pytest.mark.gate
 def test_pages_read_without_scripts(portal, visitor):
     one = visitor(java_script_enabled=False)
     for address in PAGES:

@@ -61,6 +61,7 @@ def size(page, wide, high):
     settle(page)
 
 
+@pytest.mark.gate
 def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
     page = driving("pa10", color_scheme="dark").page
     stop = page.locator("[data-command=stop]")
@@ -79,6 +80,7 @@ def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
                     assert page.locator("#screen").evaluate(COVER) == "", where
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("robot", [at_length("mercury"), "pa10"])
 def test_stop_is_in_reach_and_works_beside_the_card_of_keys(driving, portal, robot):
     one = driving(robot)
@@ -149,6 +151,7 @@ def test_the_blocks_follow_the_colours_of_the_page(driving, scheme):
         assert (behind < 0.1) == (scheme == "dark"), (selector, behind)
 
 
+@pytest.mark.gate
 def test_no_robot_page_scrolls_sideways(driving, visitor):
     pages = [driving("mercury").page, driving("pa10", "bob").page]
     for page in pages:
@@ -179,6 +182,7 @@ OVER = """() => {
 }"""
 
 
+@pytest.mark.gate
 def test_no_public_page_scrolls_sideways(portal, visitor):
     cy = portal.person("cy", "mercury", "pa10")
     turn = portal.entry(cy, "pa10", "w" * 300).turn
@@ -200,6 +204,7 @@ HINTS = [
 ]
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("robot", ["mercury", at_length("pa10")])
 def test_the_buttons_stand_still_whatever_the_hint_says(driving, robot):
     page = driving(robot).page

@@ -72,7 +72,6 @@ def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     expect(page).to_have_title(re.compile("^● Driving"))
 
 
-@pytest.mark.tenth
 def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
     ada, bob = cast("ada"), cast("bob")
     elsewhere(ada)
@@ -150,7 +149,6 @@ def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
 
 
-@pytest.mark.tenth
 def test_on_the_robots_own_page_nothing_contradicts_the_offer(portal, cast):
     ada, bob = cast("ada"), cast("bob", viewport=PHONE)
     elsewhere(ada)

@@ -20,6 +20,7 @@ def portal(transactional_db, redis_server, house):
     made.stop()
 
 
+@pytest.mark.gate
 def test_what_is_written_before_the_script_has_come_is_a_draft_too(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.drive(ada, "mercury")

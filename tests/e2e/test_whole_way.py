@@ -143,7 +143,6 @@ def test_a_click_off_the_sand_is_refused_where_it_was_made(portal, visitor):
     assert portal.sim.count("motion") == before
 
 
-@pytest.mark.tenth
 def test_a_reload_keeps_the_turn_and_a_cut_line_disables_every_control(portal, visitor):
     ada = operating(visitor)
     ada.page.reload()

@@ -100,7 +100,6 @@ def ticked(rig):
 
 
 @pytest.mark.alone
-@pytest.mark.loads
 @pytest.mark.parametrize("aways_s", [(2.0,), at_length((0.0, 4.0))], ids=["once", "twice"])
 def test_redis_restarted_under_load_ends_no_process_and_everybody_sees_pictures_again(
     rig, redis_server, house, aways_s
@@ -144,8 +143,6 @@ def test_a_web_process_that_is_killed_takes_only_its_own_viewers_and_they_come_b
         assert both.webs[1].alive()
 
 
-@pytest.mark.tenth
-@pytest.mark.loads
 @pytest.mark.alone  # beside it a browser would notice that the network changes
 def test_a_worker_s_host_that_is_cut_off_stops_its_robot_and_serves_again_when_it_is_back(rig):
     if connection.vendor != "postgresql":

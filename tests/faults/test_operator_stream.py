@@ -23,8 +23,6 @@ from tests.conftest import wait_for
 from tests.faults.here import WebHere, closed, heard, line
 from tests.services.conftest import ROLES, roles  # noqa: F401
 
-pytestmark = pytest.mark.tenth
-
 OVER = 4410
 
 

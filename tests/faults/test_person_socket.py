@@ -17,8 +17,6 @@ from robots.models import Lease
 from tests.conftest import wait_for
 from tests.faults.here import WebHere, closed, line
 
-pytestmark = pytest.mark.tenth
-
 
 @pytest.fixture
 def web(transactional_db, redis_server, robot, people):

@@ -101,7 +101,6 @@ def processes_of(folder):
 
 
 @pytest.mark.alone
-@pytest.mark.loads
 def test_promise_26_a_stop_of_everything_in_mid_motion_is_safe(proof):
     """SIGTERM to the supervisor: a held robot, a recorded command, exit 0, nothing left, within 20 s."""
     times = proof.count("stops in mid-motion", 1, 5, 20)

@@ -13,6 +13,7 @@ from tests.conftest import EACH_AT_LENGTH, wait_for
 from tests.rig import Simulator, free_port
 
 
+@pytest.mark.gate
 @EACH_AT_LENGTH
 def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):
     """SIGSTOP beyond the lease, another takes over, SIGCONT: no byte of the first reaches the robot."""
@@ -45,7 +46,6 @@ def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):
     proof.holds(f"{times} frozen owners killed by their takers, 0 motions of theirs after; take-over {slowest:.1f} s")
 
 
-@pytest.mark.tenth
 def test_promise_04_a_stale_epoch_is_refused_at_the_driver_and_by_the_robot(rig, proof):
     """The lock is taken away and the line is TCP, so the first cannot be killed and goes on: refused."""
     if connection.vendor != "postgresql":
@@ -99,9 +99,9 @@ def state_of(pid):
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
 
 
+@pytest.mark.gate
 @EACH_AT_LENGTH
 @pytest.mark.alone
-@pytest.mark.loads
 def test_promise_05_one_owner_however_many_start(rig, proof):
     number = proof.count("workers started at once", 3, 20)
     for _ in range(number):

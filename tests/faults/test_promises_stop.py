@@ -83,11 +83,10 @@ def release(rig):
     assert rig.sim.count("motion") == before, "the release moved something"
 
 
-CONDITIONS = ("busy", at_length("frozen tab"), pytest.param("database stalled", marks=pytest.mark.tenth))
+CONDITIONS = ("busy", at_length("frozen tab"), "database stalled")
 
 
 @EACH_AT_LENGTH
-@pytest.mark.loads
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_promise_07_stop_overtakes_everything(rig, proof, witness, condition):
     """A hundred commands wait and one moves; the stop comes through the socket of the page."""
@@ -164,7 +163,7 @@ def test_promise_07_with_redis_dead_the_owner_stops_by_itself(rig, proof, witnes
     proof.holds(f"{times} times: at rest {worst:.2f} s after Redis was gone, at most")
 
 
-@pytest.mark.length
+@pytest.mark.gate
 @EACH_AT_LENGTH
 def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
     proof.count("restarts", 1, 1)

@@ -63,6 +63,7 @@ def works(rig, seconds=15.0):
     return time.monotonic() - begun
 
 
+@pytest.mark.gate
 @pytest.mark.asvs("2.3.3")
 def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
     """FLUSHALL and kills of everything, Redis too, at random moments, under commands, log entries and surveys."""
@@ -164,7 +165,6 @@ def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
 
 @pytest.mark.asvs("16.5.2")
 @pytest.mark.alone  # judged by seconds
-@pytest.mark.tenth
 @pytest.mark.parametrize("how", ["cut", at_length("reset"), at_length("stall")])
 def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
     """The robot is held, commands are refused with a reason, everything goes on by itself."""

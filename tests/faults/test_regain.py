@@ -3,7 +3,6 @@
 import signal
 import time
 
-import pytest
 from celery import current_app
 
 from robots import bus
@@ -12,7 +11,6 @@ from tests.conftest import EACH_AT_LENGTH, wait_for
 
 
 @EACH_AT_LENGTH
-@pytest.mark.tenth
 def test_a_lapsed_lease_is_taken_again_in_the_same_process(rig):
     owner = rig.owner()
     rig.grant(seconds=3000)

@@ -199,6 +199,7 @@ def test_a_demo_that_is_ended_before_it_serves_tells_the_first_password(tmp_path
     assert log.read_text().count("one-time password:") == 1
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("how", [signal.SIGINT, at_length(signal.SIGTERM)])
 def test_the_demo_starts_serves_and_leaves_no_orphan(tmp_path, how):
     port = free_port()

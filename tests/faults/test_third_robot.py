@@ -21,7 +21,7 @@ from tests.conftest import wait_for
 from tests.rig import Child
 
 
-@pytest.mark.tenth
+@pytest.mark.gate
 def test_a_third_robot_is_a_package(transactional_db, redis_server, people, installed):
     bus.connection().flushall()
     robot = add_robot("turntable")

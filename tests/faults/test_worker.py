@@ -23,7 +23,8 @@ def far(rig):
     return rig.issue("move", x=-0.2, y=0.30)
 
 
-@pytest.mark.tenth
+@pytest.mark.gate
+@pytest.mark.service
 def test_a_turn_worth_of_commands(rig):
     rig.owner()
     rig.grant()
@@ -41,7 +42,6 @@ def test_a_turn_worth_of_commands(rig):
 
 
 @pytest.mark.length
-@pytest.mark.tenth
 def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
     first = rig.owner()
     rig.grant()
@@ -197,7 +197,6 @@ def test_a_stop_outlives_the_worker(rig):
     assert rig.sim.count("motion") == before
 
 
-@pytest.mark.tenth
 def test_redis_gone_when_a_click_is_made(rig):
     rig.owner()
     rig.grant()

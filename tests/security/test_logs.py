@@ -39,7 +39,6 @@ def test_a_traceback_keeps_its_lines():
     assert "ValueError: inside" in text.splitlines()[-1]
 
 
-@pytest.mark.service
 @pytest.mark.django_db
 @pytest.mark.asvs("16.3.1", "16.2.5")
 def test_signing_in_failing_and_out_are_told_without_what_was_typed(people, client, caplog):
@@ -56,7 +55,6 @@ def test_signing_in_failing_and_out_are_told_without_what_was_typed(people, clie
         assert secret not in caplog.text
 
 
-@pytest.mark.service
 @pytest.mark.django_db
 @pytest.mark.asvs("16.3.2", "16.3.3")
 def test_a_refused_request_is_told(people, client, caplog):

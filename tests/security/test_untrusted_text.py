@@ -13,7 +13,7 @@ from robots.clock import SYSTEM
 from robots.models import Incident, Robot
 from robots.states import GrantEnd
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 CORPUS = [
     "<script>alert(1)</script>",
     '"><img src=x onerror=alert(1)>',
@@ -43,7 +43,6 @@ class Elements(HTMLParser):
                 self.bad.append(f"{tag} {name}={given[name]}")
 
 
-@pytest.mark.once
 @pytest.mark.asvs("3.4.3")
 @pytest.mark.asvs("1.2.1", "1.1.2", "3.2.2", "1.3.7", "1.3.10")
 @pytest.mark.parametrize("text", CORPUS)

@@ -5,32 +5,12 @@ from math import inf
 
 import pytest
 from django.core.cache import caches
-from django.test import TestCase
-
-IN_ROOMS = ("tests/services/", "tests/security/")
-CLOCKED = {"redis_server", "transactional_db", "rig", "web"}  # what answers within a time, or is watched by one
 
 
-@pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
-def pytest_collection_modifyitems(items):
-    """Mark what computes with a database inside one transaction: nothing in it is late, however long it waits."""
-    for item in items:
-        timed = CLOCKED & set(item.fixturenames) or item.get_closest_marker("timed")
-        if timed or not item.nodeid.startswith(IN_ROOMS):
-            continue
-        known = item.get_closest_marker("django_db")
-        alone = known is not None and not known.kwargs.get("transaction")
-        if item.get_closest_marker("service") and (
-            alone or (isinstance(item.cls, type) and issubclass(item.cls, TestCase))
-        ):
-            item.add_marker("computes")
-
-
-@pytest.fixture(autouse=True)
-def one_count(request, monkeypatch):
+@pytest.fixture
+def one_count(monkeypatch):
     """Have attempts counted in memory alone, as without Redis: a busy one that answers late would split the count."""
-    if request.node.get_closest_marker("timed") and "redis_server" not in request.fixturenames:
-        monkeypatch.setattr(caches["default"], "_away_until", inf)
+    monkeypatch.setattr(caches["default"], "_away_until", inf)
 
 
 ROLES = ("anonymous", "signed_in", "cleared", "operator", "log_moderator", "viewer", "robot_staff", "superuser")

@@ -64,6 +64,7 @@ def made_owner(robot, people, **options):
     clock = FakeClock()
     made = Owner(robot.slug, clock, **{"on_lost": lambda: None, **options})
     made.lease.measure_offset = lambda: None
+    made.owned.age = lambda state: clock.t - state.at  # its drivers stamp their states by the same clock
     made.owned.driver, made.owned.running = Arm(), True
     assert made.lease._try()
     made.link.seen()

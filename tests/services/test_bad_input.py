@@ -60,7 +60,6 @@ FORM = "application/x-www-form-urlencoded"
 OTHERS = ("admin", "accounts", "media", "favicon.ico")
 
 
-@pytest.mark.once
 @pytest.mark.asvs("2.2.1", "16.5.1")
 @pytest.mark.parametrize("rounds", [1, at_length(len(TEXTS))])
 def test_promise_36_bad_input_is_answered_in_words(robot, roles, client, caplog, rounds):
@@ -99,7 +98,6 @@ PATHS = ["/robots/{}/", "/turns/{}/", "/classic/mercury/{}/", "/classic/{}/", "/
          "/admin/accounts/user/{}/change/", "/accounts/confirm-email/{}/", "/accounts/password/reset/key/{}-x/"]  # fmt: skip
 
 
-@pytest.mark.once
 @pytest.mark.asvs("2.2.1", "16.5.1")
 def test_promise_36_bad_addresses_are_answered_in_words(robot, roles, client):
     client.raise_request_exception = False

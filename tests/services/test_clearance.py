@@ -14,6 +14,7 @@ from accounts.models import Attempt, Choice, Clearance, Question
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest
 from robots.permissions import NotStaff
+from tests.waiting import CEILING_S
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -111,7 +112,7 @@ def test_many_requests_at_once_open_one_attempt(bank, people, clock):
     together = threading.Barrier(12)
 
     def ask(_):
-        together.wait(10)
+        together.wait(CEILING_S)
         try:
             return services.begin(people["eve"], bank, clock.now()).pk
         finally:

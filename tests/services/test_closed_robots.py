@@ -17,6 +17,7 @@ from robots.grants import newest_grant_that_moves
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.owner import begun
+from tests.waiting import CEILING_S
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -90,10 +91,10 @@ def test_a_lock_out_at_the_same_moment_wins(robot, people, owned, clock, first):
 
     one, other = (accept, lock_out) if first == "accept" else (lock_out, accept)
     threads = [begun(one)]
-    held.wait(60)
+    held.wait(CEILING_S)
     threads.append(begun(other))
     for thread in threads:
-        thread.join(60)
+        thread.join(CEILING_S)
     assert row()[1] == "locked_out"
     assert not Grant.objects.filter(ended_at=None).exists(), "nobody may move it"
     assert len(locked) == (first == "lock-out")
@@ -130,10 +131,10 @@ def test_a_robot_is_closed_while_its_grant_is_being_ended(robot, people, owned, 
             failed.append(error)
 
     threads = [begun(end)]
-    ended.wait(60)
+    ended.wait(CEILING_S)
     threads.append(begun(close))
     for thread in threads:
-        thread.join(60)
+        thread.join(CEILING_S)
     assert not failed
     assert row()[1] == ("offline" if closes == "switch" else "locked_out")
     assert Grant.objects.get().end_code == GrantEnd.FINISHED

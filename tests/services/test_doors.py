@@ -8,7 +8,7 @@ import pytest
 from django.core.cache import cache
 from django.test import Client
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.timed]
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.timed, pytest.mark.usefixtures("one_count")]
 LOGIN, WRONG = "/accounts/login/", "wrong horse 13"
 
 

@@ -10,7 +10,7 @@ from robots.models import Command, Grant
 from robots.states import CommandState, GrantKind
 from workers.commands import finish
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 HALTED_MIN = 90  # "approximately one and half hour server downtime"
 may_be_watched = bus.may_be_watched
 
@@ -22,7 +22,6 @@ def done(clock, seconds=0.0):
     queue.tick(clock.now())
 
 
-@pytest.mark.once
 def test_it_explores_and_serves_for_ninety_minutes_and_rests_once_the_server_is_back_unwatched(
     shuttle, clock, monkeypatch, redis_server
 ):

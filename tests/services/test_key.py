@@ -22,7 +22,7 @@ from portal.live.snapshot import snapshot
 from robots.clock import SYSTEM
 from tests.proof import Proof
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 LINK = re.compile(r"""(?:href|src|action|hx-get|data-[\w-]+)="([^"#]+)""")
 FRESH = re.compile(r'(csrfmiddlewaretoken" value="|csrf-token" content="|nonce=")[^"]+')  # new at each request
 TOKEN = re.compile(r"(/classic/mercury/)[^/\"]+")  # so is this: each page of the classic console has its own
@@ -85,7 +85,6 @@ def third(attempt: Attempt) -> dict[str, int]:
     return {"attempt": attempt.pk} | {f"q{q.id}": sorted(pk for pk, _ in q.choices)[2] for q in services.questions(attempt)}  # fmt: skip
 
 
-@pytest.mark.once
 @pytest.mark.asvs("15.3.1")
 @pytest.mark.parametrize("who", ["nobody", "reader", "asked", "incomplete", "failed", "cleared"])
 def test_promise_20_the_key_never_leaves_the_server(robot, people, who, monkeypatch):

@@ -12,13 +12,13 @@ from robots.drivers.errors import BadRequest, HardwareFault, NotPermitted, Stopp
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle, GrantKind
 from tests.services.owner import Arm, begun, made_owner
+from tests.waiting import CEILING_S, wait_for
 from workers.commands import claim
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("installed"),
     pytest.mark.parametrize("which", ["turntable"], indirect=True),
 ]  # fmt: skip
-LIMIT_S = 60.0
 
 
 class Table(Arm):
@@ -59,7 +59,7 @@ class Table(Arm):
         on_stage("acknowledged")
         if kind == "turn":
             self.moving.set()
-            assert self.rest.wait(LIMIT_S)
+            assert self.rest.wait(CEILING_S)
             permit()
         self.order.append(kind)
         return Outcome({}, self.latest())
@@ -89,10 +89,10 @@ def turning(owner, issue):
     """A motion that runs in a thread of its own; yields its row, ends when the table rests."""
     command = issue("turn", angle=1.0)
     thread = begun(owner.motion.run_due)
-    assert owner.owned.driver.moving.wait(LIMIT_S)
+    assert owner.owned.driver.moving.wait(CEILING_S)
     yield command
     owner.owned.driver.rest.set()
-    thread.join(LIMIT_S)
+    thread.join(CEILING_S)
 
 
 def state_of(command):
@@ -101,11 +101,7 @@ def state_of(command):
 
 
 def until(command, state):
-    for _ in range(200):
-        if state_of(command) == state:
-            return
-        threading.Event().wait(0.05)
-    raise AssertionError(f"{command} is {command.state}, not {state}: {command.reason}")
+    wait_for(lambda: state_of(command) == state, CEILING_S, f"{command} is {state}")
 
 
 def test_a_setting_completes_while_a_motion_runs(owner, issue, turning):
@@ -127,14 +123,14 @@ def test_a_motion_waits_for_a_motion_and_not_for_a_setting(owner, issue, turning
 
 def test_a_stop_during_both_ends_both_and_refuses_more(owner, issue, people, turning):
     setting_begun, go_on = threading.Event(), threading.Event()
-    owner.owned.driver.setting = lambda: (setting_begun.set(), go_on.wait(LIMIT_S))
+    owner.owned.driver.setting = lambda: (setting_begun.set(), go_on.wait(CEILING_S))
     setting, later = issue("pace", pace=0.5), issue("pace", pace=0.7)
     thread = begun(owner.config.run_due)
-    assert setting_begun.wait(LIMIT_S)
+    assert setting_begun.wait(CEILING_S)
     owner.stopping.halt("test")  # with a setting on its way: no lock of its own keeps the hold waiting
     assert owner.owned.driver.holds == 1
     go_on.set()
-    thread.join(LIMIT_S)
+    thread.join(CEILING_S)
     until(turning, "cancelled")
     assert (state_of(setting), state_of(later), owner.owned.driver.pace) == ("cancelled", "rejected", 1.0)
     Robot.objects.update(stop_latched=True)
@@ -164,12 +160,12 @@ def test_the_grant_of_an_earlier_setting_holds_no_later_motion(owner, issue, peo
     )
     command = issue("turn", angle=1.0)
     thread = begun(owner.motion.run_due)
-    assert owner.owned.driver.moving.wait(LIMIT_S)
+    assert owner.owned.driver.moving.wait(CEILING_S)
     for lane in owner.lanes:
         owner.watch._hold_what_is_forbidden(lane)
     assert (len(owner.lanes), owner.owned.driver.holds) == (2, 0)
     owner.owned.driver.rest.set()
-    thread.join(LIMIT_S)
+    thread.join(CEILING_S)
     assert state_of(command) == "completed"
 
 

@@ -10,6 +10,7 @@ from django.db import connection
 from robots.clock import SYSTEM
 from robots.models import Lease
 from tests.services.owner import made_owner
+from tests.waiting import CEILING_S
 from workers.safety.lease import OwnerLease
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
@@ -35,15 +36,15 @@ def test_a_renewal_under_way_does_not_bring_back_a_lease_that_was_given_back(lea
 
     def measured():
         asked.set()
-        go_on.wait(60)
+        go_on.wait(CEILING_S)
 
     monkeypatch.setattr(lease, "measure_offset", measured)
     renewal = threading.Thread(target=renew, args=(lease,))
     renewal.start()
-    assert asked.wait(60)
+    assert asked.wait(CEILING_S)
     lease.give_back()
     go_on.set()
-    renewal.join(60)
+    renewal.join(CEILING_S)
     assert Lease.objects.get().expires_at <= SYSTEM.now() + lease.offset
 
 

@@ -8,7 +8,7 @@ from django.template import engines
 from robots.models import Robot
 from tests.packaged import TURNTABLE, installed_from, with_console
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 VOID = {"img", "input", "link", "meta", "br", "hr", "rect"}
 OWN = (TURNTABLE / "turntable_robot/console/console.html").read_text()
 NOTHING = '<div id="turntable-all"><p>All that it has.</p></div>'

@@ -11,7 +11,7 @@ from django.urls import URLResolver, get_resolver
 from queueing.models import Turn
 from tests.services.conftest import ROLES
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 
 OK, MOVED, NO, ABSENT, METHOD = 200, 302, 403, 404, 405
 STAFF = ("log_moderator", "viewer", "robot_staff", "superuser")
@@ -180,13 +180,11 @@ def statuses(clients, robot, method, address, *data):
     return found
 
 
-@pytest.mark.once
 def test_promise_35_pages_by_roles(robot, clients):
     found = {route: statuses(clients, robot, "get", address) for route, (address, _) in GET.items()}
     assert found == {route: expected for route, (_, expected) in GET.items()}
 
 
-@pytest.mark.once
 def test_promise_35_posts_by_roles(robot, clients):
     found = {address: statuses(clients, robot, "post", address, data) for address, data, _ in POST}
     assert found == {address: expected for address, _, expected in POST}
@@ -195,7 +193,6 @@ def test_promise_35_posts_by_roles(robot, clients):
 WANTS = {"changelist": "view", "history": "view", "change": "view", "add": "add", "delete": "delete"}
 
 
-@pytest.mark.once
 @pytest.mark.asvs("8.2.1")
 def test_promise_35_admin_by_roles(robot, roles, clients):
     """A person without the permission gets no page of the admin; who has it gets it, and history is never added to."""

@@ -13,7 +13,7 @@ from queueing.models import Ticket
 from robots.clock import SYSTEM
 from tests.services.conftest import ROLES
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 
 DRIVES = ("operator",)
 STOPS = ("operator", "robot_staff", "superuser")

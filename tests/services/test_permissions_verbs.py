@@ -31,7 +31,7 @@ from robots.models import Command, Frame, Incident, Program, Recording
 from robots.states import GrantEnd
 from tests.services.conftest import ROLES
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 REFUSED = (NotPermitted, QueueError, log.LogError, accounts.NotNow, PermissionDenied)
 
 NOBODY, ANYBODY = frozenset(), frozenset(ROLES)
@@ -258,7 +258,6 @@ def of_role(world, role):
     return world
 
 
-@pytest.mark.once
 @pytest.mark.asvs("8.2.2", "8.3.1")
 def test_promise_35_services_by_roles(world):
     let_in = {

@@ -8,7 +8,7 @@ from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.states import Cycle
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.timed]
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.timed, pytest.mark.usefixtures("one_count")]
 URL = "/me/places/"
 JSON = {"Accept": "application/json"}
 

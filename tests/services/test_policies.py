@@ -1,7 +1,6 @@
 """Motions that go on without a connection or near the end of a grant: the owner's gate and watch on a test clock."""
 
 import threading
-import time
 from dataclasses import replace
 from datetime import timedelta
 
@@ -12,26 +11,27 @@ from robots.contract.session import Outcome
 from robots.drivers.errors import Held
 from robots.models import Grant
 from tests.services.owner import Arm, begun, made_owner
+from tests.waiting import CEILING_S, wait_for
 from workers.safety.gate import LinkDown
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.usefixtures("installed"),
     pytest.mark.parametrize("which", ["turntable"], indirect=True),
 ]  # fmt: skip
-LIMIT_S = 60.0
 STEP_S = 0.05
 
 
 class Table(Arm):
     """It turns until it is held or told to end, and says the angle that the test wants."""
 
-    def __init__(self):
+    def __init__(self, clock):
         super().__init__()
+        self.clock = clock
         self.angle, self.age_s, self.holds = 0.5, 0.0, 0
         self.moving, self.rest, self.held = threading.Event(), threading.Event(), False
 
     def latest(self):
-        at = time.monotonic() - self.age_s
+        at = self.clock.t - self.age_s
         return replace(super().latest(), at=at, joints=(self.angle,), moving=not self.rest.is_set())
 
     state = latest
@@ -46,7 +46,7 @@ class Table(Arm):
         on_stage("sent")
         on_stage("acknowledged")
         self.moving.set()
-        assert self.rest.wait(LIMIT_S)
+        assert self.rest.wait(CEILING_S)
         if self.held:
             raise Held("It was held.")
         permit()
@@ -56,7 +56,7 @@ class Table(Arm):
 @pytest.fixture
 def owner(robot, people):
     made = made_owner(robot, people)
-    made.owned.driver = Table()
+    made.owned.driver = Table(made.clock)
     return made
 
 
@@ -69,13 +69,13 @@ def start(owner, people):
         robot = owner.owned.robot
         command = services.issue(robot.slug, people["ada"], kind, args, 1, owner.owned.now()).command
         threads.append(begun(owner.motion.run_due))
-        assert owner.owned.driver.moving.wait(LIMIT_S)
+        assert owner.owned.driver.moving.wait(CEILING_S)
         return command
 
     yield made
     owner.owned.driver.rest.set()
     for thread in threads:
-        thread.join(LIMIT_S)
+        thread.join(CEILING_S)
 
 
 def watched(owner, seconds, link):
@@ -110,11 +110,12 @@ def test_it_ends_well_where_it_arrives_inside_the_bound(owner, start):
     command = start("tour", stops=3)
     assert watched(owner, gone_s(owner) + 3.0, link=False) is None
     owner.owned.driver.rest.set()
-    for _ in range(200):
+
+    def ended():
         command.refresh_from_db()
-        if command.state == "completed" and owner.lane.current is None:
-            break
-        threading.Event().wait(0.02)
+        return command.final and owner.lane.current is None
+
+    wait_for(ended, CEILING_S, "its end")
     assert (command.state, owner.owned.driver.holds) == ("completed", 0)
     with pytest.raises(LinkDown):  # and nothing begins after it
         owner.lane.gate.check()

@@ -10,6 +10,7 @@ from django.db.models import BigAutoField, BigIntegerField, CharField, DateTimeF
 from robots.clock import SYSTEM
 from robots.models import Lease
 from robots.prepared import Prepared, PreparedUpdate, Slot
+from tests.waiting import CEILING_S
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
 SLUG, EPOCH, NOW = Slot("slug", CharField()), Slot("epoch", BigIntegerField()), Slot("now", DateTimeField())
@@ -58,7 +59,7 @@ def test_threads_use_connections_of_their_own(lease):
     look()
     thread = threading.Thread(target=look)
     thread.start()
-    thread.join(10)
+    thread.join(CEILING_S)
     look()
     assert [one.pk for one in found] == [lease.pk] * 3
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from portal.live import consumers
+from tests.waiting import CEILING_S
 
 pytestmark = pytest.mark.service
 SLOW_S = 0.5
@@ -31,10 +32,10 @@ def test_the_presence_that_a_ping_notes_is_never_noted_after_the_socket_has_ende
     monkeypatch.setattr(page, "goes_on_elsewhere", lambda person: False)
     ping = threading.Thread(target=page._mark_seen)
     ping.start()
-    assert begun.wait(10)
+    assert begun.wait(CEILING_S)
     page.over = True
     page._mark_left()
-    ping.join(10)
+    ping.join(CEILING_S)
     assert told == ["here", "left"]
     page._mark_seen()  # one that was begun before, in a thread that waited
     assert told == ["here", "left"]

@@ -12,7 +12,7 @@ from robots.models import Robot
 from tests.conftest import wait_for
 from workers.housekeeping import probe
 
-pytestmark = pytest.mark.django_db(transaction=True)  # what a camera sends is the same to both databases
+pytestmark = [pytest.mark.django_db(transaction=True), pytest.mark.timed]
 LONGEST_S = 12.0  # any of them
 
 

@@ -10,6 +10,7 @@ from robots.models import Command, Grant, Recording
 from robots.recordings.container import COMMANDS, messages
 from robots.services import clicks
 from robots.states import GrantKind
+from tests.waiting import CEILING_S
 from workers.recorder.recorder import Recorder, _Running
 from workers.recorder.taping import Taping
 
@@ -23,7 +24,7 @@ def recorded(grant: Grant, command: Command, path) -> list[dict[str, object]]:
     one = _Running(Recording(grant=grant), grant, taping, 0)
     Recorder()._tell_command(one, stage_event(command))
     taping.close()
-    assert taping.written.wait(10)
+    assert taping.written.wait(CEILING_S)
     return [m.told() for m in messages(path) if m.topic == COMMANDS]
 
 

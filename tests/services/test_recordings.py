@@ -149,6 +149,7 @@ def test_a_part_of_the_file_is_served(roles, client):
 
 
 @pytest.mark.timed
+@pytest.mark.usefixtures("one_count")
 def test_too_many_requests_of_one_network_are_refused(roles, client, settings):
     recording = of_turn()
     settings.RATE_LIMITS = settings.RATE_LIMITS | {"replay": "3/m/ip"}
@@ -319,6 +320,7 @@ def test_a_backup_has_the_recordings_or_its_restored_pages_say_that_it_has_not(r
 
 
 @pytest.mark.timed
+@pytest.mark.usefixtures("one_count")
 def test_slices_have_a_limit_of_their_own_and_lists_and_movies_are_limited_too(roles, client, settings):
     recording = of_turn()
     settings.RATE_LIMITS = settings.RATE_LIMITS | {"replay": "2/m/ip", "slices": "3/m/ip"}

@@ -13,6 +13,7 @@ from robots.models import Command, Grant, Lease
 from robots.states import CommandState
 from tests.conftest import wait_for
 from tests.services.owner import Arm, made_owner
+from tests.waiting import CEILING_S
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -179,5 +180,5 @@ def test_the_watch_holds_without_the_disk(owner, told, monkeypatch):
     assert held.called and "disk" not in told
     told.clear()
     owner.heartbeat.loop()
-    watch.join(10)
+    watch.join(CEILING_S)
     assert told == ["disk"], "the heartbeat has a thread of its own"

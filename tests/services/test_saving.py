@@ -14,6 +14,7 @@ from robots import programs
 from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
 from robots.models import Program
+from tests.waiting import CEILING_S
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 ROOT = Path(__file__).resolve().parents[2]
@@ -29,7 +30,7 @@ def test_fifty_programs_are_fifty(robot, people):
     )
 
     def save(number):
-        together.wait(10)
+        together.wait(CEILING_S)
         try:
             programs.save(robot, ada, f"new {number}", "x", False, SYSTEM.now())
         except NotPermitted:
@@ -105,7 +106,6 @@ def test_pages_for_everybody_may_be_kept(robot, client):
     assert "public" in client.get("/robots/mercury/model.urdf").get("Cache-Control", "public")
 
 
-@pytest.mark.once
 @pytest.mark.parametrize("mail, status", [
     ("consolemail://", 1), pytest.param("dummymail://", 1, marks=pytest.mark.length), ("smtp://localhost:25", 0),
 ])  # fmt: skip

@@ -27,7 +27,6 @@ def unloadable(monkeypatch):
         open_session("pa10", "", {})
 
 
-@pytest.mark.service
 @pytest.mark.django_db
 @pytest.mark.parametrize("which", ["mercury", "pa10"], indirect=True)
 def test_a_command_and_a_page_need_no_driver(unloadable, robot, people, client):
@@ -42,7 +41,6 @@ def test_a_command_and_a_page_need_no_driver(unloadable, robot, people, client):
     assert client.get(f"/robots/{robot.slug}/").status_code == 200
 
 
-@pytest.mark.service
 @pytest.mark.django_db
 @pytest.mark.parametrize("which", ["mercury", "pa10"], indirect=True)
 def test_a_socket_needs_no_driver(unloadable, robot):

@@ -3,11 +3,9 @@
 import asyncio
 from pathlib import Path
 
-import pytest
 from django.test import AsyncClient
 
 ICON = Path(__file__).resolve().parents[2] / "portal" / "static" / "portal" / "icon.svg"
-pytestmark = pytest.mark.service
 
 
 def asked(method="get", **headers):

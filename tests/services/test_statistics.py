@@ -117,6 +117,7 @@ def test_a_request_reads_so_many_rows_and_no_more(
 
 
 @pytest.mark.timed
+@pytest.mark.usefixtures("one_count")
 def test_one_address_asks_so_often_a_minute(shuttle, client, settings):
     settings.RATE_LIMITS = {"statistics": "2/m/ip"}
     assert [client.get(address).status_code for address in (DATA, PAGE, DATA, PAGE)] == [200, 200, 429, 429]
@@ -124,6 +125,7 @@ def test_one_address_asks_so_often_a_minute(shuttle, client, settings):
 
 
 @pytest.mark.timed
+@pytest.mark.usefixtures("one_count")
 def test_a_shared_cache_keeps_answers_and_no_refusals(shuttle, client, settings):
     settings.RATE_LIMITS = {"statistics": "2/m/ip"}
     answers = [client.get(DATA, {"from": day}) for day in ("", "soon", "")]
@@ -219,6 +221,7 @@ def test_a_job_that_waits_has_no_survey_and_a_turn_has_other_questions(shuttle, 
 
 
 @pytest.mark.timed
+@pytest.mark.usefixtures("one_count")
 def test_many_answers_of_one_address_are_refused_for_a_while(shuttle, clock, question, settings):
     settings.RATE_LIMITS = {"survey": "2/m/ip"}
     guest = Client()

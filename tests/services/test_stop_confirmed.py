@@ -1,6 +1,5 @@
 """A stop is confirmed by the robot alone; until then it is shown as not confirmed, with the time by which it rests."""
 
-import time
 from dataclasses import replace
 from datetime import timedelta
 
@@ -23,14 +22,15 @@ REST_S = 13.0
 class Wire(Arm):
     """A driver whose wire can be pulled: it hears nothing then, and nobody hears it."""
 
-    def __init__(self):
+    def __init__(self, clock):
         super().__init__()
+        self.clock = clock
         self.pulled, self.moving, self.newest = False, True, None
 
     def state(self):
         if self.pulled:
             raise LineGone("The arm does not answer.")
-        self.newest = replace(super().latest(), at=time.monotonic(), moving=self.moving)
+        self.newest = replace(super().latest(), at=self.clock.t, moving=self.moving)
         return self.newest
 
     def latest(self):
@@ -46,7 +46,7 @@ class Wire(Arm):
 @pytest.fixture
 def owner(robot, people):
     made = made_owner(robot, people)
-    made.owned.driver = Wire()
+    made.owned.driver = Wire(made.clock)
     made.owned.driver.state()
     return made
 
@@ -100,6 +100,7 @@ def test_an_owner_that_starts_with_a_stop_latched_holds_and_confirms(owner, peop
     owner.stopping.follow()
     assert shown(owner)["confirmed"] is False
     wire.pulled = False
+    owner.clock.go(0.1)
     wire.state()
     owner.stopping.follow()
     assert (shown(owner)["confirmed"], wire.moving) == (True, False)

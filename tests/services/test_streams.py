@@ -7,8 +7,6 @@ from robots.contract.streams import LONGEST, MOST_DELTAS, Stream, unpack
 from tests.conftest import FakeClock
 from workers.streams import REFRESH_S, Streams
 
-pytestmark = pytest.mark.service
-
 
 @pytest.fixture
 def streams(redis_server):

@@ -17,6 +17,7 @@ from portal.live.sessions import SESSIONS
 from portal.live.threads import ANYBODY, DRIVERS, EVERYBODY, KNOWN
 from robots import services
 from robots.models import Lease, Usage
+from tests.waiting import CEILING_S
 from workers import tasks
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -32,7 +33,7 @@ def _no_connection_stays_open():
         together = threading.Barrier(executor._max_workers)
 
         def close(together=together):
-            together.wait(10)  # each thread closes its own
+            together.wait(CEILING_S)  # each thread closes its own
             connections.close_all()
 
         for ended in [executor.submit(close) for _ in range(executor._max_workers)]:
@@ -112,11 +113,7 @@ def test_two_processes_add_up_and_the_last_minute_is_written_after_the_last_has_
             with one.one(robot.slug) as seat:
                 seat.sent_bytes += size
                 await asyncio.sleep(0.2)
-        for _ in range(200):
-            if one._task.done():
-                return
-            await asyncio.sleep(0.05)
-        raise AssertionError("the task that writes goes on: not within 10 s")
+        await asyncio.wait_for(asyncio.shield(one._task), CEILING_S)
 
     for size in (7, 30):
         asyncio.run(process(1, size))

@@ -4,7 +4,7 @@ import pytest
 
 from robots import bus
 
-pytestmark = [pytest.mark.service, pytest.mark.usefixtures("redis_server")]
+pytestmark = pytest.mark.usefixtures("redis_server")
 
 
 @pytest.fixture(autouse=True)

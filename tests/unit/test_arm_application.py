@@ -13,6 +13,7 @@ from robots.motion.planner import Refused
 from simulators.pa10.application import Application
 from simulators.pa10.scene import STEP_S
 from simulators.pa10.store import ProgramStore
+from tests.waiting import CEILING_S
 
 STILL = np.zeros(6)
 
@@ -127,5 +128,5 @@ def test_nobody_reads_the_hold_of_a_range_error_without_the_error(monkeypatch, a
     monkeypatch.setattr(app, "_note", note)
     out = posture(load("pa10"), "ready") + np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.0])
     app.step(out, STILL)
-    asking.join(10)
+    asking.join(CEILING_S)
     assert said == [("e", End.RANGE)]

@@ -4,6 +4,7 @@ import statistics
 import time
 
 import numpy as np
+import pytest
 
 from robots.description import load
 from robots.drivers.pa10.courses import Courses
@@ -14,6 +15,7 @@ from robots.motion.planner import Refused
 PLAN_S = 0.005
 
 
+@pytest.mark.timed
 def test_a_target_in_motion_is_planned_in_five_milliseconds_of_processor_time():
     courses, dice = Courses(), np.random.default_rng(6)
     q, full = posture(load("pa10"), "ready"), courses.planner.limits.velocity

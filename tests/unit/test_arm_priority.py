@@ -7,8 +7,6 @@ import sys
 
 import pytest
 
-pytestmark = pytest.mark.alone  # what runs beside those has the lowest priority itself
-
 ASK = "import os; from simulators.pa10.priority import {0}; print({0}(), os.sched_getscheduler(0) & 0xFF, os.nice(0))"
 
 

@@ -4,6 +4,7 @@ import time
 
 import numba
 import numpy as np
+import pytest
 from numba.core.registry import CPUDispatcher
 
 from robots.autonomy import compiled
@@ -41,6 +42,7 @@ def test_where_no_folder_can_keep_the_code_it_is_compiled_all_the_same(monkeypat
     assert compiled.compiled(lambda a: a + 1)(2) == 3
 
 
+@pytest.mark.timed
 def test_a_step_on_a_large_map_takes_a_few_milliseconds_of_the_processor():
     """Ten pictures a second must leave the machine to others: 2 000 templates and experiences, 30 ms a step at most."""
     slam, dice = RatSlam(), np.random.default_rng(1)

@@ -10,6 +10,7 @@ from django.core.management import CommandError, call_command
 
 from portal.management.commands.demo import _until_served
 from tests.rig import free_port
+from tests.waiting import CEILING_S
 
 
 @pytest.mark.parametrize("status", [200, 301, 400, 503])
@@ -29,7 +30,7 @@ def test_any_answer_counts_of_a_host_that_is_ours(status, settings):
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Answer) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        asyncio.run(asyncio.wait_for(_until_served("127.0.0.1", server.server_port), 10))
+        asyncio.run(asyncio.wait_for(_until_served("127.0.0.1", server.server_port), CEILING_S))
         server.shutdown()
     assert set(hosts) == {"example.org"}
 

@@ -216,6 +216,7 @@ def test_dead_reckoning_drifts_as_wheels_do():
     assert 0.01 < max(turns_off) < 0.6
 
 
+@pytest.mark.timed
 def test_a_day_runs_far_faster_than_real_time():
     """The world alone: 24 times real time is wanted of world, camera and map together."""
     one = world((0.2, 1.2, -pi / 2))

@@ -7,6 +7,7 @@ from robots import previews
 from robots.description import load
 from robots.motion.described import posture
 from tests.conftest import at_length
+from tests.waiting import CEILING_S
 
 READY = tuple(map(float, posture(load("pa10"), "ready")))
 
@@ -60,7 +61,7 @@ def test_it_answers_as_the_driver_does(child):
     assert not one.ask("mercury", "up", {}, ())["ok"]
     assert not one.ask("nobody", "up", {}, ())["ok"]
     one.process.stdin.close()
-    assert one.process.wait(10) == 0
+    assert one.process.wait(CEILING_S) == 0
 
 
 @pytest.mark.parametrize("value", [1e8, 1e308, 5e-324, *map(at_length, (1e4, -1e308, 0))])
@@ -118,4 +119,4 @@ def test_what_runs_away_ends_the_process_and_what_eats_memory_is_refused(greedy)
     assert one.ask("greedy", "fall", {}, ())["text"] == previews.TOO_MUCH
     assert one.ask("greedy", "ok", {}, ())["ok"]
     assert one.ask("greedy", "spin", {}, ()) is None
-    assert one.process.wait(10) < 0
+    assert one.process.wait(CEILING_S) < 0

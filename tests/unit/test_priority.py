@@ -10,10 +10,7 @@ import pytest
 from robots.priority import AUTOGROUP
 from tests.rig import ROOT
 
-pytestmark = [
-    pytest.mark.skipif(not Path(AUTOGROUP).exists(), reason="autogroups of Linux"),
-    pytest.mark.alone,  # the niceness of the unit tests is not the ordinary one
-]
+pytestmark = pytest.mark.skipif(not Path(AUTOGROUP).exists(), reason="autogroups of Linux")
 SHOWN = """
 import os
 # What was never in a session, as under an init process, belongs to no group: the file is empty.
@@ -35,13 +32,6 @@ def test_a_process_that_stands_back_takes_its_session_with_it_if_it_leads_one(ow
     process, session = shown("-c", f"from robots.priority import stand_back; stand_back(5)\n{SHOWN}", own=own)
     assert process == before[0] + 5
     assert session == (5 if own else before[1])
-
-
-@pytest.mark.parametrize("own", [True, False])
-def test_what_runs_aside_has_a_session_of_its_own_with_the_least_share(own):
-    scheduler = "import os; print(os.sched_getscheduler(0) & 0xFF, int(os.getsid(0) == os.getpid()))"
-    assert shown("tools/aside.py", sys.executable, "-c", scheduler, own=own) == [os.SCHED_IDLE, 1]
-    assert shown("tools/aside.py", sys.executable, "-c", SHOWN, own=own)[1] == 19
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="becomes another user")

@@ -9,15 +9,14 @@ import pytest
 from celery import Celery, beat
 
 from tests.conftest import wait_for
+from tests.waiting import CEILING_S
 from workers.housekeeping import schedule
 from workers.housekeeping.schedule import Scheduler
-
-WAIT_S = 60.0  # these tests wait for the processor
 
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch):
-    monkeypatch.setattr(schedule, "STOP_S", WAIT_S)
+    monkeypatch.setattr(schedule, "STOP_S", CEILING_S)
 
 
 @pytest.fixture
@@ -48,7 +47,7 @@ def sent(app):
 def test_tasks_are_sent_and_the_times_are_kept_at_the_end(app, ended, tmp_path):
     thread = Scheduler(app, str(tmp_path / "times"))
     thread.start()
-    wait_for(lambda: sent(app) >= 2, WAIT_S, "two tasks")
+    wait_for(lambda: sent(app) >= 2, CEILING_S, "two tasks")
     thread.stop()
     assert not thread.is_alive()
     assert list(tmp_path.glob("times*"))
@@ -61,7 +60,7 @@ def test_a_scheduler_that_fails_ends_its_worker(app, ended, tmp_path, monkeypatc
     )
     thread = Scheduler(app, str(tmp_path / "times"))
     thread.start()
-    wait_for(ended.is_set, WAIT_S, "the end of its worker")
+    wait_for(ended.is_set, CEILING_S, "the end of its worker")
     thread.stop()
     assert not thread.is_alive()
 
@@ -71,7 +70,7 @@ def test_a_file_that_cannot_be_written_keeps_no_worker_from_ending(app, ended, t
     folder.mkdir()
     thread = Scheduler(app, str(folder / "times"))
     thread.start()
-    wait_for(lambda: sent(app) >= 1, WAIT_S, "a task")
+    wait_for(lambda: sent(app) >= 1, CEILING_S, "a task")
     shutil.rmtree(folder)
     thread.stop()
     assert not thread.is_alive(), "it does not only give up waiting"

@@ -108,6 +108,7 @@ def test_any_text_is_a_message_or_a_refusal(text):
         ROBOT.decode(text)
 
 
+@pytest.mark.timed
 def test_the_largest_messages_cost_little():
     worst = [
         '{"t":"plan","kind":"x","from":[],"args":{"x":"' + "a" * 8000 + '"}}',

@@ -4,6 +4,7 @@ import asyncio
 from types import SimpleNamespace
 
 from portal.live.viewing import Viewing
+from tests.waiting import CEILING_S
 
 
 class Slow:
@@ -68,6 +69,6 @@ def test_a_line_that_is_free_costs_no_wait():
         assert viewing._one_by_one.locked() and not waiting.done()
         line.gone = lambda: True  # who waits must not wait for ever
         viewing._freed.set()
-        await asyncio.wait_for(waiting, 1)
+        await asyncio.wait_for(waiting, CEILING_S)
 
     asyncio.run(run())

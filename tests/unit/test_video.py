@@ -14,10 +14,10 @@ from portal.live.messages import Watch
 from portal.live.rooms import Room, Viewer
 from portal.live.video import JOIN_S, LATE_MS, LATER, SILENT_S, Videos
 from robots.contract.video import FARTHEST, GROUP_S, HEAD, LONGEST_S, Group, VideoPacket, pack, unpack
+from tests.waiting import CEILING_S, wait_for
 from workers.cameras.video import KEYS_S, Shot, Video
 
 EVERY_MS = 100
-WAIT_S = 60.0  # these tests wait for the processor
 BYTES = b"vp8"
 
 
@@ -317,12 +317,12 @@ def test_a_request_is_kept_until_a_key_picture_is_encoded_and_is_answered_then(m
     monkeypatch.setattr("workers.cameras.video.bus", fake)
     video = Video("rover", 0)
     video.take(Shot(scene(1), 1, 0, 100))
-    assert unpack(sent.get(timeout=WAIT_S)).key
+    assert unpack(sent.get(timeout=CEILING_S)).key
     assert told == [], "nobody had asked"
     keys = []
     for n in range(2, 9):
         video.take(Shot(scene(n), n, 0, 100 * n), key=n == 2)
-        keys.append(unpack(sent.get(timeout=WAIT_S)).key)
+        keys.append(unpack(sent.get(timeout=CEILING_S)).key)
         if not any(keys):
             assert told == [], "too soon after the last one: the request waits"
     assert keys == [n == 1 + 10 * KEYS_S for n in range(2, 9)]
@@ -361,7 +361,7 @@ def test_a_failure_ends_the_video_for_a_while_and_nothing_else(monkeypatch, capl
     video.take(Shot(np.zeros((0, 0), np.uint8), 1, 0, 0))  # no picture
     thread = video._thread
     if thread is not None:
-        thread.join(WAIT_S)
+        thread.join(CEILING_S)
     assert not video.running
     assert "pictures go on as JPEG" in caplog.text
     video.take(Shot(scene(2), 2, 0, 100))
@@ -369,11 +369,6 @@ def test_a_failure_ends_the_video_for_a_while_and_nothing_else(monkeypatch, capl
     monkeypatch.setattr("workers.cameras.video.PAUSE_S", 0.0)
     video._paused_until = 0.0
     video.take(Shot(scene(3), 3, 0, 200))
-    for _ in range(1200):
-        if sent:
-            break
-        thread = video._thread
-        assert thread is not None
-        thread.join(0.05)
+    wait_for(lambda: sent, CEILING_S, "its packet")
     assert [unpack(packet).number for _, packet, *_ in sent] == [3]
     assert unpack(sent[0][1]).key

@@ -7,6 +7,7 @@ SIDE_BY_SIDE = --dist loadfile --no-loadscope-reorder
 GATE = not timed and not length
 unexport PYTHONDONTWRITEBYTECODE
 
+.NOTPARALLEL:
 .PHONY: wheel run setup setup-test lerobot test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
 run: setup

@@ -194,7 +194,7 @@ class Child:
         except ProcessLookupError:  # it has ended, or is a fork that has no group of its own yet
             self.process.send_signal(number)
 
-    def stop(self, seconds: float = 20) -> int:
+    def stop(self, seconds: float = CEILING_S) -> int:
         self.signal(signal.SIGCONT)
         self.signal(signal.SIGTERM)
         try:

@@ -9,6 +9,7 @@ from operatorlog.models import Entry
 from queueing.models import Turn
 from robots.models import Command
 from tests.e2e.test_whole_way import PAGES
+from tests.waiting import CEILING_S, wait_for
 
 
 @pytest.mark.gate
@@ -21,11 +22,13 @@ def test_the_whole_way_without_scripts(portal, visitor):
     assert re.search(r"/classic/mercury/[\w-]{20,}/$", token)
     page.click("button[value=join]")
     assert page.url != token, "the token rotates"
-    for _ in range(40):
-        if page.locator("main button[value=accept]").count():
-            break
+
+    def offered():
         page.wait_for_timeout(300)
         page.click("text=Update")
+        return page.locator("main button[value=accept]").count()
+
+    wait_for(offered, CEILING_S, "the offer")
     page.click("main button[value=accept]")
     expect(page.locator("main")).to_contain_text("You drive")
 

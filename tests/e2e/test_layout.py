@@ -70,13 +70,13 @@ def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
         for mode in MODES:
             page.evaluate("(mode) => document.getElementById('tab-' + mode).click()", mode)
             if mode == "program":
-                expect(page.locator(".blocklySvg")).to_be_visible(timeout=20_000)
+                expect(page.locator(".blocklySvg")).to_be_visible()
             for share in scrolled(page):
                 where = (wide, high, mode, share)
                 assert stop.evaluate(COVER) == "", where
                 if wide < high and share < 0.6:
                     # a busy machine is silent now and then
-                    expect(page.locator("#banner")).to_be_hidden(timeout=30_000)
+                    expect(page.locator("#banner")).to_be_hidden()
                     assert page.locator("#screen").evaluate(COVER) == "", where
 
 
@@ -117,7 +117,7 @@ def test_a_field_in_the_blocks_is_edited_in_place_below_stop(driving):
     page.on("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
     page.evaluate("() => document.getElementById('tab-program').click()")
     field = page.locator(".blocklyEditableField").first
-    expect(field).to_be_visible(timeout=20_000)
+    expect(field).to_be_visible()
     field.scroll_into_view_if_needed()
     page.evaluate("() => scrollBy(0, 200)")
     field.tap()
@@ -143,7 +143,7 @@ def test_the_blocks_follow_the_colours_of_the_page(driving, scheme):
     one = driving("pa10", color_scheme=scheme)
     page = one.page
     page.click("#tab-program")
-    expect(page.locator(".blocklySvg")).to_be_visible(timeout=20_000)
+    expect(page.locator(".blocklySvg")).to_be_visible()
     words = page.evaluate(LIGHTNESS, ".blocklyToolboxCategoryLabel")
     assert words["contrast"] >= 4.5
     for selector in (".blocklyToolbox", ".blocklyMainWorkspaceScrollbar ~ * , .blocklySvg"):
@@ -211,6 +211,6 @@ def test_the_buttons_stand_still_whatever_the_hint_says(driving, robot):
     for wide, high in [*PHONES, (768, 1024), (1440, 900)]:
         size(page, wide, high)
         # a busy machine is silent now and then, and the page says so above the buttons
-        expect(page.locator("#banner")).to_be_hidden(timeout=30_000)
+        expect(page.locator("#banner")).to_be_hidden()
         seen = {str(places) for places in page.evaluate(PLACES, HINTS)}
         assert len(seen) == 1, (wide, high, seen)

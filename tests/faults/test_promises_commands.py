@@ -14,6 +14,7 @@ from robots.states import COMMAND_FINAL, COMMAND_RUNNING
 from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
 from tests.faults.controls import LOST
 from tests.faults.doomed import LABELS
+from tests.waiting import CEILING_S
 from workers.recovery import MENDED
 from workers.safety.gate import TOO_LATE
 
@@ -80,7 +81,7 @@ def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):
             rig.grant(seconds=900)
         before = rig.sim.count("motion")
         command = rig.issue("move", x=-0.2 + 0.1 * seed, y=0.31 + 0.01 * seed)
-        first.process.wait(20)
+        first.process.wait(CEILING_S)
         died = time.monotonic()
         rig.wishes.drained(rig.sim)  # bytes on the line arrive after the sender has ended
         after_death, epoch = rig.sim.count("motion"), rig.lease().epoch

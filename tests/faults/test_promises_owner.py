@@ -11,6 +11,7 @@ from django.db import connection
 from robots.models import Lease, Robot
 from tests.conftest import EACH_AT_LENGTH, wait_for
 from tests.rig import Simulator, free_port
+from tests.waiting import CEILING_S
 
 
 @pytest.mark.gate
@@ -33,7 +34,7 @@ def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):
         second = rig.start_worker()
         wait_for(lambda epoch=epoch: rig.lease().epoch > epoch, 30, "the take-over")
         slowest = max(slowest, time.monotonic() - frozen)
-        assert owner.process.wait(10) == -signal.SIGKILL, "the taker kills it first"
+        assert owner.process.wait(CEILING_S) == -signal.SIGKILL, "the taker kills it first"
         owner.signal(signal.SIGCONT)
         command = rig.final(command, 30)
         assert command.state == "unknown"

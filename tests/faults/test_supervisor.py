@@ -14,6 +14,7 @@ import pytest
 from portal.supervisor import ProcessSpec, Supervisor
 from tests.conftest import at_length, wait_for
 from tests.rig import ROOT, free_port
+from tests.waiting import CEILING_S
 
 SLEEPER = (sys.executable, "-c", "import time; print('up', flush=True); time.sleep(1000)")
 
@@ -210,12 +211,12 @@ def test_the_demo_starts_serves_and_leaves_no_orphan(tmp_path, how):
         text = log.read_text()
         assert f"open http://localhost:{port}" in text
         assert "one-time password:" in text
-        assert "mercury worker" in wait_for(
-            lambda: "owner of mercury" in log.read_text() and log.read_text(), 40, "the owner"
-        )
+        for robot in ("mercury", "museum-arm", "irat"):
+            wait_for(lambda robot=robot: f"owner of {robot}" in log.read_text(), 60, f"the owner of {robot}")
+            assert f"{robot} worker" in log.read_text()
     finally:
         demo.send_signal(how)
-        code = demo.wait(40)
+        code = demo.wait(CEILING_S)
     assert code == 0
     assert "everything has stopped" in log.read_text()
     of_it = f"FARHAND_VAR={tmp_path}".encode()

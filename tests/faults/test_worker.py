@@ -14,6 +14,7 @@ from robots.grants import owner_alive
 from robots.models import Command, Frame, Grant, Incident, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import at_length, wait_for
+from tests.waiting import CEILING_S
 
 MS = 0.001
 CLICKS = ((-0.15, 0.35), (0.18, 0.5), (0.0, 0.42), (-0.18, 0.5), (0.18, 0.33))
@@ -84,7 +85,7 @@ def test_a_frozen_owner_is_killed_before_another_takes_the_port(rig):
     first.signal(signal.SIGSTOP)
     rig.start_worker()
     wait_for(lambda: rig.lease().epoch == 2, 20, "the take-over")
-    assert first.process.wait(10) == -signal.SIGKILL
+    assert first.process.wait(CEILING_S) == -signal.SIGKILL
     command = rig.final(rig.issue("down"))
     assert command.state == "completed", command.reason
     assert command.epoch == 2

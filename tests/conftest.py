@@ -200,7 +200,8 @@ def pytest_collection_modifyitems(items):
 def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
-    waiting.shortest_s = 0.0 if item.get_closest_marker("timed") else waiting.CEILING_S
+    limited = AT_LENGTH or item.get_closest_marker("timed")
+    waiting.shortest_s = 0.0 if limited else waiting.CEILING_S
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
     of_django = isinstance(item.cls, type) and issubclass(item.cls, TransactionTestCase)  # asks for no fixture
     if not of_django and not STORES & set(item.fixturenames) and not item.get_closest_marker("django_db"):

@@ -17,9 +17,11 @@ from robots import bus
 from robots.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import Cycle
+from tests import waiting
 from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
 from tests.faults.controls import LOST
+from tests.proof import AT_LENGTH
 from tests.waiting import CEILING_S
 
 AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
@@ -29,7 +31,7 @@ AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], ru
 # an animation in a page that is not drawn never finishes
 RESTED = "() => Promise.race([Promise.allSettled(document.getAnimations().map((a) => a.finished)), new Promise((r) => setTimeout(r, 5000))])"
 LETS_GO_S = 60
-expect.set_options(timeout=1000 * CEILING_S)
+expect.set_options(timeout=15_000 if AT_LENGTH else 1000 * CEILING_S)
 
 
 class Portal:
@@ -123,7 +125,8 @@ class Visitor:
         self.context = browser.new_context(
             base_url=portal.url, locale="en-US", **{"viewport": {"width": 1280, "height": 860}, **options}
         )
-        self.context.set_default_timeout(1000 * CEILING_S)
+        if not AT_LENGTH:
+            self.context.set_default_timeout(1000 * CEILING_S)
         self.errors: list[str] = []
         self.allowed: tuple[str, ...] = ()
         self.page: Page = self.new_page()
@@ -194,10 +197,11 @@ class Visitor:
                 break
         assert found == [], f"{where} {page.url}: {found}"
 
-    def ladder(self, state="completed", timeout=CEILING_S, also=()):
+    def ladder(self, state="completed", timeout=40, also=()):
         """Wait until the newest command has ended, so or so; return its text."""
         ended = ["completed", "rejected", "failed", "cancelled", "expired", "unknown"]
         item = self.page.locator("#ladder li").first
+        timeout = max(timeout, waiting.shortest_s)
         end = time.monotonic() + timeout
         while (found := item.get_attribute("data-state")) not in ended:
             if time.monotonic() > end:

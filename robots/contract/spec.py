@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from math import inf, isfinite
+from math import inf
 from typing import Any, Literal, TypeVar
 
 from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Programs, Setting, Statistics, Stills
@@ -157,9 +157,9 @@ def _usable(setting: Setting, value: Any) -> Any:
     """Return a kept value as it is used: a number inside the range, which may be narrower than when it was kept."""
     if setting.kind == "list":
         return value if isinstance(value, list) and value else None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < inf:
         return None
-    return min(max(float(value), setting.low), setting.high)
+    return float(min(max(value, setting.low), setting.high))  # an integer may be larger than any float
 
 
 def _contradictions(spec: Spec) -> Iterator[str]:

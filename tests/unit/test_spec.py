@@ -98,7 +98,7 @@ def test_only_settings_that_are_declared_reach_the_driver_and_only_within_their_
         ({"fast": 0.2, "slow": 3, "walls": [1]}, {"fast": 0.2, "walls": [1]}),
         ({"fast": 9, "walls": []}, {"fast": 0.5}),
         ({"fast": True, "walls": "x"}, {}),
-        ({"fast": float("nan")}, {}), ({"fast": "0.2"}, {}), ({}, {}),
+        ({"fast": float("nan")}, {}), ({"fast": "0.2"}, {}), ({}, {}), ({"fast": 10**400}, {"fast": 0.5}),
     ):  # fmt: skip
         assert cart.for_driver(kept) == told
     assert SOUND.for_driver({"fast": 0.2}) == {}

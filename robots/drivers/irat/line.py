@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 from robots.clock import TIMER, Timer, Until
 from robots.contract.session import Permit
 from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent
-from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, velocities
+from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, current_of, velocities
 from robots.drivers.irat.protocol import (
     BATTERY,
     CAMERA,
@@ -24,7 +24,7 @@ from robots.drivers.irat.protocol import (
     Status,
     Velocity,
 )
-from robots.drivers.rosbridge import Message, numeral
+from robots.drivers.rosbridge import Message
 from robots.drivers.rosbridge_client import ANSWER_S, Bridge
 
 T = TypeVar("T")
@@ -73,7 +73,7 @@ class IratLine:
         self.ranges = Newest(Ranges.decode, clock)
         self.battery = Newest(BatteryState.decode, clock)
         self.status = Newest(Status.decode, clock)
-        self.charger = Newest(lambda message: numeral(message, "data", 0, 100, "A"), clock)
+        self.charger = Newest(current_of, clock)
 
     def open(self) -> None:
         """Connect, claim the robot, and listen. Raises LineGone, LineSilent, LineBusy."""

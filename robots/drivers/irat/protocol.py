@@ -101,6 +101,12 @@ def epoch_of(args: Message) -> int:
     return int(epoch)
 
 
+def seconds_of(stamp: Message) -> float:
+    """Return the seconds of a stamp, by the names of ROS 1 or ROS 2; 0 without any. Raises Malformed."""
+    whole, rest = ("sec", "nanosec") if "sec" in stamp else ("secs", "nsecs")
+    return numeral(stamp, whole, 0, 1e12) + numeral(stamp, rest, 0, 1e9) * 1e-9
+
+
 def header(sequence: int, at: float, frame: str) -> dict[str, Any]:
     """Return a std_msgs/Header; `at` is the wall clock in s."""
     seconds = int(at)

@@ -5,22 +5,22 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from robots.clock import TIMER, WALL, Limit, Timer, Wall
-from robots.drivers.irat.messages import stamp_of
 from robots.drivers.irat.protocol import (
     CLAIM,
     COMMAND,
+    DRIVE,
     EVERY_S,
     HOLD,
     LATE_S,
     REST_S,
-    STAMPED,
     STATUS,
     TOPICS,
+    Drive,
     Status,
     Velocity,
     epoch_of,
 )
-from robots.drivers.rosbridge import Malformed, Operation, encode, nested, operation, received
+from robots.drivers.rosbridge import Malformed, Operation, encode, operation, received
 from simulators.irat.claims import Claims
 from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
@@ -102,30 +102,38 @@ class Operations:
 
     def _advertise(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
-        if asked.name not in (COMMAND, STAMPED):
-            raise Refused(f"{asked.name} is the robot's own; only {COMMAND} and {STAMPED} can be published here")
+        if asked.name not in (COMMAND, DRIVE):
+            raise Refused(f"{asked.name} is the robot's own; only {COMMAND} and {DRIVE} can be published here")
 
     def _unadvertise(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
 
     def _publish(self, peer: Peer, asked: Operation) -> None:
         self._advertise(peer, asked)
-        velocity = Velocity.decode(asked.body if asked.name == COMMAND else nested(asked.body, "twist"))
-        late = self._wall() - stamp_of(asked.body) if asked.name == STAMPED else 0.0
+        drive = Drive.decode(asked.body) if asked.name == DRIVE else None
+        velocity = drive.velocity if drive else Velocity.decode(asked.body)
         if self.claims.commander is not peer:
             self._note("refused", peer=peer.name, why="no claim")
             raise Refused(f"claim the robot first: call {CLAIM} with your epoch")
+        if drive:
+            self._answers(drive, peer)
+        if why := self._robot.velocity(velocity, peer.epoch):
+            raise Refused(why)
+
+    def _answers(self, drive: Drive, peer: Peer) -> None:
+        """Refuse a velocity of another commander, or one that answers to old odometry."""
+        if drive.epoch != peer.epoch:
+            raise Refused(f"epoch {drive.epoch} does not command; {peer.epoch} does")
+        late = self._wall() - drive.stamp
         if abs(late) > LATE_S:
             self._note("late", seconds=round(late, 3))
             raise Refused(f"this velocity answers to odometry of another time, {late:.1f} s ago; answer to the newest")
-        if why := self._robot.velocity(velocity, peer.epoch):
-            raise Refused(why)
 
     def _subscribe(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
         if sum(map(len, peer.subscriptions.values())) >= MOST_SUBSCRIPTIONS:
             raise Refused(f"a connection has at most {MOST_SUBSCRIPTIONS} subscriptions")
-        if asked.name in (COMMAND, STAMPED):
+        if asked.name in (COMMAND, DRIVE):
             raise Refused(f"{asked.name} is heard by the robot only")
         wishes = peer.subscriptions.setdefault(asked.name, {})
         wishes[asked.id] = Subscription(max(asked.throttle_s, EARLY * EVERY_S[asked.name]))

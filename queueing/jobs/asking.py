@@ -14,6 +14,10 @@ from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
 from queueing.turns import start_countdown
+from robots import bus
+from robots.contract.capabilities import JobCheck
+from robots.contract.find import function, spec_of
+from robots.contract.streams import unpack
 from robots.contract.values import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
@@ -42,7 +46,7 @@ def ask(
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job, or wrong values.
+        BadRequest, OutOfWorkspace: no such job, or wrong values, or none that make sense by what the robot shows.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -58,6 +62,7 @@ def ask(
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
     check(robot.driver, kind, args, robot.driver_settings())
+    _refuse_by_what_is_shown(robot, kind, args)
     with transaction.atomic():
         queue = locked(queue_of(robot))
         account = account_of(queue, user) if user is not None else account_of_guests(queue, asker.network)
@@ -77,6 +82,15 @@ def ask(
             start_countdown(queue, now, job)
         announce(queue, user)
         return job
+
+
+def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> None:
+    """Let the robot's own check refuse what makes no sense by what it shows, so that nobody waits for it in vain."""
+    declared = spec_of(robot.driver)
+    for own in declared.all_of(JobCheck):
+        kept = bus.kept_stream(robot.slug, [stream.name for stream in declared.streams].index(own.stream))
+        if kept:
+            function(own.function)(kind, args, ((packet.data, packet.key) for packet in map(unpack, kept)))
 
 
 def _refuse_more(queue: Queue, account: Account, asker: Asker) -> None:

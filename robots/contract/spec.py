@@ -6,7 +6,17 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, Literal, TypeVar
 
-from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Programs, Setting, Statistics, Stills
+from robots.contract.capabilities import (
+    Composite,
+    GoodWhile,
+    Idle,
+    JobCheck,
+    Need,
+    Programs,
+    Setting,
+    Statistics,
+    Stills,
+)
 from robots.contract.channels import MOST, Pose, Scalar, Scale
 from robots.contract.policies import HOLD, Policies
 from robots.contract.ranges import from_to
@@ -206,6 +216,8 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
         yield from _wrong_with_statistics(capability, spec)
     if isinstance(capability, GoodWhile):
         yield from _wrong_with_good_while(capability, spec)
+    if isinstance(capability, JobCheck) and capability.stream not in [s.name for s in spec.streams]:
+        yield f"has no stream {capability.stream!r}, which its JobCheck names"
     if not isinstance(capability, Need):
         return
     if capability.channel not in [c.name for c in spec.channels]:

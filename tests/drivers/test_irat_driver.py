@@ -18,7 +18,7 @@ from robots.contract.session import Progress
 from robots.drivers.errors import BadRequest, GaveUp, GrantOver, Held, LineGone
 from robots.drivers.irat.brain.messages import Save
 from robots.drivers.irat.brain.mind import IN_DOCK_M
-from robots.drivers.irat.roaming import MapCleared
+from robots.drivers.irat.places import MapCleared
 from simulators.irat.plant import docked
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import CLOCK, FASTER, journal, until

@@ -30,6 +30,7 @@ COMMON = {
     "float32[] intensities",
     "sensor_msgs/BatteryState": "std_msgs/Header header\nfloat32 voltage\nfloat32 current\nfloat32 charge\n"
     "float32 capacity\nfloat32 design_capacity\nfloat32 percentage\nuint8 power_supply_status\nbool present",
+    "sensor_msgs/CompressedImage": "std_msgs/Header header\nstring format\nuint8[] data",
     "std_msgs/Float32": "float32 data",
 }
 OF_VERSION = {

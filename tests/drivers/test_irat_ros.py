@@ -8,10 +8,13 @@ import math
 import threading
 import time
 
+import cv2
+import numpy as np
 import pytest
 from websockets.sync.client import connect
 
-from robots.drivers.errors import ControllerRestarted, LineBusy
+from robots.drivers.errors import ControllerRestarted, Held, LineBusy
+from robots.drivers.irat.driver import Driver
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity
 from tests.conftest import wait_for
@@ -19,6 +22,7 @@ from tests.ros_fake import Ros, start_node
 from tests.rosbridge_fake import Bridge
 
 AHEAD = Velocity(0.1, 0.5)
+PICTURE = cv2.imencode(".jpg", np.random.default_rng(1).integers(0, 255, (60, 104), np.uint8))[1].tobytes()
 
 
 class Base:
@@ -58,6 +62,9 @@ class Base:
             setattr(battery, name, math.nan)
         ros.publish("irat/battery", battery)
         ros.publish("irat/charger_current", ros.message("std_msgs/Float32")(data=-0.001))
+        picture = ros.message("sensor_msgs/CompressedImage")(format="rgb8; jpeg compressed bgr8", data=list(PICTURE))
+        picture.header.stamp = ros.now()
+        ros.publish("irat/camera/image/compressed", picture)
 
 
 @pytest.fixture(params=[1, 2], ids=["ros1", "ros2"])
@@ -202,3 +209,24 @@ def test_what_rosbridge_refuses_moves_nothing(owner, ros, extra):
     owner.bridge.publish("/irat/drive", {**drive_of(owner.odometry.value), "epoch": 7, **extra})
     wait_for(lambda: ros.bridge.said, 5, "rosbridge's complaint")
     assert state(ros).motion == 0
+
+
+def test_the_whole_driver_drives_by_hand_shows_pictures_and_holds(ros, tmp_path):
+    driver = Driver(f"socket://{ros.bridge.address}", {"epoch": 7, "folder": str(tmp_path)})
+    try:
+        state = driver.connect()
+        assert state.ready and state.values["charging"] == 0.0 and state.values["battery"] == pytest.approx(7.4)
+
+        def permit():
+            if ros.base.x > 0.05:
+                raise Held("That is far enough.")
+
+        with pytest.raises(Held):
+            driver.execute("drive", {"forward": 1.0, "turn": 0.2}, permit, lambda stage: None)
+        assert ros.base.velocity == (0.0, 0.0), "at rest when it returns"
+        assert driver.picture("camera", 5) == PICTURE
+        state = driver.hold()
+        assert (state.moving, driver.line.bridge.unreadable) == (False, 0)
+        assert ros.bridge.said == []
+    finally:
+        driver.close()

@@ -5,14 +5,15 @@ from typing import Any
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
-from django.core.asgi import get_asgi_application
+import django
 
-pages = get_asgi_application()
+django.setup(set_prefix=False)
 
 from channels.routing import ProtocolTypeRouter, URLRouter  # noqa: E402
 from channels.sessions import CookieMiddleware  # noqa: E402
 from django.urls import path, re_path  # noqa: E402
 
+from portal.limits.pages import FewPages  # noqa: E402
 from portal.limits.requests import Bounded  # noqa: E402
 from portal.live.consumers import RobotConsumer  # noqa: E402
 from portal.live.operators import OperatorConsumer  # noqa: E402
@@ -28,4 +29,4 @@ sockets = URLRouter(
         re_path("", nowhere),  # last
     ]
 )
-application = Bounded(ProtocolTypeRouter({"http": pages, "websocket": OwnOrigin(CookieMiddleware(sockets))}))
+application = Bounded(ProtocolTypeRouter({"http": FewPages(), "websocket": OwnOrigin(CookieMiddleware(sockets))}))

@@ -339,6 +339,7 @@ LIMITS: dict[str, Any] = {
     "SOCKETS_OF_ACCOUNT": env.int("FARHAND_SOCKETS_PER_ACCOUNT", 20),  # beside operators' streams
     "OPERATORS": env.int("FARHAND_OPERATOR_SOCKETS_PER_ADDRESS", 50),
     "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
+    "PAGES": env.int("FARHAND_PAGES_AT_ONCE", 4),  # rendered at a time in a web process
     "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),
     "VIEWERS": env.int("FARHAND_VIEWERS_PER_ROBOT", 4000),  # strangers; people who are signed in always may watch
     "COMPOSITES": env.int("FARHAND_COMPOSITES_PER_ADDRESS", 6),

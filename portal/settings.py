@@ -321,13 +321,19 @@ LOGGING = {
     "formatters": {
         "line": {"()": "portal.logs.lines.Line", "format": "%(asctime)s %(levelname)s %(name)s: %(message)s"}
     },
-    "handlers": {"console": {"class": "logging.StreamHandler", "formatter": "line"}},
+    "handlers": {"console": {"class": "portal.logs.outlet.Console", "formatter": "line"}},
     "root": {"handlers": ["console"], "level": env.str("LOG_LEVEL", "INFO")},
     "loggers": {
         "celery": {"level": "WARNING"},
         "celery.beat": {"level": "ERROR"},
         "django.request": {"level": "ERROR"},
         "uvicorn.access": {"level": "WARNING"},
+        # Django's handlers on these, and those that Celery adds to loggers without any, would write what strangers
+        # sent as it is, of any length, and wait for whoever reads the log
+        "django": {"level": "INFO"},
+        "django.server": {"propagate": True},
+        "celery.task": {"handlers": ["console"], "propagate": False},
+        "multiprocessing": {"handlers": ["console"], "propagate": False},
     },
 }
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from portal.live.previews import Previewer
 from portal.logs.lines import PRINTED
 from portal.supervisor import ProcessSpec, Supervisor
 from tests.conftest import wait_for
@@ -172,3 +173,21 @@ def test_a_supervisor_whose_output_nobody_reads_goes_on(tmp_path, reads):
         supervisor.kill()
         if reads == "nobody":
             os.close(ours)
+
+
+def test_a_previewer_whose_process_says_more_than_anybody_reads_ends_it():
+    """What is left in the pipe after the process was killed is no answer."""
+
+    async def main():
+        made = Previewer()
+        flood = "import os\nwhile True: os.write(1, b'x' * 65536)"
+        made._process = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", flood, stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE
+        )
+        async with asyncio.timeout(CEILING_S):
+            while not made._process.stdout._paused:
+                await asyncio.sleep(0.01)
+            await made._end()
+        assert made._process is None
+
+    asyncio.run(main())

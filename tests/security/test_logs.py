@@ -218,6 +218,17 @@ def test_a_descriptor_that_another_process_has_made_non_blocking_loses_nothing()
     os.close(theirs)
 
 
+@pytest.mark.asvs("16.3.4")
+def test_the_last_words_of_an_owner_are_written():
+    """It ends without Python's own end, whatever its threads do."""
+    script = "import django; django.setup(); import logging; from workers import wiring; logging.error('the last word'); wiring.end_at_once()"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, env=child_env(DJANGO_SETTINGS_MODULE="portal.settings"),
+        capture_output=True, text=True, timeout=CEILING_S,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr.count("ERROR root: the last word")) == (3, 1), done.stderr
+
+
 def test_a_fork_writes_its_own_lines_and_no_others():
     """A fork has no threads, and may have been made while one of them held the lock."""
     ours, theirs = os.pipe()

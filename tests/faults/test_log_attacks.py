@@ -6,6 +6,7 @@ import re
 import signal
 import socket
 import subprocess
+import sys
 
 import pytest
 
@@ -131,3 +132,31 @@ def test_a_full_log_delays_no_request(transactional_db, redis_server, robot, rea
         web.wait()
         if reads == "nobody":
             os.close(ours)
+
+
+FULL = """
+import os, sys
+ours, theirs = os.pipe()
+os.set_inheritable(ours, True)
+os.set_blocking(theirs, False)
+try:
+    while True:
+        os.write(theirs, b"x" * 4096)
+except BlockingIOError:
+    os.set_blocking(theirs, True)
+os.dup2(theirs, 1)
+os.dup2(theirs, 2)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
+
+
+@pytest.mark.asvs("15.2.2")
+def test_a_full_log_delays_no_robot(rig):
+    """Not a byte of what its owner says finds room, from the beginning on."""
+    owner = rig.start_worker(before=(sys.executable, "-c", FULL), LOG_LEVEL="DEBUG")
+    rig.wait_ready()
+    rig.grant()
+    command = rig.final(rig.issue("down"))
+    assert command.state == "completed", command.reason
+    assert owner.stop() == 0
+    assert not owner.said()

@@ -44,11 +44,6 @@ class Outlet:
                 except RuntimeError:  # no thread can start now; the next line tries again
                     self._thread = None
 
-    def lose(self) -> None:
-        """Count a line that could not be made."""
-        with self._changed:
-            self._lost += 1
-
     def flush(self, seconds: float = FLUSH_S) -> bool:
         """Wait until everything is written. Return whether it is."""
         with self._changed:
@@ -93,8 +88,8 @@ class Console(logging.Handler):
         """Have a record written."""
         try:
             ERRORS.write(self.format(record))
-        except Exception:  # noqa: BLE001 - Python's own way writes to standard error at once, arguments of any size, too
-            ERRORS.lose()
+        except Exception as error:  # noqa: BLE001 - Python's own way writes at once, arguments of any size, too
+            ERRORS.write(f"{record.pathname}:{record.lineno} has logged what has no text: {type(error).__name__}")
 
     def flush(self) -> None:
         """Wait until everything is written, at most `FLUSH_S`."""

@@ -20,6 +20,7 @@ from portal.consoles.caching import revalidate
 from portal.limits.addresses import proxy_networks
 from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
 from portal.privacy import keep_private
+from portal.tls import check_database, redis_tls
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
@@ -130,6 +131,7 @@ def _database() -> dict[str, Any]:
         if name := env.str("FARHAND_TEST_SQLITE", ""):
             config["TEST"] = {"NAME": name}
     else:
+        check_database(config.get("OPTIONS", {}))
         # the same few statements repeat: planned once per connection, not at each call
         config["ENGINE"] = "portal.postgres"
         config["OPTIONS"] = {
@@ -144,8 +146,9 @@ DEFAULT_AUTO_FIELD = "django.db.models.BigAutoField"
 
 REDIS_URL = env.str("REDIS_URL", f"unix://{VAR / 'redis.sock'}")
 REDIS_TIMEOUT_S = roles.REDIS_TIMEOUT_S
-_broker = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswith("unix://") else REDIS_URL
-CELERY_BROKER_URL = _broker
+CELERY_BROKER_URL = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswith("unix://") else REDIS_URL
+if _redis_tls := redis_tls(REDIS_URL):  # by the address alone Celery would check no certificate
+    CELERY_BROKER_URL, CELERY_BROKER_USE_SSL = REDIS_URL.partition("?")[0], _redis_tls
 CELERY_BROKER_TRANSPORT_OPTIONS = roles.broker_options(ROLE)
 CELERY_BROKER_CONNECTION_RETRY_ON_STARTUP = True
 CELERY_IMPORTS = ("workers.tasks", "workers.bootstep")  # in workers only
@@ -321,13 +324,19 @@ LOGGING = {
     "formatters": {
         "line": {"()": "portal.logs.lines.Line", "format": "%(asctime)s %(levelname)s %(name)s: %(message)s"}
     },
-    "handlers": {"console": {"class": "logging.StreamHandler", "formatter": "line"}},
+    "handlers": {"console": {"class": "portal.logs.outlet.Console", "formatter": "line"}},
     "root": {"handlers": ["console"], "level": env.str("LOG_LEVEL", "INFO")},
     "loggers": {
         "celery": {"level": "WARNING"},
         "celery.beat": {"level": "ERROR"},
         "django.request": {"level": "ERROR"},
         "uvicorn.access": {"level": "WARNING"},
+        # Django's handlers on these, and those that Celery adds to loggers without any, would write what strangers
+        # sent as it is, of any length, and wait for whoever reads the log
+        "django": {"level": "INFO"},
+        "django.server": {"propagate": True},
+        "celery.task": {"handlers": ["console"], "propagate": False},
+        "multiprocessing": {"handlers": ["console"], "propagate": False},
     },
 }
 

@@ -7,6 +7,7 @@ Addresses of machine services (link-local, cloud metadata) and files outside /de
 import ipaddress
 import re
 import socket
+import ssl
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -54,6 +55,19 @@ def check_resolved(host: str, port: int) -> None:
         return  # opening it will fail with its own message
     for *_, place in found:
         check_host(str(place[0]))
+
+
+def http_options(scheme: str) -> dict[str, str]:
+    """Return FFmpeg's options for such an address: no redirect is followed, and a certificate is checked, as by Python.
+
+    Own authorities stand in the file that the environment names as SSL_CERT_FILE, for both. Empty for other schemes.
+    """
+    options = {"max_redirects": "0"} if scheme in ("http", "https") else {}
+    if scheme == "https":
+        options["tls_verify"] = "1"
+        if authorities := ssl.get_default_verify_paths().cafile:
+            options["ca_file"] = authorities
+    return options
 
 
 def check_robot(address: str) -> None:

@@ -175,7 +175,7 @@ class StreamCamera:
         options = {}
         if parts.hostname:
             addresses.check_resolved(parts.hostname, parts.port or 80)
-            options = {"max_redirects": "0"} if parts.scheme.startswith("http") else {}
+            options = addresses.http_options(parts.scheme)
         return av.open(self._source, format=self._form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
 
     def grab(self, exposure_s: float | None) -> Picture:

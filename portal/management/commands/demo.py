@@ -19,7 +19,7 @@ from django.db import close_old_connections
 from portal.privacy import tighten
 from portal.processes import enabled_processes, housekeeping_process, recorder_process, redis_process, web_process
 from portal.seeding import seed
-from portal.supervisor import Supervisor, tidy_line
+from portal.supervisor import Supervisor, flush, tidy_line
 
 
 class Command(BaseCommand):
@@ -71,6 +71,7 @@ class Command(BaseCommand):
                 asyncio.run(main())
         finally:
             first.tell()  # also if it ended before it was served: the account has been made
+            flush()
 
     def _prepare(self) -> str:
         """Check and update. Return the administrator's one-time password; empty if there is an administrator.

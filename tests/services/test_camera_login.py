@@ -48,7 +48,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
             for _ in range(200):
                 if self.server.over.wait(0.02):
                     return
-                self.wfile.write(b"--b\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n%s\r\n" % (len(JPEG), JPEG))
+                self.wfile.write(
+                    b"--b\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n%s\r\n" % (len(JPEG), JPEG)
+                )
             return
         self.send_header("Content-Length", str(len(JPEG)))
         self.end_headers()
@@ -74,7 +76,12 @@ class Handler(http.server.BaseHTTPRequestHandler):
             wanted = h(f"{inner[0]}:{NONCE}:{told['nc']}:{told['cnonce']}:auth:{inner[1]}")
         else:
             wanted = h(f"{inner[0]}:{NONCE}:{inner[1]}")
-        return user == self.server.user and told["uri"] == self.path and told["nonce"] == NONCE and told["response"] == wanted
+        return (
+            user == self.server.user
+            and told["uri"] == self.path
+            and told["nonce"] == NONCE
+            and told["response"] == wanted
+        )
 
     def log_message(self, *_):
         pass

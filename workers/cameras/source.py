@@ -23,6 +23,7 @@ Picture = NDArray[np.uint8]
 OfDriver = Callable[[str, float], bytes | None]
 TIMEOUT_S = 2.0
 LARGEST = 4_000_000
+AGAIN_S = 0.5  # before a stream is opened again
 ANSWER = answer_within(2 * TIMEOUT_S, TIMEOUT_S)
 KEPT = "%!$&'()*+,/:;=?@~[]"  # in an address; everything else that is not plain ASCII is percent-encoded as UTF-8
 UNREADABLE = "The camera's address cannot be read; write / ? # @ : of its password as %2F %3F %23 %40 %3A."
@@ -185,7 +186,7 @@ class StreamCamera:
                     self._follow(container)
             except Exception as error:  # whatever a library raises: the thread tries again, and `grab` says why
                 self._error = f": {why(error)}"
-            self._ended.wait(0.5)
+            self._ended.wait(AGAIN_S)
 
     def _follow(self, container: Any) -> None:
         """Keep the newest picture; packets without one are read one by one, so that `close` ends the loop soon."""

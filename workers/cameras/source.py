@@ -3,6 +3,7 @@
 import contextlib
 import http.client
 import json
+import logging
 import threading
 import time
 from collections.abc import Callable
@@ -19,6 +20,7 @@ from robots.drivers.errors import CameraFault, why
 from workers.cameras.login import Login
 from workers.cameras.response import answer_within
 
+log = logging.getLogger(__name__)
 Picture = NDArray[np.uint8]
 OfDriver = Callable[[str, float], bytes | None]
 TIMEOUT_S = 2.0
@@ -185,6 +187,7 @@ class StreamCamera:
                 with self._open() as container:
                     self._follow(container)
             except Exception as error:  # whatever a library raises: the thread tries again, and `grab` says why
+                log.debug("a camera's stream ended", exc_info=True)
                 self._error = f": {why(error)}"
             self._ended.wait(AGAIN_S)
 

@@ -128,8 +128,11 @@ class HostLine:
                 data = port.read(max(1, port.in_waiting))
                 for frame in receiver.feed(data, self._clock.monotonic()) if data else ():
                     self._heard(frame)
-            except Exception as error:  # whatever it is, those who wait are told, and the port is opened again
-                log.info("the serial line ended: %s", error)
+            except (serial.SerialException, OSError, TypeError) as error:
+                self._lose(str(error))
+                return
+            except Exception as error:  # those who wait are told, and the port is opened again
+                log.exception("the serial line ended")
                 self._lose(str(error))
                 return
             self.broken = receiver.broken + self._malformed

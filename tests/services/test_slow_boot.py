@@ -36,7 +36,7 @@ class Booting:
         tty.setraw(slave)
         self.path = os.ttyname(slave)
         os.close(slave)
-        self.opened, self.asked, self.over = 0, 0, threading.Event()
+        self.opened, self.asked, self.looks, self.over = 0, 0, 0, threading.Event()
         self.thread = threading.Thread(target=self._run, daemon=True)
         self.thread.start()
 
@@ -47,7 +47,7 @@ class Booting:
             hung_up = any(events & select.POLLHUP for _, events in poll.poll(0))
             if closed and not hung_up:
                 self.opened, self.asked, receiver = self.opened + 1, 0, wire.Receiver(wire.INSTRUCTIONS)
-            closed = hung_up
+            closed, self.looks = hung_up, self.looks + 1
             if closed or not poll.poll(5):
                 continue
             try:
@@ -61,6 +61,11 @@ class Booting:
                     os.write(
                         self.master, frame(STATE, one.seq, BOOT + bytes((0, 0, 0)) + floats(50.0, 100.0, 75.0, 0.0))
                     )
+
+    def look(self):
+        """Return once it has seen whether its port is open now."""
+        seen = self.looks
+        wait_for(lambda: self.looks > seen + 1, 20, "the controller")
 
     def close(self):
         self.over.set()
@@ -89,9 +94,11 @@ def test_an_owner_waits_for_it_and_does_not_open_its_port_again(booting, robot, 
     assert Robot.objects.get().reason == "The robot did not answer 11 tries on its serial line."
     for _ in range(4):
         if not owner.connection.connected:
+            booting.look()
             owner.clock.go(5.0)
             owner.connection.mend()
     assert owner.connection.connected
+    booting.look()
     assert booting.opened == 1
     owner.owned.driver.close()
 
@@ -106,10 +113,15 @@ def test_a_test_by_staff_waits_for_it(booting, robot, monkeypatch):
 
 
 def test_closing_the_port_leaves_dtr_on(booting):
+    port = os.open(booting.path, os.O_RDWR | os.O_NOCTTY)
+    settings = termios.tcgetattr(port)
+    settings[2] |= termios.HUPCL
+    termios.tcsetattr(port, termios.TCSANOW, settings)
     line = HostLine(booting.path, 0, None, FasterTimer(PACE))
     line.open()
-    assert not termios.tcgetattr(line._port.fileno())[2] & termios.HUPCL
+    assert not termios.tcgetattr(port)[2] & termios.HUPCL
     line.close()
+    os.close(port)
 
 
 def test_a_port_is_opened_again_after_long_silence_or_once_it_is_gone(booting):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from robots.clock import TIMER, Timer
@@ -70,7 +70,7 @@ class Bridge:
                     ping_interval=PING_S, ping_timeout=2 * PING_S, proxy=None,
                 ).__enter__()  # fmt: skip
                 line.socket.settimeout(SEND_S)  # reading waits by itself
-            except (OSError, ValueError, WebSocketException) as error:
+            except Exception as error:  # the library asserts where it does not expect an answer
                 raise LineGone(f"The robot's rosbridge cannot be reached: {why(error)}.") from error
             self._line, self.heard_at = line, self._clock.monotonic()
             self._reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
@@ -92,7 +92,7 @@ class Bridge:
     def _close(self) -> None:
         line, self._line = self._line, None
         if line is not None:
-            with contextlib.suppress(OSError, WebSocketException):
+            with contextlib.suppress(Exception):
                 line.close()
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(2.0)
@@ -149,7 +149,7 @@ class Bridge:
             raise LineGone("The robot's rosbridge is not connected.")
         try:
             line.send(frame)
-        except (OSError, WebSocketException) as error:
+        except Exception as error:
             self._lost(line)
             raise LineGone(f"The connection to the robot broke: {why(error)}.") from error
 
@@ -170,6 +170,8 @@ class Bridge:
                     log.exception("a message of the robot could not be used")
         except (OSError, ConnectionClosed):
             pass
+        except Exception:
+            log.exception("the connection to the robot ended")
         finally:
             self._lost(line)
 

@@ -3,7 +3,7 @@
 import json
 import socket
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 from websockets.sync.server import serve
@@ -100,10 +100,8 @@ def answering(answer):
             threading.Thread(target=one, args=(line,), daemon=True).start()
 
     def one(line):
-        try:
+        with suppress(OSError):
             answer(line)
-        except OSError:
-            pass
 
     threading.Thread(target=run, daemon=True).start()
     yield server.getsockname()[1]
@@ -138,6 +136,7 @@ def test_an_arms_answer_byte_by_byte_ends_at_its_deadline(monkeypatch):
 
 def test_an_arms_answer_without_an_end_is_bounded(monkeypatch):
     monkeypatch.setattr(arms, "ANSWER_S", 60.0)
+
     def pour(line):
         line.recv(4096)
         while True:

@@ -1,6 +1,8 @@
 """Passwords in addresses stand in no text: not in sentences for people, not in the log."""
 
 import logging
+import os
+import subprocess
 import sys
 from urllib.parse import quote
 
@@ -80,3 +82,24 @@ def test_a_refused_address_is_refused_without_its_password(check, text):
 
 def test_a_sentence_is_kept_whole():
     assert str(CameraFault("The camera does not answer.")) == "The camera does not answer."
+
+
+@pytest.mark.asvs("14.2.1", "16.2.5")
+@pytest.mark.parametrize("name, url", [
+    ("DATABASE_URL", "postgres://portal:S3/cret@host/name"), ("DATABASE_URL", "postgres://portal:pw@host:S3cret/name"),
+    ("REDIS_URL", "redis://:S3/cret@host:6379/0"), ("REDIS_URL", "rediss://:pw@host:S3cret/0"), ("EMAIL_URL", "smtp+tls://user:S3/cret@host:587"),
+])  # fmt: skip
+def test_a_url_that_cannot_be_read_is_refused_at_the_start_without_its_password(name, url, tmp_path):
+    env = {
+        **os.environ,
+        "FARHAND_VAR": str(tmp_path),
+        "DATABASE_URL": "sqlite:///:memory:",
+        "EMAIL_URL": "consolemail://",
+        name: url,
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", "import portal.settings"], env=env, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert f"{name} cannot be read" in done.stderr
+    assert "S3" not in done.stdout + done.stderr

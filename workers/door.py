@@ -19,26 +19,28 @@ class DriverFailed(HardwareFault):
 class Door:
     """Turns whatever is raised inside into `fault`, a sentence that begins with `words`; its owner tries again later.
 
-    Every built-in exception counts, SystemExit too; only the operator's Ctrl-C passes. The traceback goes into the log
-    once, until the sentence changes: pictures and states may fail many times a second.
+    Every built-in exception counts, SystemExit too; only Ctrl-C passes. The traceback goes into the log once, until
+    another error follows or it has worked: pictures and states may fail many times a second.
     """
 
     def __init__(self, fault: type[RobotError], words: str) -> None:
-        self._fault, self._words, self._logged = fault, words, ""
+        self._fault, self._words = fault, words
+        self._logged: type[BaseException] | None = None
 
     @contextmanager
     def open(self, *passes: type[BaseException], ours: "Ours | None" = None) -> Iterator[None]:
         """Let errors of the types `passes`, and those that `ours` has raised, through as they are."""
         try:
             yield
+            self._logged = None
         except BaseException as error:
             if isinstance(error, (KeyboardInterrupt, *passes)) or (ours is not None and error is ours.raised):
                 raise
             name, told = type(error).__name__, why(error)
             text = f"{self._words}: {name if told == name else f'{name}: {told}'}."
-            if text != self._logged:
+            if type(error) is not self._logged:
                 log.warning(text, exc_info=error)
-            self._logged = text
+            self._logged = type(error)
             raise self._fault(text) from error
 
 

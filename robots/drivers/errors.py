@@ -133,6 +133,8 @@ class CameraFault(HardwareFault):
 
 def why(error: BaseException) -> str:
     """Return in a few words what the system or a library said, without the path of a file: people read this."""
-    told = getattr(error, "strerror", None) if isinstance(error, Exception) else None
-    lines = (str(told or "") or str(error)).strip().splitlines()
-    return redacted(lines[0])[:160].rstrip(". ") if lines else type(error).__name__
+    try:
+        told = str(getattr(error, "strerror", None) or error).strip().splitlines()
+    except Exception:  # noqa: BLE001 - of the error's own text
+        told = []
+    return redacted(told[0])[:160].rstrip(". ") if told else type(error).__name__

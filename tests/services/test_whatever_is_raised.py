@@ -1,6 +1,7 @@
 """Whatever a driver's or a camera's library raises ends in a sentence and a next attempt, never in the owner."""
 
 import threading
+from contextlib import suppress
 
 import av
 import numpy as np
@@ -167,13 +168,26 @@ def test_a_person_at_the_keyboard_is_obeyed():
 
 def test_the_same_failure_is_logged_once(caplog):
     door = Door(CameraFault, "The camera failed")
-    for text in ("a", "a", "a", "b"):
-        with pytest.raises(CameraFault), door.open():
-            raise ValueError(text)
-    assert [record.getMessage() for record in caplog.records] == [
-        "The camera failed: ValueError: a.",
-        "The camera failed: ValueError: b.",
-    ]
+    for error in (ValueError("a"), ValueError("b"), TypeError("c"), None, TypeError("d")):
+        with suppress(CameraFault), door.open():
+            if error is not None:
+                raise error
+    said = [record.getMessage() for record in caplog.records]
+    assert [text.partition(": ")[2] for text in said] == ["ValueError: a.", "TypeError: c.", "TypeError: d."]
+
+
+def test_an_error_that_cannot_say_what_it_is_has_a_sentence_too():
+    class Mute(Exception):
+        def __str__(self):
+            raise RuntimeError("no words")
+
+        strerror = property(__str__)
+
+    with (
+        pytest.raises(CameraFault, match=r"^The camera failed: Mute\.$"),
+        Door(CameraFault, "The camera failed").open(),
+    ):
+        raise Mute
 
 
 # the whole owner

@@ -29,7 +29,7 @@ TEXTS = {
 }  # fmt: skip
 
 
-@pytest.mark.asvs("14.2.1", "16.2.5")
+@pytest.mark.asvs("16.2.5")
 @pytest.mark.parametrize("text", TEXTS)
 def test_no_secret_of_an_address_is_left(text):
     assert redacted(text) == TEXTS[text]
@@ -84,7 +84,7 @@ def test_a_sentence_is_kept_whole():
     assert str(CameraFault("The camera does not answer.")) == "The camera does not answer."
 
 
-@pytest.mark.asvs("14.2.1", "16.2.5")
+@pytest.mark.asvs("16.2.5")
 @pytest.mark.parametrize("name, url", [
     ("DATABASE_URL", "postgres://portal:S3/cret@host/name"), ("DATABASE_URL", "postgres://portal:pw@host:S3cret/name"),
     ("REDIS_URL", "redis://:S3/cret@host:6379/0"), ("REDIS_URL", "rediss://:pw@host:S3cret/0"), ("EMAIL_URL", "smtp+tls://user:S3/cret@host:587"),

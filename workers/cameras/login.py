@@ -18,6 +18,8 @@ from robots.drivers.errors import CameraFault
 
 HASHES = {"MD5": hashlib.md5, "SHA": hashlib.sha1, "SHA-256": hashlib.sha256}
 
+PLACE = "http://camera"  # for Python's handler, which may know several
+
 
 class _Digest(AbstractDigestAuthHandler):
     """Python's digest authentication (RFC 7616, qop auth or none), for names and passwords beyond ASCII too."""
@@ -41,7 +43,6 @@ class Login:
         if not f"{self._user}{self._password}".isprintable() or '"' in self._user:
             raise CameraFault("The user or the password in the camera's address has a character that cannot be sent.")
         self.known = parts.username is not None
-        self._place = f"{parts.scheme}://{parts.hostname}"
         self._made: Callable[[str], str | None] = lambda target: None
 
     def header(self, target: str) -> dict[str, bytes]:
@@ -68,10 +69,10 @@ class Login:
 
     def _digest(self, challenge: dict[str, str]) -> Callable[[str], str | None]:
         passwords = HTTPPasswordMgrWithDefaultRealm()
-        passwords.add_password(None, self._place, self._user, self._password)
+        passwords.add_password(None, PLACE, self._user, self._password)
         handler = _Digest(passwords)
         told = challenge | ({"qop": "auth"} if "qop" in challenge else {})
-        return lambda target: f"Digest {handler.get_authorization(Request(self._place + target), told)}"  # noqa: S310 - not opened
+        return lambda target: f"Digest {handler.get_authorization(Request(PLACE + target), told)}"  # noqa: S310 - not opened
 
 
 def _read(challenge: str) -> dict[str, str]:

@@ -60,7 +60,7 @@ class SnapshotCamera:
         """Take the address apart; user and password go nowhere but to the camera. Raises CameraFault."""
         parts = _parts(url)
         self._made = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
-        self._host, self._port, self._colour = parts.hostname or "", parts.port, colour
+        self._host, self._port, self._colour = parts.hostname or "", parts.port or self._made.default_port, colour
         self._path, self._query = (quote(text, safe=KEPT) for text in (parts.path or "/", parts.query))
         self._login = Login(parts)
         self._connection: http.client.HTTPConnection | None = None
@@ -91,7 +91,9 @@ class SnapshotCamera:
 
     def _ask(self, target: str) -> tuple[int, list[str], bytes]:
         """Send one request; return the answer's status, its challenges, and its body."""
-        connection = self._connection or self._connect()
+        connection = self._connection
+        if connection is None or connection.sock is None:  # the camera closes each connection
+            connection = self._connect()
         connection.request("GET", target, headers=self._login.header(target))
         answer = connection.getresponse()
         try:
@@ -105,7 +107,7 @@ class SnapshotCamera:
 
     def _connect(self) -> http.client.HTTPConnection:
         made = self._connection = self._made(self._host, self._port, timeout=TIMEOUT_S)
-        made.response_class = ANSWER
+        made.response_class, made.auto_open = ANSWER, 0  # it would open an address that was not checked
         try:
             addresses.check_resolved(made.host, made.port)
             made.connect()

@@ -168,8 +168,9 @@ def test_staff_who_watch_the_wire_do_not_see_the_token(monkeypatch):
 
 
 def test_a_bridge_that_is_gone_is_told_at_once():
-    with rosbridge(lambda connection: connection.close()) as address:
+    with rosbridge(lambda connection: (connection.recv(), connection.close())) as address:
         bridge = Bridge(address)
         bridge.open()
+        bridge.publish("/x", {})
         wait_for(lambda: not bridge.is_open, 20, "the end")
         bridge.close()

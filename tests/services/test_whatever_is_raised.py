@@ -1,6 +1,5 @@
 """Whatever a driver's or a camera's library raises ends in a sentence and a next attempt, never in the owner."""
 
-import threading
 from contextlib import suppress
 
 import av
@@ -10,9 +9,6 @@ import pytest
 from robots import bus, services
 from robots.contract.session import Outcome, RobotState, Session
 from robots.drivers.errors import CameraFault, GrantOver, HardwareFault, Held, NotCalibrated, NotPermitted
-from robots.drivers.mercury.line import HostLine
-from robots.drivers.pa10.driver import Driver as ArmDriver
-from robots.drivers.rosbridge_client import Bridge
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
 from tests.raised import ALL, ORDINARY, name
@@ -21,8 +17,6 @@ from workers import calibrate, owned
 from workers.cameras import camera as cameras
 from workers.cameras import source
 from workers.door import Door, GuardedSession
-from workers.sound import sound as sounds
-from workers.sound.microphone import MicrophoneFault
 
 REST = RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True)
 
@@ -335,91 +329,3 @@ def test_a_stream_goes_on_after_whatever_its_library_raises(monkeypatch):
     wait_for(lambda: len(raised) == len(ORDINARY), 60, "every error")
     camera.close()
     assert "S3cret" not in camera._error
-
-
-# wires
-
-
-@pytest.mark.parametrize("error", ORDINARY, ids=name)
-def test_a_serial_port_that_cannot_be_opened_written_or_read_is_gone(error, monkeypatch):
-    import serial
-
-    class Port:
-        in_waiting = 0
-        write_fails = reading = False
-
-        def read(self, _):
-            if self.reading:
-                raise error
-            threading.Event().wait(0.001)
-            return b""
-
-        def write(self, _):
-            raise error
-
-        def close(self):
-            raise error
-
-        cancel_read = fileno = close
-
-    def refuse(*_, **__):
-        raise error
-
-    line = HostLine("/dev/ttyX", 1, None)
-    monkeypatch.setattr(serial, "serial_for_url", refuse)
-    with pytest.raises(HardwareFault):
-        line.open()
-    port = Port()
-    monkeypatch.setattr(serial, "serial_for_url", lambda *_, **__: port)
-    line.open()
-    with pytest.raises(HardwareFault, match="gone"):
-        line.status()
-    line.close()
-    port.reading = True
-    line.open()
-    line._reader.join(60)
-    with pytest.raises(HardwareFault, match="gone"):
-        line.status()
-    line.close()
-
-
-@pytest.mark.parametrize("error", ORDINARY, ids=name)
-def test_an_arm_whose_network_fails_is_gone(error, monkeypatch):
-    def refuse(*_, **__):
-        raise error
-
-    monkeypatch.setattr("socket.create_connection", refuse)
-    session = GuardedSession(lambda: ArmDriver("127.0.0.1:9", {"epoch": 1}))
-    with pytest.raises(HardwareFault) as told:
-        session.connect()
-    assert "S3cret" not in str(told.value)
-
-
-def test_a_message_that_cannot_be_used_ends_no_connection():
-    heard, bridge = iter(ORDINARY), Bridge("127.0.0.1:9")
-
-    def fail(message):
-        raise next(heard)
-
-    bridge._heard["/x"] = "x/Y", fail, 0.0
-    bridge._read(['{"op": "publish", "topic": "/x", "msg": {}}'] * len(ORDINARY))
-    assert bridge.unreadable == len(ORDINARY)
-    assert next(heard, None) is None
-
-
-# microphones
-
-
-@pytest.mark.django_db
-def test_a_microphone_tells_it_to_those_who_listen(robot, clock, monkeypatch):
-    told = []
-    made = sounds.Sound(robot.slug, clock)
-    monkeypatch.setattr(made, "_fail", lambda robot, text: told.append(text))
-    for error in (*ORDINARY, MicrophoneFault("It is silent.")):
-
-        def refuse(*_, error=error):
-            raise error
-
-        monkeypatch.setattr(sounds, "Microphone", refuse)
-        made._try(robot)
-    assert told == [sounds.OURS] * len(ORDINARY) + ["It is silent."]

@@ -130,6 +130,7 @@ def test_an_arms_answer_byte_by_byte_ends_at_its_deadline(monkeypatch):
         with pytest.raises(LineSilent):
             line.ask(Request("w"), seconds=0.5)
         assert asked.is_set()
+        assert len(sent) < 3000, "it ended at its deadline, not at the last byte"
         wait_for(lambda: sent, 60, "a byte: it was not silent")
         assert not line.is_open, "an answer that comes later must not be taken for the next one"
 

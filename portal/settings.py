@@ -7,9 +7,10 @@ import contextlib
 import os
 import secrets
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import unquote, urlsplit
 
 import environ
 from csp.constants import NONE, SELF
@@ -120,9 +121,19 @@ TEMPLATES = [
 ]
 
 
+def _read_url(name: str, read: Callable[[], Any]) -> Any:
+    """Return what `read` makes of the URL in that variable. What is refused could be a part of its password."""
+    try:
+        return read()
+    except ValueError:
+        raise ImproperlyConfigured(
+            f"{name} cannot be read. Write / ? # @ : of its password as %2F %3F %23 %40 %3A, and check its port."
+        ) from None
+
+
 def _database() -> dict[str, Any]:
-    config: dict[str, Any] = {"CONN_MAX_AGE": 60} | env.db(
-        "DATABASE_URL", default=f"sqlite:///{VAR / 'farhand.sqlite3'}"
+    config: dict[str, Any] = {"CONN_MAX_AGE": 60} | _read_url(
+        "DATABASE_URL", lambda: env.db("DATABASE_URL", default=f"sqlite:///{VAR / 'farhand.sqlite3'}")
     )
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
@@ -145,6 +156,7 @@ DATABASES = {"default": _database()}
 DEFAULT_AUTO_FIELD = "django.db.models.BigAutoField"
 
 REDIS_URL = env.str("REDIS_URL", f"unix://{VAR / 'redis.sock'}")
+_read_url("REDIS_URL", lambda: urlsplit(REDIS_URL).port)
 REDIS_TIMEOUT_S = roles.REDIS_TIMEOUT_S
 CELERY_BROKER_URL = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswith("unix://") else REDIS_URL
 if _redis_tls := redis_tls(REDIS_URL):  # by the address alone Celery would check no certificate
@@ -230,8 +242,9 @@ except ValueError as error:
     raise ImproperlyConfigured(str(error)) from error
 ALLAUTH_TRUSTED_PROXY_COUNT = 0
 
-EMAIL_CONFIG = env.email_url("EMAIL_URL", default="consolemail://")
+EMAIL_CONFIG = _read_url("EMAIL_URL", lambda: env.email_url("EMAIL_URL", default="consolemail://"))
 vars().update(EMAIL_CONFIG)
+EMAIL_TIMEOUT = 20  # s, for each answer of the mail server
 DEFAULT_FROM_EMAIL = env.str("DEFAULT_FROM_EMAIL", "Farhand <farhand@localhost>")
 
 LANGUAGE_CODE = "en"

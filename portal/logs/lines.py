@@ -1,4 +1,7 @@
-"""The format of log lines: time (UTC), level, source, message; bounded, and without control characters."""
+"""The format of log lines: time (UTC), level, source, message.
+
+They are bounded, and have no control characters and no passwords of addresses, which libraries put into their errors.
+"""
 
 import copy
 import logging
@@ -6,6 +9,8 @@ import re
 import time
 import traceback
 from types import TracebackType
+
+from robots.addresses import redacted
 
 MESSAGE = 1000  # bytes of a record's first line
 TRACE = 3000  # bytes of its traceback
@@ -57,7 +62,7 @@ class Line(logging.Formatter):
 
     def formatMessage(self, record: logging.LogRecord) -> str:
         """Return the line with control characters escaped."""
-        return tidy(super().formatMessage(record), MESSAGE)
+        return tidy(redacted(super().formatMessage(record)[: 4 * MESSAGE]), MESSAGE)
 
     def formatException(self, ei: ExcInfo) -> str:  # type: ignore[override]
         """Return the lines of a traceback; an exception's text has one line, whatever it contains."""
@@ -68,12 +73,12 @@ class Line(logging.Formatter):
 
     def formatStack(self, stack_info: str) -> str:
         """Return the lines of a stack."""
-        return bounded("\n".join(_indented(stack_info)), TRACE, TRACE * 2 // 3)
+        return bounded("\n".join(_indented(redacted(stack_info))), TRACE, TRACE * 2 // 3)
 
 
 def _lines(part: str) -> list[str]:
     """Return the lines of a part of a traceback: a frame has several, of the file and its code; all else has one."""
-    text = part.strip("\n")
+    text = redacted(part.strip("\n")[: 4 * TRACE])
     return _indented(text if re.match(r'[ |]*File "', text) else text.replace("\n", r"\n"))
 
 

@@ -76,6 +76,7 @@ INSTALLED_APPS = [
     "portal.classic",
 ]
 MIDDLEWARE = [
+    "portal.pages.hosts.KnownHost",
     "django.middleware.security.SecurityMiddleware",
     "csp.middleware.CSPMiddleware",
     "portal.pages.methods.KnownMethods",

@@ -4,6 +4,7 @@ import logging
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
+from urllib.parse import urlsplit
 
 from allauth.account.adapter import DefaultAccountAdapter
 from allauth.core.internal.ratelimit import get_ip
@@ -42,6 +43,12 @@ def send_in_background(message: EmailMessage) -> None:
         _sender.submit(_send, message)
     else:
         message.send()
+
+
+def on_site(address: str) -> str:
+    """Return the address at the configured site: a link in a mail never follows the Host header of a request."""
+    parts = urlsplit(address)
+    return f"{settings.SITE_ADDRESS}{parts.path}{'?' if parts.query else ''}{parts.query}"
 
 
 class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
@@ -88,11 +95,10 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
 
     def _filled(self, email: str, given: dict[str, Any]) -> dict[str, Any]:
         from allauth.core import context  # noqa: PLC0415 - holds the request of this thread
-        from django.contrib.sites.shortcuts import get_current_site  # noqa: PLC0415
 
-        request = context.request
-        site = SimpleNamespace(name=settings.SITE_NAME, domain=get_current_site(request).domain)
+        site = SimpleNamespace(name=settings.SITE_NAME, domain=urlsplit(settings.SITE_ADDRESS).netloc)
+        links = {name: on_site(str(value)) for name, value in given.items() if name.endswith("_url")}
         return {
-            "request": request, "email": email, "current_site": site,
-            "site_address": f"{settings.ACCOUNT_DEFAULT_HTTP_PROTOCOL}://{site.domain}/", **given,
+            "request": context.request, "email": email, "site_address": on_site("/"), **given, **links,
+            "current_site": site,
         }  # fmt: skip

@@ -5,6 +5,7 @@
 
 import contextlib
 import os
+import re
 import secrets
 import sys
 from pathlib import Path
@@ -54,6 +55,22 @@ ALLOWED_HOSTS = env.list("ALLOWED_HOSTS", default=["localhost", "127.0.0.1", "[:
 if "*" in ALLOWED_HOSTS:
     raise ImproperlyConfigured("ALLOWED_HOSTS must name the hosts: '*' would switch the origin check of sockets off.")
 CSRF_TRUSTED_ORIGINS = env.list("CSRF_TRUSTED_ORIGINS", default=[])
+
+
+def _site_address() -> str:
+    """Return the address of this portal that mails link to; no request decides it."""
+    named = next((one for one in CSRF_TRUSTED_ORIGINS if "*" not in one), "")
+    host = next(iter(ALLOWED_HOSTS), "localhost").removeprefix(".")
+    address: str = env.str("FARHAND_URL", named or (f"https://{host}" if PUBLIC else f"http://{host}:8000"))
+    address = address.rstrip("/")
+    if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?", address):
+        raise ImproperlyConfigured(f"FARHAND_URL must be like https://robots.example.org, without a path: {address!r}")
+    if PUBLIC and not address.startswith("https://"):
+        raise ImproperlyConfigured(f"FARHAND_URL of a public portal must begin with https://, not {address!r}")
+    return address
+
+
+SITE_ADDRESS = _site_address()
 
 INSTALLED_APPS = [
     "django.contrib.admin",

@@ -14,7 +14,16 @@ from portal.pages import errors
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 PLACES = ["/", "/log/", "/admin/", "/static/portal/icon.svg", "/livez", "/nowhere/"]
-WRONG = ["evil.example", "testserver,testserver", "testserver, evil.example", "a b", "[::1", "testserver:port", "", "x" * 9000]
+WRONG = [
+    "evil.example",
+    "testserver,testserver",
+    "testserver, evil.example",
+    "a b",
+    "[::1",
+    "testserver:port",
+    "",
+    "x" * 9000,
+]
 
 
 @pytest.mark.asvs("16.5.1")
@@ -101,6 +110,9 @@ def test_too_many_attempts_are_told_in_the_portals_own_words(robot, people, clie
 
 
 def test_a_form_of_very_many_fields_is_400_without_traceback(robot, client, caplog):
-    for answer in (client.post("/accounts/login/", {f"a{n}": "" for n in range(1200)}), client.get("/log/?" + "a=&" * 1200)):
+    for answer in (
+        client.post("/accounts/login/", {f"a{n}": "" for n in range(1200)}),
+        client.get("/log/?" + "a=&" * 1200),
+    ):
         assert answer.status_code == 400
         assert not any(record.exc_info for record in caplog.records)

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from django.conf import settings
 from django.core import mail
 from django.test import Client
 
@@ -144,7 +145,7 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
     with django_capture_on_commit_callbacks(execute=True):
         settle(clock)
     assert [m.to for m in mail.outbox] == [["ada@example.org"]]
-    assert address in mail.outbox[0].body
+    assert settings.SITE_ADDRESS + address in mail.outbox[0].body.split()
     assert b"Your job on Mercury has ended" in ada.get("/story/").content
     assert b"Your job on" not in Client().get("/story/").content
     assert b"Settled" in ada.get(address).content

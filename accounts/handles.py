@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -23,6 +24,7 @@ RESERVED = frozenset({
     "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff", "superuser",
     "support", "system", "undefined", "webmaster",
 })  # fmt: skip
+ROLES = RESERVED - {"anonymous", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined"}
 JOINED = (
     {"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"},
     {"HANGUL", "CJK"},
@@ -119,15 +121,26 @@ def validate(handle: str) -> None:
         raise ValidationError(f"Use letters of one script; this mixes {mixed}.")
     if not scripts or handle[0] in ".-_" or handle[-1] in ".-_":
         raise ValidationError("Use at least one letter, and begin and end with a letter or a digit.")
-    reserved = {_bare(name) for row in Robot.objects.values_list("slug", "name") for name in row}
-    reserved.update(_bare(name) for name in RESERVED)
+    reserved = _reserved(RESERVED)
     without = (handle, handle.lstrip(DIGITS), handle.rstrip(DIGITS), handle.strip(DIGITS))
     if any(_bare(text) in reserved for text in without):
         raise ValidationError("That handle is reserved; choose another one.")
 
 
+def claims_role(name: str) -> bool:
+    """Return whether a free name shows a role or a robot: in brackets, among other words, or spaced out."""
+    reserved = _reserved(ROLES)
+    return any(_bare(word) in reserved for word in [name, *re.split(r"[\W_]+", name)])
+
+
+def _reserved(words: Iterable[str]) -> set[str]:
+    """Return what stands for these words and for the robots' names and slugs."""
+    robots = (name for row in Robot.objects.values_list("slug", "name") for name in row)
+    return {_bare(name) for name in (*words, *robots)} - {""}
+
+
 def _bare(handle: str) -> str:
-    return re.sub(r"[\s._-]", "", key(handle))
+    return re.sub(r"[\W_]", "", key(handle))
 
 
 VALIDATORS = [validate]

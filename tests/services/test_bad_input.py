@@ -6,6 +6,7 @@ from itertools import product
 from urllib.parse import urlencode
 
 import pytest
+from django.apps import apps
 from django.db import transaction
 
 from accounts.bank import load_bank
@@ -91,6 +92,34 @@ def test_promise_36_bad_input_is_answered_in_words(robot, roles, client, caplog,
                 if answer.status_code >= 500 and answer.status_code != 503:
                     failed.append((method, address, shift, answer.status_code))
     assert failed == []
+
+
+def rows():
+    """How many rows each table has."""
+    return {model._meta.label: model.objects.count() for model in apps.get_models()}
+
+
+@pytest.mark.asvs("2.4.1")
+@pytest.mark.parametrize("role", ["anonymous", "signed_in", "cleared", "operator", "superuser"])
+def test_looking_at_pages_again_and_again_adds_no_rows(robot, roles, client, role):
+    from queueing.models import Turn
+
+    load_bank(robot)
+    if role != "anonymous":
+        client.force_login(roles[role])
+    pages = [a for a in addresses(robot, Turn.objects.get()) if not a.startswith("/favicon")]
+    pages += [
+        "/classic/mercury/x/",
+        "/log/?robot=mercury",
+        "/accounts/password/reset/key/x-y/",
+        "/accounts/confirm-email/x/",
+    ]
+    counts = []
+    for _ in range(4):
+        for page in pages:
+            client.get(page, follow=True)
+        counts.append(rows())
+    assert counts[-1] == counts[0]
 
 
 PATHS = ["/robots/{}/", "/turns/{}/", "/classic/mercury/{}/", "/classic/{}/", "/classic/mercury/{}.gif", "/media/frames/{}",

@@ -14,8 +14,9 @@ from django.template.loader import render_to_string
 from portal.stores import down_text
 
 
-def _bare(heading: str, text: str) -> str:
-    return render_to_string("bare.html", {"heading": heading, "text": text})
+def _bare(heading: str, text: str, ours: bool = True) -> str:
+    """Return a page without menu; `ours`: with style and a link, which a browser asks of the host that it named."""
+    return render_to_string("bare.html", {"heading": heading, "text": text, "ours": ours})
 
 
 def _page(request: HttpRequest, status: int, heading: str, text: str) -> HttpResponse:
@@ -47,12 +48,12 @@ def unknown_host() -> HttpResponse:
         "The Host header of the request is no name of this site. Open the site by the address that you were given. "
         "Staff: ALLOWED_HOSTS lists the names."
     )
-    return HttpResponse(_bare("No site of that name is here", text), status=400)
+    return HttpResponse(_bare("No site of that name is here", text, ours=False), status=400)
 
 
 def not_allowed(methods: Sequence[str]) -> HttpResponse:
     """Answer 405. `methods`: those that the address takes."""
-    text = f"This address takes {' and '.join(methods)} only. Open it as a link, or go back and send the form again."
+    text = f"This address takes no such request, only {' or '.join(methods)}. Go back and use the links of the page."
     return HttpResponseNotAllowed(methods, _bare("That cannot be done here", text))
 
 

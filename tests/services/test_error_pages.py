@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import re
 
 import pytest
 from asgiref.testing import ApplicationCommunicator
@@ -37,6 +38,7 @@ def test_a_wrong_host_is_400_in_words_without_traceback_or_query(robot, caplog, 
         assert "Host" in answer.text
         assert len(answer.content) < 2000
         assert "evil" not in answer.text
+        assert not re.search("(src|href)=", answer.text), "a browser asks for nothing else of that host"
         [line] = [r.getMessage() for r in caplog.records]
         assert len(line) < 400
         assert not any(record.exc_info for record in caplog.records)

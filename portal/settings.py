@@ -5,6 +5,7 @@
 
 import contextlib
 import os
+import re
 import secrets
 import sys
 from collections.abc import Callable
@@ -57,6 +58,22 @@ if "*" in ALLOWED_HOSTS:
     raise ImproperlyConfigured("ALLOWED_HOSTS must name the hosts: '*' would switch the origin check of sockets off.")
 CSRF_TRUSTED_ORIGINS = env.list("CSRF_TRUSTED_ORIGINS", default=[])
 
+
+def _site_address() -> str:
+    """Return the address of this portal that mails link to; no request decides it."""
+    named = next((one for one in CSRF_TRUSTED_ORIGINS if "*" not in one), "")
+    host = next(iter(ALLOWED_HOSTS), "localhost").removeprefix(".")
+    address: str = env.str("FARHAND_URL", named or (f"https://{host}" if PUBLIC else f"http://{host}:8000"))
+    address = address.rstrip("/")
+    if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?", address):
+        raise ImproperlyConfigured(f"FARHAND_URL must be like https://robots.example.org, without a path: {address!r}")
+    if PUBLIC and not address.startswith("https://"):
+        raise ImproperlyConfigured(f"FARHAND_URL of a public portal must begin with https://, not {address!r}")
+    return address
+
+
+SITE_ADDRESS = _site_address()
+
 INSTALLED_APPS = [
     "django.contrib.admin",
     "django.contrib.auth",
@@ -78,6 +95,7 @@ INSTALLED_APPS = [
     "portal.classic",
 ]
 MIDDLEWARE = [
+    "portal.pages.hosts.KnownHost",
     "django.middleware.security.SecurityMiddleware",
     "csp.middleware.CSPMiddleware",
     "portal.pages.methods.KnownMethods",

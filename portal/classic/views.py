@@ -16,7 +16,7 @@ from operatorlog.models import Entry, Visibility
 from portal.classic import tokens
 from portal.classic.pictures import drawn, name_of
 from portal.consoles.console import classic
-from portal.live.snapshot import status_of
+from portal.live.snapshot import seen, status_of
 from queueing import services as queue
 from queueing.errors import QueueError
 from queueing.estimates import place_and_wait
@@ -74,7 +74,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     state, label, why = status_of(robot, now)
     ticket = queue.open_ticket(robot, request.user)
     turn = queue.open_turn(robot)
-    still = newest_still(robot)
+    still = seen(newest_still(robot), request.user)
     mine = turn is not None and turn.user_id == request.user.pk
     ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
     unwritten = None

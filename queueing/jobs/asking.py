@@ -6,6 +6,7 @@ from typing import Any
 
 from django.db import IntegrityError, transaction
 
+from accounts.handles import claims_role, taken
 from queueing.charging import account_of, account_of_guests
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, link_of, may_ask
@@ -17,10 +18,12 @@ from queueing.turns import start_countdown
 from robots.contract.values import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
+from robots.plain import one_line
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
 MOST, MOST_OF_GUESTS = 300, 200  # open jobs of a queue at which nobody, and no guest, may ask for another
+LONGEST_NAME = 40  # characters
 FULL = "The robot has as many jobs as it can take; come back later."
 TOO_MANY = "You have {} open jobs on this robot; wait until one has ended, or cancel one."
 ONE_A_GUEST = "You have an open job on this robot; wait until it has ended, or cancel it."
@@ -42,7 +45,7 @@ def ask(
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job, or wrong values.
+        BadRequest, OutOfWorkspace: no such job, wrong values, or a name that shows a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -58,6 +61,7 @@ def ask(
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
     check(robot.driver, kind, args, robot.driver_settings())
+    shown = _shown_name(user, name)
     with transaction.atomic():
         queue = locked(queue_of(robot))
         account = account_of(queue, user) if user is not None else account_of_guests(queue, asker.network)
@@ -67,7 +71,7 @@ def ask(
                 job = Job.objects.create(
                     queue=queue, robot=robot, account=account, user=user, guest="" if user else asker.guest,
                     kind=kind, args=args, asked_at=now, mail=mail and user is not None,
-                    shown_name=name.strip()[:40] if user else "",
+                    shown_name=shown,
                 )  # fmt: skip
         except IntegrityError as error:  # the same guest asked twice at once
             raise TooManyJobs(ONE_A_GUEST) from error
@@ -77,6 +81,16 @@ def ask(
             start_countdown(queue, now, job)
         announce(queue, user)
         return job
+
+
+def _shown_name(user: Any, name: str) -> str:
+    """Return the name for the page; none of a guest. Raises BadRequest."""
+    shown = one_line(name)[:LONGEST_NAME].strip() if user is not None else ""
+    if shown and (claims_role(shown) or taken(shown, but=user.pk)):
+        raise BadRequest(
+            "The name on the page may not be that of a role, a robot or another person; choose another one."
+        )
+    return shown
 
 
 def _refuse_more(queue: Queue, account: Account, asker: Asker) -> None:

@@ -41,6 +41,8 @@ class Command(BaseCommand):
             if port == settings.OPERATORS_PORT:
                 raise CommandError(f"FARHAND_OPERATORS_PORT must be another port than the portal's {port}.")
             _need_port(host, settings.OPERATORS_PORT, "FARHAND_OPERATORS_PORT=8002 make run")
+        if not (settings.PUBLIC or settings.CSRF_TRUSTED_ORIGINS):  # no proxy in front: mails link to this port
+            os.environ.setdefault("FARHAND_URL", f"http://{_named(host)}:{port}")
         begun = time.monotonic()
         tighten(settings.VAR)
         password = _apart(self._prepare)
@@ -131,8 +133,13 @@ def _need_port(host: str, port: int, other: str) -> None:
             ) from error
 
 
+def _named(host: str) -> str:
+    """Return a host by which the portal answers; others are refused."""
+    return next(iter(settings.ALLOWED_HOSTS), host).removeprefix(".")
+
+
 async def _until_served(host: str, port: int) -> None:
-    named = next(iter(settings.ALLOWED_HOSTS), host).removeprefix(".")  # others are refused, with a traceback
+    named = _named(host)
 
     def answered() -> bool:
         line = http.client.HTTPConnection(host, port, timeout=1)

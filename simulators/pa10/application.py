@@ -62,7 +62,8 @@ class Application:
         self._holds = 0  # number of holds, so that older requests notice one
         self.motion, self.program, self.step_of, self.note = 0, 0, 0, ""
         if error:
-            self._range_error(error)
+            with self._rested:
+                self._range_error(error)
 
     # what the network asks
 
@@ -234,9 +235,9 @@ class Application:
             self._none_came_first(asked)
             if self.busy or self._mode == Mode.RANGE_ERROR:
                 raise Refused("busy", "the arm was moved while the program was checked")
+            runner.start(self, steps, self._holds)  # it waits for this lock; the system may have no thread left
             self._mode, self.program, self.step_of, self.note = Mode.PROG_EXEC, number, 0, ""
             self._note("program", number=number, steps=len(steps))
-            runner.start(self, steps, self._holds)
         return f"ok program {number} {seconds:.1f} s"
 
     def step_began(self, number: int, mine: int) -> bool:
@@ -291,7 +292,7 @@ class Application:
         self._rested.notify_all()
 
     def _range_error(self, why: str) -> None:
-        """Stop because the measured arm, not its reference, is where it must not be."""
+        """Stop because the measured arm, not its reference, is where it must not be. The caller has the lock."""
         self._leaving = ""
         if self.busy:
             self.hold()

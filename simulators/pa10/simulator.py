@@ -9,7 +9,7 @@ import numpy as np
 
 from robots.clock import TIMER, Timer, poll
 from robots.drivers.pa10.protocol import ArmState, Request
-from robots.files import replace_text
+from robots.files import replace_text, replaced
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import fork
 from simulators.common.journal import Journal
@@ -68,16 +68,24 @@ class Simulator:
         self._shared.write(self.plant.qpos)
         self._cameras = fork(partial(cameras.run, folder))  # last, before there are threads
         self.network = Network(port, self, self.faults, self.journal.note, token, clock=clock)
-        self._running = True
+        self._running, self._ending = True, False
+        threading.Thread(target=self._mind_cameras, name="cameras", daemon=True).start()
         serve(folder / "faults", self.faults, self.status)
         replace_text(folder / "tty", f"127.0.0.1:{self.network.port}\n")
         watch(self.network, *watchdog, self.begin_again, clock)
 
     def _kept(self) -> Any:
         try:
-            return np.load(self._folder / "scene.npy", allow_pickle=False)
-        except (OSError, ValueError):
+            found = np.load(self._folder / "scene.npy", allow_pickle=False)
+        except (OSError, ValueError, EOFError):
             return None
+        return found if found.dtype == np.float64 and np.isfinite(found).all() else None
+
+    def _mind_cameras(self) -> None:
+        """Let this thread die once the cameras' process does, which ends the simulator."""
+        status = self._cameras.wait()
+        if not self._ending:
+            raise RuntimeError(f"the process of the cameras ended with status {status}")
 
     def _begin(self, why: str, error: str = "", extra: tuple[Any, ...] = ()) -> None:
         self.boot += 1
@@ -230,10 +238,12 @@ class Simulator:
                 self.journal.note("put_back", what=name)
 
     def _keep(self) -> None:
-        np.save(self._folder / "scene.npy", self.plant.qpos)
+        with replaced(self._folder / "scene.npy") as file:
+            np.save(file, self.plant.qpos)
 
     def stop(self, *_: object) -> None:
         """End the loop; the arm rests first."""
+        self._ending = True
         threading.Thread(target=self._end, name="end").start()
 
     def _end(self) -> None:

@@ -5,6 +5,7 @@ hold overtakes: after it, no motion that was started before is sent again.
 """
 
 import contextlib
+import logging
 import threading
 from collections.abc import Callable
 from typing import TypeVar
@@ -25,6 +26,7 @@ from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
 
+log = logging.getLogger(__name__)
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
 HOLD_ANSWER_S = 0.20
 READ_S, READ_OVER_NET_S = 1.0, 0.05  # a reader waits so long for a byte; only that of a local port can be woken
@@ -92,19 +94,19 @@ class HostLine:
         return self._holds
 
     def _read(self) -> None:
+        """Receive until the line is lost; whatever ends this thread loses it, so that nobody waits for an answer."""
         receiver = wire.Receiver(wire.REPLIES)
-        while self._gone is None:
-            port = self._port
-            if port is None:
-                return
-            try:
+        try:
+            while self._gone is None and (port := self._port) is not None:
                 data = port.read(max(1, port.in_waiting))
-            except (serial.SerialException, OSError, TypeError) as error:
-                self._lose(str(error))
-                return
-            for frame in receiver.feed(data, self._clock.monotonic()) if data else ():
-                self._heard(frame)
-            self.broken = receiver.broken + self._malformed
+                for frame in receiver.feed(data, self._clock.monotonic()) if data else ():
+                    self._heard(frame)
+                self.broken = receiver.broken + self._malformed
+        except (serial.SerialException, OSError, TypeError) as error:  # the port has gone
+            self._lose(str(error))
+        except Exception as error:
+            log.exception("the reader of the line failed")
+            self._lose(str(error))
 
     def _lose(self, why: str) -> None:
         with self._news:

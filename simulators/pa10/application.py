@@ -15,7 +15,7 @@ import numpy as np
 
 from robots.clock import TIMER, Limit, Timer
 from robots.drivers.pa10.courses import Course, Courses, is_default
-from robots.drivers.pa10.protocol import MOTIONS, End, Malformed, Mode, Request, program
+from robots.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
 from robots.motion.chain import Joints
 from robots.motion.planner import Refused
 from robots.motion.zones import Box
@@ -83,7 +83,7 @@ class Application:
         if letter == "h":
             self.hold()
             return "ok hold"
-        if letter not in (*MOTIONS, *"JCgpb"):
+        if letter not in (*MOTIONS, *VELOCITIES, *"gpb"):
             raise Malformed(f"{letter} is not a request to the arm")
         with self._lock:
             self._none_came_first(asked)
@@ -92,7 +92,7 @@ class Application:
             self._must_be_free_for(request)
         if letter in MOTIONS:
             return f"ok {self.move(request, asked)}"
-        if letter in "JCg":
+        if letter in (*VELOCITIES, "g"):
             with self._lock:
                 self._none_came_first(asked)
                 if letter == "g":

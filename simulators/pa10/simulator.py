@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from robots.clock import TIMER, Timer, poll
-from robots.drivers.pa10.protocol import ArmState, Request
+from robots.drivers.pa10.protocol import VELOCITIES, ArmState, Request
 from robots.files import replace_text, replaced
+from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import fork
 from simulators.common.journal import Journal
@@ -27,6 +28,7 @@ from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
 from simulators.pa10.setpoint import Reference
 from simulators.pa10.store import ProgramStore
+from simulators.pa10.velocity import DEAD_MAN_S
 from simulators.pa10.watchdog import watch
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
@@ -111,10 +113,12 @@ class Simulator:
             return lambda: self.app.letter()
         if request.letter == "s":
             return lambda: self.state().encode()
-        return partial(self._take, self.app, request, self.app.asked)
+        return partial(self._take, self.app, request, self.app.asked, self._clock.monotonic())
 
-    def _take(self, app: Application, request: Request, asked: int) -> str:
+    def _take(self, app: Application, request: Request, asked: int, arrived: float) -> str:
         """Let the control loop run before and after a request, whose planning may take time."""
+        if request.letter in VELOCITIES and self._clock.monotonic() - arrived > DEAD_MAN_S:
+            raise Refused("busy", f"this velocity waited for more than {DEAD_MAN_S:g} s behind other lines; repeat it")
         self._rest.wake()
         try:
             return app.take(request, asked)

@@ -16,6 +16,7 @@ from robots.drivers.pa10.forms import FORMS, LARGEST_EPOCH, Value
 LONGEST = 200
 JOINTS = 6
 MOTIONS = "jkKl"
+VELOCITIES = "JC"
 WORDED = "ib"  # a word follows the values: the optional token, the name of a box
 
 

@@ -8,6 +8,9 @@ import time
 import numpy as np
 import pytest
 
+from robots.drivers.pa10.units import pose_request
+from robots.motion.described import chain
+from robots.motion.pose import EULER, RPY, numbers
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, journal
 
@@ -45,6 +48,18 @@ def test_a_velocity_and_its_hold_that_a_stalled_line_delivers_together_move_noth
         assert {"ok hold", "a"} <= {*said}
     wait_for(lambda: not shared.status()["moving"], 10, "rest")
     assert np.abs(np.subtract(shared.status()["q"], at)).max() < 2e-3
+
+
+@pytest.mark.parametrize("letter", "kKl")
+def test_the_pose_where_the_arm_stands_moves_nothing_at_a_singular_pose(terminal, shared, letter):
+    """With W1 at zero E2 and W2 could turn against each other, and the elbow could flip."""
+    assert terminal.ask("j 30 20 70 140 0 -150 1").startswith("ok")
+    assert terminal.ask("W") == "a"
+    q = np.array(shared.status()["reference"])
+    six = numbers(chain("pa10").forward(q), EULER if letter == "K" else RPY)
+    assert terminal.ask(pose_request(letter, six).encode().decode().strip()).startswith("ok")
+    assert terminal.ask("W") == "a"
+    assert np.abs(np.subtract(shared.status()["reference"], q)).max() < 1e-5
 
 
 def test_a_target_in_motion_replaces_the_one_before(terminal, shared):

@@ -6,10 +6,12 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
+from robots.clock import TIMER, Limit
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
-from robots.drivers.pa10.protocol import ArmState, Malformed, Request
+from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
 
+LEAST_WAIT_S = 0.05  # a hold that is sent meanwhile has at least so long, too
 ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
 CHECKED_S = 60.0  # a whole program
 HOLD, HELD = b"h\n", "ok hold"
@@ -79,8 +81,7 @@ class ArmLine:
             answer = HELD  # a thread that waited for another answer may have read it
             if self._holds:
                 with self._watched():
-                    line.settimeout(ANSWER_S)
-                    answer = self._next_line()
+                    answer = self._next_line(Limit(TIMER, ANSWER_S))
                 self._hold_answered()
             if answer != HELD:
                 self._close()  # an answer that comes later must not be taken for the next one
@@ -109,7 +110,7 @@ class ArmLine:
             with self._watched():
                 line.settimeout(seconds)
                 self._send(data, permit)
-                answer = self._answer()
+                answer = self._answer(Limit(TIMER, seconds))
         self._noted(data, answer)
         return self._judged(answer)
 
@@ -141,10 +142,10 @@ class ArmLine:
                 permit()  # last before actuation
             self._open_line().sendall(data)
 
-    def _answer(self) -> str:
+    def _answer(self, limit: Limit) -> str:
         """Return the next line that is not the answer to a hold sent meanwhile."""
         while True:
-            text = self._next_line()
+            text = self._next_line(limit)
             if text != HELD or not self._holds:
                 return text
             self._hold_answered()
@@ -153,13 +154,19 @@ class ArmLine:
         with self._writing:
             self._holds = max(0, self._holds - 1)
 
-    def _next_line(self) -> str:
+    def _next_line(self, limit: Limit) -> str:
+        """Return the next line; the limit is that of the whole line, however slowly its bytes come."""
         line = self._open_line()
         while b"\n" not in self._rest:
+            line.settimeout(max(limit.left, LEAST_WAIT_S))
             data = line.recv(4096)
             if not data:
                 raise ConnectionResetError("the controller closed the line")
             self._rest += data
+            if len(self._rest) > LONGEST_ANSWER and b"\n" not in self._rest:
+                raise ConnectionResetError("the controller's answer has no end")
+            if limit.over:
+                raise TimeoutError
         text, _, self._rest = self._rest.partition(b"\n")
         return text.decode("ascii", "replace").strip()
 

@@ -119,23 +119,19 @@ class HostLine:
         return self._holds
 
     def _read(self) -> None:
+        """Receive until the line is lost; whatever ends this thread loses it, so that nobody waits for an answer."""
         receiver = wire.Receiver(wire.REPLIES)
-        while self._gone is None:
-            port = self._port
-            if port is None:
-                return
-            try:
+        try:
+            while self._gone is None and (port := self._port) is not None:
                 data = port.read(max(1, port.in_waiting))
                 for frame in receiver.feed(data, self._clock.monotonic()) if data else ():
                     self._heard(frame)
-            except (serial.SerialException, OSError, TypeError) as error:
-                self._lose(str(error))
-                return
-            except Exception as error:  # those who wait are told, and the port is opened again
-                log.exception("the serial line ended")
-                self._lose(str(error))
-                return
-            self.broken = receiver.broken + self._malformed
+                self.broken = receiver.broken + self._malformed
+        except (serial.SerialException, OSError, TypeError) as error:  # the port has gone
+            self._lose(str(error))
+        except Exception as error:
+            log.exception("the reader of the line failed")
+            self._lose(str(error))
 
     def _lose(self, why: str) -> None:
         with self._news:

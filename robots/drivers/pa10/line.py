@@ -11,11 +11,10 @@ from robots.addresses import HIDDEN
 from robots.clock import TIMER, Limit
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
-from robots.drivers.pa10.protocol import ArmState, Malformed, Request
+from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
 
 ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
 CHECKED_S = 60.0  # a whole program
-LONGEST_ANSWER = 65_536  # bytes
 HOLD, HELD = b"h\n", "ok hold"
 
 
@@ -164,7 +163,7 @@ class ArmLine:
         arrives.register(line, select.POLLIN)
         while b"\n" not in self._rest:
             if len(self._rest) > LONGEST_ANSWER:
-                raise OSError(f"an answer is longer than {LONGEST_ANSWER} bytes")
+                raise ConnectionResetError("the controller's answer has no end")
             if limit.over or not arrives.poll(1000 * limit.left):
                 raise TimeoutError
             data = line.recv(4096)

@@ -16,6 +16,7 @@ from operatorlog.models import Entry, Visibility
 from portal.classic import tokens
 from portal.classic.pictures import drawn, name_of
 from portal.consoles.console import classic
+from portal.limits.pages import leave_room
 from portal.live.snapshot import seen, status_of
 from queueing import services as queue
 from queueing.errors import QueueError
@@ -143,6 +144,7 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
     args = {**wanted.args, "still": spent.still} if "still" in wanted.args else wanted.args
     grant = grant_of(robot, request.user, now)
     command = services.issue(robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now).command
+    leave_room(request)
     _tell(request, _until_final(command))
 
 

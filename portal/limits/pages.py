@@ -2,8 +2,7 @@
 
 import asyncio
 from collections import OrderedDict, deque
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from functools import partial
 
 from django.conf import settings
 from django.core.handlers.asgi import ASGIHandler
@@ -18,31 +17,25 @@ class FairSemaphore:
 
     def __init__(self, most: int) -> None:
         self._free = most
-        self._waiting: OrderedDict[str, deque[asyncio.Future[None]]] = OrderedDict()  # the next address is first
+        self._waiting: OrderedDict[str, deque[asyncio.Future[None]]] = OrderedDict()  # the next network is first
 
-    @asynccontextmanager
-    async def room(self, address: str) -> AsyncIterator[None]:
-        """Wait for room, and leave it at the end of the `async with` block."""
-        await self._enter(network_of(address))
-        try:
-            yield
-        finally:
-            self._leave()
-
-    async def _enter(self, network: str) -> None:
+    async def acquire(self, address: str) -> "Room":
+        """Wait for room and return it; the caller leaves it."""
         if self._free:
             self._free -= 1
-            return
+            return Room(self)
         entry: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        self._waiting.setdefault(network, deque()).append(entry)
+        self._waiting.setdefault(network_of(address), deque()).append(entry)
         try:
             await entry
         except asyncio.CancelledError:
             if not entry.cancelled():  # it was let in at the same moment
-                self._leave()
+                self.release()
             raise
+        return Room(self)
 
-    def _leave(self) -> None:
+    def release(self) -> None:
+        """Let the next one in."""
         while self._waiting:
             network, entries = self._waiting.popitem(last=False)
             entry = entries.popleft()
@@ -52,6 +45,19 @@ class FairSemaphore:
                 entry.set_result(None)
                 return
         self._free += 1
+
+
+class Room:
+    """The room of one page."""
+
+    def __init__(self, semaphore: FairSemaphore) -> None:
+        self._semaphore: FairSemaphore | None = semaphore
+
+    def leave(self) -> None:
+        """Leave it to the next page; a second time does nothing."""
+        if self._semaphore is not None:
+            self._semaphore.release()
+            self._semaphore = None
 
 
 class FewPages(ASGIHandler):
@@ -66,5 +72,16 @@ class FewPages(ASGIHandler):
 
     async def get_response_async(self, request: HttpRequest) -> HttpResponseBase:
         """Render a page when there is room."""
-        async with self._semaphore.room(request.META["REMOTE_ADDR"]):
+        room = await self._semaphore.acquire(request.META["REMOTE_ADDR"])
+        request.leave_room = partial(asyncio.get_running_loop().call_soon_threadsafe, room.leave)  # type: ignore[attr-defined]
+        try:
             return await super().get_response_async(request)
+        finally:
+            room.leave()
+
+
+def leave_room(request: HttpRequest) -> None:
+    """Let the next page be rendered: this one waits for a robot now. May be called in any thread."""
+    leave = getattr(request, "leave_room", None)  # absent outside `FewPages`
+    if leave is not None:
+        leave()

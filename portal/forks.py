@@ -39,7 +39,7 @@ LIBRARIES = (
 )  # fmt: skip
 OURS = (  # not those that are run: `python -m` loads these again
     "portal.celery", "portal.urls", "portal.limits.protocols", "portal.live.consumers", "portal.live.origins",
-    "portal.live.operators", "portal.live.person", "portal.limits.requests", "portal.limits.cache",
+    "portal.live.operators", "portal.live.person", "portal.limits.requests", "portal.limits.pages", "portal.limits.cache",
     "portal.management.commands.demo", "portal.seeding", "queueing.tasks", "workers.tasks", "workers.bootstep",
     "workers.wiring", "workers.recorder.recorder",
 )  # fmt: skip

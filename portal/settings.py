@@ -5,10 +5,8 @@
 
 import contextlib
 import os
-import re
 import secrets
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -22,7 +20,8 @@ from portal.consoles.caching import revalidate
 from portal.limits.addresses import proxy_networks
 from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
 from portal.privacy import keep_private
-from portal.tls import check_database, redis_tls
+from portal.site import site_address
+from portal.store_urls import check_database, read_url, redis_tls
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
@@ -58,21 +57,7 @@ if "*" in ALLOWED_HOSTS:
     raise ImproperlyConfigured("ALLOWED_HOSTS must name the hosts: '*' would switch the origin check of sockets off.")
 CSRF_TRUSTED_ORIGINS = env.list("CSRF_TRUSTED_ORIGINS", default=[])
 
-
-def _site_address() -> str:
-    """Return the address of this portal that mails link to; no request decides it."""
-    named = next((one for one in CSRF_TRUSTED_ORIGINS if "*" not in one), "")
-    host = next(iter(ALLOWED_HOSTS), "localhost").removeprefix(".")
-    address: str = env.str("FARHAND_URL", named or (f"https://{host}" if PUBLIC else f"http://{host}:8000"))
-    address = address.rstrip("/")
-    if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?", address):
-        raise ImproperlyConfigured(f"FARHAND_URL must be like https://robots.example.org, without a path: {address!r}")
-    if PUBLIC and not address.startswith("https://"):
-        raise ImproperlyConfigured(f"FARHAND_URL of a public portal must begin with https://, not {address!r}")
-    return address
-
-
-SITE_ADDRESS = _site_address()
+SITE_ADDRESS = site_address(env.str("FARHAND_URL", ""), CSRF_TRUSTED_ORIGINS, ALLOWED_HOSTS, PUBLIC)
 
 INSTALLED_APPS = [
     "django.contrib.admin",
@@ -139,18 +124,8 @@ TEMPLATES = [
 ]
 
 
-def _read_url(name: str, read: Callable[[], Any]) -> Any:
-    """Return what `read` makes of the URL in that variable. What is refused could be a part of its password."""
-    try:
-        return read()
-    except ValueError:
-        raise ImproperlyConfigured(
-            f"{name} cannot be read. Write / ? # @ : of its password as %2F %3F %23 %40 %3A, and check its port."
-        ) from None
-
-
 def _database() -> dict[str, Any]:
-    config: dict[str, Any] = {"CONN_MAX_AGE": 60} | _read_url(
+    config: dict[str, Any] = {"CONN_MAX_AGE": 60} | read_url(
         "DATABASE_URL", lambda: env.db("DATABASE_URL", default=f"sqlite:///{VAR / 'farhand.sqlite3'}")
     )
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
@@ -174,7 +149,7 @@ DATABASES = {"default": _database()}
 DEFAULT_AUTO_FIELD = "django.db.models.BigAutoField"
 
 REDIS_URL = env.str("REDIS_URL", f"unix://{VAR / 'redis.sock'}")
-_read_url("REDIS_URL", lambda: urlsplit(REDIS_URL).port)
+read_url("REDIS_URL", lambda: urlsplit(REDIS_URL).port)
 REDIS_TIMEOUT_S = roles.REDIS_TIMEOUT_S
 CELERY_BROKER_URL = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswith("unix://") else REDIS_URL
 if _redis_tls := redis_tls(REDIS_URL):  # by the address alone Celery would check no certificate
@@ -260,7 +235,7 @@ except ValueError as error:
     raise ImproperlyConfigured(str(error)) from error
 ALLAUTH_TRUSTED_PROXY_COUNT = 0
 
-EMAIL_CONFIG = _read_url("EMAIL_URL", lambda: env.email_url("EMAIL_URL", default="consolemail://"))
+EMAIL_CONFIG = read_url("EMAIL_URL", lambda: env.email_url("EMAIL_URL", default="consolemail://"))
 vars().update(EMAIL_CONFIG)
 EMAIL_TIMEOUT = 20  # s, for each answer of the mail server
 DEFAULT_FROM_EMAIL = env.str("DEFAULT_FROM_EMAIL", "Farhand <farhand@localhost>")
@@ -379,7 +354,7 @@ LIMITS: dict[str, Any] = {
     "SOCKETS_OF_ACCOUNT": env.int("FARHAND_SOCKETS_PER_ACCOUNT", 20),  # beside operators' streams
     "OPERATORS": env.int("FARHAND_OPERATOR_SOCKETS_PER_ADDRESS", 50),
     "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
-    "PAGES": env.int("FARHAND_PAGES_AT_ONCE", 4),  # rendered at a time in a web process
+    "PAGES": env.int("FARHAND_PAGES_AT_ONCE", 2),  # rendered at a time in a web process
     "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),
     "VIEWERS": env.int("FARHAND_VIEWERS_PER_ROBOT", 4000),  # strangers; people who are signed in always may watch
     "COMPOSITES": env.int("FARHAND_COMPOSITES_PER_ADDRESS", 6),

@@ -166,7 +166,7 @@ REFUSED = {
     "rediss://localhost/0?ssl_check_hostname=0&ssl_ca_certs=a": OF_OWN,
     "rediss://localhost/0?ssl_min_version=1": "not known here",
     "redis://localhost/0?ssl_cert_reqs=required": "not known here",
-    "redis://:pa?ssword@localhost/0": "a ? in a password is written as %3F",
+    "redis://:pa?ssword@localhost/0": "Write / ? # @ : of its password as %2F %3F %23 %40 %3A",
     "rediss+socket://localhost/0": "has to begin with",
     "REDISS://localhost/0": "has to begin with",
     "localhost:6379": "has to begin with",

@@ -45,7 +45,7 @@ def test_a_wrong_host_is_400_in_words_without_traceback_or_query(robot, caplog, 
 
 
 def test_two_host_headers_are_400_on_the_wire(robot, caplog):
-    from portal.asgi import pages
+    from portal.asgi import application
 
     async def asked():
         scope = {
@@ -53,7 +53,7 @@ def test_two_host_headers_are_400_on_the_wire(robot, caplog):
             "headers": [(b"host", b"testserver"), (b"host", b"testserver")], "client": ("127.0.0.1", 1),
             "server": ("127.0.0.1", 80), "scheme": "http", "http_version": "1.1", "asgi": {"version": "3.0"},
         }  # fmt: skip
-        one = ApplicationCommunicator(pages, scope)
+        one = ApplicationCommunicator(application, scope)
         await one.send_input({"type": "http.request", "body": b""})
         told = await one.receive_output(60)
         await one.wait(60)

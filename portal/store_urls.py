@@ -1,6 +1,10 @@
-"""TLS to the stores, read once for all libraries that connect: whoever asks for it gets checked certificates."""
+"""The addresses of database, Redis and mail server, read once for all libraries that connect.
+
+Whoever asks for TLS gets checked certificates.
+"""
 
 import os
+from collections.abc import Callable
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
@@ -9,6 +13,20 @@ from django.core.exceptions import ImproperlyConfigured
 OPTIONS = ("ssl_ca_certs", "ssl_ca_path", "ssl_certfile", "ssl_keyfile", "ssl_password")  # redis-py's names
 CHECKS = {"ssl_cert_reqs": "required", "ssl_check_hostname": "true"}
 UNCHECKED = ("allow", "prefer", "require")
+
+
+def read_url(name: str, read: Callable[[], Any]) -> Any:
+    """Return what `read` makes of the URL in that variable.
+
+    Raises:
+        ImproperlyConfigured: it cannot be read. What is refused is not shown: it could be a part of the password.
+    """
+    try:
+        return read()
+    except ValueError:
+        raise ImproperlyConfigured(
+            f"{name} cannot be read. Write / ? # @ : of its password as %2F %3F %23 %40 %3A, and check its port."
+        ) from None
 
 
 def redis_tls(url: str) -> dict[str, Any]:

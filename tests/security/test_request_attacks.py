@@ -14,7 +14,7 @@ from hypothesis import settings as effort
 from hypothesis import strategies as st
 from uvicorn.server import ServerState
 
-from portal.limits import dropped, protocols
+from portal.limits import protocols
 from portal.limits.protocols import CHUNKS, FIELDS, HEAD, PIPELINED, Http
 from portal.limits.sockets import Ws
 
@@ -133,6 +133,7 @@ async def endless(app, connect, head, piece):
     return await pour(writer, piece), await said
 
 
+@pytest.mark.asvs("15.2.2")
 @pytest.mark.parametrize(
     ("head", "piece", "status"),
     [
@@ -160,6 +161,7 @@ def test_what_is_no_body_is_bounded_wherever_it_stands(head, piece, status):
     assert parts <= CHUNKS
 
 
+@pytest.mark.asvs("15.2.2")
 def test_the_rest_of_a_refused_body_is_not_read():
     async def how(app, connect):
         reader, writer = await connect()
@@ -187,6 +189,7 @@ def test_a_hundred_headers_are_taken_and_one_more_is_not():
     assert requests == ["/page"]
 
 
+@pytest.mark.asvs("15.2.2")
 def test_of_requests_that_nobody_waits_for_few_are_taken():
     async def how(app, connect):
         app.free.clear()
@@ -207,6 +210,7 @@ def test_of_requests_that_nobody_waits_for_few_are_taken():
     assert len(requests) <= PIPELINED + 1
 
 
+@pytest.mark.asvs("15.2.2")
 def test_who_never_reads_is_not_served_for_ever():
     async def how(app, connect):
         reader, writer = await connect()
@@ -219,6 +223,7 @@ def test_who_never_reads_is_not_served_for_ever():
     assert len(requests) <= PIPELINED + 1
 
 
+@pytest.mark.asvs("15.2.2")
 def test_a_socket_is_not_opened_in_the_middle_of_other_answers():
     async def how(app, connect):
         app.free.clear()
@@ -255,7 +260,6 @@ def test_after_a_refusal_nothing_is_read(monkeypatch):
     assert statuses(said) == [400]
     assert requests == []
     assert refused == ["sent no HTTP"]
-    assert callable(dropped.drop)
 
 
 bodies = st.lists(st.binary(max_size=300), max_size=5)

@@ -55,6 +55,7 @@ def test_no_more_are_in_than_may_be_and_nobody_waits_beside_a_free_place(steps, 
     asyncio.run(run())
 
 
+@pytest.mark.asvs("15.2.2")
 def test_a_crowd_delays_others_by_one_page_each():
     order = []
 

@@ -4,6 +4,7 @@ import logging
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 from typing import Any
+from urllib.parse import urlsplit
 
 from allauth.account.adapter import DefaultAccountAdapter
 from allauth.core.internal.ratelimit import get_ip
@@ -44,6 +45,12 @@ def send_in_background(message: EmailMessage) -> None:
         message.send()
 
 
+def on_site(address: str) -> str:
+    """Return the address at the configured site: a link in a mail never follows the Host header of a request."""
+    parts = urlsplit(address)
+    return f"{settings.SITE_ADDRESS}{parts.path}{'?' if parts.query else ''}{parts.query}"
+
+
 class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
     """allauth's adapter with these changes."""
 
@@ -52,7 +59,7 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
     def clean_username(self, username: str, shallow: bool = False) -> str:
         """Return a new handle in its stored form. Raises ValidationError if it is refused or taken."""
         handle = handles.normal(username)
-        if not shallow and get_user_model().objects.filter(handle_key=handles.key(handle)).exists():
+        if not shallow and handles.taken(handle):
             raise self.validation_error("username_taken")
         return str(super().clean_username(handle, shallow))
 
@@ -88,11 +95,10 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
 
     def _filled(self, email: str, given: dict[str, Any]) -> dict[str, Any]:
         from allauth.core import context  # noqa: PLC0415 - holds the request of this thread
-        from django.contrib.sites.shortcuts import get_current_site  # noqa: PLC0415
 
-        request = context.request
-        site = SimpleNamespace(name=settings.SITE_NAME, domain=get_current_site(request).domain)
+        site = SimpleNamespace(name=settings.SITE_NAME, domain=urlsplit(settings.SITE_ADDRESS).netloc)
+        links = {name: on_site(str(value)) for name, value in given.items() if name.endswith("_url")}
         return {
-            "request": request, "email": email, "current_site": site,
-            "site_address": f"{settings.ACCOUNT_DEFAULT_HTTP_PROTOCOL}://{site.domain}/", **given,
+            "request": context.request, "email": email, "site_address": on_site("/"), **given, **links,
+            "current_site": site,
         }  # fmt: skip

@@ -3,17 +3,23 @@
 from collections.abc import Callable
 from typing import Any
 
+from allauth.account.admin import EmailAddressAdmin
+from allauth.account.models import EmailAddress
 from django import forms
 from django.contrib import admin, messages
 from django.contrib.admin.helpers import ActionForm
-from django.contrib.auth.admin import UserAdmin
+from django.contrib.admin.utils import unquote
+from django.contrib.auth.admin import GroupAdmin, UserAdmin
 from django.contrib.auth.forms import AdminUserCreationForm, UserChangeForm
+from django.contrib.auth.models import Group
+from django.core.exceptions import PermissionDenied
 from django.db import DataError
-from django.http import HttpRequest
+from django.http import HttpRequest, HttpResponse
 
 from accounts import handles, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question, User
+from accounts.rights import drives_more, may_do_more
 from robots.added import on_added
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
@@ -62,9 +68,32 @@ class NoteForm(ActionForm):
     note = forms.CharField(required=False, max_length=staff.LONGEST, label="Note to the person:")
 
 
+def _decides(user: Any, clearance: Clearance | None) -> bool:
+    if clearance is None or user.is_superuser:
+        return True
+    return clearance.user_id != user.pk and not may_do_more(clearance.user, user)
+
+
+class ClearanceForm(forms.ModelForm):  # type: ignore[type-arg]
+    """A clearance of somebody else, who may do no more."""
+
+    by: Any  # the person who fills it in
+
+    def clean_user(self) -> User:
+        """Return the person."""
+        person: User = self.cleaned_data["user"]
+        if person.pk == self.by.pk and not self.by.is_superuser:
+            raise forms.ValidationError("Nobody clears themselves; ask other staff.")
+        if may_do_more(person, self.by):
+            raise forms.ValidationError("This person has rights that you have not; a superuser decides on this.")
+        return person
+
+
 @admin.register(Clearance)
 class ClearanceAdmin(FormFieldsAdmin, Guarded):
-    """Clearances; they are withdrawn and reopened by actions with a note."""
+    """Clearances; they are withdrawn and reopened by actions with a note. Nobody decides on their own."""
+
+    form = ClearanceForm
 
     list_display = ("user", "robot", "level", "granted_at", "revoked_at", "note", "lifted_at")
     list_filter = ("robot",)
@@ -77,6 +106,18 @@ class ClearanceAdmin(FormFieldsAdmin, Guarded):
     def get_changeform_initial_data(self, request: HttpRequest) -> dict[str, Any]:
         """Start a new clearance today."""
         return {"granted_at": SYSTEM.now(), **super().get_changeform_initial_data(request)}
+
+    def get_form(self, request: HttpRequest, obj: Any = None, change: bool = False, **kwargs: Any) -> Any:
+        """Return the form, which knows who fills it in."""
+        return type("ClearanceForm", (super().get_form(request, obj, change, **kwargs),), {"by": request.user})
+
+    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Lock one's own, and those of people who may do more."""
+        return _decides(request.user, obj) and super().has_change_permission(request, obj)
+
+    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Lock one's own, and those of people who may do more."""
+        return _decides(request.user, obj) and super().has_delete_permission(request, obj)
 
     @admin.action(description="Withdraw the clearance (with a note)", permissions=["change"])
     def withdraw(self, request: HttpRequest, queryset: Any) -> None:
@@ -118,7 +159,7 @@ class HandleRules(forms.ModelForm):  # type: ignore[type-arg]
         handle = handles.normal(self.cleaned_data["username"])
         if handle != self.initial.get("username"):
             handles.validate(handle)
-            if User.objects.filter(handle_key=handles.key(handle)).exclude(pk=self.instance.pk).exists():
+            if handles.taken(handle, but=self.instance.pk):
                 raise forms.ValidationError("That handle is taken, or looks like one that is taken.")
         return handle
 
@@ -133,22 +174,66 @@ class NewPersonForm(HandleRules, AdminUserCreationForm):  # type: ignore[type-ar
 
 @admin.register(User)
 class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
-    """People. Only a superuser gives rights, so that nobody can give rights to themselves."""
+    """People. Only a superuser gives rights, and nobody changes an account that may do more than they may."""
 
     form, add_form = PersonForm, NewPersonForm
     also_saved = ("handle_key",)
 
     def get_readonly_fields(self, request: HttpRequest, obj: Any = None) -> tuple[str, ...]:
-        """Lock the fields of rights for staff who are not superusers."""
+        """Lock the fields of rights, and the address that brings a new password, for staff who could use them."""
         locked = () if request.user.is_superuser else ("is_staff", "is_superuser", "groups", "user_permissions")
-        return (*super().get_readonly_fields(request, obj), *locked)
+        email = ("email",) if obj is not None and drives_more(obj, request.user) else ()
+        return (*super().get_readonly_fields(request, obj), *locked, *email)
 
     def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Let only superusers change a superuser's account: with a new password, others could use it."""
-        mine = obj is None or not obj.is_superuser or request.user.is_superuser
-        return mine and super().has_change_permission(request, obj)
+        """Lock accounts that may do more: with a new password or address, others could use them."""
+        return not (obj and may_do_more(obj, request.user)) and super().has_change_permission(request, obj)
 
     def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
-        """Let only superusers delete a superuser."""
-        mine = obj is None or not obj.is_superuser or request.user.is_superuser
-        return mine and super().has_delete_permission(request, obj)
+        """Lock accounts that may do more."""
+        return not (obj and may_do_more(obj, request.user)) and super().has_delete_permission(request, obj)
+
+    def user_change_password(self, request: HttpRequest, id: str, form_url: str = "") -> HttpResponse:
+        """Set a password, but not of people who may drive what one may not."""
+        person = self.get_object(request, unquote(id))
+        if person is not None and drives_more(person, request.user):
+            raise PermissionDenied
+        return super().user_change_password(request, id, form_url)
+
+
+class ForSuperusers(admin.ModelAdmin):  # type: ignore[type-arg]
+    """A page that staff with the permission may look at, and superusers change."""
+
+    def get_actions(self, request: HttpRequest) -> dict[str, Any]:
+        """Return the actions for superusers; others have none."""
+        return super().get_actions(request) if request.user.is_superuser else {}
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Return whether the person is a superuser."""
+        return bool(request.user.is_superuser)
+
+    def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Return whether the person is a superuser."""
+        return bool(request.user.is_superuser)
+
+    def has_delete_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Return whether the person is a superuser."""
+        return bool(request.user.is_superuser)
+
+    def has_view_permission(self, request: HttpRequest, obj: Any = None) -> bool:
+        """Return whether the person may look, for which each permission of the model is enough."""
+        label, name = self.opts.app_label, self.opts.model_name
+        return any(request.user.has_perm(f"{label}.{verb}_{name}") for verb in ("view", "change", "add", "delete"))
+
+
+admin.site.unregister((Group, EmailAddress))
+
+
+@admin.register(Group)
+class RightsAdmin(ForSuperusers, GroupAdmin):
+    """Groups give rights: also to who could edit a group of their own."""
+
+
+@admin.register(EmailAddress)
+class AddressAdmin(ForSuperusers, EmailAddressAdmin):  # type: ignore[misc]
+    """Verified addresses. A link to a new password goes to them, so one's own at another account would open it."""

@@ -2,14 +2,19 @@
 
 import re
 import unicodedata
+from collections.abc import Iterable
+from functools import cache
 from typing import Any
 
+from django.contrib.auth import get_user_model
 from django.core.exceptions import ValidationError
 from django.db import models
+from django.db.models import Q
 
 from robots.models import Robot
 
 SHORTEST, LONGEST = 2, 24
+DIGITS = "0123456789"
 RULES = (
     f"Shown to others when you drive. {SHORTEST} to {LONGEST} letters of one script, digits, and . - _ between them. "
     "Not the name of a robot or of a role, such as admin or staff."
@@ -19,12 +24,17 @@ RESERVED = frozenset({
     "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff", "superuser",
     "support", "system", "undefined", "webmaster",
 })  # fmt: skip
+ROLES = RESERVED - {"anonymous", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined"}
 JOINED = (
     {"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"},
     {"HANGUL", "CJK"},
 )  # used together by one language
-# lower-case letters of other scripts that look like Latin ones
-ALIKE = str.maketrans("асеорхуіјѕԁһӏԛԝοενρικχυ", "aceopxyijsdhlqwoevpikxu")
+# read as a letter, but in no table of Unicode: digits, i beside I and l, and what stands there for letters like ε and м
+READ_AS = str.maketrans("i10234578", "llozeastb")
+ALSO = str.maketrans({"ꞓ": "e", "χ": "x", "ĸ": "k", "ʍ": "rn"})
+DRAWN_AS = re.compile(r"LATIN (?:CAPITAL LETTER|SMALL LETTER|LETTER SMALL CAPITAL) ([A-Z])(?: WITH .*)?")
+LONGEST_KEY = 240
+LRM = "\u200e"  # around letters of scripts that run from right to left, in the package's data
 
 
 def normal(handle: str) -> str:
@@ -33,8 +43,59 @@ def normal(handle: str) -> str:
 
 
 def key(handle: str) -> str:
-    """Return a key that is the same for handles that look alike."""
-    return normal(normal(handle).casefold()).translate(ALIKE)
+    """Return a key that is the same for handles that look alike: UTS 39's skeleton, without case and accents.
+
+    The case is folded after a first pass, because the capitals I and Ν (Greek) look like other letters than i and ν.
+    """
+    return _skeleton(_skeleton(normal(handle)).casefold()).translate(READ_AS)[:LONGEST_KEY]
+
+
+def taken(handle: str, but: Any = None) -> bool:
+    """Return whether a person other than `but` (a primary key) has the handle, or one that looks like it."""
+    keys = {key(variant) for variant in (handle, handle.lower(), handle.upper())}
+    alike = Q(handle_key__in=keys)
+    for one in keys:
+        alike |= Q(handle_key__startswith=f"{one}#")
+    return get_user_model().objects.filter(alike).exclude(pk=but).exists()
+
+
+@cache
+def _prototypes() -> dict[str, str]:
+    """Return Unicode's confusables: a character, and what stands for all that look like it.
+
+    The package lists each pair in both directions, so that a prototype is what several look like, or several letters.
+    """
+    from confusable_homoglyphs.confusables import confusables_data  # noqa: PLC0415 - 1 MB, where handles are made
+
+    near: dict[str, set[str]] = {}
+    for letter, found in confusables_data.items():
+        near.setdefault(letter.strip(LRM), set()).update(one["c"].strip(LRM) for one in found)
+    prototypes = {}
+    for letter, others in near.items():
+        if len(letter) == len(others) == 1:
+            (other,) = others
+            prototypes[letter] = other if len(other) > 1 or len(near[other]) > 1 else min(letter, other)
+    return prototypes
+
+
+def _skeleton(text: str) -> str:
+    plain = "".join(_prototypes().get(c, c) for c in _bare_of_accents(text))
+    return "".join(_drawn(c) for c in _bare_of_accents(plain).translate(ALSO))
+
+
+def _bare_of_accents(text: str) -> str:
+    return "".join(c for c in unicodedata.normalize("NFD", text) if not _accent(unicodedata.combining(c)))
+
+
+def _accent(place: int) -> bool:
+    """Return whether marks of this combining class are accents or points; vowel signs of other scripts are not."""
+    return place == 1 or 10 <= place <= 35 or place >= 200
+
+
+def _drawn(letter: str) -> str:
+    """Return `b` for a small capital ʙ and for a ɓ with a hook."""
+    found = None if letter.isascii() else DRAWN_AS.fullmatch(unicodedata.name(letter, ""))
+    return found[1].lower() if found else letter
 
 
 def _script(letter: str) -> str:
@@ -48,7 +109,7 @@ def validate(handle: str) -> None:
         raise ValidationError(f"Use {SHORTEST} to {LONGEST} characters.")
     scripts = set()
     for letter in handle:
-        if letter in "0123456789.-_":
+        if letter in DIGITS + ".-_":
             continue
         script, kind = _script(letter), unicodedata.category(letter)
         drawn = kind[0] in "LM" and kind != "Me" and "FILLER" not in unicodedata.name(letter, "")
@@ -60,14 +121,26 @@ def validate(handle: str) -> None:
         raise ValidationError(f"Use letters of one script; this mixes {mixed}.")
     if not scripts or handle[0] in ".-_" or handle[-1] in ".-_":
         raise ValidationError("Use at least one letter, and begin and end with a letter or a digit.")
-    bare = _bare(handle)
-    robots = {_bare(name) for row in Robot.objects.values_list("slug", "name") for name in row}
-    if bare in RESERVED or bare.strip("0123456789") in RESERVED or bare in robots:
+    reserved = _reserved(RESERVED)
+    without = (handle, handle.lstrip(DIGITS), handle.rstrip(DIGITS), handle.strip(DIGITS))
+    if any(_bare(text) in reserved for text in without):
         raise ValidationError("That handle is reserved; choose another one.")
 
 
+def claims_role(name: str) -> bool:
+    """Return whether a free name shows a role or a robot: in brackets, among other words, or spaced out."""
+    reserved = _reserved(ROLES)
+    return any(_bare(word) in reserved for word in [name, *re.split(r"[\W_]+", name)])
+
+
+def _reserved(words: Iterable[str]) -> set[str]:
+    """Return what stands for these words and for the robots' names and slugs."""
+    robots = (name for row in Robot.objects.values_list("slug", "name") for name in row)
+    return {_bare(name) for name in (*words, *robots)} - {""}
+
+
 def _bare(handle: str) -> str:
-    return re.sub(r"[\s._-]", "", key(handle))
+    return re.sub(r"[\W_]", "", key(handle))
 
 
 VALIDATORS = [validate]

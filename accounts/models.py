@@ -20,7 +20,7 @@ class User(AbstractUser):
         help_text="Shown to others when you drive. 2 to 30 letters, digits, . - _",
         error_messages={"unique": "That handle is taken."},
     )
-    handle_key = HandleKey(max_length=90, unique=True, null=True, editable=False)
+    handle_key = HandleKey(max_length=255, unique=True, null=True, editable=False)
     email = models.EmailField("email address", unique=True)
 
     def __str__(self) -> str:

@@ -4,15 +4,18 @@ from datetime import datetime
 from typing import Any
 
 from accounts.models import Clearance
+from accounts.rights import may_do_more
 from robots.drivers.errors import BadRequest
 from robots.permissions import NotStaff
 
 LONGEST = 200
 
 
-def _need(user: Any, note: str) -> str:
+def _need(user: Any, clearance: Clearance, note: str) -> str:
     if user is None or not user.has_perm("accounts.change_clearance"):
         raise NotStaff("This is for staff who may change clearances.")
+    if may_do_more(clearance.user, user):
+        raise NotStaff(f"{clearance.user} has rights that you have not; a superuser decides on this clearance.")
     note = note.strip()
     if not 0 < len(note) <= LONGEST:
         raise BadRequest(f"Write a note of at most {LONGEST} characters; the person reads it.")
@@ -21,7 +24,7 @@ def _need(user: Any, note: str) -> str:
 
 def withdraw(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
     """Withdraw a clearance until staff lift that. Return False if it was withdrawn. Raises NotStaff, BadRequest."""
-    note = _need(user, note)
+    note = _need(user, clearance, note)
     mine = Clearance.objects.filter(pk=clearance.pk, revoked_at=None)
     return bool(mine.update(revoked_at=now, lifted_at=None, note=note, decided_by=user))
 
@@ -30,8 +33,10 @@ def lift(clearance: Clearance, user: Any, note: str, now: datetime) -> bool:
     """Let the person pass the test again after a withdrawal. Return False if none was withdrawn.
 
     Raises:
-        NotStaff, BadRequest: no permission; no note.
+        NotStaff, BadRequest: no permission, one's own; no note.
     """
-    note = _need(user, note)
+    note = _need(user, clearance, note)
+    if clearance.user_id == user.pk and not user.is_superuser:
+        raise NotStaff("Nobody decides on a clearance of their own; ask other staff.")
     mine = Clearance.objects.filter(pk=clearance.pk, revoked_at__isnull=False, lifted_at=None)
     return bool(mine.update(lifted_at=now, note=note, decided_by=user))

@@ -1,25 +1,32 @@
-"""How long a command's answer takes while strangers ask for all they may, beside the same command with nobody there.
+"""How long the answers to a command and to Stop take while strangers do all they can.
 
 Ten sockets of an account that is not cleared and ten of one that is ask for previews as fast as
 a socket may; anonymous readers fetch the log's pages one after another. Idle and busy blocks
-alternate in one run, so that a slow machine slows both.
+alternate in one run, so that a slow machine slows both. Then one crowd after another
+attacks with its own connections (`benchmarks/_attackers.py`).
 """
 
 import json
+import subprocess
+import sys
 import threading
 import time
 import urllib.request
-from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import timedelta
+from pathlib import Path
 from typing import Any
 
+from benchmarks._attackers import CROWDS
 from benchmarks.command_round_trip import cookie
 from benchmarks.stage import cast, database, median, percentile, set_up, tell
 
 BLOCKS, EACH = 10, 30  # blocks of each sort; commands a block
 SOCKETS, READERS = 10, 2
 GOAL = 1.2
+STOPS, PAUSE_S = 120, 0.06  # beside each crowd; between two messages of a socket that may send thirty a second
+GOAL_MS = 300  # 99 % of the answers to a command and to Stop, beside each crowd
 
 
 class Strangers:
@@ -71,20 +78,24 @@ class Strangers:
 
 
 def main() -> None:
-    """Measure in alternating blocks."""
+    """Measure in alternating blocks, then beside each crowd."""
     set_up()
     with database(), ExitStack() as stack:
-        idle, busy, asked = _measure(stack)
+        idle, busy, asked, crowds = _measure(stack)
     ratio = percentile(busy, 0.99) / percentile(idle, 0.99)
+    slowest = max(max(crowd["command_99_ms"], crowd["stop_99_ms"]) for crowd in crowds.values())
     beside = {
         "idle_ms": round(median(idle), 2), "busy_ms": round(median(busy), 2),
         "idle_99_ms": round(percentile(idle, 0.99), 2), "busy_99_ms": round(percentile(busy, 0.99), 2),
-        "asked_by_strangers": asked,
+        "asked_by_strangers": asked, "crowds": crowds,
     }  # fmt: skip
-    tell("strangers", ratio, "times the idle time of an answer, 99 %", f"<= {GOAL}", ratio <= GOAL, beside)
+    goal = f"<= {GOAL}, and {GOAL_MS} ms for a command and Stop, 99 %, beside each crowd"
+    tell(
+        "strangers", ratio, "times the idle time of an answer, 99 %", goal, ratio <= GOAL and slowest <= GOAL_MS, beside
+    )
 
 
-def _measure(stack: ExitStack) -> tuple[list[float], list[float], int]:
+def _measure(stack: ExitStack) -> tuple[list[float], list[float], int, dict[str, dict[str, float]]]:
     from accounts.models import Clearance, User
     from robots import services
     from robots.clock import SYSTEM
@@ -109,34 +120,82 @@ def _measure(stack: ExitStack) -> tuple[list[float], list[float], int]:
     Clearance.objects.create(user=bob, robot=robot, granted_at=now)
     strangers = Strangers(web, [cookie(eve), cookie(bob)])
     stack.callback(strangers.end)
-    return (*_alternate(web, person, strangers), strangers.asked)
+    with operator(web, person) as socket:
+        idle, busy = _alternate(socket, strangers)
+        strangers.ask(False)
+        return idle, busy, strangers.asked, {name: _beside(name, web, socket) for name in CROWDS}
 
 
-def _alternate(web: Any, person: Any, strangers: Strangers) -> tuple[list[float], list[float]]:
+class Operator:
+    """The socket of the person who drives."""
+
+    def __init__(self, socket: Any) -> None:
+        self._socket, self._seq = socket, 0
+
+    def ask(self, message: dict[str, Any]) -> float:
+        """Send a message; return after how many ms it was answered, and pause."""
+        begun = time.perf_counter()
+        self._socket.send(json.dumps(message))
+        while True:
+            data = self._socket.recv(timeout=60)
+            if (
+                isinstance(data, str)
+                and (said := json.loads(data))["t"] == "answer"
+                and said["seq"] == message.get("seq")
+            ):
+                assert said["ok"], said
+                break
+        took = (time.perf_counter() - begun) * 1000
+        time.sleep(PAUSE_S)
+        return took
+
+    def command(self) -> float:
+        """Send a command that moves nothing; return after how many ms it was answered."""
+        self._seq += 1
+        return self.ask({"t": "command", "kind": "noop", "args": {}, "seq": self._seq})
+
+
+@contextmanager
+def operator(web: Any, person: Any) -> Iterator[Operator]:
+    """Connect as the person who drives."""
     from websockets.sync.client import connect
 
-    times: dict[bool, list[float]] = {False: [], True: []}
-    address, seq = f"{web.url.replace('http', 'ws')}/ws/robots/mercury/", 0
+    address = f"{web.url.replace('http', 'ws')}/ws/robots/mercury/"
     with connect(address, additional_headers={"Cookie": cookie(person)}, origin=web.url) as socket:
-        for block in range(2 * BLOCKS):
-            busy = block % 2 == 1
-            strangers.ask(busy)
-            for _ in range(EACH):
-                seq += 1
-                begun = time.perf_counter()
-                socket.send(json.dumps({"t": "command", "kind": "noop", "args": {}, "seq": seq}))
-                _answered(socket, seq)
-                times[busy].append((time.perf_counter() - begun) * 1000)
-                time.sleep(0.055)
+        yield Operator(socket)
+
+
+def _alternate(socket: Operator, strangers: Strangers) -> tuple[list[float], list[float]]:
+    times: dict[bool, list[float]] = {False: [], True: []}
+    for block in range(2 * BLOCKS):
+        busy = block % 2 == 1
+        strangers.ask(busy)
+        times[busy] += [socket.command() for _ in range(EACH)]
     return times[False], times[True]
 
 
-def _answered(socket: Any, seq: int) -> None:
-    while True:
-        data = socket.recv(timeout=10)
-        if isinstance(data, str) and (said := json.loads(data))["t"] == "answer" and said["seq"] == seq:
-            assert said["ok"], said
-            return
+def _beside(crowd: str, web: Any, socket: Operator) -> dict[str, float]:
+    attackers = [sys.executable, "-m", "benchmarks._attackers", crowd, str(web.port)]
+    commands, stops, most = [], [], 0.0
+    with subprocess.Popen(attackers, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdin and process.stdout
+        process.stdout.readline()
+        for _ in range(STOPS):
+            commands.append(socket.command())
+            stops.append(socket.ask({"t": "stop"}))
+            socket.ask({"t": "release", "checked": True})
+            most = max(most, resident_mb(web.process.pid))
+        process.stdin.close()
+    return {
+        "connections": CROWDS[crowd][1], "command_99_ms": round(percentile(commands, 0.99)),
+        "stop_99_ms": round(percentile(stops, 0.99)), "web_mb": round(most),
+    }  # fmt: skip
+
+
+def resident_mb(pid: int) -> float:
+    """Return a process's resident memory in MB."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(status.partition("VmRSS:")[2].split()[0]) / 1000
 
 
 if __name__ == "__main__":

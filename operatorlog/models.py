@@ -35,6 +35,8 @@ class Entry(models.Model):
     class Meta:
         ordering = ("-written_at",)
         verbose_name_plural = "entries"
+        # asked at each stored picture
+        indexes = [models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries")]
 
     def __str__(self) -> str:
         return f"{self.author}: {self.text[:60]}"

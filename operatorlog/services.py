@@ -5,7 +5,7 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import QuerySet
+from django.db.models import Q, QuerySet
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from queueing.jobs.asking import Asker
@@ -119,6 +119,27 @@ def reason_for(visibility: Visibility, reason: str) -> str:
     if not reason.strip():
         raise LogError("Give the reason for hiding it; the author sees it.")
     return reason.strip()[:200]
+
+
+def hidden_with(file: str) -> Entry | None:
+    """Return the hidden entry of whose turn this stored picture is (`frames/...`); None of all other pictures."""
+    of_turn = Q(frame__file=file) | Q(turn__grant__frames__file=file)
+    return Entry.objects.filter(of_turn, visibility=Visibility.HIDDEN).first()
+
+
+def hidden_of(grant: Any) -> Entry | None:
+    """Return the hidden entry about the turn of this grant (a primary key); None where nothing is hidden."""
+    return Entry.objects.filter(turn__grant=grant, visibility=Visibility.HIDDEN).first()
+
+
+def may_see_hidden(entry: Entry, user: Any) -> bool:
+    """Return whether this person may see the pictures of a hidden entry's turn.
+
+    Staff and the author may; and who drives the robot now, for the picture to click in may be one of them.
+    """
+    if user.has_perm("operatorlog.view_entry") or user.has_perm("robots.change_robot") or entry.author_id == user.pk:
+        return True
+    return Turn.objects.filter(robot=entry.robot_id, user=user.pk, ended_at=None).exists()
 
 
 def _own(turn: Turn, user: Any) -> None:

@@ -10,6 +10,7 @@ from django.views.decorators.cache import never_cache
 
 from operatorlog import services
 from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
+from operatorlog.services import may_see_hidden
 from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.plain import whole
@@ -69,13 +70,14 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
     may_edit = entry is not None and services.may_edit(entry, request.user, SYSTEM.now())
     typed = request.POST.get("text", "")
     editing = may_edit and ("edit" in request.GET or bool(problem and "text" in request.POST))
-    frames = list(turn.grant.frames.select_related("robot").order_by("id"))
+    hidden = entry is not None and entry.visibility == Visibility.HIDDEN and not may_see_hidden(entry, request.user)
+    frames = [] if hidden else list(turn.grant.frames.select_related("robot").order_by("id"))
     chosen = entry.frame_id if entry else (frames[-1].pk if frames else None)
     ended = turn.ended_at is not None
     writing = mine and ended and (entry is None or editing)
     context = {
         "turn": turn, "entry": entry, "mine": mine, "may_edit": may_edit, "editing": editing, "problem": problem,
-        "writing": writing, "frames": frames,
+        "writing": writing, "frames": frames, "pictures_hidden": hidden,
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],

@@ -5,19 +5,22 @@ from typing import Any
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
-from django.core.asgi import get_asgi_application
+import django
+from django.apps import apps
 
-pages = get_asgi_application()
+if not apps.ready:  # a second time would set the log up anew
+    django.setup(set_prefix=False)
 
-from channels.routing import ProtocolTypeRouter, URLRouter  # noqa: E402
-from channels.sessions import CookieMiddleware  # noqa: E402
-from django.urls import path, re_path  # noqa: E402
+from channels.routing import ProtocolTypeRouter, URLRouter
+from channels.sessions import CookieMiddleware
+from django.urls import path, re_path
 
-from portal.limits.requests import Bounded  # noqa: E402
-from portal.live.consumers import RobotConsumer  # noqa: E402
-from portal.live.operators import OperatorConsumer  # noqa: E402
-from portal.live.origins import OwnOrigin, Refused  # noqa: E402
-from portal.live.person import PersonConsumer  # noqa: E402
+from portal.limits.pages import FewPages
+from portal.limits.requests import Bounded
+from portal.live.consumers import RobotConsumer
+from portal.live.operators import OperatorConsumer
+from portal.live.origins import OwnOrigin, Refused
+from portal.live.person import PersonConsumer
 
 nowhere: Any = Refused(404, "There is no socket at this address.\n")
 sockets = URLRouter(
@@ -28,4 +31,4 @@ sockets = URLRouter(
         re_path("", nowhere),  # last
     ]
 )
-application = Bounded(ProtocolTypeRouter({"http": pages, "websocket": OwnOrigin(CookieMiddleware(sockets))}))
+application = Bounded(ProtocolTypeRouter({"http": FewPages(), "websocket": OwnOrigin(CookieMiddleware(sockets))}))

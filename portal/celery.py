@@ -7,6 +7,9 @@ os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
 from celery import Celery, signals
 
+from portal.logs.lines import PRINTED, tidy
+from portal.logs.outlet import ERRORS
+
 # Celery's fixup for Django puts the working folder first in sys.path; it may contain another folder `robots`
 _path = list(sys.path)
 app = Celery("portal")
@@ -25,3 +28,11 @@ def _close_old_connections(**_: object) -> None:
     from django.db import close_old_connections  # noqa: PLC0415 - after the settings
 
     close_old_connections()
+
+
+@signals.celeryd_init.connect
+def _say_without_waiting(**_: object) -> None:
+    """Let Celery's signal handlers wait for no log: a SIGTERM would not hold the robot while nobody reads it."""
+    from celery.apps import worker  # noqa: PLC0415 - workers only
+
+    worker.safe_say = lambda message, f=None: ERRORS.write(tidy(str(message), PRINTED))

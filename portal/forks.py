@@ -22,7 +22,7 @@ import time
 import warnings
 from importlib import import_module
 from pathlib import Path
-from typing import IO, Any, NoReturn
+from typing import Any, NoReturn
 
 from portal import gaps, roles
 
@@ -39,9 +39,9 @@ LIBRARIES = (
 )  # fmt: skip
 OURS = (  # not those that are run: `python -m` loads these again
     "portal.celery", "portal.urls", "portal.limits.protocols", "portal.live.consumers", "portal.live.origins",
-    "portal.live.operators", "portal.live.person", "portal.limits.requests", "portal.limits.cache",
-    "portal.management.commands.demo", "portal.seeding", "queueing.tasks", "workers.tasks", "workers.bootstep",
-    "workers.wiring", "workers.recorder.recorder",
+    "portal.live.operators", "portal.live.person", "portal.limits.requests", "portal.limits.pages",
+    "portal.limits.cache", "portal.management.commands.demo", "portal.seeding", "queueing.tasks", "workers.tasks",
+    "workers.bootstep", "workers.wiring", "workers.recorder.recorder",
 )  # fmt: skip
 PER_PROCESS = frozenset(
     {"FARHAND_ROLE", "FARHAND_ROBOT", "FARHAND_SCHEDULE", "PYTHONWARNINGS", "CELERY_SKIP_CHECKS"}
@@ -162,8 +162,8 @@ def _rename(name: str) -> None:
 class Forked:
     """A forked child with the interface of `asyncio.subprocess.Process`."""
 
-    def __init__(self, pid: int, stdout: asyncio.StreamReader) -> None:
-        self.pid, self.stdout = pid, stdout
+    def __init__(self, pid: int) -> None:
+        self.pid = pid
         self.returncode: int | None = None
 
     async def wait(self) -> int:
@@ -180,21 +180,19 @@ class Forked:
         return self.returncode
 
 
-async def fork(name: str, argv: tuple[str, ...], env: dict[str, str], folder: Path) -> Forked | None:
-    """Return a fork that runs `python -m ...` with this environment; None if it must be started in the ordinary way."""
+async def fork(name: str, argv: tuple[str, ...], env: dict[str, str], folder: Path, out: int) -> Forked | None:
+    """Return a fork that runs `python -m ...` with this environment and writes to the descriptor `out`.
+
+    None if it must be started in the ordinary way.
+    """
     changed = {key for key, _ in env.items() ^ _environment.items()}
     if _line is None or argv[:2] != (sys.executable, "-m") or not changed <= PER_PROCESS:
         return None
     asked = json.dumps({"name": name, "argv": argv[2:], "env": env, "folder": str(folder)}).encode()
-    ours, theirs = os.pipe()
     try:
-        pid = await asyncio.to_thread(_ask, _line, asked, theirs)
+        return Forked(await asyncio.to_thread(_ask, _line, asked, out))
     except OSError:
-        os.close(ours)
         return None
-    finally:
-        os.close(theirs)
-    return Forked(pid, await _reader(os.fdopen(ours, "rb")))
 
 
 def _ask(line: socket.socket, asked: bytes, out: int) -> int:
@@ -204,12 +202,6 @@ def _ask(line: socket.socket, asked: bytes, out: int) -> int:
     if not answer:
         raise OSError("the forking process is gone")
     return int(answer)
-
-
-async def _reader(pipe: IO[bytes]) -> asyncio.StreamReader:
-    reader = asyncio.StreamReader()
-    await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), pipe)
-    return reader
 
 
 def reap(ours: set[int]) -> None:

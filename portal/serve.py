@@ -3,6 +3,8 @@
 import argparse
 import os
 import resource
+import signal
+import sys
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
@@ -24,6 +26,7 @@ def config(host: str, port: int, app: str = "portal.asgi:application") -> uvicor
     return uvicorn.Config(
         app, host=host, port=port, http=Http, ws=Ws, ws_max_size=MESSAGE, ws_ping_interval=15, ws_ping_timeout=20,
         timeout_keep_alive=5, timeout_graceful_shutdown=3, lifespan="off", access_log=False, log_level="warning",
+        log_config=None,  # uvicorn's own handlers would neither bound nor escape a line
         proxy_headers=bool(proxies), forwarded_allow_ips=proxies, server_header=False,
     )  # fmt: skip
 
@@ -37,6 +40,7 @@ def main() -> None:
     asked = parser.parse_args()
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))  # each socket needs a file descriptor
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # uvicorn raises it again at its end: the log is written first
     uvicorn.Server(config(asked.host, asked.port, asked.app)).run()
 
 

@@ -9,7 +9,7 @@ import secrets
 import sys
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import unquote, urlsplit
 
 import environ
 from csp.constants import NONE, SELF
@@ -20,6 +20,8 @@ from portal.consoles.caching import revalidate
 from portal.limits.addresses import proxy_networks
 from portal.places import FRONTEND_DIST, TEMPLATES_DIR, default_var
 from portal.privacy import keep_private
+from portal.site import site_address
+from portal.store_urls import check_database, read_url, redis_tls
 
 env = environ.Env()
 BASE_DIR = Path(__file__).resolve().parent.parent
@@ -55,6 +57,8 @@ if "*" in ALLOWED_HOSTS:
     raise ImproperlyConfigured("ALLOWED_HOSTS must name the hosts: '*' would switch the origin check of sockets off.")
 CSRF_TRUSTED_ORIGINS = env.list("CSRF_TRUSTED_ORIGINS", default=[])
 
+SITE_ADDRESS = site_address(env.str("FARHAND_URL", ""), CSRF_TRUSTED_ORIGINS, ALLOWED_HOSTS, PUBLIC)
+
 INSTALLED_APPS = [
     "django.contrib.admin",
     "django.contrib.auth",
@@ -76,6 +80,7 @@ INSTALLED_APPS = [
     "portal.classic",
 ]
 MIDDLEWARE = [
+    "portal.pages.hosts.KnownHost",
     "django.middleware.security.SecurityMiddleware",
     "csp.middleware.CSPMiddleware",
     "portal.pages.methods.KnownMethods",
@@ -120,8 +125,8 @@ TEMPLATES = [
 
 
 def _database() -> dict[str, Any]:
-    config: dict[str, Any] = {"CONN_MAX_AGE": 60} | env.db(
-        "DATABASE_URL", default=f"sqlite:///{VAR / 'farhand.sqlite3'}"
+    config: dict[str, Any] = {"CONN_MAX_AGE": 60} | read_url(
+        "DATABASE_URL", lambda: env.db("DATABASE_URL", default=f"sqlite:///{VAR / 'farhand.sqlite3'}")
     )
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
@@ -130,6 +135,7 @@ def _database() -> dict[str, Any]:
         if name := env.str("FARHAND_TEST_SQLITE", ""):
             config["TEST"] = {"NAME": name}
     else:
+        check_database(config.get("OPTIONS", {}))
         # the same few statements repeat: planned once per connection, not at each call
         config["ENGINE"] = "portal.postgres"
         config["OPTIONS"] = {
@@ -143,9 +149,11 @@ DATABASES = {"default": _database()}
 DEFAULT_AUTO_FIELD = "django.db.models.BigAutoField"
 
 REDIS_URL = env.str("REDIS_URL", f"unix://{VAR / 'redis.sock'}")
+read_url("REDIS_URL", lambda: urlsplit(REDIS_URL).port)
 REDIS_TIMEOUT_S = roles.REDIS_TIMEOUT_S
-_broker = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswith("unix://") else REDIS_URL
-CELERY_BROKER_URL = _broker
+CELERY_BROKER_URL = REDIS_URL.replace("unix://", "redis+socket://") if REDIS_URL.startswith("unix://") else REDIS_URL
+if _redis_tls := redis_tls(REDIS_URL):  # by the address alone Celery would check no certificate
+    CELERY_BROKER_URL, CELERY_BROKER_USE_SSL = REDIS_URL.partition("?")[0], _redis_tls
 CELERY_BROKER_TRANSPORT_OPTIONS = roles.broker_options(ROLE)
 CELERY_BROKER_CONNECTION_RETRY_ON_STARTUP = True
 CELERY_IMPORTS = ("workers.tasks", "workers.bootstep")  # in workers only
@@ -227,8 +235,9 @@ except ValueError as error:
     raise ImproperlyConfigured(str(error)) from error
 ALLAUTH_TRUSTED_PROXY_COUNT = 0
 
-EMAIL_CONFIG = env.email_url("EMAIL_URL", default="consolemail://")
+EMAIL_CONFIG = read_url("EMAIL_URL", lambda: env.email_url("EMAIL_URL", default="consolemail://"))
 vars().update(EMAIL_CONFIG)
+EMAIL_TIMEOUT = 20  # s, for each answer of the mail server
 DEFAULT_FROM_EMAIL = env.str("DEFAULT_FROM_EMAIL", "Farhand <farhand@localhost>")
 
 LANGUAGE_CODE = "en"
@@ -321,13 +330,19 @@ LOGGING = {
     "formatters": {
         "line": {"()": "portal.logs.lines.Line", "format": "%(asctime)s %(levelname)s %(name)s: %(message)s"}
     },
-    "handlers": {"console": {"class": "logging.StreamHandler", "formatter": "line"}},
+    "handlers": {"console": {"class": "portal.logs.outlet.Console", "formatter": "line"}},
     "root": {"handlers": ["console"], "level": env.str("LOG_LEVEL", "INFO")},
     "loggers": {
         "celery": {"level": "WARNING"},
         "celery.beat": {"level": "ERROR"},
         "django.request": {"level": "ERROR"},
         "uvicorn.access": {"level": "WARNING"},
+        # Django's handlers on these, and those that Celery adds to loggers without any, would write what strangers
+        # sent as it is, of any length, and wait for whoever reads the log
+        "django": {"level": "INFO"},
+        "django.server": {"propagate": True},
+        "celery.task": {"handlers": ["console"], "propagate": False},
+        "multiprocessing": {"handlers": ["console"], "propagate": False},
     },
 }
 
@@ -339,6 +354,7 @@ LIMITS: dict[str, Any] = {
     "SOCKETS_OF_ACCOUNT": env.int("FARHAND_SOCKETS_PER_ACCOUNT", 20),  # beside operators' streams
     "OPERATORS": env.int("FARHAND_OPERATOR_SOCKETS_PER_ADDRESS", 50),
     "REQUESTS": env.int("FARHAND_REQUESTS_PER_ADDRESS", 300),
+    "PAGES": env.int("FARHAND_PAGES_AT_ONCE", 2),  # rendered at a time in a web process
     "CONNECTIONS": env.int("FARHAND_CONNECTIONS_PER_ADDRESS", 2000),
     "VIEWERS": env.int("FARHAND_VIEWERS_PER_ROBOT", 4000),  # strangers; people who are signed in always may watch
     "COMPOSITES": env.int("FARHAND_COMPOSITES_PER_ADDRESS", 6),

@@ -9,20 +9,23 @@ import contextlib
 import ctypes
 import os
 import signal
-import sys
 import time
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from portal import forks
+from portal.logs.lines import PRINTED, tidy
+from portal.logs.outlet import Outlet
 from portal.places import ROOT
 
 HEARTBEAT_S = 10.0
 GRACE_S = 25.0
 STOP_S = 15.0
 BACKOFF_S = (0.3, 1.0, 2.0, 5.0)
+REST_S = 1.0  # after a child's end, for what is left of its output; a process that it left behind may hold the pipe
+CHUNK = 65_536  # bytes that are read at once
 PR_SET_PDEATHSIG = 1
 Print = Callable[[str, str], None]
 
@@ -49,7 +52,7 @@ class Child:
 
     def __init__(self, spec: ProcessSpec, tell: Print) -> None:
         self.spec = spec
-        self._tell = tell
+        self._tell = unfailing(tell)
         self._process: asyncio.subprocess.Process | forks.Forked | None = None
         self._stopping: asyncio.Task[None] | None = None
         self._started = 0.0
@@ -58,7 +61,10 @@ class Child:
 
     async def _keep(self) -> None:
         while not self.stopping:
-            await self._once()
+            try:
+                await self._once()
+            except Exception as error:  # noqa: BLE001 - whatever it was, the process is needed
+                self._tell(self.spec.name, f"could not be started or watched: {type(error).__name__}: {error}")
             if self.stopping:
                 return
             ran = time.monotonic() - self._started
@@ -73,21 +79,38 @@ class Child:
         if self.spec.heartbeat is not None:
             self.spec.heartbeat.unlink(missing_ok=True)
         self._process = None
-        self._process = await self._begin(self.spec.argv, {**os.environ, **self.spec.env})
-        if self.stopping:  # it was being started when everything was asked to stop
-            self._signal(signal.SIGTERM)
-        assert self._process.stdout is not None
-        async for line in self._process.stdout:
-            text = line.decode(errors="replace").rstrip()
-            if text:
-                self._tell(self.spec.name, text)
-        await self._process.wait()
+        ours, theirs = os.pipe()
+        try:
+            self._process = await self._begin({**os.environ, **self.spec.env}, theirs)
+        except BaseException:
+            os.close(ours)
+            raise
+        finally:
+            os.close(theirs)
+        reading = asyncio.create_task(self._read(ours))
+        try:
+            if self.stopping:  # it was being started when everything was asked to stop
+                self._signal(signal.SIGTERM)
+            await self._process.wait()
+            await asyncio.wait({reading}, timeout=REST_S)
+        finally:
+            self._signal(signal.SIGKILL)  # if it was not waited for: two must never run
+            reading.cancel()
 
-    async def _begin(self, argv: tuple[str, ...], env: dict[str, str]) -> "asyncio.subprocess.Process | forks.Forked":
-        return await forks.fork(self.spec.name, argv, env, ROOT) or await asyncio.create_subprocess_exec(
-            *argv, env=env, cwd=ROOT, stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
+    async def _begin(self, env: dict[str, str], out: int) -> "asyncio.subprocess.Process | forks.Forked":
+        return await forks.fork(self.spec.name, self.spec.argv, env, ROOT, out) or await asyncio.create_subprocess_exec(
+            *self.spec.argv, env=env, cwd=ROOT, stdin=asyncio.subprocess.DEVNULL, stdout=out,
             stderr=asyncio.subprocess.STDOUT, start_new_session=True, preexec_fn=_die_with_parent,
         )  # fmt: skip
+
+    async def _read(self, pipe: int) -> None:
+        """Tell each line of its output, of a long one the beginning; the pipe is emptied whatever is in it."""
+        lines = Lines()
+        async for data in chunks(pipe):
+            for text in lines.take(data):
+                self._tell(self.spec.name, text)
+        for text in lines.take(b"\n"):
+            self._tell(self.spec.name, text)
 
     @property
     def pid(self) -> int:
@@ -145,7 +168,7 @@ class Supervisor:
         self, fixed: list[ProcessSpec], wanted: Callable[[], Awaitable[list[ProcessSpec]]], tell: Print | None = None
     ) -> None:
         self._fixed, self._wanted = fixed, wanted
-        self._tell = tell or tidy_line
+        self._tell = unfailing(tell or tidy_line)
         self.children: dict[str, Child] = {}
         self._end = asyncio.Event()
         self._reading: asyncio.Future[list[ProcessSpec]] | None = None
@@ -217,7 +240,60 @@ class Supervisor:
         self._tell("supervisor", "everything has stopped")
 
 
+def unfailing(tell: Print) -> Print:
+    """Return a `tell` that loses a line rather than raise: no process may depend on it."""
+
+    def told(name: str, text: str) -> None:
+        with contextlib.suppress(Exception):
+            tell(name, text)
+
+    return told
+
+
+class Lines:
+    """Divides bytes into lines without control characters; keeps `PRINTED` bytes of a line at most."""
+
+    def __init__(self) -> None:
+        self._begun, self._more = b"", 0
+
+    def take(self, data: bytes) -> list[str]:
+        """Return the lines that end in `data`, without empty ones."""
+        *ended, rest = data.split(b"\n")
+        made = []
+        for part in ended:
+            self._add(part)
+            text = tidy(self._begun.decode(errors="replace").rstrip(), PRINTED)
+            if text:
+                made.append(f"{text} ... ({self._more} bytes left out)" if self._more else text)
+            self._begun, self._more = b"", 0
+        self._add(rest)
+        return made
+
+    def _add(self, part: bytes) -> None:
+        kept = part[: PRINTED - len(self._begun)]
+        self._begun += kept
+        self._more += len(part) - len(kept)
+
+
+async def chunks(pipe: int) -> AsyncIterator[bytes]:
+    """Yield what comes out of a pipe, until it ends; then close it."""
+    loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()
+    line, _ = await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), os.fdopen(pipe, "rb"))
+    try:
+        while data := await reader.read(CHUNK):
+            yield data
+    finally:
+        line.close()
+
+
+_shown = Outlet(1)  # a terminal that stands still, or a pipe that nobody reads, does not stop the supervisor
+
+
 def tidy_line(name: str, text: str) -> None:
     """Print one line of one process."""
-    sys.stdout.write(f"{name:>16} | {text}\n")
-    sys.stdout.flush()
+    _shown.write(f"{name:>16} | {tidy(text, PRINTED + 100)}")
+
+
+def flush() -> bool:
+    """Wait a moment until all lines are printed. Return whether they are."""
+    return _shown.flush()

@@ -70,5 +70,6 @@ urlpatterns = [
 ]
 handler404 = "portal.pages.errors.not_found"
 handler403 = "portal.pages.errors.forbidden"
+handler429 = "portal.pages.errors.too_many"  # allauth's
 handler400 = "portal.pages.errors.bad_request"
 handler500 = "portal.pages.errors.server_error"

@@ -7,6 +7,7 @@ Addresses of machine services (link-local, cloud metadata) and files outside /de
 import ipaddress
 import re
 import socket
+import ssl
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -18,10 +19,37 @@ MICROPHONE_SHAPE = f"Use http(s)://…, rtsp://…, alsa:default, alsa:hw:1,0 or
 # no other plug-in of ALSA: some of them open files or start programs
 ALSA = r"alsa:(default|(plughw|hw|sysdefault|dsnoop):(CARD=)?[A-Za-z0-9_-]{1,32}(,(DEV=)?[0-9]{1,3}){0,2})"
 FORBIDDEN = "{} is an address of a machine's own services; no robot, camera or microphone can be there."
+HIDDEN = "***"
+_SECRET = re.compile(
+    r"(?<![\w-])([\w-]{0,40}(?:pas|pwd|secret|token|key|auth|sig|credential)[\w-]{0,40}=)[^\s&;#,'\"<>]+", re.IGNORECASE
+)
+
+
+def redacted(text: str) -> str:
+    """Return a text without the user, the password and the secret values that stand in its addresses.
+
+    `http://user:password@host/a?pwd=b` becomes `http://***@host/a?pwd=***`, with or without a scheme. Where it is not
+    clear where a password ends, up to the last @ of the word is left out. Mail addresses stay.
+    """
+    return re.sub(r"\S+", _redacted_word, text)
+
+
+def _redacted_word(found: re.Match[str]) -> str:
+    word = found[0]
+    at = word.rfind("@")
+    colon = word.find(":", 0, max(at, 0))
+    if colon >= 0:
+        begin = colon + 3 if word.startswith("://", colon) else len(word) - len(word.lstrip("'\"([{<"))
+        word = f"{word[:begin]}{HIDDEN}{word[at:]}"
+    return _SECRET.sub(rf"\1{HIDDEN}", word)
 
 
 class AddressError(ValueError):
     """The address may not be used; the message says why."""
+
+    def __str__(self) -> str:
+        """Return the message without the secrets of addresses: people read it."""
+        return redacted(super().__str__())
 
 
 def check_host(host: str) -> None:
@@ -50,10 +78,23 @@ def check_resolved(host: str, port: int) -> None:
     check_host(host)
     try:
         found = socket.getaddrinfo(host.strip("[]"), port, type=socket.SOCK_STREAM)
-    except OSError:
+    except (OSError, UnicodeError):  # the latter: a part of the name is longer than names may be
         return  # opening it will fail with its own message
     for *_, place in found:
         check_host(str(place[0]))
+
+
+def http_options(scheme: str) -> dict[str, str]:
+    """Return FFmpeg's options for such an address: no redirect is followed, and a certificate is checked, as by Python.
+
+    Own authorities stand in the file that the environment names as SSL_CERT_FILE, for both. Empty for other schemes.
+    """
+    options = {"max_redirects": "0"} if scheme in ("http", "https") else {}
+    if scheme == "https":
+        options["tls_verify"] = "1"
+        if authorities := ssl.get_default_verify_paths().cafile:
+            options["ca_file"] = authorities
+    return options
 
 
 def check_robot(address: str) -> None:

@@ -10,7 +10,7 @@ from django.urls import URLPattern, path
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
-from robots import bus, grants, programs, services
+from robots import addresses, bus, grants, programs, services
 from robots.added import ADDED
 from robots.clock import SYSTEM
 from robots.contract import procedures
@@ -132,8 +132,11 @@ class RobotAdmin(FormFieldsAdmin):
         if obj is None:
             return self.fieldsets
         if not self.has_change_permission(request, obj):
-            shown = (*turns_of(obj.driver), "settings_shown")
-            return tuple((t, {"fields": shown} if t == "Settings" else o) for t, o in self.fieldsets)
+            shown = {
+                "Settings": (*turns_of(obj.driver), "settings_shown"),
+                "Connection": ("driver", "address", "camera_shown", "microphone_shown"),
+            }
+            return tuple((t, {"fields": shown[t]} if t in shown else o) for t, o in self.fieldsets)
         declared = settings_of(obj.driver)
         of_lists = tuple((s.label, {"fields": names([s], "list")}) for s in declared if s.kind == "list")
         groups: list[Any] = []
@@ -150,6 +153,16 @@ class RobotAdmin(FormFieldsAdmin):
         """Return the settings as text, for staff who may only look."""
         told = [(s.label, robot.settings.get(s.name), s.unit) for s in settings_of(robot.driver)]
         return "; ".join(f"{label}: {value} {unit}".strip() for label, value, unit in told if value is not None) or "-"
+
+    @admin.display(description="Camera")
+    def camera_shown(self, robot: Robot) -> str:
+        """Return the cameras' addresses without their passwords, for staff who may only look."""
+        return addresses.redacted(robot.camera) or "-"
+
+    @admin.display(description="Microphone")
+    def microphone_shown(self, robot: Robot) -> str:
+        """Return the microphone's address without its password, for staff who may only look."""
+        return addresses.redacted(robot.microphone) or "-"
 
     @staticmethod
     def _is_arm(robot: Robot) -> bool:

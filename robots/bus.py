@@ -24,6 +24,7 @@ WAKE_TASK = "robots.wake"
 PROBE_TASK = "robots.probe"
 HOUSEKEEPING, TICKS, PROBES = "housekeeping", "ticks", "probes"  # of the housekeeping worker, one queue each
 WATCH_S = 4
+OPEN_S = 3.0  # for a connection for pub/sub, with all that Redis has to answer until it is open
 SOUND = "sound"  # what is watched by somebody who listens
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
 RARELY_S, RARE_S = 5.0, 2.52  # who wants one in 5 s or less often is given the second of pictures that come so often
@@ -154,8 +155,8 @@ def connection() -> redis.Redis:
 
 
 def listener() -> redis.Redis:
-    """Return a connection for pub/sub: no read timeout, checked by pings of its own."""
-    return redis.Redis.from_url(settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=1.0, retry=None)
+    """Return a connection for pub/sub: opened within `OPEN_S`; who listens finds out by pings that it is gone."""
+    return redis.Redis.from_url(settings.REDIS_URL, socket_timeout=OPEN_S, socket_connect_timeout=1.0, retry=None)
 
 
 def _send(channel: str, data: bytes) -> int:

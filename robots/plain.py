@@ -1,4 +1,6 @@
-"""Reads what people type: whole numbers, and texts that every database can store."""
+"""Reads what people type: whole numbers, texts that every database can store, and names."""
+
+import unicodedata
 
 DIGITS = 18  # these fit into a database integer
 
@@ -11,3 +13,9 @@ def whole(text: str) -> int | None:
 def storable(text: str) -> bool:
     """Return whether a database can store the text: it has no NUL and no unpaired surrogate."""
     return "\0" not in text and not any("\ud800" <= letter <= "\udfff" for letter in text)
+
+
+def one_line(name: str) -> str:
+    """Return a name as others may read it: without control characters, nor such as are invisible or turn the text."""
+    kept = (" " if letter.isspace() else letter for letter in unicodedata.normalize("NFKC", name))
+    return " ".join("".join(letter for letter in kept if unicodedata.category(letter)[0] != "C").split())

@@ -1,5 +1,6 @@
 """Fixtures of all tests: people, robots and stores."""
 
+import logging
 import subprocess
 import sys
 from datetime import UTC, datetime, timedelta
@@ -12,6 +13,7 @@ from hypothesis import settings as hypothesis_settings
 from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
 
+from portal.logs.outlet import Console
 from tests import waiting
 from tests.proof import AT_LENGTH, Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here
@@ -156,6 +158,14 @@ EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"),
 def which(request):
     """Which robot a test is about; `EACH_AT_LENGTH` runs it over all that ship."""
     return getattr(request, "param", "mercury")
+
+
+def pytest_sessionstart():
+    """Leave the log of this process to pytest: the log's own thread would write between the tests."""
+    root = logging.getLogger()
+    for handler in root.handlers[:]:
+        if isinstance(handler, Console):
+            root.removeHandler(handler)
 
 
 def pytest_sessionfinish():

@@ -256,8 +256,8 @@ class Web(Child):
 
         self.port = port or free_port()
         spec = web_process("127.0.0.1", self.port)
-        super().__init__("web", list(spec.argv), **{**spec.env, **env})
         self.url = f"http://localhost:{self.port}"
+        super().__init__("web", list(spec.argv), **{**spec.env, "FARHAND_URL": self.url, **env})
         wait_for(self._answers, 60, "the web process")
 
     def _answers(self) -> bool:

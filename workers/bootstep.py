@@ -57,6 +57,7 @@ class OwnRobot(bootsteps.StartStopStep):
         made = Owner(self.slug, listen=partial(listen, worker))
         if not made.own(lambda: state.should_stop is not None or state.should_terminate is not None):
             raise SystemExit(0)
+        made.threads.end_with_any()
         worker.app.amqp.queues.select_add(bus.queue_name(self.slug, made.lease.epoch))
         made.start()
         owner = made

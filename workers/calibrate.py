@@ -5,9 +5,10 @@ from typing import Any
 from robots.contract.capabilities import Calibration
 from robots.contract.find import function
 from robots.contract.session import Permit
-from robots.drivers.errors import BadRequest
+from robots.drivers.errors import BadRequest, NotCalibrated, RobotError
 from robots.models import Robot
 from workers.cameras.pictures import Pictures
+from workers.door import Door, Ours
 from workers.owned import OwnedRobot
 
 
@@ -16,7 +17,9 @@ def calibrate_and_keep(owned: OwnedRobot, pictures: Pictures, permit: Permit) ->
     declared = owned.robot.spec().capability(Calibration)
     if declared is None:
         raise BadRequest("This robot has no calibration.")
-    found: dict[str, Any] = function(declared.procedure)(owned.driver, pictures.settle, permit)
+    ours = Ours()
+    with Door(NotCalibrated, "The calibration failed").open(RobotError, ours=ours):
+        found: dict[str, Any] = function(declared.procedure)(owned.driver, pictures.settle, ours.of(permit))
     Robot.objects.filter(pk=owned.robot.pk).update(calibration=found, calibrated_at=owned.now())
     owned.robot.refresh_from_db()
     pictures.configure(owned.robot)

@@ -4,7 +4,7 @@ import logging
 
 from robots import bus
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault, NotPermitted, RobotError, Stopped
+from robots.drivers.errors import HardwareFault, LineSilent, NotPermitted, RobotError, Stopped
 from robots.grants import open_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot
@@ -31,6 +31,7 @@ class Connection:
         self._retry_at = 0.0
         self._incident_at: float | None = None  # that it does not answer is an incident then; None: at once
         self._answers = False  # the line is open and the robot answers; it is only not permitted to mend it
+        self._silent = False  # the line is open, and the robot was silent: it may boot because the line was opened
         self._stopped = False  # a stop has kept it from being mended, and the release of a stop moves nothing
 
     def _ask(self, answers: bool = False) -> RobotState:
@@ -59,7 +60,7 @@ class Connection:
             log.info("no connection: %s (%s)", error, error.__cause__)
             self._unready(str(error), code=error.code if self._incident_at is None else "")
             self.later(2.0)
-            owned.driver.close()
+            self._leave(error)
             return
         owned.remember(state)
         cycle, reason = Robot.objects.values_list("cycle", "reason").get(pk=owned.robot.pk)
@@ -78,6 +79,12 @@ class Connection:
         self.connected, self._answers = False, answers
         self._retry_at = self._owned.clock.monotonic() + seconds
 
+    def _leave(self, error: RobotError) -> None:
+        """Close the line after a fault, unless the robot is only silent: then it is asked again over the open line."""
+        self._silent = isinstance(error, LineSilent)
+        if not self._silent:
+            self._owned.driver.close()
+
     def faulted(self, error: HardwareFault, command: Command) -> None:
         """Recover after a fault during `command`; if that fails, the robot is in fault and later attempts follow."""
         if self._recovery.recover(error, command):
@@ -85,6 +92,7 @@ class Connection:
             self._clear_reason()
             return
         self._unready(str(error))
+        self._silent = isinstance(error, LineSilent)
         self.later(AGAIN_S)
 
     def lost_while_idle(self, error: HardwareFault) -> None:
@@ -92,6 +100,7 @@ class Connection:
         if self._owned.running and not self._lane.busy:
             log.warning("the robot: %s", error)
             self._unready(str(error), code=error.code)
+            self._silent = isinstance(error, LineSilent)
             self.later(0.0)  # last: from now on the control loop mends it, and what that says is newer
 
     def failed_at_rest(self, fault: str) -> bool:
@@ -121,9 +130,10 @@ class Connection:
         owned, told = self._owned, AGAIN
         if owned.clock.monotonic() < self._retry_at:
             return
-        answers = self._answers
+        answers, silent = self._answers, self._silent
         self.later(AGAIN_S)
-        if not answers:
+        self._silent = False
+        if not answers and not silent:
             owned.driver.close()
         try:
             state = self._ask(answers)
@@ -142,7 +152,7 @@ class Connection:
             self.later(AGAIN_S, answers=True)  # a stop that is latched is confirmed over the open line
             return
         except RobotError as error:
-            owned.driver.close()
+            self._leave(error)
             if self._incident_at is not None and owned.clock.monotonic() >= self._incident_at:
                 self._incident_at, owned.robot.reason = None, ""
             self._unready(str(error), code="" if owned.robot.reason else error.code)  # once, not at each attempt

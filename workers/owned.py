@@ -14,6 +14,7 @@ from robots.contract.session import RobotState, Session
 from robots.messages import Changed
 from robots.models import Lease, Robot
 from robots.states import Cycle
+from workers.door import GuardedSession
 from workers.safety.gate import Known
 from workers.safety.lease import OwnerLease
 from workers.streams import Streams
@@ -40,11 +41,15 @@ class OwnedRobot:
         self.driver = self._open_session()
 
     def _open_session(self) -> Session:
-        settings = self.robot.driver_settings(self._lease.epoch)
-        opened = open_session(self.robot.driver, self.robot.wire_address, settings, self._frame)
-        self._streams.restart(self._lease.epoch)
-        opened.on_packet = self._streams.take
-        return opened
+        robot, epoch = self.robot, self._lease.epoch
+        self._streams.restart(epoch)
+
+        def make() -> Session:
+            made = open_session(robot.driver, robot.wire_address, robot.driver_settings(epoch), self._frame)
+            made.on_packet = self._streams.take
+            return made
+
+        return GuardedSession(make)
 
     def _frame(self, direction: str, data: bytes, words: str) -> None:
         self._trace(direction, data, words, getattr(self.driver, "line", None))

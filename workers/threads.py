@@ -1,5 +1,10 @@
-"""The owner's threads: each repeats its loop until the owner ends; a loop that keeps failing ends the owner."""
+"""The owner's threads: each repeats its loop until the owner ends; a loop that keeps failing ends the owner.
 
+So does any other thread of its process that dies of an error, a driver's or a camera's, because nothing is to go on
+without it unnoticed.
+"""
+
+import contextlib
 import logging
 import threading
 from collections.abc import Callable
@@ -37,6 +42,17 @@ class Threads:
             if thread.name == name:
                 thread.join(seconds)
 
+    def end_with_any(self) -> None:
+        """From now on end the owner once a thread of this process dies of an error."""
+        told = threading.excepthook
+
+        def hook(args: threading.ExceptHookArgs) -> None:
+            told(args)
+            if self._owned.running:
+                self._end(f"its thread {args.thread.name if args.thread else ''!r} died: {args.exc_value!r}")
+
+        threading.excepthook = hook
+
     def _guarded(self, name: str, loop: Callable[[], None]) -> None:
         """Repeat a loop until the owner ends; while a store is down, wait for it."""
         owned, failed = self._owned, 0
@@ -46,7 +62,8 @@ class Threads:
                 loop()
             except (Error, redis.RedisError) as error:
                 log.warning("%s: a store does not answer: %s", name, error)
-                close_old_connections()
+                with contextlib.suppress(Error):  # a connection may fail once more when it is closed
+                    close_old_connections()
             except Exception:
                 failed = 1 if owned.clock.monotonic() - begun > WELL_S else failed + 1
                 log.exception("%s failed, %d of %d times in a row", name, failed, FAILURES)

@@ -19,6 +19,7 @@ export interface Handlers {
 
 const PROBE_MS = 2000; // after this long without a message a ping is sent
 const DOUBT_MS = 1000; // after this long without an answer the connection counts as lost
+const OPEN_MS = 10_000; // an attempt that takes longer is given up
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
 const OVERDUE_MS = 2000, CHECK_MS = 2000;
 const DEAD_MS = 6000, SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
@@ -121,7 +122,9 @@ export class Live {
     const socket = new WebSocket(`${scheme}://${location.host}/ws/robots/${this.slug}/${this.query(false)}`);
     socket.binaryType = "arraybuffer";
     this.use(socket);
+    const late = setTimeout(() => socket.close(), OPEN_MS); // its end is followed by the next attempt
     socket.onopen = () => {
+      clearTimeout(late);
       this.begun();
       this.own.soon();
     };

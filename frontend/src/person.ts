@@ -12,6 +12,7 @@ interface Waiting { what: Wanted; robot: string; answered(text: string): void }
 type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string; robot: string; ok: boolean; text: string };
 
 const SIGNED_OUT = 4401;
+const OPEN_MS = 10_000; // an attempt that takes longer is given up
 const DEAD_MS = 50_000; // the server says something every 20 s
 const POLL_MS = 10_000;
 const ANSWER_MS = 4000;
@@ -70,6 +71,7 @@ export class PersonLine {
     const socket = new WebSocket(`${scheme}://${location.host}/ws/me/`);
     this.socket = socket;
     this.heard = performance.now();
+    setTimeout(() => socket.readyState === WebSocket.CONNECTING && socket.close(), OPEN_MS); // the next attempt follows
     socket.onmessage = (event) => this.take(JSON.parse(event.data as string) as Heard);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;

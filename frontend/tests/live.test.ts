@@ -6,6 +6,7 @@ const OPEN = 1, CLOSED = 3;
 let now = 0; // ms
 let sockets: Socket[] = [];
 let reached = true; // whether a server takes connections
+let answers = true; // whether it answers those that it takes
 
 /** A browser's socket; the test is the server. */
 class Socket {
@@ -22,7 +23,7 @@ class Socket {
   constructor(url: string) {
     this.url = url;
     sockets.push(this);
-    setTimeout(() => (reached ? this.accept() : this.end(1006)), 1);
+    setTimeout(() => (reached ? answers && this.accept() : this.end(1006)), 1);
   }
 
   private accept(): void {
@@ -88,7 +89,7 @@ mock.method(Math, "random", () => (dice = (dice * 48271) % 2147483647) / 2147483
 beforeEach(() => {
   mock.timers.reset();
   mock.timers.enable({ apis: ["setTimeout", "setInterval"] });
-  [now, sockets, reached, dice] = [0, [], true, 1];
+  [now, sockets, reached, answers, dice] = [0, [], true, true, 1];
 });
 
 test("the pages of a process that falls silent do not all come back at once", () => {
@@ -97,6 +98,20 @@ test("the pages of a process that falls silent do not all come back at once", ()
   assert.equal(sockets.length, 200, "each page, once");
   assert.ok(silent.every((one) => one.closed), "nobody waits for the silent ones any more");
   assert.ok(most(times(), 300) <= 50, `${most(times(), 300)} of 200 within 300 ms`);
+});
+
+test("an attempt that is never answered is given up after ten seconds, and another is made", () => {
+  answers = false;
+  page();
+  pass(9900);
+  assert.deepEqual(sockets.map((one) => one.closed), [false]);
+  pass(200);
+  assert.deepEqual(sockets.map((one) => one.closed), [true]);
+  sockets[0]!.end(1006); // as a browser says it
+  answers = true;
+  pass(3000);
+  assert.equal(sockets.length, 2);
+  assert.equal(sockets[1]!.closed, false, "one that is open stays");
 });
 
 test("a page that is answered before it gave up keeps its socket", () => {

@@ -4,9 +4,13 @@ import { test, type TestContext } from "node:test";
 import type { PersonLine as Line, Standing } from "../src/person.ts";
 
 class Socket {
+  static CONNECTING = 0;
   static OPEN = 1;
   static last: Socket;
-  readyState = Socket.OPEN;
+  static begin = Socket.OPEN;
+  readyState = Socket.begin;
+  closed = 0;
+  onclose: ((event: { code: number }) => void) | null = null;
   sent: { what: string; robot: string }[] = [];
   onmessage: ((event: { data: string }) => void) | null = null;
   constructor() {
@@ -14,6 +18,10 @@ class Socket {
   }
   send(text: string): void {
     this.sent.push(JSON.parse(text));
+  }
+  close(): void {
+    this.closed += 1;
+    this.onclose?.({ code: 1006 });
   }
   says(message: object): void {
     this.onmessage?.({ data: JSON.stringify(message) });
@@ -71,4 +79,18 @@ test("a request that the server could not read is answered too", async (t) => {
   const asked = line.ask("accept", place("mercury"));
   socket.says(answer("do", "", "That request was not understood."));
   assert.equal(await asked, "That request was not understood.");
+});
+
+test("an attempt that is never answered is given up after ten seconds, and another is made", (t) => {
+  Socket.begin = Socket.CONNECTING;
+  const { socket } = connected(t);
+  Socket.begin = Socket.OPEN;
+  t.mock.timers.tick(9999);
+  assert.equal(socket.closed, 0);
+  t.mock.timers.tick(1);
+  assert.equal(socket.closed, 1);
+  t.mock.timers.tick(2000);
+  assert.notEqual(Socket.last, socket);
+  t.mock.timers.tick(20_000);
+  assert.equal(Socket.last.closed, 0, "one that is open stays");
 });

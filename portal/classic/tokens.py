@@ -7,15 +7,23 @@ from typing import Any
 from portal.classic.models import ClassicToken
 from robots.models import Robot
 
+KEPT = timedelta(days=1)
+SHARED = KEPT / 2  # so that a page that was just fetched has half a day left
+
 
 def fresh_token(robot: Robot, user: Any, now: datetime, still: int = 0) -> str:
-    """Create the next token of the console without scripts.
+    """Return a token of the console without scripts that is not spent yet, for the page with this picture.
 
-    A page that the browser fetches in advance gets a token too, so earlier ones stay valid until one is spent.
+    Pages with the same picture share one, for spending any spends all: so a page that is fetched again and again, or
+    in advance by the browser, adds no row.
     """
+    mine = ClassicToken.objects.filter(user=user, robot=robot, still=still, spent_at=None, made_at__gt=now - SHARED)
+    kept = mine.values_list("token", flat=True).first()
+    if kept is not None:
+        return kept
     token = secrets.token_urlsafe(24)
     ClassicToken.objects.create(token=token, user=user, robot=robot, made_at=now, still=still)
-    ClassicToken.objects.filter(user=user, made_at__lt=now - timedelta(days=1)).delete()
+    ClassicToken.objects.filter(user=user, made_at__lt=now - KEPT).delete()
     return token
 
 

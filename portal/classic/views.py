@@ -16,7 +16,8 @@ from operatorlog.models import Entry, Visibility
 from portal.classic import tokens
 from portal.classic.pictures import drawn, name_of
 from portal.consoles.console import classic
-from portal.live.snapshot import status_of
+from portal.limits.pages import leave_room
+from portal.live.snapshot import seen, status_of
 from queueing import services as queue
 from queueing.errors import QueueError
 from queueing.estimates import place_and_wait
@@ -74,7 +75,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     state, label, why = status_of(robot, now)
     ticket = queue.open_ticket(robot, request.user)
     turn = queue.open_turn(robot)
-    still = newest_still(robot)
+    still = seen(newest_still(robot), request.user)
     mine = turn is not None and turn.user_id == request.user.pk
     ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
     unwritten = None
@@ -143,6 +144,7 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
     args = {**wanted.args, "still": spent.still} if "still" in wanted.args else wanted.args
     grant = grant_of(robot, request.user, now)
     command = services.issue(robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now).command
+    leave_room(request)
     _tell(request, _until_final(command))
 
 

@@ -19,6 +19,7 @@ from portal.composites.cameras import newest, passed
 from portal.composites.drawn import drawn
 from portal.composites.parts import END, TYPE, Parts, watchers
 from portal.limits.counts import AddressCount
+from portal.limits.pages import leave_room
 from portal.live.audience import audience
 from portal.live.messages import CAMERAS
 from portal.live.threads import Pool
@@ -73,6 +74,7 @@ async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponse
     with _addresses().one(request.META.get("REMOTE_ADDR", "")) as room:
         if not room:
             return _refused(429, TOO_MANY)
+        leave_room(request)
         found = await newest(slug, number)
     if found is None:
         return _refused(503, NO_PICTURE)

@@ -1,15 +1,19 @@
 """uvicorn's HTTP protocol with limits that it has no setting for: slow headers, floods, peers that do not read.
 
-A reverse proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that
-passes everything on.
+Bounded are the bytes of a request that are not its body (line, headers, the frame of each chunk, trailers), the number
+of its headers and chunks, the requests that wait on one connection, and how much the system reads ahead. A reverse
+proxy does most of this for its own connections; these limits also hold without a proxy, and behind one that passes
+everything on.
 """
 
 import asyncio
 import ipaddress
+import socket
 from collections import deque
 from functools import cache
 from typing import Any
 
+import httptools
 from django.conf import settings
 from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
 
@@ -17,7 +21,20 @@ from portal.limits.dropped import drop
 from portal.limits.sockets import FLUSH_S, Ws, connections
 from portal.limits.unsent import Unread
 
-HEAD = 64 * 1024  # bytes of a request's line and headers
+HEAD = 32 * 1024  # bytes of a request besides its body
+FIELDS = 100  # headers and trailers of a request
+CHUNKS = 1000  # of a body
+PIPELINED = 8  # requests that wait on a connection, the one that is served included; browsers send one
+RECEIVED = 32 * 1024  # bytes that the system is asked to hold before we read them; it takes twice that
+REFUSALS = {400: "sent no HTTP", 429: "sent too many requests at once", 431: "sent too many headers"}
+
+
+class _TooMany(Exception):
+    """A request has too many headers or chunks, or too many requests wait; the parser ends with it."""
+
+    def __init__(self, status: int) -> None:
+        super().__init__(status)
+        self.status = status
 
 
 @cache
@@ -39,8 +56,10 @@ class Http(HttpToolsProtocol):
 
     _late: asyncio.TimerHandle | None = None
     _unread: Unread | None = None
-    _heading, _head = True, 0  # headers are expected; bytes since the last complete headers
-    _heads = 0  # complete headers in the last received data
+    _head = 0  # bytes since the last complete request that belong to no body
+    _fields = _chunks = 0
+    _heading = False  # headers are expected, not trailers
+    _complete = False  # a request became complete in the last received data
     _counted = ""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
@@ -57,6 +76,9 @@ class Http(HttpToolsProtocol):
                 self._refuse(503)
                 return
             self._counted = address
+        line = transport.get_extra_info("socket")
+        if line is not None:
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVED)
         self._await_head()
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -77,37 +99,80 @@ class Http(HttpToolsProtocol):
             self._counted = ""
 
     def data_received(self, data: bytes) -> None:
-        """Refuse headers that are too long; nothing is read after a refusal."""
+        """Refuse what is no request, or is too long; nothing is read after a refusal."""
         if self.transport.is_closing():
             return
-        self._heads = 0
-        super().data_received(data)
-        self._head = 0 if self._heads else self._head + len(data)
-        if self._heading and self._head > HEAD:
+        self._unset_keepalive_if_required()
+        self._complete = False
+        self._head += len(data)
+        try:
+            self.parser.feed_data(data)
+        except httptools.HttpParserUpgrade:
+            self._upgrade()
+            return
+        except httptools.HttpParserError as error:
+            cause = error.__context__
+            self._refuse(cause.status if isinstance(cause, _TooMany) else 400)
+            return
+        if self._complete:
+            self._head = 0  # of the next request at most this data is not counted
+        elif self._head > HEAD:
             self._refuse(431)
+
+    def _upgrade(self) -> None:
+        if not self._should_upgrade():
+            self.cycle.keep_alive = False  # it is answered in HTTP/1.1; what comes after it is in no known protocol
+        elif self._cycles:
+            self._refuse(400)  # the answers to the requests before it would be written into the socket
+        else:
+            self.handle_websocket_upgrade()
+
+    def on_message_begin(self) -> None:
+        """Begin a request, unless too many wait."""
+        if len(self._cycles) >= PIPELINED:
+            raise _TooMany(429)
+        self._fields, self._chunks, self._heading = 0, 0, True
+        super().on_message_begin()
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        """Take a header; trailers, for which nobody asks, are counted only."""
+        self._fields += 1
+        if self._fields > FIELDS:
+            raise _TooMany(431)
+        if self._heading:
+            super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
         """The headers are complete; the application limits the time of the body."""
         self._heading = False
-        self._heads += 1
         if self._late is not None:
             self._late.cancel()
             self._late = None
         before = self.cycle
         super().on_headers_complete()
         if self.cycle is not None and self.cycle is not before:
-            while self._cycles and self._cycles[0].response_complete:
-                self._cycles.popleft()
             self._cycles.append(self.cycle)
 
+    def on_body(self, body: bytes) -> None:
+        """Take a part of the body, which the application bounds."""
+        self._head -= len(body)
+        super().on_body(body)
+
+    def on_chunk_header(self) -> None:
+        """Begin a chunk of a body."""
+        self._chunks += 1
+        if self._chunks > CHUNKS:
+            raise _TooMany(400)
+
     def on_message_complete(self) -> None:
-        """The request is complete; the next bytes belong to the next headers."""
-        self._heading = True
-        self._heads += 1
+        """The request is complete; the next bytes belong to the next one."""
+        self._complete = True
         super().on_message_complete()
 
     def on_response_complete(self) -> None:
-        """Wait for the next headers, for a limited time."""
+        """Wait for the next headers, for a limited time; end the connection if the request is still being sent."""
+        if self._cycles.popleft().more_body:
+            self.transport.close()
         super().on_response_complete()
         if self.transport.is_closing():
             self.loop.call_later(settings.LIMITS["READ_S"], self.transport.abort)
@@ -150,7 +215,11 @@ class Http(HttpToolsProtocol):
 
     def _refuse(self, status: int) -> None:
         self._cancel()
-        if not self.transport.is_closing():
+        if status in REFUSALS:
+            drop(REFUSALS[status])
+        if any(cycle.response_started for cycle in self._cycles):
+            self.transport.abort()  # a status in the middle of an answer would be part of it
+        elif not self.transport.is_closing():
             self.transport.write(STATUS_LINE[status] + b"connection: close\r\ncontent-length: 0\r\n\r\n")
             self.transport.close()
             self.loop.call_later(FLUSH_S, self.transport.abort)

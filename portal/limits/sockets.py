@@ -150,6 +150,8 @@ class Ws(WebSocketsSansIOProtocol):
         if self._broken:
             raise ClientDisconnected
         await super().send(message)
+        if message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
+            self.handshake_complete = True  # by a refusal; uvicorn would log an error, as if nothing had been answered
         if not self._taken and self.transport.get_write_buffer_size() > BEFORE:
             self.writable.clear()
 

@@ -211,6 +211,7 @@ class RobotConsumer(Viewing):
                 return
             case Command() if self.operating and (self._held is None or message.kind in self._held):
                 self._jog = message.seq
+                await self._keep(message.seq, held=True)  # the press is the first sign that somebody holds it
         try:
             self._ask(message, sent)
         except asyncio.QueueFull:

@@ -177,7 +177,7 @@ class Previewer:
         if process is not None:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
-            await process.wait()
+            await process.communicate()  # `wait` alone would wait for ever for what it has said beyond an answer
 
 
 _previewers: dict[int, Previewer] = {}

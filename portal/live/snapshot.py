@@ -5,6 +5,7 @@ from typing import Any
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
+from operatorlog.services import hidden_of, may_see_hidden
 from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.estimates import place_and_wait, waiting
@@ -82,6 +83,12 @@ def entry_info(entry: Entry) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def seen(frame: Frame | None, user: Any) -> Frame | None:
+    """Return the picture, unless the entry about its turn is hidden, and with it the picture from this person."""
+    hidden = hidden_of(frame.grant_id) if frame is not None and frame.grant_id is not None else None
+    return frame if hidden is None or may_see_hidden(hidden, user) else None
+
+
 def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     """Return everything about a robot that `user` may see."""
     robot = Robot.objects.get(slug=slug)
@@ -91,6 +98,8 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     frame = newest_still(robot)
     before = Frame.objects.filter(robot=robot, pk__lt=frame.pk).order_by("-id").first() if frame else None
     mine = _mine(grant, user)
+    if not mine:
+        frame, before = seen(frame, user), seen(before, user)
     return {
         "t": "snapshot",
         "now_ms": ms_of(now),

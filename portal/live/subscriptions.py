@@ -12,7 +12,7 @@ from robots import bus
 from robots.messages import StandingChanged, decode_standing
 
 log = logging.getLogger(__name__)
-AGAIN_S = 0.5
+AGAIN_S, SILENT_S = 0.5, 7.0
 
 
 class Subscriber:
@@ -83,12 +83,17 @@ class Subscriptions:
         )
         try:
             pubsub = connection.pubsub(ignore_subscribe_messages=True)
-            await pubsub.subscribe(bus.people_channel())
+            async with asyncio.timeout(SILENT_S):
+                await pubsub.subscribe(bus.people_channel())
             self.link = True
             self._wake_all()  # messages sent meanwhile were lost
-            while True:
-                message = await pubsub.get_message(timeout=30.0)
-                if message is not None:
+            silent = 0
+            while silent < 2:  # the second time the ping was not answered: the connection is gone
+                message = await pubsub.get_message(timeout=SILENT_S)
+                silent = 0 if message is not None else silent + 1
+                if message is None:
+                    await pubsub.ping()
+                elif message["type"] == "message":
                     self._wake(message["data"])
         finally:
             await connection.aclose()

@@ -3,8 +3,6 @@
 import hashlib
 import secrets
 
-from allauth.core.internal.ratelimit import consume
-from django.conf import settings
 from django.contrib import messages
 from django.http import HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, redirect, render
@@ -16,6 +14,7 @@ from operatorlog.models import SurveyQuestion
 from operatorlog.services import LogError, answer_survey_of_job
 from operatorlog.views import survey_answers, survey_form
 from portal.limits.addresses import network_of
+from portal.limits.attempts import within
 from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
 from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
@@ -89,7 +88,7 @@ def _refuse_too_often(request: HttpRequest) -> None:
     """Count a request for a job, of the account or of the network address. Raises TooOften."""
     person = request.user.is_authenticated
     key = f"account {request.user.pk}" if person else f"network {network_of(request.META.get('REMOTE_ADDR', ''))}"
-    if not consume(request, app="farhand", action="ask", config=settings.RATE_LIMITS, key=key):
+    if not within(request, "ask", key):
         raise TooOften(f"{'You ask' if person else 'Your network asks'} for jobs too often; ask again in five minutes.")
 
 
@@ -145,7 +144,7 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
 
 
 def _survey(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
-    if not consume(request, app="farhand", action="survey", config=settings.RATE_LIMITS):
+    if not within(request, "survey"):
         return _show(request, job, asker, "Too many answers come from your network; send yours in a minute.", 429)
     try:
         answer_survey_of_job(job, asker, survey_answers(request), SYSTEM.now())

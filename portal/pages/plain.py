@@ -1,23 +1,39 @@
-"""Refuses texts that no database can store."""
+"""Refuses texts that no database can store, and filters that it cannot compare."""
 
 from collections.abc import Callable
 
-from django.core.exceptions import BadRequest
+from django.core.exceptions import BadRequest, SuspiciousOperation
+from django.db import DataError, NotSupportedError, ProgrammingError
 from django.http import HttpRequest, HttpResponse
 
+from portal.pages.errors import bad_request
 from robots.plain import storable
+
+# of a filter in the address of a list: a number too great, a year that is none, half a range, no pattern
+WRONG = (ArithmeticError, LookupError, TypeError, ValueError, DataError, NotSupportedError, ProgrammingError)
 
 
 class PlainText:
-    """Middleware that refuses NUL and unpaired surrogates in an address, its query or a form."""
+    """Middleware that refuses NUL and unpaired surrogates in an address, its query or a form, and too many fields."""
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
         self._get_response = get_response
 
     def __call__(self, request: HttpRequest) -> HttpResponse:
         """Answer, or refuse with 400."""
-        sent = [request.GET] if request.method in ("GET", "HEAD") else [request.GET, request.POST]
+        try:
+            sent = [request.GET] if request.method in ("GET", "HEAD") else [request.GET, request.POST]
+        except SuspiciousOperation as error:  # Django would log a traceback for each
+            raise BadRequest("The request has too many fields, or is too large.") from error
         texts = [request.path, *(text for form in sent for key, values in form.lists() for text in (key, *values))]
         if not all(storable(text) for text in texts):
             raise BadRequest("A text contains characters that cannot be stored.")
+        if request.path.startswith("/admin/") and any("regex" in name for name in request.GET):
+            raise BadRequest("A list is not filtered by patterns, which can take for ever.")
         return self._get_response(request)
+
+    def process_exception(self, request: HttpRequest, exception: Exception) -> HttpResponse | None:
+        """Answer 400 where a list of the admin fails at its filters; Django lets some through to the database."""
+        match = request.resolver_match
+        listed = match is not None and match.namespace == "admin" and str(match.url_name).endswith("_changelist")
+        return bad_request(request, exception) if listed and request.GET and isinstance(exception, WRONG) else None

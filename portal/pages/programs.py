@@ -11,13 +11,14 @@ from robots import programs
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest, NotPermitted, RobotError
 from robots.models import Program, Robot
+from robots.plain import one_line
 
 LARGEST = 20_000
 
 
 def _shown(program: Program, user: Any) -> dict[str, Any]:
     return {
-        "id": program.pk, "name": program.name, "text": program.text, "shared": program.shared,
+        "id": program.pk, "name": one_line(program.name), "text": program.text, "shared": program.shared,
         "approved": program.approved, "by": program.author.username if program.author else "",
         "mine": program.author_id is not None and program.author_id == user.pk,
     }  # fmt: skip

@@ -1,13 +1,12 @@
 """`/robots/<slug>/stream-code/`: a fresh one-time code for the operator's stream."""
 
-from allauth.core.internal.ratelimit import consume
-from django.conf import settings
 from django.http import HttpRequest, JsonResponse
 from django.shortcuts import get_object_or_404
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_POST
 from redis.exceptions import RedisError
 
+from portal.limits.attempts import within
 from portal.live import codes
 from robots.clock import SYSTEM
 from robots.drivers.errors import GrantOver
@@ -28,7 +27,7 @@ def stream_code(request: HttpRequest, slug: str) -> JsonResponse:
     now = SYSTEM.now()
     try:
         codes.grant_driven(robot, request.user, now)
-        if not consume(request, app="farhand", action="code", config=settings.RATE_LIMITS):
+        if not within(request, "code"):
             return JsonResponse({"text": TOO_OFTEN}, status=429, headers={"Retry-After": "60"})
         code = codes.give(robot, request.user, now)
     except GrantOver as error:

@@ -6,6 +6,7 @@ from typing import Any
 
 from django.conf import settings
 from django.contrib.auth.decorators import login_required
+from django.core.exceptions import SuspiciousFileOperation
 from django.http import Http404, HttpRequest, HttpResponse
 from django.shortcuts import get_object_or_404, render
 from django.utils._os import safe_join
@@ -15,9 +16,10 @@ from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
+from operatorlog.services import hidden_with, may_see_hidden
 from portal.classic.pictures import drawn
 from portal.consoles.console import console_of
-from portal.live.snapshot import status_of
+from portal.live.snapshot import seen, status_of
 from portal.pages.errors import software_missing
 from queueing.estimates import waiting
 from queueing.jobs.kinds import job_kinds, offers_turns
@@ -30,7 +32,7 @@ from robots.contract.capabilities import Composite
 from robots.contract.compact import Layout
 from robots.contract.procedures import offered
 from robots.contract.spec import STAFF, TURN, CommandKind
-from robots.models import Robot
+from robots.models import Frame, Robot
 from robots.permissions import reaches
 from robots.services import newest_still
 
@@ -51,7 +53,8 @@ def _no_camera(robot: Robot) -> bool:
 def landing(request: HttpRequest) -> HttpResponse:
     """Show the robots, live."""
     robots = [
-        {**_shown(r), "still": newest_still(r), "blind": _no_camera(r)} for r in Robot.objects.filter(enabled=True)
+        {**_shown(r), "still": shown_still(r, request.user), "blind": _no_camera(r)}
+        for r in Robot.objects.filter(enabled=True)
     ]
     entries = Entry.objects.exclude(visibility=Visibility.HIDDEN).select_related("author", "robot", "frame", "turn")
     return render(request, "pages/landing.html", {"robots": robots, "entries": entries[:3]})
@@ -77,7 +80,7 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
         **asdict(console),
         "operator": turn.user.username if turn else "",
         "drives": turn is not None and turn.user_id == request.user.pk,
-        "still": newest_still(robot),
+        "still": shown_still(robot, request.user),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": facts,
         "views": description.views(described),
@@ -161,15 +164,27 @@ def me(request: HttpRequest) -> HttpResponse:
 
 
 def media(request: HttpRequest, path: str) -> HttpResponse:
-    """Serve a stored picture; names are never reused, so caches may keep it."""
+    """Serve a stored picture, but not one of a turn whose entry is hidden.
+
+    Names are never reused, so caches may keep it: for an hour, for it may be hidden then.
+    """
     try:
-        full = Path(safe_join(str(Path(settings.MEDIA_ROOT) / "frames"), path))
+        root = Path(settings.MEDIA_ROOT).absolute()
+        full = Path(safe_join(str(root / "frames"), path))
         picture, kept = full.read_bytes(), full.stat()
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, SuspiciousFileOperation) as error:
         raise Http404("There is no such picture.") from error
+    hidden = hidden_with(full.relative_to(root).as_posix())  # of `a//b` and `./b` too
+    if hidden is not None and not may_see_hidden(hidden, request.user):
+        raise Http404("There is no such picture.")
     etag, at = f'"{kept.st_mtime_ns:x}-{kept.st_size:x}"', int(kept.st_mtime)
     response: HttpResponse = HttpResponse(picture, content_type="image/jpeg")
     response = get_conditional_response(request, etag=etag, last_modified=at, response=response) or response
-    response["Cache-Control"] = "public, max-age=31536000, immutable"
+    response["Cache-Control"] = "public, max-age=3600" if hidden is None else "private, no-store"
     response["ETag"], response["Last-Modified"] = etag, http_date(at)
     return response
+
+
+def shown_still(robot: Robot, user: Any) -> Frame | None:
+    """Return the newest kept picture, unless it is hidden from this person."""
+    return seen(newest_still(robot), user)

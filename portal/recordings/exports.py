@@ -3,14 +3,13 @@
 from datetime import date
 from typing import Any
 
-from allauth.core.internal.ratelimit import consume
-from django.conf import settings
 from django.contrib import messages
 from django.http import Http404, HttpRequest, HttpResponse, HttpResponseBase
 from django.shortcuts import get_object_or_404, redirect
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_POST, require_safe
 
+from portal.limits.attempts import within
 from portal.recordings import access
 from portal.recordings.serving import limited, ranged
 from robots.clock import SYSTEM
@@ -24,10 +23,6 @@ TOO_OFTEN = "Your network asks for too many movies; ask again in an hour."
 SOON = "The movie is being made. This takes up to some minutes; reload this page then."
 
 
-def _allowed(request: HttpRequest) -> bool:
-    return bool(consume(request, app="farhand", action="movie", config=settings.RATE_LIMITS))
-
-
 def _said(request: HttpRequest, movie: Movie) -> None:
     if movie.state != Movie.State.READY:
         messages.info(request, SOON)
@@ -37,7 +32,7 @@ def _said(request: HttpRequest, movie: Movie) -> None:
 def ask_movie(request: HttpRequest, key: str) -> HttpResponse:
     """Have a movie of a recording made."""
     recording, _ = access.visible(key, request.user)
-    if not _allowed(request):
+    if not within(request, "movie"):
         messages.warning(request, TOO_OFTEN)
         return redirect(recording)
     try:
@@ -85,7 +80,7 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
     """Have a time-lapse of a day made."""
     robot = get_object_or_404(Robot, slug=slug)
     back = redirect("recordings", slug)
-    if not _allowed(request):
+    if not within(request, "movie"):
         messages.warning(request, TOO_OFTEN)
         return back
     try:

@@ -5,11 +5,11 @@ import re
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
-from allauth.core.internal.ratelimit import consume
-from django.conf import settings
 from django.core.handlers.asgi import ASGIRequest
 from django.http import Http404, HttpResponse, HttpResponseBase, StreamingHttpResponse
 from django.http.request import HttpRequest
+
+from portal.limits.attempts import within
 
 PIECE = 65_536
 TOO_MANY = "Too much is asked for from your network; try again in a minute.\n"
@@ -18,7 +18,7 @@ RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})\Z")
 
 def limited(request: HttpRequest, action: str = "replay") -> HttpResponse | None:
     """Return a refusal if this network asks for too much."""
-    if consume(request, app="farhand", action=action, config=settings.RATE_LIMITS, limit_get=True):
+    if within(request, action):
         return None
     return HttpResponse(TOO_MANY, status=429, content_type="text/plain", headers={"Retry-After": "60"})
 

@@ -2,13 +2,12 @@
 
 from datetime import datetime, timedelta
 
-from allauth.core.internal.ratelimit import consume
-from django.conf import settings
 from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
 from django.shortcuts import get_object_or_404, render
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_safe
 
+from portal.limits.attempts import within
 from portal.pages.errors import software_missing
 from portal.statistics import plots
 from portal.statistics.day import DAY, BadDate, Span, span_of
@@ -41,7 +40,7 @@ class _Refused(Exception):
 
 def _span(request: HttpRequest, now: datetime) -> Span:
     """Return the 24 hours that are asked for. Raises _Refused."""
-    if not consume(request, app="farhand", action="statistics", config=settings.RATE_LIMITS, limit_get=True):
+    if not within(request, "statistics"):
         raise _Refused("Your network asks for statistics too often; ask again in a minute.", 429)
     try:
         return span_of(request.GET.get("from", ""), now)

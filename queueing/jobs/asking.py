@@ -6,6 +6,7 @@ from typing import Any
 
 from django.db import IntegrityError, transaction
 
+from accounts.handles import claims_role, taken
 from queueing.charging import account_of, account_of_guests
 from queueing.errors import NotCleared, RobotUnavailable, TooManyJobs
 from queueing.jobs.kinds import job_kinds, link_of, may_ask
@@ -21,10 +22,12 @@ from robots.contract.streams import unpack
 from robots.contract.values import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
+from robots.plain import one_line
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
 MOST, MOST_OF_GUESTS = 300, 200  # open jobs of a queue at which nobody, and no guest, may ask for another
+LONGEST_NAME = 40  # characters
 FULL = "The robot has as many jobs as it can take; come back later."
 TOO_MANY = "You have {} open jobs on this robot; wait until one has ended, or cancel one."
 ONE_A_GUEST = "You have an open job on this robot; wait until it has ended, or cancel it."
@@ -46,7 +49,8 @@ def ask(
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job, or wrong values, or none that make sense by what the robot shows.
+        BadRequest, OutOfWorkspace: no such job, wrong values, values that make no sense by what the robot shows, or a
+            name that shows a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -63,6 +67,7 @@ def ask(
         raise BadRequest("The values of a job must be an object.")
     check(robot.driver, kind, args, robot.driver_settings())
     _refuse_by_what_is_shown(robot, kind, args)
+    shown = _shown_name(user, name)
     with transaction.atomic():
         queue = locked(queue_of(robot))
         account = account_of(queue, user) if user is not None else account_of_guests(queue, asker.network)
@@ -72,7 +77,7 @@ def ask(
                 job = Job.objects.create(
                     queue=queue, robot=robot, account=account, user=user, guest="" if user else asker.guest,
                     kind=kind, args=args, asked_at=now, mail=mail and user is not None,
-                    shown_name=name.strip()[:40] if user else "",
+                    shown_name=shown,
                 )  # fmt: skip
         except IntegrityError as error:  # the same guest asked twice at once
             raise TooManyJobs(ONE_A_GUEST) from error
@@ -91,6 +96,16 @@ def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> N
         kept = bus.kept_stream(robot.slug, [stream.name for stream in declared.streams].index(own.stream))
         if kept:
             function(own.function)(kind, args, ((packet.data, packet.key) for packet in map(unpack, kept)))
+
+
+def _shown_name(user: Any, name: str) -> str:
+    """Return the name for the page; none of a guest. Raises BadRequest."""
+    shown = one_line(name)[:LONGEST_NAME].strip() if user is not None else ""
+    if shown and (claims_role(shown) or taken(shown, but=user.pk)):
+        raise BadRequest(
+            "The name on the page may not be that of a role, a robot or another person; choose another one."
+        )
+    return shown
 
 
 def _refuse_more(queue: Queue, account: Account, asker: Asker) -> None:

@@ -71,7 +71,11 @@ class Session(ABC):
 
     @abstractmethod
     def connect(self) -> RobotState:
-        """Open the wire and ask the hardware for its state. Raises HardwareFault."""
+        """Open the wire and ask the hardware for its state. Raises HardwareFault.
+
+        After LineSilent it is called again without a `close`: a controller that boots whenever its port is opened must
+        not be opened again while it boots. After every other fault the wire was closed.
+        """
 
     @abstractmethod
     def state(self) -> RobotState:

@@ -73,7 +73,7 @@ class CommandKind:
     shown: Mapping[str, str] = field(default_factory=dict)
     moves: bool = True
     still_after: bool = True  # a new stable picture belongs to its end, where there is a camera
-    held: bool = False  # it goes on for as long as keep-alives arrive
+    held: bool = False  # it begins and goes on only while keep-alives arrive
     replaceable: bool = False  # a newer one may take its place in motion; its driver asks `permit` on the way
     policies: Policies = HOLD  # at the end of its grant and without a connection
 
@@ -199,6 +199,8 @@ def _contradictions(spec: Spec) -> Iterator[str]:
             yield f"has no command {kind!r}, which its handover names"
         elif found.lane != "motion":
             yield f"names {kind!r} of the lane {found.lane!r} in its handover; only motions belong there"
+        elif found.held:
+            yield f"names the held motion {kind!r} in its handover, where nobody holds its controls"
     for one in spec.capabilities:
         yield from _wrong_with(one, spec)
 
@@ -271,6 +273,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
     )
     if not command.limit_s > 0:
         yield "has no time limit"
+    if command.held and ANYONE in command.asked_by:
+        yield "may be asked for as a job, and nobody holds the controls of a job,"
     if command.lane == "config":
         yield from _wrong_in_setting(command)
     yield from (f"shows {name!r}, which is no argument," for name in command.shown if name not in names)

@@ -4,11 +4,17 @@
 rules'.
 """
 
+from robots.addresses import redacted
+
 
 class RobotError(Exception):
-    """Base class; `str()` is a sentence for people."""
+    """Base class; `str()` is a sentence for people, without the secrets of addresses that libraries put into errors."""
 
     code = "error"
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return redacted(super().__str__())
 
 
 class BadRequest(RobotError):
@@ -125,6 +131,10 @@ class CameraFault(HardwareFault):
     code = "camera_fault"
 
 
-def why(error: Exception) -> str:
-    """Return what the system said, without the path of a file: people read this."""
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+def why(error: BaseException) -> str:
+    """Return in a few words what the system or a library said, without the path of a file: people read this."""
+    try:
+        told = str(getattr(error, "strerror", None) or error).strip().splitlines()
+    except Exception:  # noqa: BLE001 - of the error's own text
+        told = []
+    return redacted(told[0])[:160].rstrip(". ") if told else type(error).__name__

@@ -18,7 +18,7 @@ from robots.clock import Limit
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
-from robots.drivers.errors import HardwareFault, LineGone, LineSilent
+from robots.drivers.errors import HardwareFault, LineGone, LineSilent, why
 from robots.drivers.lerobot_spec import REST_S, features
 from robots.drivers.permits import unless_held, until_held
 
@@ -102,11 +102,11 @@ class LeRobotDriver(Session):
                 return what(self._robot)
             except ConnectionError as error:
                 if not left:
-                    raise LineSilent(f"The robot does not answer: {_short(error)}.") from error
+                    raise LineSilent(f"The robot does not answer: {why(error)}.") from error
             except OSError as error:  # pyserial's own errors are OSErrors
-                raise LineGone(f"The connection to the robot is lost: {_short(error)}.") from error
+                raise LineGone(f"The connection to the robot is lost: {why(error)}.") from error
             except Exception as error:
-                raise HardwareFault(f"LeRobot says: {_short(error)}.") from error
+                raise HardwareFault(f"LeRobot says: {why(error)}.") from error
         raise AssertionError
 
     def state(self) -> RobotState:
@@ -206,8 +206,3 @@ class LeRobotDriver(Session):
         """Soft reset: open the line again. LeRobot has no other reset, and nothing is moved."""
         permit()
         return self.connect()
-
-
-def _short(error: Exception) -> str:
-    """Return the first line of a library's message, without its full stop."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[0][:160].rstrip(".")

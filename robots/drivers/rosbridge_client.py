@@ -1,29 +1,34 @@
 """A client of any robot behind rosbridge v2, for drivers whose owner uses threads.
 
 Topics arrive in the thread of the connection; calls of services wait for their answers by id, so a hold needs not wait
-for another call. An answer that comes too late is dropped.
+for another call. An answer that comes too late is dropped. So is a message that is too long, such as a large picture,
+and one that cannot be read: the connection, by which the robot is driven, goes on.
 """
 
 import contextlib
 import itertools
+import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
 from robots.drivers.errors import ControllerRefused, LineGone, LineSilent, why
-from robots.drivers.rosbridge import Message, decode, encode, identifier, nested
+from robots.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
 
+log = logging.getLogger(__name__)
 ANSWER_S = 1.0
-OPEN_S = 5.0  # real time, as the next: the network's
+OPEN_S = 5.0  # real time, as the next two: the network's
+SEND_S = 1.0  # for a whole frame, to a robot that reads slowly or not at all
 PING_S = 5.0
-MOST_BYTES = 1_000_000  # of a frame from the robot
+MOST_BYTES = 1_000_000  # of a message from the robot; a longer one is left out
+MOST_READ = 64_000_000  # a longer one ends the connection
 Heard = Callable[[Message], None]
 
 
@@ -46,7 +51,8 @@ class Bridge:
         self._calls: dict[str, _Call] = {}
         self._numbers = itertools.count(1)
         self.complaint = ""  # what the robot said last about a frame of ours
-        self.unreadable = 0  # frames of the robot that were dropped
+        self.unreadable = 0  # messages of the robot that were dropped
+        self.left_out = 0  # because they were too long
         self.heard_at = 0.0  # on its clock (s), of the newest frame
 
     @property
@@ -60,10 +66,11 @@ class Bridge:
             self._close()
             try:
                 line = connect(
-                    self._where(), compression=None, max_size=MOST_BYTES, open_timeout=OPEN_S, close_timeout=1.0,
+                    self._where(), compression=None, max_size=MOST_READ, open_timeout=OPEN_S, close_timeout=1.0,
                     ping_interval=PING_S, ping_timeout=2 * PING_S, proxy=None,
                 ).__enter__()  # fmt: skip
-            except (OSError, ValueError, WebSocketException) as error:
+                line.socket.settimeout(SEND_S)  # reading waits by itself
+            except Exception as error:  # the library asserts where it does not expect an answer
                 raise LineGone(f"The robot's rosbridge cannot be reached: {why(error)}.") from error
             self._line, self.heard_at = line, self._clock.monotonic()
             self._reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
@@ -85,7 +92,7 @@ class Bridge:
     def _close(self) -> None:
         line, self._line = self._line, None
         if line is not None:
-            with contextlib.suppress(OSError, WebSocketException):
+            with contextlib.suppress(Exception):
                 line.close()
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(2.0)
@@ -142,23 +149,36 @@ class Bridge:
             raise LineGone("The robot's rosbridge is not connected.")
         try:
             line.send(frame)
-        except (OSError, WebSocketException) as error:
+        except Exception as error:
             self._lost(line)
-            raise LineGone(f"The connection to the robot broke: {error}.") from error
+            raise LineGone(f"The connection to the robot broke: {why(error)}.") from error
 
     def _read(self, line: ClientConnection) -> None:
         """Hand on what arrives, until the connection ends."""
         try:
             for data in line:
                 self.heard_at = self._clock.monotonic()
+                if len(data) > MOST_BYTES:
+                    self._leave_out(len(data))
+                    continue
                 try:
                     self._take(decode(data))
-                except Exception:  # noqa: BLE001 - whatever one frame does to its listener, the next one is read
+                except (Malformed, TypeError, ValueError):
                     self.unreadable += 1
+                except Exception:  # of whoever hears it; the next message is another matter
+                    self.unreadable += 1
+                    log.exception("a message of the robot could not be used")
         except (OSError, ConnectionClosed):
             pass
+        except Exception:
+            log.exception("the connection to the robot ended")
         finally:
             self._lost(line)
+
+    def _leave_out(self, size: int) -> None:
+        self.left_out += 1
+        if self.left_out == 1:
+            log.warning("messages of over %d bytes are left out: the robot sent one of %d", MOST_BYTES, size)
 
     def _take(self, found: Message) -> None:
         op = found.get("op")
@@ -167,7 +187,7 @@ class Bridge:
             if known is not None:
                 known[1](nested(found, "msg"))
         elif op == "service_response":
-            call = self._calls.get(str(identifier(found)))
+            call = self._calls.get(identifier(found) or "")
             if call is not None:
                 call.values, call.result = found.get("values"), found.get("result") is True
                 call.answered.set()

@@ -135,13 +135,13 @@ class Chain:
         return pose
 
     def jacobian(self, q: Joints) -> Matrix:
-        """Return the (6, n) Jacobian of the tool: linear rows first, in the base's frame."""
+        """Return the (..., 6, n) Jacobian of the tool: linear rows first, in the base's frame; `q` is (..., n)."""
         frames = self.frames(q)
-        axes = np.einsum("nij,nj->ni", frames[:-1, :3, :3], self._axes)
-        arms = frames[-1, :3, 3] - frames[:-1, :3, 3]
+        axes = np.einsum("...nij,nj->...ni", frames[..., :-1, :3, :3], self._axes)
+        arms = frames[..., -1:, :3, 3] - frames[..., :-1, :3, 3]
         ahead, behind = [1, 2, 0], [2, 0, 1]
-        across = axes[:, ahead] * arms[:, behind] - axes[:, behind] * arms[:, ahead]
-        return np.concatenate([across, axes], axis=1).T
+        across = axes[..., ahead] * arms[..., behind] - axes[..., behind] * arms[..., ahead]
+        return np.concatenate([across, axes], axis=-1).swapaxes(-1, -2)
 
     @cached_property
     def _axes(self) -> Matrix:

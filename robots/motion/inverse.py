@@ -6,6 +6,7 @@ answer counts if forward kinematics agrees, whatever its mark. A joint whose ran
 answers for one branch.
 """
 
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import product
 from math import ceil, hypot, inf, isfinite, remainder, tau
@@ -20,7 +21,11 @@ from robots.motion.budget import SHARED, Budget
 from robots.motion.chain import Chain, Joints, Matrix
 
 EXACT = 1e-9  # an answer counts if no number of its pose differs by more (m, or of a rotation)
+SAME_POSE = 2e-6  # m, or of a rotation: the tool is there already, as a pose is told with five decimals of a degree
+AT_ONCE_S, NEAR_S = 1e-6, 0.05  # an answer that is no farther (s at full speed) is the nearest; or as good as that
+FAR_S = 0.5  # for one that is no farther it counts that EAIK takes no branch of the pose for singular
 SAME_RAD = 1e-9
+BESIDE = 0.01  # see `singular.polished`
 SLACK_RAD = 1e-9
 CLOSE_M = 1e-3  # a larger error is not just lost precision at a singular pose
 
@@ -36,7 +41,7 @@ class Inverse:
         self.chain = chain
         self._low = [j.low - SLACK_RAD for j in chain.joints]
         self._high = [j.high + SLACK_RAD for j in chain.joints]
-        self._pace = [1.0 / j.velocity for j in chain.joints]
+        self._limits = [(j.low - SLACK_RAD, j.high + SLACK_RAD, 1.0 / j.velocity) for j in chain.joints]
         offsets = [j.origin[:3, 3] for j in chain.joints]
         self._longest = float(sum(np.linalg.norm(way) for way in (*offsets, chain.tool[:3, 3])))
 
@@ -72,29 +77,41 @@ class Inverse:
     def nearest(self, pose: Matrix, near: Joints, budget: Budget | None = None) -> Joints:
         """Return the answer whose slowest joint has the shortest way from `near`, over all branches and whole turns.
 
+        At a singular pose, over all shares of the joints that turn against each other, too. If the tool is at the pose
+        already, that is `near` itself.
+
         Raises:
             OutOfReach: as `inside`. TooMuch: a singular pose too many for the budget.
 
         """
         asked, values = self._asked(pose)
         start: list[float] = near.tolist()
-        answers: list[list[float]] = self._solver.IK(asked).Q.tolist()
+        solved = self._solver.IK(asked)
+        answers: list[list[float]] = solved.Q.tolist()
         best, least = None, inf
         for answer in answers:
             turned = self._turned(answer, start, least)
             if turned is not None:
                 least, best = turned
-        if best is not None and self._exact(best, values):
+        exact = best is not None and self._exact(best, values)
+        if best is not None and exact and least <= AT_ONCE_S:
             return np.array(best)
-        every = (self._turned(answer, start, inf) for answer in answers)
-        for _, q in sorted(turned for turned in every if turned is not None):
-            if self._exact(q, values):
-                return np.array(q)
-        if budget is not None:
-            budget.spend(SHARED)
-        inside = self._shared(pose)
-        chosen: Joints = inside[np.argmin(np.max(np.abs(inside - near) / self.chain.velocity, axis=1))]
-        return chosen
+        if self._exact(start, values, SAME_POSE) and not self.chain.broken_limit(near):
+            return np.array(start)
+        if best is not None and exact and (least <= NEAR_S or (least <= FAR_S and 1 not in solved.is_LS.tolist())):
+            return np.array(best)
+        every = [best] if best is not None and exact else self._inside(answers, start, values)
+        found = [*map(np.array, every), *self._shared(pose, near, budget)]
+        if not found:
+            self._refuse(pose)
+        return min(found, key=lambda q: float(np.max(np.abs(q - near) / self.chain.velocity)))
+
+    def _inside(self, answers: list[list[float]], start: list[float], values: list[float]) -> Iterator[list[float]]:
+        """Yield the exact answers inside the limits, each in the turns nearest to `start`."""
+        for answer in answers:
+            turned = self._turned(answer, start, inf)
+            if turned is not None and self._exact(turned[1], values):
+                yield turned[1]
 
     def _turned(self, answer: list[float], start: list[float], bound: float) -> tuple[float, list[float]] | None:
         """Return cost (s at full speed) and joints of a branch in the nearest turns inside the limits.
@@ -102,7 +119,7 @@ class Inverse:
         None if there are none inside, or the cost is not below `bound`.
         """
         cost, found = 0.0, []
-        for value, here, low, high, pace in zip(answer, start, self._low, self._high, self._pace, strict=True):
+        for value, here, (low, high, pace) in zip(answer, start, self._limits):  # noqa: B905 - all of them are n long
             turned = here + remainder(value - here, tau)
             if turned < low:
                 turned += tau * ceil((low - turned) / tau)
@@ -116,10 +133,13 @@ class Inverse:
             found.append(turned)
         return cost, found
 
-    def _exact(self, q: list[float], values: list[float]) -> bool:
+    def _exact(self, q: list[float], values: list[float], within: float = EXACT) -> bool:
         """Return whether joints put the tool at the pose with the 16 numbers `values`."""
-        there: list[float] = self._solver.fwdKin(q).ravel().tolist()
-        return bool(max(map(abs, map(sub, there, values))) < EXACT)
+        found = self._solver.fwdKin(q)
+        if abs(found.item(3) - values[3]) >= within:  # one number first, because most are elsewhere
+            return False
+        there: list[float] = found.ravel().tolist()
+        return bool(max(map(abs, map(sub, there, values))) < within)
 
     def branches(self, pose: Matrix) -> list[Joints]:
         """Return every joint vector that puts the tool at `pose` (4 x 4), without limits; each in (-pi, pi].
@@ -148,7 +168,10 @@ class Inverse:
             OutOfReach: there is none; says how far away, or which limit every branch breaks first.
         """
         found = [q for branch in self._solve(pose)[0] for q in self._turns(branch)]
-        return found or list(self._shared(pose))
+        found = found or list(self._shared(pose))
+        if not found:
+            self._refuse(pose)
+        return found
 
     def _turns(self, branch: Joints) -> list[Joints]:
         """Return a branch in all whole turns that lie inside the limits."""
@@ -158,20 +181,25 @@ class Inverse:
             rooms.append([first + tau * k for k in range(int((high - first) // tau) + 1)])
         return [np.array(q) for q in product(*rooms)]
 
-    def _shared(self, pose: Matrix) -> Matrix:
-        """Return answers at singular poses, where no branch is inside and a branch is only one of many.
+    def _shared(self, pose: Matrix, near: Joints | None = None, budget: Budget | None = None) -> Iterator[Joints]:
+        """Yield answers at a singular pose, where a branch is only one of many, each the nearest to `near` of its kind.
 
         Raises:
-            OutOfReach: there is none either.
+            TooMuch: a singular pose too many for the budget.
         """
         asked, _ = self._asked(pose)
         answers = np.asarray(self._solver.IK(asked).Q, dtype=float).reshape(-1, len(self.chain.joints))
-        there = (q for q in answers if np.abs(self._solver.fwdKin(q)[:3, 3] - asked[:3, 3]).max() < CLOSE_M)
-        shares = (singular.share(self.chain, self._into(q), pose) for q in there)
-        found = [q for q in shares if q is not None]
-        if not found:
-            self._refuse(pose)
-        return np.array(found)
+        about = singular.about_singular(self.chain, answers)
+        there = [q for q in answers[about] if np.abs(self._solver.fwdKin(q)[:3, 3] - asked[:3, 3]).max() < CLOSE_M]
+        for q in there:
+            if budget is not None:
+                budget.spend(SHARED)
+            found = singular.nearest(self.chain, self._into(q), pose, self._into(q) if near is None else near)
+            if found is not None:
+                yield found
+        beside = singular.polished(self.chain, near, pose, BESIDE) if near is not None and there else None
+        if beside is not None and not self.chain.broken_limit(beside):
+            yield beside
 
     def _refuse(self, pose: Matrix) -> NoReturn:
         found, miss = self._solve(pose)

@@ -117,6 +117,6 @@ def _answer(line: bytes, board: FaultBoard, status: Callable[[], dict[str, Any]]
                 board.random.seed(asked["seed"])
             count = asked.get("count")
             board.set(verb, float(asked.get("value", 1.0)), None if count is None else int(count))
-    except (ValueError, KeyError, TypeError, OverflowError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         return {"ok": False, "error": str(error)}
     return {"ok": True, "faults": board.seen(), **status()}

@@ -1,5 +1,6 @@
 """Helper processes of a simulator as forks, started while it has one thread, so that memory is shared."""
 
+import contextlib
 import os
 import signal
 import sys
@@ -30,7 +31,8 @@ class Fork:
 
     def _send(self, number: int) -> None:
         if self.returncode is None:
-            os.kill(self.pid, number)
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, number)
 
 
 def fork(work: Callable[[], None]) -> Fork:

@@ -1,5 +1,7 @@
-"""Writes threads that die of an error into the journal, so that no simulator goes on without one unnoticed."""
+"""What becomes of a thread that dies of an error: the journal tells it, and the simulator ends."""
 
+import os
+import sys
 import threading
 
 from simulators.common.journal import Journal
@@ -12,6 +14,23 @@ def record_deaths(journal: Journal) -> None:
     def hook(args: threading.ExceptHookArgs) -> None:
         journal.note("thread_died", thread=args.thread.name if args.thread else "", error=repr(args.exc_value))
         told(args)
+
+    threading.excepthook = hook
+
+
+def end_with_any() -> None:
+    """From now on end this process, with exit status 1 and a line on stderr, once one of its threads dies of an error.
+
+    Called by a process before it starts a thread, and before `record_deaths`.
+    """
+    told = threading.excepthook
+
+    def hook(args: threading.ExceptHookArgs) -> None:
+        told(args)
+        name = args.thread.name if args.thread else ""
+        sys.stderr.write(f"the simulator ends, because its thread {name!r} died: {args.exc_value!r}\n")
+        sys.stderr.flush()
+        os._exit(1)  # as at a loss of power: other threads may wait for the one that died
 
     threading.excepthook = hook
 

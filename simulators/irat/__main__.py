@@ -11,11 +11,13 @@ import sys
 
 from robots.clock import FasterTimer
 from simulators.common.process import arguments, stop_when_told
+from simulators.common.threads import end_with_any
 from simulators.irat.simulator import Simulator
 
 
 def main() -> None:
     """Run the simulator."""
+    end_with_any()
     parser = arguments(__doc__)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1, help="of noise, drift and everything else that is random")

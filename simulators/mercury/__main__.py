@@ -24,7 +24,7 @@ from simulators.common.journal import Journal
 from simulators.common.kept import BOOTS
 from simulators.common.microphone import Microphone
 from simulators.common.process import arguments, stop_when_told
-from simulators.common.threads import names, record_deaths
+from simulators.common.threads import end_with_any, names, record_deaths
 from simulators.mercury.arm import Body
 from simulators.mercury.camera import expose
 from simulators.mercury.controller import Controller
@@ -135,6 +135,7 @@ class Simulator:
 
 def main() -> None:
     """Run the simulator."""
+    end_with_any()
     parser = arguments(__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--tcp", type=int)

@@ -11,6 +11,7 @@ import sys
 from robots.clock import FasterTimer
 from robots.description import load
 from simulators.common.process import arguments, stop_when_told
+from simulators.common.threads import end_with_any
 from simulators.pa10.controllers import CONTROLLERS
 from simulators.pa10.priority import first_in_line
 from simulators.pa10.simulator import Simulator
@@ -20,6 +21,7 @@ SWITCH_S = 2e-4  # the longest time for another thread; Python's default of 5 ms
 
 def main() -> None:
     """Run the simulator."""
+    end_with_any()
     line = load("pa10")["line"]
     parser = arguments(__doc__)
     parser.add_argument("--port", type=int, default=0)

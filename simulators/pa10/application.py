@@ -15,7 +15,7 @@ import numpy as np
 
 from robots.clock import TIMER, Limit, Timer
 from robots.drivers.pa10.courses import Course, Courses, is_default
-from robots.drivers.pa10.protocol import MOTIONS, End, Malformed, Mode, Request, program
+from robots.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
 from robots.motion.chain import Joints
 from robots.motion.planner import Refused
 from robots.motion.zones import Box
@@ -62,7 +62,8 @@ class Application:
         self._holds = 0  # number of holds, so that older requests notice one
         self.motion, self.program, self.step_of, self.note = 0, 0, 0, ""
         if error:
-            self._range_error(error)
+            with self._rested:
+                self._range_error(error)
 
     # what the network asks
 
@@ -82,7 +83,7 @@ class Application:
         if letter == "h":
             self.hold()
             return "ok hold"
-        if letter not in (*MOTIONS, *"JCgpb"):
+        if letter not in (*MOTIONS, *VELOCITIES, *"gpb"):
             raise Malformed(f"{letter} is not a request to the arm")
         with self._lock:
             self._none_came_first(asked)
@@ -91,7 +92,7 @@ class Application:
             self._must_be_free_for(request)
         if letter in MOTIONS:
             return f"ok {self.move(request, asked)}"
-        if letter in "JCg":
+        if letter in (*VELOCITIES, "g"):
             with self._lock:
                 self._none_came_first(asked)
                 if letter == "g":
@@ -234,9 +235,9 @@ class Application:
             self._none_came_first(asked)
             if self.busy or self._mode == Mode.RANGE_ERROR:
                 raise Refused("busy", "the arm was moved while the program was checked")
+            runner.start(self, steps, self._holds)  # it waits for this lock; the system may have no thread left
             self._mode, self.program, self.step_of, self.note = Mode.PROG_EXEC, number, 0, ""
             self._note("program", number=number, steps=len(steps))
-            runner.start(self, steps, self._holds)
         return f"ok program {number} {seconds:.1f} s"
 
     def step_began(self, number: int, mine: int) -> bool:
@@ -291,7 +292,7 @@ class Application:
         self._rested.notify_all()
 
     def _range_error(self, why: str) -> None:
-        """Stop because the measured arm, not its reference, is where it must not be."""
+        """Stop because the measured arm, not its reference, is where it must not be. The caller has the lock."""
         self._leaving = ""
         if self.busy:
             self.hold()

@@ -64,9 +64,9 @@ class Client:
     def wait(self, rest: Callable[[], str]) -> str:
         """Answer `W` when the arm rests; many of them share a thread."""
         with self._changed:
-            self._waits += 1
-            if self._waits == 1:
+            if self._waits == 0:
                 threading.Thread(target=self._wait, args=(rest,), name="wait", daemon=True).start()
+            self._waits += 1
         return ""
 
     def _wait(self, rest: Callable[[], str]) -> None:

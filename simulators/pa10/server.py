@@ -136,7 +136,10 @@ class Network:
                 oldest = self._strangers.pop(0) if len(self._strangers) > MOST_STRANGERS else None
             if oldest is not None:
                 oldest.shut()
-            threading.Thread(target=self._serve, args=(client, address[0]), name="reader", daemon=True).start()
+            try:
+                threading.Thread(target=self._serve, args=(client, address[0]), name="reader", daemon=True).start()
+            except RuntimeError:  # the system has no thread left for now
+                self._left_by(client, "no thread is left for it")
 
     def _serve(self, client: Client, host: str) -> None:
         cause = "it was ended from here"
@@ -149,6 +152,13 @@ class Network:
             cause = str(error)
         except OSError as error:
             cause = f"the line broke: {error.strerror or error}"
+        except Exception as error:  # noqa: BLE001 - one client must not end the others' service
+            cause = f"its reader failed: {type(error).__name__}: {error}"
+            self._note("crash", error=cause)
+        self._left_by(client, cause)
+
+    def _left_by(self, client: Client, cause: str) -> None:
+        """Forget a client that has gone; if it was the present one, the arm holds."""
         with self._door:
             if self._present is client:
                 self._end(cause)

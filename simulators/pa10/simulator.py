@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from robots.clock import TIMER, Timer, poll
-from robots.drivers.pa10.protocol import ArmState, Request
-from robots.files import replace_text
+from robots.drivers.pa10.protocol import VELOCITIES, ArmState, Request
+from robots.files import replace_text, replaced
+from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import fork
 from simulators.common.journal import Journal
@@ -27,6 +28,7 @@ from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network
 from simulators.pa10.setpoint import Reference
 from simulators.pa10.store import ProgramStore
+from simulators.pa10.velocity import DEAD_MAN_S
 from simulators.pa10.watchdog import watch
 
 SHARE_EVERY = 20  # steps between two positions for the cameras: 40 ms
@@ -68,16 +70,24 @@ class Simulator:
         self._shared.write(self.plant.qpos)
         self._cameras = fork(partial(cameras.run, folder))  # last, before there are threads
         self.network = Network(port, self, self.faults, self.journal.note, token, clock=clock)
-        self._running = True
+        self._running, self._ending = True, False
+        threading.Thread(target=self._mind_cameras, name="cameras", daemon=True).start()
         serve(folder / "faults", self.faults, self.status)
         replace_text(folder / "tty", f"127.0.0.1:{self.network.port}\n")
         watch(self.network, *watchdog, self.begin_again, clock)
 
     def _kept(self) -> Any:
         try:
-            return np.load(self._folder / "scene.npy", allow_pickle=False)
-        except (OSError, ValueError):
+            found = np.load(self._folder / "scene.npy", allow_pickle=False)
+        except (OSError, ValueError, EOFError):
             return None
+        return found if found.dtype == np.float64 and np.isfinite(found).all() else None
+
+    def _mind_cameras(self) -> None:
+        """Let this thread die once the cameras' process does, which ends the simulator."""
+        status = self._cameras.wait()
+        if not self._ending:
+            raise RuntimeError(f"the process of the cameras ended with status {status}")
 
     def _begin(self, why: str, error: str = "", extra: tuple[Any, ...] = ()) -> None:
         self.boot += 1
@@ -103,10 +113,12 @@ class Simulator:
             return lambda: self.app.letter()
         if request.letter == "s":
             return lambda: self.state().encode()
-        return partial(self._take, self.app, request, self.app.asked)
+        return partial(self._take, self.app, request, self.app.asked, self._clock.monotonic())
 
-    def _take(self, app: Application, request: Request, asked: int) -> str:
+    def _take(self, app: Application, request: Request, asked: int, arrived: float) -> str:
         """Let the control loop run before and after a request, whose planning may take time."""
+        if request.letter in VELOCITIES and self._clock.monotonic() - arrived > DEAD_MAN_S:
+            raise Refused("busy", f"this velocity waited for more than {DEAD_MAN_S:g} s behind other lines; repeat it")
         self._rest.wake()
         try:
             return app.take(request, asked)
@@ -230,10 +242,12 @@ class Simulator:
                 self.journal.note("put_back", what=name)
 
     def _keep(self) -> None:
-        np.save(self._folder / "scene.npy", self.plant.qpos)
+        with replaced(self._folder / "scene.npy") as file:
+            np.save(file, self.plant.qpos)
 
     def stop(self, *_: object) -> None:
         """End the loop; the arm rests first."""
+        self._ending = True
         threading.Thread(target=self._end, name="end").start()
 
     def _end(self) -> None:

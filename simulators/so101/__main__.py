@@ -20,9 +20,11 @@ from robots.files import replace_text
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.process import arguments, stop_when_told
+from simulators.common.threads import end_with_any, record_deaths
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
-LOW, HIGH, MIDDLE = 700, 3395, 2047  # ticks of 4096 a turn: the calibrated range
+TURN = 4096  # ticks
+LOW, HIGH, MIDDLE = 700, 3395, 2047  # ticks: the calibrated range
 MODEL, FIRMWARE = 777, (3, 10)
 EVERYBODY = 0xFE
 PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 1, 2, 3, 0x82, 0x83
@@ -79,6 +81,7 @@ class Simulator:
     def __init__(self, folder: Path, clock: Timer = TIMER) -> None:
         (folder / "calibration").mkdir(parents=True, exist_ok=True)
         self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
+        record_deaths(self.journal)
         self._folder, self._clock = folder, clock
         self._servos = {n: Servo(n, at) for n, at in zip(range(1, 7), self._kept(), strict=True)}
         self._rest = b""
@@ -96,9 +99,11 @@ class Simulator:
 
     def _kept(self) -> list[float]:
         try:
-            return [float(v) for v in json.loads((self._folder / "places.json").read_text())][:6]
-        except (OSError, ValueError):
-            return [float(MIDDLE)] * 6
+            kept = [float(v) for v in json.loads((self._folder / "places.json").read_text())]
+        except (OSError, ValueError, TypeError, OverflowError):
+            kept = []
+        whole = len(kept) == len(NAMES) and all(0 <= v < TURN for v in kept)
+        return kept if whole else [float(MIDDLE)] * len(NAMES)
 
     def _calibrated(self) -> None:
         kept = {
@@ -200,6 +205,7 @@ class Simulator:
 
 def main() -> None:
     """Run the simulator."""
+    end_with_any()
     options = arguments(__doc__).parse_args()
     simulator = Simulator(options.dir, FasterTimer(options.speed))
     stop_when_told(simulator)

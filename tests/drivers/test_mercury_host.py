@@ -13,7 +13,7 @@ from hypothesis import given, seed
 from hypothesis import strategies as st
 
 from robots.clock import FasterTimer
-from robots.drivers.errors import ControllerRefused, LineSilent
+from robots.drivers.errors import ControllerRefused, LineGone, LineSilent
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Instruction
@@ -100,6 +100,24 @@ def test_whatever_a_controller_says_the_host_listens_on(ends, rubbish):
     controller, line = ends
     controller.say(b"".join(rubbish))
     well(controller, line)
+
+
+def test_a_reader_that_fails_loses_the_line_and_lets_nobody_wait(monkeypatch):
+    controller = Controller()
+    controller.answer = lambda f: frame(STATE, f.seq, state())
+    line = HostLine(controller.path, 10, None, FasterTimer(PACE))
+    line.open()
+    try:
+        monkeypatch.setattr(line, "_heard", lambda frame: {}["a fault of ours"])
+        with pytest.raises(LineGone):
+            line.status()
+        monkeypatch.undo()
+        line.close()
+        line.open()
+        well(controller, line)
+    finally:
+        line.close()
+        controller.close()
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e30, 1e308])

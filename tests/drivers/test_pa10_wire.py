@@ -8,6 +8,9 @@ import time
 import numpy as np
 import pytest
 
+from robots.drivers.pa10.units import pose_request
+from robots.motion.described import chain
+from robots.motion.pose import EULER, RPY, numbers
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, journal
 
@@ -22,6 +25,41 @@ def test_a_velocity_that_is_not_said_again_ends(terminal, shared):
     assert terminal.ask("J 0 0 0 0 0 30") == "ok velocity"
     wait_for(lambda: not shared.status()["moving"], 10, "rest")
     assert 2 < np.degrees(shared.status()["q"][5] - began) < 15, "it went for half a second at most"
+
+
+def test_a_velocity_that_waited_behind_other_lines_moves_nothing(terminal, shared):
+    """A program is checked for longer than a velocity lasts; who has sent both may have let go since."""
+    long = [f"l {500 + n % 9} 160 {150 + n} 180 0 180" for n in range(60)]
+    assert terminal.ask("\n".join(["u 77", *long, "k 1900 0 100 180 0 180", "."])).startswith("ok program")
+    at = time.monotonic()
+    terminal.say("p 77", "J 20 0 0 0 0 0", "s")
+    assert terminal.hear().startswith("e "), "the program is refused after it was checked"
+    said = terminal.hear()
+    assert said.startswith("e busy this velocity waited"), said
+    assert "moving=0" in terminal.hear()
+    assert not journal(shared, "motion", at)
+
+
+def test_a_velocity_and_its_hold_that_a_stalled_line_delivers_together_move_nothing(terminal, shared):
+    at = shared.status()["q"]
+    for _ in range(10):
+        terminal.say(*["J 60 60 60 60 60 60"] * 20, "h", "W")
+        said = [terminal.hear() for _ in range(22)]
+        assert {"ok hold", "a"} <= {*said}
+    wait_for(lambda: not shared.status()["moving"], 10, "rest")
+    assert np.abs(np.subtract(shared.status()["q"], at)).max() < 2e-3
+
+
+@pytest.mark.parametrize("letter", "kKl")
+def test_the_pose_where_the_arm_stands_moves_nothing_at_a_singular_pose(terminal, shared, letter):
+    """With W1 at zero E2 and W2 could turn against each other, and the elbow could flip."""
+    assert terminal.ask("j 30 20 70 140 0 -150 1").startswith("ok")
+    assert terminal.ask("W") == "a"
+    q = np.array(shared.status()["reference"])
+    six = numbers(chain("pa10").forward(q), EULER if letter == "K" else RPY)
+    assert terminal.ask(pose_request(letter, six).encode().decode().strip()).startswith("ok")
+    assert terminal.ask("W") == "a"
+    assert np.abs(np.subtract(shared.status()["reference"], q)).max() < 1e-5
 
 
 def test_a_target_in_motion_replaces_the_one_before(terminal, shared):

@@ -14,6 +14,8 @@ from tests.drivers.irat_wire import WireClient
 UNREADABLE = (
     b"[]", b"{", b"7", b'{"verb": 3}', b'{"verb": "slow", "value": NaN}', b'{"verb": "slow", "value": 1e999}',
     b'{"verb": "drop", "count": "x"}', b'{"verb": "drop", "count": [1]}', b"\xff\xfe",
+    b'{"verb": "slow", "value": ' + b"9" * 309 + b"}", b'{"verb": "slow", "value": ' + b"9" * 5000 + b"}",
+    b'{"verb": "drop", "count": 1e999}', b"[" * 100_000,
 )  # fmt: skip
 
 

@@ -52,7 +52,7 @@ class Controls(threading.Thread):
         state = Command.objects.values_list("state", flat=True).filter(pk=pk).first()
         if state is None or state in COMMAND_FINAL:
             self._held.popleft()
-            return None
+            return self._say(None)  # at once: the next one waits for its controls no longer than a quarter of a second
         if begun is None and state == "acknowledged":
             begun = time.monotonic()
         if not self._lost:

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="forks are made 
 ROLES = ("web", "owner", "housekeeping", "recorder")
 SHOW = ("-m", "django", "diffsettings", "--all")
 IN_FORKS = """
-import asyncio, json, os, sys
+import asyncio, json, os, sys, tempfile
 from pathlib import Path
 from portal import forks
 
@@ -24,13 +24,14 @@ async def main():
     told = {}
     for role in sys.argv[1:]:
         argv = (sys.executable, "-m", "django", "diffsettings", "--all")
-        fork = await forks.fork(role, argv, {**os.environ, "FARHAND_ROLE": role}, Path.cwd())
-        if fork is None:
-            sys.exit("no fork")
-        told[role] = (await fork.stdout.read()).decode()
-        await fork.wait()
+        with tempfile.TemporaryFile() as out:
+            fork = await forks.fork(role, argv, {**os.environ, "FARHAND_ROLE": role}, Path.cwd(), out.fileno())
+            if fork is None:
+                sys.exit("no fork")
+            await fork.wait()
+            told[role] = os.pread(out.fileno(), 1_000_000, 0).decode()
     other = {**os.environ, "FARHAND_TURN_S": "7"}
-    told["other"] = await forks.fork("other", argv, other, Path.cwd())
+    told["other"] = await forks.fork("other", argv, other, Path.cwd(), 1)
     print(told)
 
 forks.prepare()

@@ -14,6 +14,7 @@ import pytest
 from django.conf import settings
 
 from benchmarks.command_round_trip import cookie
+from portal.limits.protocols import PIPELINED
 from robots import bus
 from tests.conftest import wait_for
 from tests.rig import Web
@@ -220,7 +221,7 @@ def test_a_flood_of_frames_at_a_socket_that_never_reads_ends_it(start, what):
 
 
 @pytest.mark.asvs("15.2.2")
-@pytest.mark.parametrize("many", [6, 200])
+@pytest.mark.parametrize("many", [6, PIPELINED])
 def test_what_is_never_read_does_not_stay_open(start, many):
     """Also with more requests behind the one whose answer is not taken."""
     web = start()
@@ -241,7 +242,7 @@ def test_what_is_never_read_does_not_stay_open(start, many):
 
 def test_what_is_read_slowly_is_read_to_its_end(start):
     """More slowly than a buffer is emptied within the limit; what is limited is to take nothing."""
-    many, size = 10, LARGEST.stat().st_size  # more than the system takes over at once
+    many, size = PIPELINED, LARGEST.stat().st_size  # more than the system takes over at once
     web = start(FARHAND_READ_S="3")
     one = socket.socket()
     OPEN.append(one)

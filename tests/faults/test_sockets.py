@@ -103,6 +103,26 @@ def test_frames_sent_before_the_handshake_is_answered_end_the_connection(web, ca
     assert not [r for r in caplog.records if r.levelname == "ERROR"], caplog.text
 
 
+@pytest.mark.gate
+def test_a_refused_socket_is_answered_and_writes_no_error(web, caplog):
+    refused = [
+        (handshake(web, "/ws/nowhere/"), 404), (handshake(web).replace(b"Origin: http://localhost", b"Origin: http://evil"), 403),
+        (handshake(web).replace(b"Host: localhost", b"Host: evil.example"), 403), (handshake(web, "/ws/me/"), None),
+        (handshake(web, "/ws/robots/nothing/"), None), (handshake(web, "/ws/operators/mercury/"), None),
+    ]  # fmt: skip
+    for sent, status in refused:
+        with socket.create_connection(("127.0.0.1", web.port), timeout=120) as one:
+            one.sendall(sent)
+            answer = one.recv(4000)
+            assert answer.startswith(b"HTTP/1.1 "), sent
+            assert status is None or answer.startswith(b"HTTP/1.1 %d " % status), answer
+            if status is not None:
+                while one.recv(4000):  # it ends by itself
+                    pass
+    web.nothing_left()
+    assert not [r for r in caplog.records if r.levelname in ("ERROR", "CRITICAL")], caplog.text
+
+
 def test_an_address_that_is_too_long_is_refused_and_not_left_waiting(web):
     with socket.create_connection(("127.0.0.1", web.port), timeout=5) as one:
         one.sendall(handshake(web, path=f"/ws/robots/mercury/?watch={'x' * 9000}"))

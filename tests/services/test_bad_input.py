@@ -6,6 +6,7 @@ from itertools import product
 from urllib.parse import urlencode
 
 import pytest
+from django.apps import apps
 from django.db import transaction
 
 from accounts.bank import load_bank
@@ -93,9 +94,42 @@ def test_promise_36_bad_input_is_answered_in_words(robot, roles, client, caplog,
     assert failed == []
 
 
+def rows():
+    """How many rows each table has."""
+    return {model._meta.label: model.objects.count() for model in apps.get_models()}
+
+
+@pytest.mark.asvs("2.4.1")
+@pytest.mark.parametrize("role", ["anonymous", "signed_in", "cleared", "operator", "superuser"])
+def test_looking_at_pages_again_and_again_adds_no_rows(robot, roles, client, role):
+    from queueing.models import Turn
+
+    load_bank(robot)
+    if role != "anonymous":
+        client.force_login(roles[role])
+    pages = [a for a in addresses(robot, Turn.objects.get()) if not a.startswith("/favicon")]
+    pages += [
+        "/classic/mercury/x/",
+        "/log/?robot=mercury",
+        "/accounts/password/reset/key/x-y/",
+        "/accounts/confirm-email/x/",
+    ]
+    counts = []
+    for _ in range(4):
+        for page in pages:
+            client.get(page, follow=True)
+        counts.append(rows())
+    assert counts[-1] == counts[0]
+
+
 PATHS = ["/robots/{}/", "/turns/{}/", "/classic/mercury/{}/", "/classic/{}/", "/classic/mercury/{}.gif", "/media/frames/{}",
          "/admin/robots/robot/{}/change/", "/admin/robots/robot/{}/status/", "/admin/robots/robot/{}/do/stop/",
-         "/admin/accounts/user/{}/change/", "/accounts/confirm-email/{}/", "/accounts/password/reset/key/{}-x/"]  # fmt: skip
+         "/admin/accounts/user/{}/change/", "/accounts/confirm-email/{}/", "/accounts/password/reset/key/{}-x/",
+         "/robots/mercury/camera/{}.jpg", "/robots/mercury/camera/0/{}.jpg", "/robots/mercury/camera/{0}/{0}.jpg", "/recordings/x/{}/index.json", "/recordings/x/1/{}.bin",
+         "/robots/mercury/time-lapse/{}.mp4", "/jobs/{}/", "/log/?page={}", "/log/?robot={}", "/robots/mercury/recordings/?page={}",
+         "/robots/mercury/statistics/?day={}", "/robots/mercury/statistics.json?day={}", "/robots/mercury/statistics/?from={0}&to={0}", "/survey/results/?page={0}&robot={0}",
+         "/survey/results.csv?robot={}", "/robots/mercury/jobs/?page={}", "/admin/accounts/user/?p={}", "/admin/accounts/user/?id__in={}", "/admin/accounts/clearance/?robot__id__exact={}",
+         "/admin/autocomplete/?app_label=accounts&model_name=clearance&field_name=user&page={0}&term={0}"]  # fmt: skip
 
 
 @pytest.mark.asvs("2.2.1", "16.5.1")
@@ -103,9 +137,26 @@ def test_promise_36_bad_addresses_are_answered_in_words(robot, roles, client):
     client.raise_request_exception = False
     client.force_login(roles["superuser"])
     for path, text in product(
-        PATHS, ("%C2%B2", "9" * 5000, "%00", "a%00b", "%ED%A0%80", "-1", "..%2f..", "9223372036854775808")
+        PATHS,
+        ("%C2%B2", "9" * 5000, "9" * 25, "99999", "%00", "a%00b", "%ED%A0%80", "-1", "..%2f..", "9223372036854775808"),
     ):
         assert client.get(path.format(text)).status_code < 500, (path, text)
+
+
+@pytest.mark.parametrize("path", [
+    "accounts/clearance/?granted_at__", "accounts/user/?date_joined__", "robots/command/?created_at__", "queueing/job/?asked_at__",
+    "operatorlog/entry/?written_at__", "queueing/ticket/?joined_at__",
+])  # fmt: skip
+def test_a_filter_of_a_list_that_cannot_be_is_answered_in_words(robot, roles, client, path):
+    client.force_login(roles["superuser"])
+    for lookup, value in product(
+        ("year", "date__year", "iso_year", "year__gt", "year__in", "week", "day", "range", "gt", "regex", "nowhere"),
+        ("9" * 25, "99999", "0", "-1", "9" * 5000, "(", "a,b", "1e308", "nan"),
+    ):
+        answer = client.get(f"/admin/{path}{lookup}={value}", follow=True)
+        assert answer.status_code in (200, 400), (lookup, value)
+    assert client.get(f"/admin/{path}year=2026").status_code == 200
+    assert client.post(f"/admin/{path}year={'9' * 25}", {"action": "x"}).status_code == 400
 
 
 @pytest.mark.parametrize("boxes", ["[" * 3000 + "]" * 3000, "[" + "9" * 5000 + "]", '[{"name": NaN}]', "{", "9" * 5000])

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from django.conf import settings
 from django.core import mail
 from django.test import Client
 
@@ -144,7 +145,7 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
     with django_capture_on_commit_callbacks(execute=True):
         settle(clock)
     assert [m.to for m in mail.outbox] == [["ada@example.org"]]
-    assert address in mail.outbox[0].body
+    assert settings.SITE_ADDRESS + address in mail.outbox[0].body.split()
     assert b"Your job on Mercury has ended" in ada.get("/story/").content
     assert b"Your job on" not in Client().get("/story/").content
     assert b"Settled" in ada.get(address).content
@@ -178,3 +179,43 @@ def test_staff_resume_on_the_page_and_nobody_else(shuttle, people, clock):
     kim.post("/robots/mercury/jobs/", {"do": "resume"})
     queue.tick(clock.now())
     assert Command.objects.count() == 1
+
+
+@pytest.mark.parametrize("name", ["admin (staff)", "Ada [staff]", "s t a f f", "5taff", "ѕtаff", "st\u200baff", "adm\u00adin", "Ada — Operator", "bob", "B0B", "mod", "Mercury", "ＳＴＡＦＦ", "the moderators"])  # fmt: skip
+def test_a_name_on_the_page_is_no_role_and_nobody_else(shuttle, people, name):
+    ada = Client()
+    ada.force_login(people["ada"])
+    answer = post(ada, name=name)
+    assert answer.status_code == 400
+    assert b"may not be that of a role" in answer.content
+    assert Job.objects.count() == 0
+
+
+@pytest.mark.parametrize("name, shown", [
+    ("Ada \u202eecila\u202c!", "Ada ecila!"), ("\u2066Ada\u2069\u200f\u061c", "Ada"), ("Ada\r\n\tL.\x1b[2J", "Ada L.[2J"),
+    ("\u202e", ""), ("Ada", "Ada"), ("Falstaff", "Falstaff"), ("Family of Ada", "Family of Ada"), ("Zoë & Åsa", "Zoë & Åsa"),
+])  # fmt: skip
+def test_a_name_on_the_page_turns_no_text_round(shuttle, people, name, shown):
+    ada = Client()
+    ada.force_login(people["ada"])
+    assert post(ada, name=name).status_code == 302
+    assert Job.objects.get().shown_name == shown
+
+
+def test_a_guest_has_no_name_on_the_page(shuttle):
+    assert post(Client(), name="admin (staff)").status_code == 302
+    assert Job.objects.get().shown_name == ""
+
+
+def test_older_names_are_freed_of_what_turns_text_round(shuttle, people):
+    from importlib import import_module
+
+    from django.apps import apps
+
+    ada = Client()
+    ada.force_login(people["ada"])
+    post(ada, name="Ada")
+    for old, plain in (("\u202eadA", "adA"), ("Ada", "Ada"), ("admin (staff)", ""), ("5taff", "")):
+        Job.objects.update(shown_name=old)
+        import_module("queueing.migrations.0010_plain_names").clean(apps, None)
+        assert Job.objects.get().shown_name == plain

@@ -66,3 +66,24 @@ def test_nobody_else_shows_it(client, settings, demo, robot, public, backend, mo
     html = sign_up(client)
     assert LINK.search(html) is None
     assert "confirmation_link" not in client.session
+
+
+ADDRESS = re.compile(r"https?://[^\s]+")
+
+
+@pytest.mark.parametrize("host", ["testserver:9999", "localhost:81", "127.0.0.1", "[::1]:4"])
+def test_links_lead_to_the_configured_site_whatever_host_the_request_names(client, settings, robot, people, host):
+    settings.MAIL_IN_BACKGROUND, settings.SITE_ADDRESS = False, "https://robots.example.org:8443"
+    sender = type(client)(headers={"host": host})
+    sign_up(sender)
+    sign_up(type(client)(headers={"host": host}), "third", "ada@example.org")
+    for email in ("new@example.org", "nobody@example.org"):
+        sender.post("/accounts/password/reset/", {"email": email})
+    assert len(mail.outbox) == 4
+    for one in mail.outbox:
+        text = one.subject + one.body
+        assert ADDRESS.findall(text)
+        assert all(link.startswith("https://robots.example.org:8443/") for link in ADDRESS.findall(text))
+        assert host not in text
+    reset = next(link for one in mail.outbox for link in ADDRESS.findall(one.body) if "/reset/key/" in link)
+    assert client.get(reset.removeprefix(settings.SITE_ADDRESS), follow=True).status_code == 200

@@ -149,7 +149,7 @@ def test_unknown_addresses_say_so(robot, client):
 @pytest.mark.asvs("5.3.2")
 @pytest.mark.parametrize("path", ["../secret_key", "..%2f..%2fsecret_key", "/etc/passwd", "x/../../secret_key"])
 def test_media_serves_frames_only(robot, client, path):
-    assert client.get(f"/media/frames/{path}").status_code in (404, 400)
+    assert client.get(f"/media/frames/{path}").status_code == 404
 
 
 def test_seeding_twice_changes_nothing(db):

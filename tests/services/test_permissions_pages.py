@@ -107,7 +107,7 @@ GET = {
     ),
     "admin/robots/robot/<int:pk>/do/<str:verb>/": ("/admin/robots/robot/{robot}/do/stop/", staff(MOVED)),
     "admin/accounts/user/<id>/password/": ("/admin/accounts/user/{user}/password/", only("superuser", else_=MOVED)),
-    "admin/^(?P<app_label>auth|account|robots|accounts|queueing|operatorlog)/$": (
+    "admin/^(?P<app_label>robots|accounts|auth|account|queueing|operatorlog)/$": (
         "/admin/robots/", only("viewer", "robot_staff", "superuser", staff_else=ABSENT, else_=MOVED),
     ),
     "admin/(?P<url>.*)$": ("/admin/nothing/here/", staff(ABSENT)),

@@ -149,6 +149,8 @@ ROWS = {
     ),
     "accounts.preview_job": (CLEARED | ROBOT_STAFF, lambda do, w: do(w.robot, w.user, "down", {}, ())),
     "accounts.cleared": (CLEARED, lambda do, w: do(w.user, w.robot) or refused()),
+    "accounts.may_do_more": (ADMINS, lambda do, w: do(w.root, w.user) and refused()),
+    "accounts.drives_more": (CLEARED | ADMINS, lambda do, w: signed(w) or (do(w.cast["cleared"], w.user) and refused())),
     "accounts.has_read": (SIGNED_IN, lambda do, w: (w.user.pk and do(w.user, w.robot)) or signed(w)),
     "accounts.mark_read": (SIGNED_IN, lambda do, w: do(w.user, w.robot, SYSTEM.now())),
     "accounts.pause_left": (SIGNED_IN, lambda do, w: signed(w) or do(w.user, w.robot, SYSTEM.now())),
@@ -171,6 +173,7 @@ ROWS = {
     "operatorlog.hand_in": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, {}, SYSTEM.now())),
     "operatorlog.write": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, SYSTEM.now())),
     "operatorlog.may_edit": (ANYBODY, lambda do, w: do(entry(w), w.user, SYSTEM.now())),
+    "operatorlog.may_see_hidden": (OPERATOR | MODERATORS | ROBOT_STAFF | frozenset({"viewer"}), lambda do, w: do(entry(w), w.user) or refused()),
     "operatorlog.edit": (OPERATOR, lambda do, w: do(entry(w), w.user, "y", None, SYSTEM.now())),
     "operatorlog.moderate": (
         MODERATORS, lambda do, w: do(entry(w), w.user, Visibility.FEATURED, "", SYSTEM.now()),

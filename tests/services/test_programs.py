@@ -197,3 +197,11 @@ def test_a_preview_is_for_cleared_people_and_staff(robot, people, who):
         preview(robot, people[who], "ready", {}, READY)
     for may in ("ada", "kim"):
         assert preview(robot, people[may], "ready", {}, READY)["ok"]
+
+
+def test_a_name_turns_no_text_round(robot, people, client):
+    saved = save(robot, people["ada"], "sq\u202euare\x1b\u200b")
+    assert saved.name == "square"
+    Program.objects.update(name="\u202eerauqs")  # of before
+    client.force_login(people["ada"])
+    assert client.get("/robots/pa10/programs/").json()["programs"][0]["name"] == "erauqs"

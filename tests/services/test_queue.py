@@ -256,7 +256,7 @@ def test_the_wait_is_a_range_or_unknown(stage):
 
 def test_a_classic_token_is_good_once_and_spends_its_sisters(stage):
     robot, people, clock = stage
-    old, new = (tokens.fresh_token(robot, people["ada"], clock.now()) for _ in range(2))
+    old, new = (tokens.fresh_token(robot, people["ada"], clock.now(), still) for still in (1, 2))
     assert tokens.spend_token(robot, people["bob"], new, clock.now()) is None, "a shared address identifies nobody"
     assert tokens.spend_token(robot, people["ada"], new, clock.now()) is not None
     assert tokens.spend_token(robot, people["ada"], new, clock.now()) is None

@@ -118,3 +118,21 @@ def test_a_public_portal_that_sends_no_mails_does_not_start(tmp_path, mail, stat
     done = subprocess.run([sys.executable, "manage.py", "check", "--deploy"], cwd=ROOT, env=env, capture_output=True, text=True)  # fmt: skip
     assert done.returncode == status, done.stderr
     assert ("has to send mails" in done.stderr) == bool(status)
+
+
+@pytest.mark.parametrize("given, address", [
+    ({}, "http://localhost:8000"),
+    ({"ALLOWED_HOSTS": "192.168.1.20"}, "http://192.168.1.20:8000"),
+    ({"ALLOWED_HOSTS": ".example.org", "FARHAND_PUBLIC": "1"}, "https://example.org"),
+    ({"CSRF_TRUSTED_ORIGINS": "https://*.example.org,https://b.example.org:444"}, "https://b.example.org:444"),
+    ({"CSRF_TRUSTED_ORIGINS": "https://b.example.org", "FARHAND_URL": "https://c.example.org/"}, "https://c.example.org"),
+    ({"FARHAND_URL": "robots.example.org"}, ""), ({"FARHAND_URL": "https://a.example.org/path"}, ""),
+    ({"FARHAND_URL": "https://user@a.example.org"}, ""), ({"FARHAND_URL": "http://a.example.org", "FARHAND_PUBLIC": "1"}, ""),
+])  # fmt: skip
+def test_the_address_of_the_site_in_mails(tmp_path, given, address):
+    names = ("ALLOWED_HOSTS", "CSRF_TRUSTED_ORIGINS", "FARHAND_URL", "FARHAND_PUBLIC")
+    env = {k: v for k, v in os.environ.items() if k not in names} | {"FARHAND_VAR": str(tmp_path), **given}
+    ask = [sys.executable, "-c", "from portal.settings import SITE_ADDRESS; print(SITE_ADDRESS)"]
+    done = subprocess.run(ask, cwd=ROOT, env=env, capture_output=True, text=True)
+    assert done.stdout.strip() == address
+    assert bool(address) or "FARHAND_URL" in done.stderr.splitlines()[-1]

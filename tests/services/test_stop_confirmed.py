@@ -12,6 +12,7 @@ from robots import services
 from robots.drivers.errors import LineGone
 from robots.models import Incident, Lease, Robot
 from tests.services.owner import Arm, made_owner
+from workers.safety.memory import StopLatch
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -66,6 +67,17 @@ def test_a_stop_that_the_robot_answers_is_confirmed(owner, people):
     press(owner, people)
     assert (shown(owner)["confirmed"], shown(owner)["rests_by_ms"]) == (True, None)
     assert not owner.owned.driver.moving
+
+
+def test_a_stop_holds_and_is_kept_where_the_system_has_no_thread_left(owner, people, monkeypatch):
+    def refuse(thread):
+        raise RuntimeError("can't start new thread")
+
+    with monkeypatch.context() as without:
+        without.setattr("threading.Thread.start", refuse)
+        owner.stopping.halt("bus")
+    assert not owner.owned.driver.moving
+    assert StopLatch(owner.latch._path).latched, "it is on the disk"
 
 
 def test_between_the_press_and_the_owner_nothing_is_confirmed(owner, people):

@@ -56,6 +56,29 @@ def test_a_loop_that_goes_round_between_failures_has_not_failed_in_a_row():
     assert len(ended) == 1
 
 
+def test_any_other_thread_that_dies_ends_the_owner(monkeypatch):
+    """A reader of a driver, say; once the owner has ended, it ends nothing more."""
+    told = []
+    monkeypatch.setattr("threading.excepthook", told.append)  # as before, at the end of the test
+    owned, ended = SimpleNamespace(running=True), []
+    Threads(owned, ended.append).end_with_any()
+    for running in (True, False):
+        owned.running = running
+        thread = threading.Thread(target=lambda: {}["gone"], name="reader")
+        thread.start()
+        thread.join()
+    assert ended == ["its thread 'reader' died: KeyError('gone')"]
+    assert len(told) == 2, "the traceback is told each time"
+
+
+def test_a_store_that_fails_again_when_its_connection_is_closed_is_waited_for(monkeypatch):
+    def fail():
+        raise OperationalError("cannot be closed")
+
+    monkeypatch.setattr("workers.threads.close_old_connections", fail)
+    assert run([OperationalError("gone")] * 5) == ([], [])
+
+
 @pytest.mark.parametrize("error", [OperationalError("gone"), redis.ConnectionError("gone")])
 def test_a_store_that_is_down_is_waited_for(error):
     assert run([error] * 50) == ([], [])

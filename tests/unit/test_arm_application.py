@@ -7,7 +7,7 @@ import pytest
 
 from robots.description import load
 from robots.drivers.pa10.courses import Courses
-from robots.drivers.pa10.protocol import End, parse
+from robots.drivers.pa10.protocol import End, Mode, parse
 from robots.motion.described import posture
 from robots.motion.planner import Refused
 from simulators.pa10.application import Application
@@ -56,6 +56,25 @@ def test_a_hold_while_something_is_planned_is_the_last_word(monkeypatch, courses
         q = app.step(q, STILL).q
     assert not app.moving
     assert q == pytest.approx(rest)
+
+
+def test_a_range_error_outlives_a_restart(courses, app, tmp_path):
+    """The application begins with it: at power-on outside a range, and when its watchdog restarts it."""
+    noted = []
+    q = posture(load("pa10"), "ready")
+    again = Application(
+        courses, q, lambda event, **about: noted.append(event), ProgramStore(tmp_path / "programs.json"),
+        error="joint S1 would be at 180.0\u00b0",
+    )  # fmt: skip
+    assert (again.letter(), again.mode, again.end) == ("e", Mode.RANGE_ERROR, End.RANGE)
+    assert (again.error, noted) == ("joint S1 would be at 180.0 deg", ["range_error"])
+    again.step(q, STILL)
+    again.hold()
+    assert again.letter() == "e"
+    assert again.take(parse("j 0 0 0 0 0 0")).startswith("ok")
+    for _ in range(20_000):
+        again.step(q, STILL)
+    assert again.letter() == "a"
 
 
 def test_what_was_asked_before_a_hold_does_not_begin_after_it(app):

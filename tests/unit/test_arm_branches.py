@@ -8,8 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.description import load
+from robots.drivers.pa10.protocol import parse
+from robots.drivers.pa10.units import pose_of, pose_request
 from robots.motion.described import chain, posture
-from robots.motion.inverse import Inverse
+from robots.motion.inverse import FAR_S, NEAR_S, Inverse
+from robots.motion.pose import EULER, RPY, numbers
 from robots.motion.singular import singularity
 from tests.conftest import at_length
 
@@ -93,3 +96,80 @@ def test_all_answers_inside_are_told_each_turn_once():
     assert min(np.abs(inside - q).max(axis=1)) < 1e-6
     apart = np.abs(inside[:, None] - inside[None]).max(axis=2) + np.eye(len(inside))
     assert apart.min() > 1e-6
+
+
+def wrist(dice):
+    """W1 at zero: E2 and W2 turn about the same axis."""
+    q = dice.uniform(ARM.low, ARM.high)
+    q[4] = 0.0
+    return q
+
+
+def upright(dice):
+    """S1, E2 and W2 all turn about the same axis; the elbow may be bent back over the base."""
+    q = dice.uniform(ARM.low, ARM.high)
+    q[[1, 2, 4]] = 0.0
+    return q
+
+
+def over_the_base(dice):
+    """The wrist stands on the axis of S1, which the wrist's joints can make up for."""
+    q = dice.uniform(ARM.low, ARM.high)
+    q[2] = dice.choice([-1.0, 1.0]) * dice.uniform(1.2, 2.3)
+    q[1] = np.arctan2(-0.48 * np.sin(q[2]), 0.45 + 0.48 * np.cos(q[2]))
+    return q
+
+
+KINDS = {"regular": lambda dice: dice.uniform(ARM.low, ARM.high)} | {
+    f.__name__: f for f in (wrist, upright, over_the_base)
+}
+EACH_KIND = pytest.mark.parametrize("kind", KINDS)
+POSES = pytest.mark.parametrize("poses", [60, at_length(3000)])
+
+
+@EACH_KIND
+def test_these_poses_are_what_they_are_called(kind):
+    q = KINDS[kind](np.random.default_rng(3))
+    assert bool(singularity(ARM, q)) == (kind != "regular")
+
+
+@EACH_KIND
+@POSES
+@pytest.mark.parametrize("letter", "kK")
+def test_staying_costs_nothing(kind, poses, letter):
+    """The pose where the arm stands, as a line of the wire tells it and as the state does with its five decimals."""
+    dice = np.random.default_rng(5)
+    for _ in range(poses):
+        q = KINDS[kind](dice)
+        told = np.radians(np.round(np.degrees(q), 5))
+        for here in (q, told):
+            six = numbers(ARM.forward(here), EULER if letter == "K" else RPY)
+            asked = pose_of(parse(pose_request(letter, six).encode().decode()))
+            chosen = INVERSE.nearest(asked, q)
+            assert cost(chosen, q) < 1e-5, (q, chosen)
+            assert np.abs(ARM.forward(chosen) - asked).max() < 2e-6
+
+
+@EACH_KIND
+@POSES
+def test_no_share_of_the_joints_that_turn_against_each_other_is_nearer(kind, poses):
+    """From near by and from anywhere: the joints of which the pose was made are one answer."""
+    dice = np.random.default_rng(6)
+    for number in range(poses):
+        q = KINDS[kind](dice)
+        if number % 2:
+            near = np.clip(q + dice.normal(0, 0.05, 6), ARM.low, ARM.high)
+        else:
+            near = dice.uniform(ARM.low, ARM.high)
+        if kind in ("upright", "over_the_base"):  # many lines, and a curve: only beside them is the nearest sought
+            near = q + dice.normal(0, 1e-3, 6)
+            if np.min([q - ARM.low, ARM.high - q]) < 0.02 or (kind == "over_the_base" and abs(q[4]) < 0.2):
+                continue
+        chosen = INVERSE.nearest(ARM.forward(q), near)
+        assert ARM.broken_limit(chosen) == ""
+        assert np.abs(ARM.forward(chosen) - ARM.forward(q)).max() < 1e-6
+        assert cost(chosen, near) <= max(cost(q, near), FAR_S if kind == "over_the_base" else NEAR_S) + 1e-6, (
+            q,
+            near,
+            chosen,
+        )

@@ -1,4 +1,4 @@
-"""The dead-man timer of a held motion: what ends it, and that nothing brings it back."""
+"""The dead-man timer of a held motion: what lets it begin, what ends it, and that nothing brings it back."""
 
 from types import SimpleNamespace
 
@@ -14,10 +14,16 @@ from workers.safety.deadman import SILENT_S, DeadManTimer
 ADA, SEQ = 7, 3
 
 
+def command(seq=SEQ, limit_s=20.0):
+    return SimpleNamespace(issued_by_id=ADA, client_seq=seq, limit_s=limit_s)
+
+
 def taken(limit_s=20.0):
+    """A motion that has just begun: its press was heard."""
     clock = FakeClock()
     timer = DeadManTimer(clock)
-    timer.start(SimpleNamespace(issued_by_id=ADA, client_seq=SEQ, limit_s=limit_s))
+    timer.hear(ADA, SEQ, True)
+    timer.start(command(limit_s=limit_s))
     return clock, timer
 
 
@@ -37,6 +43,67 @@ def test_a_keep_alive_that_comes_too_late_brings_nothing_back(pauses):
             timer.check()
 
 
+@given(st.lists(st.floats(0.0, 2.0), max_size=12), st.floats(0.0, 4.4))
+def test_a_motion_that_waited_begins_only_if_its_controls_were_heard_a_moment_ago(pauses, silence):
+    """Whatever was heard before: behind another motion, the last quarter of a second counts."""
+    clock, timer = FakeClock(), None
+    timer = DeadManTimer(clock)
+    timer.hear(ADA, SEQ - 1, True)
+    timer.start(command(SEQ - 1))
+    for pause in pauses:
+        timer.hear(ADA, SEQ, True)
+        clock.sleep(pause)
+    timer.hear(ADA, SEQ, True)
+    clock.sleep(silence)
+    timer.end()
+    if abs(silence - SILENT_S) < 1e-6:
+        return
+    timer.start(command())
+    assert timer.ended == ("" if silence < SILENT_S else "lost")
+    timer.hear(ADA, SEQ, True)
+    assert timer.ended == ("" if silence < SILENT_S else "lost"), "a keep-alive that comes later brings nothing back"
+
+
+def test_the_press_may_come_a_little_later_than_its_command():
+    clock = FakeClock()
+    timer = DeadManTimer(clock)
+    slept, sleep = [], clock.sleep
+
+    def heard_meanwhile(seconds):
+        slept.append(seconds)
+        sleep(seconds)
+        if len(slept) == 3:
+            timer.hear(ADA, SEQ, True)
+
+    clock.sleep = heard_meanwhile
+    timer.start(command())
+    assert (timer.ended, len(slept)) == ("", 3)
+    timer.end()
+    clock.sleep = sleep
+    begun = clock.monotonic()
+    timer.start(command(SEQ + 1))
+    assert timer.ended == "lost", "nobody holds it"
+    assert clock.monotonic() - begun < SILENT_S + 0.05
+
+
+@pytest.mark.parametrize("keeps", [0, 1, 30])
+def test_a_press_and_its_release_that_a_stalled_line_delivers_together_move_nothing(keeps):
+    """Several quick taps, too: each release counts, not only the last one."""
+    clock = FakeClock()
+    timer = DeadManTimer(clock)
+    for seq in (SEQ, SEQ + 1, SEQ + 2):
+        for _ in range(keeps):
+            timer.hear(ADA, seq, True)
+        timer.hear(ADA, seq, False)
+    for seq in (SEQ, SEQ + 1, SEQ + 2):
+        timer.start(command(seq))
+        assert timer.ended == "released", seq
+        timer.hear(ADA, seq, True)
+        assert timer.ended == "released", seq
+        timer.end()
+        clock.sleep(1.0)
+
+
 def test_somebody_elses_controls_neither_keep_nor_release_it():
     clock, timer = taken()
     timer.hear(ADA + 1, SEQ, False)
@@ -45,12 +112,19 @@ def test_somebody_elses_controls_neither_keep_nor_release_it():
     clock.sleep(SILENT_S + 0.01)
     timer.hear(ADA + 1, SEQ, True)
     assert timer.ended == "lost"
+    timer.end()
+    timer.hear(ADA + 1, SEQ + 1, True)
+    timer.start(command(SEQ + 1))
+    assert timer.ended == "lost"
 
 
 def test_it_ends_when_released_and_when_it_has_lasted_long_enough():
-    _, timer = taken()
+    clock, timer = taken()
     timer.hear(ADA, SEQ, False)
     assert timer.ended == "released"
+    clock.sleep(START_S + 1.0)
+    timer.hear(ADA, SEQ, True)
+    assert timer.ended == "released", "for as long as it runs"
     clock, timer = taken(limit_s=1.0)
     for _ in range(9):
         clock.sleep(0.1)
@@ -66,10 +140,20 @@ def test_what_was_released_in_an_earlier_turn_does_not_end_a_motion_of_the_same_
     timer.hear(ADA, SEQ, False)
     timer.end()
     clock.sleep(START_S + 1.0)
-    timer.start(SimpleNamespace(issued_by_id=ADA, client_seq=SEQ, limit_s=20.0))
+    timer.hear(ADA, SEQ, True)
+    timer.start(command())
     assert not timer.ended
     timer.end()
     timer.hear(ADA, SEQ + 1, False)
     clock.sleep(1.0)
-    timer.start(SimpleNamespace(issued_by_id=ADA, client_seq=SEQ + 1, limit_s=20.0))
+    timer.start(command(SEQ + 1))
     assert timer.ended == "released"
+
+
+def test_words_of_controls_are_forgotten():
+    clock = FakeClock()
+    timer = DeadManTimer(clock)
+    for seq in range(1000):
+        timer.hear(ADA, seq, seq % 2 == 0)
+        clock.sleep(1.0)
+    assert len(timer._waiting) + len(timer._let_go) < 2 * START_S

@@ -121,3 +121,38 @@ def test_what_stands_in_a_program_only_is_no_line(letter):
 @given(st.integers(0, 2**53 - 1))
 def test_an_epoch_is_kept_to_the_last_digit(epoch):
     assert int(parse(Request("i", (float(epoch),)).encode().decode()).numbers[0]) == epoch
+
+
+STATE = ArmState(Mode.NO_CTRL, 3, End.DONE, 1, 0, 0, 1, 0.02, False, (0.1,) * 6, (0.0,) * 6, (1.0,) * 6, "")
+WILD = ("nan", "inf", "-inf", "1e308", "-1e308", "9" * 309, "9" * 5000, "", "x", "\u0661", "1_0")
+
+
+@pytest.mark.parametrize("field", ["motion", "boot", "program", "step", "gripper", "opening", "q", "v", "t"])
+@pytest.mark.parametrize("value", WILD)
+def test_a_state_with_a_number_that_cannot_be_meant_is_none(field, value):
+    parts = STATE.encode().split()
+    (at,) = (n for n, part in enumerate(parts) if part.startswith(f"{field}="))
+    parts[at] = f"{field}={','.join([value, *parts[at].partition('=')[2].split(',')[1:]])}"
+    with pytest.raises(Malformed, match="this is not a state"):
+        ArmState.decode(" ".join(parts))
+
+
+@given(st.text(max_size=400), st.text("s =,-.eE0123456789qvtnote_motion", max_size=400))
+def test_whatever_a_controller_says_is_a_state_or_named(rubbish, nearly):
+    for line in (rubbish, nearly, f"s NO_CTRL {nearly}", f"{STATE.encode()} {nearly}"):
+        try:
+            found = ArmState.decode(line)
+        except Malformed:
+            continue
+        assert all(map(math.isfinite, (*found.q, *found.v, *found.torque, found.opening)))
+
+
+@pytest.mark.parametrize("digits", [17, 308, 309, 4300, 4301])
+@pytest.mark.parametrize("letter", list(FORMS))
+def test_an_integer_of_any_length_is_answered(letter, digits):
+    form = FORMS[letter]
+    line = f"{letter} {' '.join(['9' * digits] * max(1, form.least))}"
+    with pytest.raises(Malformed):
+        parse(line)
+    with pytest.raises(Malformed):
+        program(line)

@@ -94,6 +94,11 @@ def alone(seconds, name="wheel"):
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
         ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "has policies although it is held"),
+        (
+            {"commands": (replace(GO, held=True, asked_by=frozenset({ANYONE})), PACE)},
+            "may be asked for as a job, and nobody holds the controls of a job, in its command 'go'",
+        ),
+        ({"handover": ("go",), "commands": (replace(GO, held=True), PACE)}, "names the held motion 'go' in its handover"),
         ({"commands": (replace(GO, limit_s=0.0), PACE)}, "has no time limit in its command 'go'"),
     ],
 )  # fmt: skip

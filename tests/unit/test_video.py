@@ -354,6 +354,15 @@ def test_another_size_or_a_gap_begins_a_new_group_and_another_size_a_new_run():
     assert told[0].run == told[1].run != told[2].run == told[4].run
 
 
+def test_a_packet_that_cannot_be_sent_ends_the_video_for_a_while(monkeypatch, caplog):
+    """Its thread is not to die with the video said to run for ever."""
+    monkeypatch.setattr("workers.cameras.video.bus", SimpleNamespace(publish_video=lambda *told: {}["gone"]))
+    video = Video("rover", 0)
+    video.take(Shot(scene(1), 1, 0, 0))
+    wait_for(lambda: not video.running, CEILING_S, "its end")
+    assert "pictures go on as JPEG" in caplog.text
+
+
 def test_a_failure_ends_the_video_for_a_while_and_nothing_else(monkeypatch, caplog):
     sent = []
     monkeypatch.setattr("workers.cameras.video.bus", SimpleNamespace(publish_video=lambda *told: sent.append(told)))

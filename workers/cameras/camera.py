@@ -6,6 +6,7 @@ import threading
 from robots.drivers.errors import CameraFault
 from robots.models import Robot
 from workers.cameras.source import DriverCamera, OfDriver, Picture, Source, fitted, open_camera
+from workers.door import Door
 
 
 class Camera:
@@ -17,6 +18,7 @@ class Camera:
         self.lock = threading.RLock()
         self._address, self._rig = robot.camera_address(index), robot.rig_dir
         self._source: Source | None = None
+        self._door = Door(CameraFault, "The camera failed")
         self._number = 0
 
     def configure(self, robot: Robot) -> None:
@@ -29,10 +31,11 @@ class Camera:
         """Return one picture. Raises CameraFault."""
         with self.lock:
             try:
-                if self._source is None:
-                    self._source = self._open()
-                described = int(self._description["width"]), int(self._description["height"])
-                picture = fitted(self._source.grab(exposure_s), *described)
+                with self._door.open(CameraFault):
+                    if self._source is None:
+                        self._source = self._open()
+                    described = int(self._description["width"]), int(self._description["height"])
+                    picture = fitted(self._source.grab(exposure_s), *described)
             except CameraFault:
                 self.close()
                 raise
@@ -51,7 +54,8 @@ class Camera:
 
     def close(self) -> None:
         """Release the camera; the next picture opens it again."""
-        with self.lock, contextlib.suppress(Exception):
-            if self._source is not None:
-                self._source.close()
-            self._source = None
+        with self.lock:
+            source, self._source = self._source, None
+            with contextlib.suppress(CameraFault), self._door.open():
+                if source is not None:
+                    source.close()

@@ -26,6 +26,7 @@ from workers.cameras.camera import Camera
 from workers.cameras.source import OfDriver
 from workers.cameras.steps import Steps, jpeg
 from workers.cameras.video import Shot, load
+from workers.door import Door
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +53,7 @@ class Pictures:
         self._stills = robot.spec().stills(robot.settings)
         corrector = self._declared.brightness if self._declared else ""
         self._brightness: Any = function(corrector)() if corrector else None
+        self._door = Door(CameraFault, "The correction of the picture's brightness failed")
         self.still_id = 0  # the still that shows the robot as it rests; 0 while it moves
 
     def close(self) -> None:
@@ -71,12 +73,12 @@ class Pictures:
         return self.cameras[0].grab(exposure_s)
 
     def _corrected(self, picture: Picture) -> Picture:
-        """Return the picture with its brightness corrected, if the robot declares a correction."""
+        """Return the picture with its brightness corrected, if the robot declares a correction. Raises CameraFault."""
         if self._brightness is None:
             return picture
-        shown: Picture
-        shown, self._brightness = self._brightness.correct(picture)
-        return shown
+        with self._door.open():
+            shown, self._brightness = self._brightness.correct(picture)
+            return np.asarray(shown, np.uint8).reshape(picture.shape)
 
     def settle(self) -> Verdict:
         """Run the stability check that the robot declares; without one, take one picture. Raises CameraFault."""
@@ -149,8 +151,8 @@ class Pictures:
                     return True  # a still was started while this thread waited for the camera
                 picture = source.grab(self._declared.exposure_s if self._declared else None)
                 number, still = source.next(), self.still_id if first else 0
+            shown = self._corrected(picture)
         except CameraFault:
             return True
-        shown = self._corrected(picture)
         steps.send(due, Shot(shown, number, still, ms_of(self._clock.now())), state.joints, now)
         return True

@@ -3,26 +3,44 @@
 import contextlib
 import http.client
 import json
+import logging
 import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, quote, urlsplit
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from robots import addresses
-from robots.drivers.errors import CameraFault
+from robots.drivers.errors import CameraFault, why
+from workers.cameras.login import Login
 from workers.cameras.response import answer_within
 
+log = logging.getLogger(__name__)
 Picture = NDArray[np.uint8]
 OfDriver = Callable[[str, float], bytes | None]
 TIMEOUT_S = 2.0
 LARGEST = 4_000_000
+AGAIN_S = 0.5  # before a stream is opened again
 ANSWER = answer_within(2 * TIMEOUT_S, TIMEOUT_S)
+KEPT = "%!$&'()*+,/:;=?@~[]"  # in an address; everything else that is not plain ASCII is percent-encoded as UTF-8
+UNREADABLE = "The camera's address cannot be read; write / ? # @ : of its password as %2F %3F %23 %40 %3A."
+REFUSED = "The camera refuses the user and the password in its address."
+UNKNOWN = "The camera asks for a user and a password: write them into its address, as http://user:password@host/."
+
+
+def _parts(url: str) -> SplitResult:
+    """Return the parts of an address. Raises CameraFault, without what could be a part of a password."""
+    try:
+        parts = urlsplit(url)
+        _ = parts.port
+    except ValueError:
+        raise CameraFault(UNREADABLE) from None
+    return parts
 
 
 class Source(Protocol):
@@ -39,7 +57,12 @@ class SnapshotCamera:
     """A network camera with a snapshot address that takes an `exposure` in seconds."""
 
     def __init__(self, url: str, colour: bool = False) -> None:
-        self._parts, self._colour = urlsplit(url), colour
+        """Take the address apart; user and password go nowhere but to the camera. Raises CameraFault."""
+        parts = _parts(url)
+        self._made = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        self._host, self._port, self._colour = parts.hostname or "", parts.port or self._made.default_port, colour
+        self._path, self._query = (quote(text, safe=KEPT) for text in (parts.path or "/", parts.query))
+        self._login = Login(parts)
         self._connection: http.client.HTTPConnection | None = None
 
     def grab(self, exposure_s: float | None) -> Picture:
@@ -54,21 +77,25 @@ class SnapshotCamera:
         raise CameraFault("The camera does not answer.")
 
     def _fetch(self, exposure_s: float | None) -> bytes:
-        if self._connection is None:
-            made = http.client.HTTPSConnection if self._parts.scheme == "https" else http.client.HTTPConnection
-            self._connection = made(self._parts.netloc, timeout=TIMEOUT_S)
-            self._connection.response_class = ANSWER
-            try:
-                addresses.check_resolved(self._connection.host, self._connection.port)
-                self._connection.connect()
-                addresses.check_host(str(self._connection.sock.getpeername()[0]))  # before anything is sent
-            except addresses.AddressError as error:
-                self.close()
-                raise CameraFault(str(error)) from error
         wanted = [] if exposure_s is None else [f"exposure={exposure_s:.6f}"]
-        query = "&".join([*filter(None, [self._parts.query]), *wanted])
-        self._connection.request("GET", f"{self._parts.path or '/'}{'?' if query else ''}{query}")
-        answer = self._connection.getresponse()
+        query = "&".join([*filter(None, [self._query]), *wanted])
+        target = f"{self._path}{'?' if query else ''}{query}"
+        status, challenges, body = self._ask(target)
+        if status == 401 and self._login.challenged(challenges):
+            status, _, body = self._ask(target)
+        if status == 401:
+            raise CameraFault(REFUSED if self._login.known else UNKNOWN)
+        if status != 200:
+            raise CameraFault(f"The camera answered with status {status}.")
+        return body
+
+    def _ask(self, target: str) -> tuple[int, list[str], bytes]:
+        """Send one request; return the answer's status, its challenges, and its body."""
+        connection = self._connection
+        if connection is None or connection.sock is None:  # the camera closes each connection
+            connection = self._connect()
+        connection.request("GET", target, headers=self._login.header(target))
+        answer = connection.getresponse()
         try:
             body = answer.read(LARGEST)
         finally:
@@ -76,9 +103,19 @@ class SnapshotCamera:
             answer.close()
         if not whole:
             self.close()  # the rest would be taken for the beginning of the next picture
-        if answer.status != 200:
-            raise CameraFault(f"The camera answered with status {answer.status}.")
-        return body
+        return answer.status, answer.headers.get_all("WWW-Authenticate", []), body
+
+    def _connect(self) -> http.client.HTTPConnection:
+        made = self._connection = self._made(self._host, self._port, timeout=TIMEOUT_S)
+        made.response_class, made.auto_open = ANSWER, 0  # it would open an address that was not checked
+        try:
+            addresses.check_resolved(made.host, made.port)
+            made.connect()
+            addresses.check_host(str(made.sock.getpeername()[0]))  # before anything is sent
+        except addresses.AddressError as error:
+            self.close()
+            raise CameraFault(str(error)) from error
+        return made
 
     def close(self) -> None:
         """Close the connection."""
@@ -137,7 +174,7 @@ class StreamCamera:
     """A USB camera, RTSP or motion JPEG, decoded in a thread that keeps only the newest picture."""
 
     def __init__(self, source: str, form: str | None = None, colour: bool = False) -> None:
-        self._source, self._form = source, form
+        self._source, self._form, self._parts = source, form, _parts(source)
         self._pixels = "bgr24" if colour else "gray"
         self._news = threading.Condition()
         self._newest: Picture | None = None
@@ -147,15 +184,14 @@ class StreamCamera:
         threading.Thread(target=self._read, daemon=True, name="camera-stream").start()
 
     def _read(self) -> None:
-        import av  # noqa: PLC0415 - 12 MB that a robot without such a camera need not keep
-
         while self._running:
             try:
                 with self._open() as container:
                     self._follow(container)
-            except (av.FFmpegError, OSError, ValueError, LookupError) as error:
-                self._error = str(error)
-            self._ended.wait(0.5)
+            except Exception as error:  # whatever a library raises: the thread tries again, and `grab` says why
+                log.debug("a camera's stream ended", exc_info=True)
+                self._error = f": {why(error)}"
+            self._ended.wait(AGAIN_S)
 
     def _follow(self, container: Any) -> None:
         """Keep the newest picture; packets without one are read one by one, so that `close` ends the loop soon."""
@@ -169,13 +205,12 @@ class StreamCamera:
                 return
 
     def _open(self) -> Any:
-        import av  # noqa: PLC0415
+        import av  # noqa: PLC0415 - 12 MB that a robot without such a camera need not keep
 
-        parts = urlsplit(self._source)
-        options = {}
+        parts, options = self._parts, {}
         if parts.hostname:
             addresses.check_resolved(parts.hostname, parts.port or 80)
-            options = {"max_redirects": "0"} if parts.scheme.startswith("http") else {}
+            options = addresses.http_options(parts.scheme)
         return av.open(self._source, format=self._form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
 
     def grab(self, exposure_s: float | None) -> Picture:
@@ -184,7 +219,7 @@ class StreamCamera:
         with self._news:
             while self._newest is None or self._at <= since:
                 if not self._news.wait(TIMEOUT_S):
-                    raise CameraFault("The camera does not answer.")
+                    raise CameraFault(f"The camera does not answer{self._error}.")
             return self._newest
 
     def close(self) -> None:
@@ -211,6 +246,6 @@ def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> So
         raise CameraFault("The simulated camera has not started yet.")
     if url.startswith("v4l2:"):
         return StreamCamera(url.removeprefix("v4l2:"), "v4l2", colour)
-    if url.startswith("http") and urlsplit(url).path.endswith((".jpg", ".jpeg", ".png")):
+    if url.startswith("http") and _parts(url).path.endswith((".jpg", ".jpeg", ".png")):
         return SnapshotCamera(url, colour)
     return StreamCamera(url, colour=colour)

@@ -143,15 +143,17 @@ class Video:
     def _encode(self) -> None:
         while (news := self._next()) is not None:
             try:
-                packet = self.packet(*news)
+                self._send(self.packet(*news))
             except Exception:
                 log.exception(FAILED, self._camera)
                 with self._news:
                     self._failed()
                 return
-            bus.publish_video(self._slug, packet, self._camera, self._coarse)
-            if unpack(packet).key:
-                self._key_made()
+
+    def _send(self, packet: bytes) -> None:
+        bus.publish_video(self._slug, packet, self._camera, self._coarse)
+        if unpack(packet).key:
+            self._key_made()
 
     def _key_made(self) -> None:
         """Forget the requests for a key picture that came before it was encoded."""

@@ -14,6 +14,8 @@ from workers.safety.lane import Lane
 from workers.safety.lease import OwnerLease
 
 log = logging.getLogger(__name__)
+LOST = "Nothing was heard from your controls, so the robot was held."
+UNHEARD = "Nothing was heard from your controls while this motion waited, so it did not begin."
 
 
 def replaceable(owned: OwnedRobot, lease: OwnerLease, lane: Lane, claimed: Permit) -> Permit:
@@ -44,7 +46,8 @@ def held_motion(
 ) -> tuple[Outcome, str]:
     """Run a held motion. Return its outcome and why it ended: `released`, `long`, or `edge` if the robot ended it.
 
-    Raises Held if the keep-alives ended, and the reason of the gate if that ended the motion.
+    It does not begin if its controls were not heard a moment ago, or were released while it waited. Raises Held if the
+    keep-alives ended, and the reason of the gate if that ended the motion.
     """
 
     def permit() -> None:
@@ -52,13 +55,16 @@ def held_motion(
         deadman.check()
 
     deadman.start(command)
+    begun = False
     try:
+        permit()  # a driver may do more than ask before it moves
+        begun = True
         return owned.driver.execute(command.kind, command.args, permit, on_stage), "edge"
     except (ControlsReleased, Held):
         claimed()  # if a stop or a lost grant ended it, that is the reason
         why = deadman.ended
         if why in ("", "lost"):
-            raise Held("Nothing was heard from your controls, so the robot was held.") from None
+            raise Held(LOST if begun else UNHEARD) from None
         return Outcome({}, owned.driver.state()), why
     finally:
         deadman.end()

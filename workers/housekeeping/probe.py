@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +17,17 @@ from robots.clock import SYSTEM
 from robots.contract.capabilities import Stills
 from robots.contract.channels import finite, whole
 from robots.contract.find import open_session
+from robots.contract.session import RobotState, Session
 from robots.description import views
-from robots.drivers.errors import CameraFault, RobotError
+from robots.drivers.errors import CameraFault, LineSilent, RobotError, why
 from robots.installed import simulator_module
 from robots.models import Lease, Robot, frame_name
 from workers.cameras.source import DriverCamera, open_camera
 from workers.cameras.steps import jpeg
+from workers.door import Door, GuardedSession
 
 log = logging.getLogger(__name__)
+ASKED_AGAIN = 3  # times
 FIRST_S = 5.0  # until a camera behind a driver shows its first picture
 _slot = threading.Lock()
 
@@ -77,16 +80,25 @@ def _start_simulator(robot: Robot) -> "subprocess.Popen[bytes] | None":
     return process
 
 
+def _answer(driver: Session) -> RobotState:
+    """Connect; a silent robot is asked again over the same line: it may boot because that was opened."""
+    for _ in range(ASKED_AGAIN):
+        with suppress(LineSilent):
+            return driver.connect()
+    return driver.connect()
+
+
 def probe(robot: Robot) -> dict[str, Any]:
     """Return what the robot and its first camera answered."""
     found: dict[str, Any] = {"connection": "", "picture": ""}
     lease = Lease.objects.filter(robot=robot).first()
-    driver = open_session(robot.driver, robot.wire_address, robot.driver_settings(lease.epoch if lease else 0))
+    told = robot.driver_settings(lease.epoch if lease else 0)
+    driver = GuardedSession(lambda: open_session(robot.driver, robot.wire_address, told))
     described, taken = robot.description(), None
     by_driver = bool(views(described)) and bool(described["camera"].get("by_driver"))
     try:
         addresses.check_robot_now(robot.address)
-        state = driver.connect()
+        state = _answer(driver)
         found["connection"] = "ok"
         values = {name: round(value, 4) for name, value in finite(state.values).items()}
         found["state"] = {"pose": [round(v, 4) for v in whole(state.pose)], "values": values, "ready": state.ready}
@@ -98,16 +110,21 @@ def probe(robot: Robot) -> dict[str, Any]:
     if not views(described):
         return found | {"picture": "It has no camera."}
     stills = robot.spec().capability(Stills)
+    door = Door(CameraFault, "The camera failed")
     try:
         view, colour = views(described)[0], bool(described["camera"].get("colour"))
         source = DriverCamera(lambda _view, _seconds: taken, view, colour) if by_driver else None
-        with closing(source or open_camera(robot.camera_address(0), robot.rig_dir, view, colour)) as camera:
-            picture = camera.grab(stills.exposure_s if stills else None)
+        with door.open(CameraFault):
+            camera = source or open_camera(robot.camera_address(0), robot.rig_dir, view, colour)
+            with closing(camera):
+                picture = camera.grab(stills.exposure_s if stills else None)
         name = f"frames/{robot.slug}/probe-{frame_name()}.jpg"
         path = Path(settings.MEDIA_ROOT) / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(jpeg(picture))
         found["picture"], found["file"] = "ok", name
-    except (CameraFault, OSError) as error:
+    except CameraFault as error:
         found["picture"] = str(error)
+    except OSError as error:
+        found["picture"] = f"The picture could not be stored: {why(error)}."
     return found

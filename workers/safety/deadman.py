@@ -1,12 +1,14 @@
 """The dead-man timer of a held motion.
 
-A held motion goes on while keep-alives arrive from its operator's controls. It ends when the controls are
-released, when no keep-alive came for `SILENT_S`, or at its longest duration. Once silence has ended it, it stays
-ended: the robot is held by then, and a late keep-alive must not move it again.
+A held motion begins only if its operator's controls were heard within the last `SILENT_S`, however long it waited
+behind another, and were not released. It goes on while keep-alives arrive. It ends when the controls are released,
+when no keep-alive came for `SILENT_S`, or at its longest duration. Once silence has ended it, it stays ended: the robot
+is held by then, and a late keep-alive must not move it again.
 """
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import inf
 
 from robots.clock import Clock
 from robots.drivers.errors import ControlsReleased
@@ -14,6 +16,8 @@ from robots.models import Command
 from robots.services import START_S
 
 SILENT_S = 0.25  # together with the braking of one short step this is half a second to rest
+LOOK_S = 0.005  # between two looks for the first keep-alive
+Controls = tuple[int | None, int]  # the operator, and the sequence number of the command
 
 
 @dataclass
@@ -21,24 +25,39 @@ class DeadManTimer:
     """Which held motion runs, and when its last keep-alive came. Thread safe."""
 
     clock: Clock
-    _who: tuple[int | None, int] | None = None
+    _who: Controls | None = None
     _until: float = 0.0
-    _heard: float = 0.0
-    _released: tuple[int, int] | None = None
-    _released_at: float = 0.0
+    _heard: float = -inf
+    _released: bool = False
+    _waiting: dict[Controls, float] = field(default_factory=dict)  # last keep-alives of motions that do not run
+    _let_go: dict[Controls, float] = field(default_factory=dict)  # when their controls were released
 
     def __post_init__(self) -> None:
         """Create the lock."""
         self._lock = threading.Lock()
 
     def start(self, command: Command) -> None:
-        """Start to wait for keep-alives of `command`."""
-        now = self.clock.monotonic()
+        """Watch over `command` from now on.
+
+        Its first keep-alive, which its press sends, may still be on its way: this waits for it, at most `SILENT_S`.
+        """
+        who = (command.issued_by_id, command.client_seq)
+        latest = self.clock.monotonic() + SILENT_S
+        while (now := self.clock.monotonic()) < latest and not self._heard_of(who, now):
+            self.clock.sleep(LOOK_S)
         with self._lock:
-            self._who = (command.issued_by_id, command.client_seq)
-            self._heard, self._until = now, now + command.limit_s
-            if now - self._released_at > START_S:  # of an earlier turn, which used the same numbers
-                self._released = None
+            self._forget(now)
+            self._who, self._until = who, now + command.limit_s
+            self._heard, self._released = self._waiting.pop(who, -inf), who in self._let_go
+
+    def _heard_of(self, who: Controls, now: float) -> bool:
+        return now - self._waiting.get(who, -inf) <= SILENT_S or who in self._let_go
+
+    def _forget(self, now: float) -> None:
+        """Forget the words of earlier turns, which used the same numbers."""
+        for words in (self._waiting, self._let_go):
+            for who in [who for who, at in words.items() if now - at > START_S]:
+                del words[who]
 
     def end(self) -> None:
         """Note that no held motion runs any more."""
@@ -47,11 +66,15 @@ class DeadManTimer:
 
     def hear(self, user: int, seq: int, held: bool) -> None:
         """Note a keep-alive (`held`), or that the controls were released."""
-        now = self.clock.monotonic()
+        who, now = (user, seq), self.clock.monotonic()
         with self._lock:
+            self._forget(now)
             if not held:
-                self._released, self._released_at = (user, seq), now
-            elif self._who == (user, seq) and now - self._heard <= SILENT_S:
+                self._let_go[who] = now
+                self._released = self._released or who == self._who
+            elif who != self._who:
+                self._waiting[who] = now
+            elif now - self._heard <= SILENT_S:
                 self._heard = now
 
     @property
@@ -61,7 +84,7 @@ class DeadManTimer:
             if self._who is None:
                 return ""
             now = self.clock.monotonic()
-            if self._released == self._who:
+            if self._released:
                 return "released"
             if now - self._heard > SILENT_S:
                 return "lost"

@@ -11,6 +11,8 @@ from workers.safety.lane import Lane
 from workers.safety.memory import KnownGrants
 from workers.safety.stop import Stop
 
+PING_S, SILENT_S = 2.0, 7.0  # Redis answers each ping; after this silence it is taken for gone
+
 
 class Listener:
     """Passes what is published for one robot to the lanes, the stop and the dead-man timer."""
@@ -22,28 +24,39 @@ class Listener:
         self._pubsub: redis.client.PubSub | None = None
 
     def loop(self) -> None:
-        """Listen until the owner ends or the connection breaks."""
+        """Listen until the owner ends, or the connection breaks or is silent for long: then it is opened anew."""
         owned, slug = self._owned, self._owned.robot.slug
+        wake, held, stop = bus.wake_channel(slug), bus.held_channel(slug), bus.stop_channel(slug)
         try:
             self._pubsub = bus.listener().pubsub(ignore_subscribe_messages=True)
-            wake, held = bus.wake_channel(slug), bus.held_channel(slug)
-            self._pubsub.subscribe(bus.stop_channel(slug), wake, held)
-            while owned.running:
+            self._pubsub.subscribe(stop, wake, held)
+            heard = asked = owned.clock.monotonic()
+            while owned.running and owned.clock.monotonic() - heard < SILENT_S:
                 message = self._pubsub.get_message(timeout=1.0)
-                channel = message["channel"].decode() if message else ""
-                if message and channel == wake:
+                now = owned.clock.monotonic()
+                if message is not None:
+                    heard = now
+                if now - asked >= PING_S:
+                    asked = now
+                    self._pubsub.ping()
+                if message is None or message["type"] != "message":
+                    continue
+                channel = message["channel"].decode()
+                if channel == wake:
                     for lane in self._lanes:
                         if message["data"] in (b"wake", lane.name.encode()):
                             lane.wake()
-                elif message and channel == held:
+                elif channel == held:
                     self._deadman.hear(*bus.read_keep_alive(message["data"]))
-                elif message and self._grants.stop_counts(bus.grant_of_stop(message["data"])):
+                elif self._grants.stop_counts(bus.grant_of_stop(message["data"])):
                     self._stop.halt("bus")
         except (redis.RedisError, OSError, ValueError):
             owned.clock.sleep(0.2)
+        finally:
+            self.close()
 
     def close(self) -> None:
         """Close the connection to Redis."""
         if self._pubsub is not None:
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError, redis.RedisError):
                 self._pubsub.close()

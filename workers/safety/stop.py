@@ -77,9 +77,14 @@ class Stop:
             first = not latch.latched
             latch.forbid(self._releases)
             kept = threading.Thread(target=latch.keep, name="latch")  # a slow disk must not delay the hold
-            kept.start()
-            self._hold()
-            kept.join()
+            try:
+                kept.start()
+            except RuntimeError:  # the system has no thread left
+                self._hold()
+                latch.keep()
+            else:
+                self._hold()
+                kept.join()
         if first:
             log.info("stopped by %s", source)
             bus.publish(self._owned.robot.slug, Changed("stop"))

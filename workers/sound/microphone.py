@@ -46,8 +46,7 @@ def place_of(address: str, rig: Path) -> tuple[str, str | None, dict[str, str]]:
         "format_whitelist": FORMATS, "protocol_whitelist": PROTOCOLS, "fflags": "nobuffer",
         "probesize": "65536", "analyzeduration": "500000",
     }  # fmt: skip
-    more = {"max_redirects": "0"} if parts.scheme.startswith("http") else {"rtsp_transport": "tcp"}
-    return address, None, options | more
+    return address, None, options | (addresses.http_options(parts.scheme) or {"rtsp_transport": "tcp"})
 
 
 class Microphone:

@@ -19,7 +19,7 @@ from django.db import close_old_connections
 from portal.privacy import tighten
 from portal.processes import enabled_processes, housekeeping_process, recorder_process, redis_process, web_process
 from portal.seeding import seed
-from portal.supervisor import Supervisor, tidy_line
+from portal.supervisor import Supervisor, flush, tidy_line
 
 
 class Command(BaseCommand):
@@ -41,6 +41,8 @@ class Command(BaseCommand):
             if port == settings.OPERATORS_PORT:
                 raise CommandError(f"FARHAND_OPERATORS_PORT must be another port than the portal's {port}.")
             _need_port(host, settings.OPERATORS_PORT, "FARHAND_OPERATORS_PORT=8002 make run")
+        if not (settings.PUBLIC or settings.CSRF_TRUSTED_ORIGINS):  # no proxy in front: mails link to this port
+            os.environ.setdefault("FARHAND_URL", f"http://{_named(host)}:{port}")
         begun = time.monotonic()
         tighten(settings.VAR)
         password = _apart(self._prepare)
@@ -71,6 +73,7 @@ class Command(BaseCommand):
                 asyncio.run(main())
         finally:
             first.tell()  # also if it ended before it was served: the account has been made
+            flush()
 
     def _prepare(self) -> str:
         """Check and update. Return the administrator's one-time password; empty if there is an administrator.
@@ -130,8 +133,13 @@ def _need_port(host: str, port: int, other: str) -> None:
             ) from error
 
 
+def _named(host: str) -> str:
+    """Return a host by which the portal answers; others are refused."""
+    return next(iter(settings.ALLOWED_HOSTS), host).removeprefix(".")
+
+
 async def _until_served(host: str, port: int) -> None:
-    named = next(iter(settings.ALLOWED_HOSTS), host).removeprefix(".")  # others are refused, with a traceback
+    named = _named(host)
 
     def answered() -> bool:
         line = http.client.HTTPConnection(host, port, timeout=1)

@@ -202,7 +202,6 @@ class Driver(Session):
             self.line.boot = None
             self.line.status()
         except HardwareFault:
-            self.line.close()
             self.line.open()
 
     def _finish(self, seq: int, limit_s: float) -> None:

@@ -5,6 +5,8 @@ hold overtakes: after it, no motion that was started before is sent again.
 """
 
 import contextlib
+import logging
+import termios
 import threading
 from collections.abc import Callable
 from typing import TypeVar
@@ -25,11 +27,21 @@ from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
 
+log = logging.getLogger(__name__)
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
 HOLD_ANSWER_S = 0.20
 READ_S, READ_OVER_NET_S = 1.0, 0.05  # a reader waits so long for a byte; only that of a local port can be woken
+REOPEN_S = 60.0  # a port of this machine is opened again after so long a silence, and not before
 ENDS = (Reply.DONE, Reply.HELD)
 T = TypeVar("T")
+
+
+def _keep_ready(port: serial.SerialBase) -> None:
+    """Leave the signal DTR on when the port is closed: its change at the next opening resets many controllers."""
+    with contextlib.suppress(Exception):  # a port without it
+        attributes = termios.tcgetattr(port.fileno())
+        attributes[2] &= ~termios.HUPCL
+        termios.tcsetattr(port.fileno(), termios.TCSANOW, attributes)
 
 
 class HostLine:
@@ -37,6 +49,8 @@ class HostLine:
 
     def __init__(self, url: str, resends: int, trace: Trace | None, clock: Timer = TIMER) -> None:
         self._url, self._resends, self._trace, self._clock = url, resends, trace, clock
+        self._local = "://" not in url
+        self._heard_at = 0.0  # on its clock (s); or when the port was opened
         self._port: serial.SerialBase | None = None
         self._write_lock = threading.Lock()
         self._news = threading.Condition()
@@ -53,27 +67,40 @@ class HostLine:
         self.broken = 0
 
     def open(self) -> None:
-        """Open the port exclusively. Raises LineBusy, LineGone."""
-        local = "://" not in self._url
+        """Open the port exclusively. Raises LineBusy, LineGone.
+
+        A port of this machine that is open stays so, unless it has been silent for long: many controllers boot whenever
+        their port is opened, and one that needs longer for it than its host waits would never answer.
+        """
+        if self._local and self._in_order and self._clock.monotonic() - self._heard_at < REOPEN_S:
+            return
+        self.close()
         try:
             self._port = serial.serial_for_url(
-                self._url, baudrate=wire.BAUD, timeout=READ_S if local else READ_OVER_NET_S, write_timeout=1.0,
-                **({"exclusive": True} if local else {}),
+                self._url, baudrate=wire.BAUD, timeout=READ_S if self._local else READ_OVER_NET_S, write_timeout=1.0,
+                **({"exclusive": True} if self._local else {}),
             )  # fmt: skip
-        except (serial.SerialException, OSError, ValueError) as error:
+        except Exception as error:  # also termios.error, of an adapter that vanishes while it is opened
             text = str(error)
             if "exclusively lock" in text or "Resource temporarily" in text:
                 raise LineBusy("Another process holds the robot's serial port.") from error
             raise LineGone("The robot's serial port cannot be opened.") from error
-        self._gone = None
+        if self._local:
+            _keep_ready(self._port)
+        self._gone, self._heard_at = None, self._clock.monotonic()
         self._reader = threading.Thread(target=self._read, name="line", daemon=True)
         self._reader.start()
+
+    @property
+    def _in_order(self) -> bool:
+        reads = self._reader is not None and self._reader.is_alive()
+        return self._port is not None and self._gone is None and reads
 
     def close(self) -> None:
         """Close the port; waiting threads are told."""
         self._lose("closed")
         if self._port is not None:
-            with contextlib.suppress(AttributeError, OSError):  # not over the network
+            with contextlib.suppress(Exception):  # not over the network
                 self._port.cancel_read()
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(1.0)
@@ -92,19 +119,19 @@ class HostLine:
         return self._holds
 
     def _read(self) -> None:
+        """Receive until the line is lost; whatever ends this thread loses it, so that nobody waits for an answer."""
         receiver = wire.Receiver(wire.REPLIES)
-        while self._gone is None:
-            port = self._port
-            if port is None:
-                return
-            try:
+        try:
+            while self._gone is None and (port := self._port) is not None:
                 data = port.read(max(1, port.in_waiting))
-            except (serial.SerialException, OSError, TypeError) as error:
-                self._lose(str(error))
-                return
-            for frame in receiver.feed(data, self._clock.monotonic()) if data else ():
-                self._heard(frame)
-            self.broken = receiver.broken + self._malformed
+                for frame in receiver.feed(data, self._clock.monotonic()) if data else ():
+                    self._heard(frame)
+                self.broken = receiver.broken + self._malformed
+        except (serial.SerialException, OSError, TypeError) as error:  # the port has gone
+            self._lose(str(error))
+        except Exception as error:
+            log.exception("the reader of the line failed")
+            self._lose(str(error))
 
     def _lose(self, why: str) -> None:
         with self._news:
@@ -122,6 +149,7 @@ class HostLine:
             return
         if self._trace:
             self._trace("<", frame.encode(), spell(frame))
+        self._heard_at = self._clock.monotonic()
         with self._news:
             if frame.id == Reply.STATE:
                 self._states[frame.seq] = wire.unpack_state(frame.payload)
@@ -142,7 +170,7 @@ class HostLine:
                 raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
             try:
                 port.write(frame.encode())
-            except (serial.SerialException, OSError) as error:
+            except Exception as error:  # also termios.error
                 self._lose(str(error))
                 raise LineGone("The robot's serial line is gone; the cable may be unplugged.") from error
         if self._trace:

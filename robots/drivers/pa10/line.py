@@ -1,14 +1,17 @@
 """The owner's end of the museum arm's TCP line: one question, one answer."""
 
 import contextlib
+import select
 import socket
 import threading
 from collections.abc import Iterator
 from pathlib import Path
 
+from robots.addresses import HIDDEN
+from robots.clock import TIMER, Limit
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
-from robots.drivers.pa10.protocol import ArmState, Malformed, Request
+from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
 
 ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
 CHECKED_S = 60.0  # a whole program
@@ -40,10 +43,12 @@ class ArmLine:
                 self._socket = socket.create_connection(self._where(), timeout=ANSWER_S)
                 self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             except (OSError, ValueError) as error:
-                self._socket = None
+                self._close()
                 raise LineGone(f"The arm's controller cannot be reached: {why(error)}.") from error
+        claim = Request("i", (float(self._epoch),), self._token)
+        shown = Request(claim.letter, claim.numbers, HIDDEN if self._token else "")  # staff watch the wire
         try:
-            self.ask(Request("i", (float(self._epoch),), self._token))
+            self._exchange(claim.encode(), ANSWER_S, shown=shown.encode())
         except ControllerRefused as error:
             self.close()
             raise LineBusy(f"The arm is used by another client: {error}") from error
@@ -79,8 +84,7 @@ class ArmLine:
             answer = HELD  # a thread that waited for another answer may have read it
             if self._holds:
                 with self._watched():
-                    line.settimeout(ANSWER_S)
-                    answer = self._next_line()
+                    answer = self._next_line(Limit(TIMER, ANSWER_S))
                 self._hold_answered()
             if answer != HELD:
                 self._close()  # an answer that comes later must not be taken for the next one
@@ -103,14 +107,13 @@ class ArmLine:
         data = "\n".join([f"u {number}", *lines, ".", ""]).encode("ascii", "replace")
         return self._exchange(data, seconds)
 
-    def _exchange(self, data: bytes, seconds: float, permit: Permit | None = None) -> str:
+    def _exchange(self, data: bytes, seconds: float, permit: Permit | None = None, shown: bytes = b"") -> str:
         with self._lock:
-            line = self._open_line()
+            self._open_line()
             with self._watched():
-                line.settimeout(seconds)
                 self._send(data, permit)
-                answer = self._answer()
-        self._noted(data, answer)
+                answer = self._answer(Limit(TIMER, seconds))
+        self._noted(shown or data, answer)
         return self._judged(answer)
 
     def _open_line(self) -> socket.socket:
@@ -126,7 +129,7 @@ class ArmLine:
         except TimeoutError as error:
             self._close()  # an answer that comes later must not be taken for the next one
             raise LineSilent("The arm's controller does not answer.") from error
-        except OSError as error:
+        except (OSError, ValueError) as error:  # the latter: another thread has closed the connection
             self._close()
             raise LineGone(f"The connection to the arm broke: {why(error)}.") from error
 
@@ -141,10 +144,10 @@ class ArmLine:
                 permit()  # last before actuation
             self._open_line().sendall(data)
 
-    def _answer(self) -> str:
+    def _answer(self, limit: Limit) -> str:
         """Return the next line that is not the answer to a hold sent meanwhile."""
         while True:
-            text = self._next_line()
+            text = self._next_line(limit)
             if text != HELD or not self._holds:
                 return text
             self._hold_answered()
@@ -153,9 +156,16 @@ class ArmLine:
         with self._writing:
             self._holds = max(0, self._holds - 1)
 
-    def _next_line(self) -> str:
+    def _next_line(self, limit: Limit) -> str:
+        """Return the next line, which must be whole before `limit`. Raises OSError, ValueError."""
         line = self._open_line()
+        arrives = select.poll()
+        arrives.register(line, select.POLLIN)
         while b"\n" not in self._rest:
+            if len(self._rest) > LONGEST_ANSWER:
+                raise ConnectionResetError("the controller's answer has no end")
+            if limit.over or not arrives.poll(1000 * limit.left):
+                raise TimeoutError
             data = line.recv(4096)
             if not data:
                 raise ConnectionResetError("the controller closed the line")

@@ -14,8 +14,12 @@ from enum import StrEnum
 from robots.drivers.pa10.forms import FORMS, LARGEST_EPOCH, Value
 
 LONGEST = 200
+LONGEST_ANSWER = 2000  # characters; a state has about 300
 JOINTS = 6
+SAID_MOST = {"q": 7200.0, "v": 72_000.0, "t": 1e6}  # in a state: degrees, degrees/s, N m
+OPENING_MOST, DIGITS = 1000.0, 16  # mm; of a count
 MOTIONS = "jkKl"
+VELOCITIES = "JC"
 WORDED = "ib"  # a word follows the values: the optional token, the name of a box
 
 
@@ -155,22 +159,37 @@ class ArmState:
     @classmethod
     def decode(cls, line: str) -> "ArmState":
         """Return the state in a line. Raises Malformed."""
-        letter, mode, *parts = line.split()
         try:
+            letter, mode, *parts = line.split()
             if letter != "s":
                 raise ValueError(letter)
             said = dict(part.split("=", 1) for part in parts)
-            six = {key: tuple(float(v) for v in said[key].split(",")) for key in "qvt"}
+            six = {key: tuple(_within(v, most) for v in said[key].split(",")) for key, most in SAID_MOST.items()}
             if any(len(values) != JOINTS for values in six.values()):
                 raise ValueError("six values are needed")
+            counts = {key: _count(said[key]) for key in ("motion", "boot", "program", "step", "gripper")}
             return cls(
-                Mode(mode), int(said["motion"]), End(said["end"]), int(said["boot"]), int(said["program"]),
-                int(said["step"]), int(said["gripper"]), float(said["opening"]) / 1000, said["moving"] == "1",
+                Mode(mode), counts["motion"], End(said["end"]), counts["boot"], counts["program"],
+                counts["step"], counts["gripper"], _within(said["opening"], OPENING_MOST) / 1000, said["moving"] == "1",
                 tuple(math.radians(v) for v in six["q"]), tuple(math.radians(v) for v in six["v"]), six["t"],
                 "" if said["note"] == "-" else said["note"].replace("_", " "),
             )  # fmt: skip
         except (KeyError, ValueError) as error:
             raise Malformed(f"this is not a state: {line[:60]!r}") from error
+
+
+def _within(text: str, most: float) -> float:
+    """Return a number of a controller's answer. Raises ValueError where it is none, not finite, or beyond belief."""
+    if not NUMERAL.fullmatch(text) or not -most <= float(text) <= most:
+        raise ValueError(f"{text[:20]} cannot be meant")
+    return float(text)
+
+
+def _count(text: str) -> int:
+    """Return a count of a controller's answer. Raises ValueError where it is none, or has more digits than is sane."""
+    if not (text.isascii() and text.isdecimal() and len(text) <= DIGITS):
+        raise ValueError(f"{text[:20]} is no count")
+    return int(text)
 
 
 def _list(values: tuple[float, ...], convert: Callable[[float], float], digits: int) -> str:

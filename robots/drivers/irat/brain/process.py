@@ -84,7 +84,11 @@ class BrainProcess:
             self._real.sleep(AGAIN_S)
             if self._closed:
                 return
-            self._launch()
+            try:
+                self._launch()
+            except OSError as error:  # the system has no process left for now
+                log.warning("the brain of the robot cannot be started: %s", error)
+                continue
             self._aim_again()
 
     def keep_aim(self, aim: Callable[[int], ToBrain] | None) -> None:

@@ -1,0 +1,101 @@
+"""Pictures of a turn whose entry a moderator has hidden: gone for everybody but its author, staff and who drives."""
+
+import pytest
+from django.test import Client
+
+from operatorlog import services as log
+from operatorlog.models import Entry, Visibility
+from portal.live.snapshot import snapshot
+from queueing import services as queue
+from queueing.models import Turn
+from robots.clock import SYSTEM
+from robots.models import Frame
+from robots.states import GrantEnd
+
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
+
+
+@pytest.fixture
+def frames(robot, roles, settings, tmp_path):
+    """Two pictures of an ended turn of the operator, one of them in the entry."""
+    settings.MEDIA_ROOT = tmp_path / "media"
+    turn, made = Turn.objects.get(), []
+    for name in ("a", "b"):
+        file = f"frames/mercury/20260101/{name}.jpg"
+        (settings.MEDIA_ROOT / file).parent.mkdir(parents=True, exist_ok=True)
+        (settings.MEDIA_ROOT / file).write_bytes(b"picture")
+        made.append(Frame.objects.create(robot=robot, grant=turn.grant, taken_at=SYSTEM.now(), file=file))
+    queue.end_turn(turn, GrantEnd.FINISHED, "", SYSTEM.now())
+    turn.refresh_from_db()
+    log.write(turn, roles["operator"], "something rude", made[0].pk, SYSTEM.now())
+    return made
+
+
+def hide(roles, visibility=Visibility.HIDDEN):
+    log.moderate(Entry.objects.get(), roles["log_moderator"], visibility, "rude", SYSTEM.now())
+
+
+def as_role(roles, role):
+    client = Client()
+    if role != "anonymous":
+        client.force_login(roles[role])
+    return client
+
+
+SEE = {"operator": True, "log_moderator": True, "viewer": True, "robot_staff": True, "superuser": True}
+
+
+@pytest.mark.asvs("8.2.2")
+@pytest.mark.parametrize("role", ["anonymous", "signed_in", "cleared", *SEE])
+def test_a_hidden_entrys_pictures_are_gone_at_their_addresses(roles, frames, role):
+    client = as_role(roles, role)
+    addresses = [frame.url for frame in frames] + [
+        frames[0].url.replace("/mercury/", other) for other in ("/mercury//", "/./mercury/./", "/x/../mercury/")
+    ]
+    for address in addresses:
+        shown = client.get(address)
+        assert (shown.status_code, shown["Cache-Control"]) == (200, "public, max-age=3600")
+        tag = shown["ETag"]
+    hide(roles)
+    for address in addresses:
+        for headers in ({}, {"If-None-Match": tag}):
+            hidden = client.get(address, headers=headers)
+            assert (hidden.status_code != 404) == SEE.get(role, False), address
+            assert "public" not in hidden.get("Cache-Control", ""), address
+    page = client.get(Turn.objects.get().get_absolute_url()).text
+    assert (frames[1].url in page) == SEE.get(role, False)
+    assert ("The pictures are hidden with the entry." in page) != SEE.get(role, False)
+    hide(roles, Visibility.PUBLISHED)
+    assert client.get(addresses[0]).status_code == 200
+
+
+def test_no_page_shows_or_names_a_hidden_picture(robot, roles, frames):
+    anybody = Client()
+    classic = anybody.get("/classic/mercury/", follow=True).text.split('.gif"')[0].split('"')[-1] + ".gif"
+    assert anybody.get(classic).status_code == 200
+    hide(roles)
+    for page in ("/", "/robots/mercury/", "/log/", "/status/"):
+        answer = anybody.get(page)
+        assert answer.status_code == 200
+        assert not any(frame.file in answer.text for frame in frames), page
+    assert anybody.get(classic).status_code == 404
+    told = snapshot("mercury", roles["anonymous"], SYSTEM.now(), True)
+    assert (told["still"], told["before"], told["log"]) == (None, None, [])
+
+
+def test_who_drives_now_has_the_picture_to_click_in(robot, roles, frames, owned):
+    hide(roles)
+    ada = roles["cleared"]
+    assert as_role(roles, "cleared").get(frames[1].url).status_code == 404
+    queue.join(robot, ada, SYSTEM.now())
+    type(robot).objects.update(cycle="ready")
+    queue.tick(SYSTEM.now())
+    queue.accept(robot, ada, SYSTEM.now())
+    assert as_role(roles, "cleared").get(frames[1].url).status_code == 200
+    assert snapshot("mercury", ada, SYSTEM.now(), True)["still"]["id"] == frames[1].pk
+
+
+def test_a_way_out_of_the_folder_is_404_without_traceback(client, caplog):
+    for path in ("../secret_key", "%2e%2e/%2e%2e/etc/passwd", "..%2f..%2fetc%2fpasswd", "a/../../x"):
+        assert client.get(f"/media/frames/{path}").status_code == 404, path
+    assert not any(record.exc_info for record in caplog.records)

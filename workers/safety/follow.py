@@ -1,8 +1,9 @@
 """The loops that query Redis and the database, so that safety is judged from memory."""
 
 from robots import bus
-from robots.grants import end_at_until, open_grant
+from robots.grants import end_grant, open_grant
 from robots.messages import Changed
+from robots.states import GrantEnd
 from workers.owned import OwnedRobot
 from workers.safety.lane import Lane, Pace
 from workers.safety.memory import KnownGrants, Link
@@ -46,8 +47,8 @@ class Follower:
         if grant is None:
             return
         self._pace.stir()
-        grants.know(grant, now())  # a turn may have been extended
-        if grant.until is not None and grant.until <= now():
-            end_at_until(grant, now())
+        grants.know(grant)  # a turn may have been extended
+        if grants.time_up(grant.pk):
+            end_grant(grant, GrantEnd.TIME_UP, "time is up", now())
             grants.revoke(grant.pk)
             bus.publish(robot.slug, Changed("queue"))

@@ -35,11 +35,11 @@ def carry(step: Step, now: datetime) -> None:
             _Move(step, now).everything()
             for queue in queues:
                 announce(queue)
+        cache.clear()  # of attempts: some would be refused until the time that it was before
     except (OperationalError, InterfaceError):
         raise
     except Exception:
         log.exception("the queues could not follow the clock, which was set by %s", step.total)
-    cache.clear()  # of attempts: some would be refused until the time that it was before
 
 
 class _Move:

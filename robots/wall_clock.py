@@ -113,8 +113,11 @@ class WallClock:
             return
         self._seen, self._doubted_s = seen, doubted_s
 
-    def follow(self, carry: Callable[[Step, datetime], None]) -> None:
-        """Look once. Give a step to `carry`, with the present time; if it raises, the next look gives it again."""
+    def follow(self, carry: Callable[[Step, datetime], None]) -> datetime:
+        """Look once; return the time of day. Give a step to `carry` first; if it raises, the next look gives it again.
+
+        Whatever is judged then has to be judged by the time that is returned, for the clock may be set at any moment.
+        """
         with self._lock:
             now = self._clock.now()
             seen = Reading(self._boot(), now.timestamp(), self._clock.monotonic(), self._clock.awake())
@@ -127,11 +130,15 @@ class WallClock:
             if step.moved or step.paused or seen.awake - self._written >= WRITE_S:
                 self._written = seen.awake
                 self._write(seen)
+            return now
 
     def _write(self, seen: Reading) -> None:
-        with contextlib.suppress(OSError):  # a full disk stops no tick
+        try:
             self._file.parent.mkdir(parents=True, exist_ok=True)
             replace_text(self._file, json.dumps({"seen": asdict(seen), "doubted_s": self._doubted_s}))
+        except OSError:  # a full disk stops no tick; the next start must not carry again what was carried
+            with contextlib.suppress(OSError):
+                self._file.unlink(missing_ok=True)
 
     @property
     def age_now(self) -> datetime:

@@ -19,9 +19,10 @@ from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.running import _used
 from queueing.jobs.suspending import resume, suspended
-from queueing.models import Job, QueueRobot, Ticket, Turn, TurnSession
+from queueing.models import Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.steps import carry
 from queueing.tasks import queue_tick
+from queueing.tick import ABSENT_S, tick_seldom
 from robots import probes, services
 from robots.models import Command, Frame, Grant, Lease, Movie, Recording, RecordingState, Robot
 from robots.recordings import keeping
@@ -31,6 +32,7 @@ from tests.services.owner import made_owner
 from workers import tasks
 from workers.housekeeping.clean import old_frames
 from workers.recorder.recorder import Recorder
+from workers.safety.follow import LATE_S
 from workers.safety.lease import OwnerLease
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -199,11 +201,80 @@ def test_rows_that_cannot_follow_stop_no_tick(driven, clock, trusted, monkeypatc
 
 def test_the_task_looks_at_the_clock_before_it_ends_anything(driven, clock, trusted, monkeypatch):
     monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
-    monkeypatch.setattr("queueing.tasks.SYSTEM", clock)
     clock.step(HOUR)
     clock.go(1)
     queue_tick()
     assert Turn.objects.get().ended_at is None
+
+
+@each_change
+def test_a_tick_that_has_begun_judges_nothing_that_has_followed_the_clock_since(
+    driven, clock, trusted, monkeypatch, change
+):
+    """It goes on by the time at which it looked; until it is over no other one looks."""
+    monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
+    before = left(clock)
+
+    def meanwhile(now):
+        monkeypatch.undo()
+        monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
+        change(clock)
+        queue_tick()  # by another thread of the worker
+        tick_seldom(now)
+
+    monkeypatch.setattr("queueing.tasks.tick_seldom", meanwhile)
+    queue_tick()
+    queue_tick()
+    assert (Turn.objects.get().ended_at, left(clock)) == (None, before)
+    assert Ticket.objects.get(state="waiting")
+
+
+def test_a_tick_that_failed_bars_no_other_one(driven, clock, trusted, monkeypatch):
+    monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
+    with monkeypatch.context() as broken:
+        broken.setattr("queueing.tasks.tick_seldom", lambda now: (_ for _ in ()).throw(OperationalError("away")))
+        with pytest.raises(OperationalError):
+            queue_tick()
+    clock.go(1000)
+    queue_tick()
+    assert Turn.objects.get().ended_at is not None
+
+
+@each_change
+@pytest.mark.parametrize("back", [True, False], ids=["who comes back", "who stays away"])
+def test_an_absence_lasts_as_long_as_it_would_have(driven, people, clock, tick, change, back):
+    queue.disconnected(driven, people["ada"], clock.now())
+    tick(10)
+    change(clock)
+    tick(1)
+    tick(8)
+    assert Turn.objects.get().ended_at is None, "19 s of 20"
+    if back:
+        present(driven, people, clock)
+    tick(3)
+    assert Turn.objects.get().end_reason == ("" if back else "connection lost")
+
+
+@each_change
+def test_the_place_of_who_reports_no_more_is_kept_as_long_as_it_would_have_been(robot, people, clock, tick, change):
+    queue.join(robot, people["bob"], clock.now())
+    Queue.objects.update(paused=True)
+    tick(ABSENT_S - 30)
+    change(clock)
+    tick(1)
+    tick(28)
+    assert Ticket.objects.get().state == "waiting"
+    tick(2)
+    assert Ticket.objects.get().end_reason == "was away too long"
+
+
+def test_what_is_counted_elsewhere_and_cannot_be_forgotten_moves_nothing_twice(driven, clock, trusted, monkeypatch):
+    before = left(clock)
+    monkeypatch.setattr(type(cache._connections["default"]), "clear", lambda self: (_ for _ in ()).throw(ValueError))
+    clock.step(HOUR)
+    trusted.follow(carry)
+    trusted.follow(carry)
+    assert left(clock) == before
 
 
 @pytest.mark.parametrize("by", [30 * 86_400.0, -30 * 86_400.0, 56 * YEAR])
@@ -363,6 +434,9 @@ def test_an_owner_lets_the_turn_move_the_robot_for_its_time_and_not_longer(owner
     assert may()
     clock.go(0.6)
     assert not may()
+    assert gate.forbidden
+    clock.go(LATE_S)
+    assert not may()
     assert Grant.objects.get().end_code == "time_up"
 
 
@@ -374,7 +448,40 @@ def test_an_owner_ends_the_turn_in_time_also_if_nobody_looks_at_the_clocks(owner
     owner.follower.follow_grant()
     assert Grant.objects.get().ended_at is None
     owner.clock.go(1.5)
+    assert owner.grants.over(Grant.objects.get().pk)
+    owner.clock.go(LATE_S)
     owner.follower.follow_grant()
+    assert Grant.objects.get().end_code == "time_up"
+
+
+@each_step
+def test_an_owner_that_sees_a_turn_for_the_first_time_after_a_step_ends_it_neither_early_nor_late(owner, by):
+    """Nobody has looked at the clocks yet; then somebody does, or nobody at all."""
+    owner.clock.step(by)
+    owner.follower.follow_grant()
+    assert Grant.objects.get().ended_at is None
+    left_s = owner.grants.until(Grant.objects.get().pk) - owner.clock.monotonic()
+    assert left_s <= 60
+    Grant.objects.update(until=F("until") + timedelta(seconds=by), opened_at=F("opened_at") + timedelta(seconds=by))
+    owner.follower.follow_grant()
+    owner.clock.go(59)
+    owner.link.seen()
+    owner.follower.follow_grant()
+    assert not owner.grants.over(Grant.objects.get().pk)
+    owner.clock.go(1.5)
+    owner.follower.follow_grant()
+    assert owner.grants.over(Grant.objects.get().pk)
+    owner.clock.go(LATE_S)
+    owner.follower.follow_grant()
+    assert Grant.objects.get().end_code == "time_up"
+
+
+@each_step
+def test_an_owner_that_sees_a_turn_late_ends_it_also_if_nobody_looks_at_the_clocks(owner, by):
+    owner.clock.step(by)
+    for _ in range(65):
+        owner.follower.follow_grant()
+        owner.clock.go(1)
     assert Grant.objects.get().end_code == "time_up"
 
 
@@ -386,6 +493,8 @@ def test_an_extension_adds_what_it_says_and_no_step(owner, by):
     Grant.objects.update(until=F("until") + timedelta(seconds=10))
     owner.follower.follow_grant()
     owner.clock.go(70.5)
+    assert owner.grants.over(Grant.objects.get().pk)
+    owner.clock.go(LATE_S)
     owner.follower.follow_grant()
     assert Grant.objects.get().ended_at is not None
 
@@ -585,6 +694,18 @@ def test_a_file_with_rubbish_is_as_none(clock, tmp_path, data):
     clock.go(TRUSTED_S)
     looks.follow(lambda step, now: pytest.fail("no step"))
     assert looks.age_now == clock.now()
+
+
+def test_a_step_that_could_not_be_kept_is_not_carried_again_by_the_next_start(clock, tmp_path, monkeypatch):
+    file = tmp_path / "clock"
+    looks, seen = WallClock(file, clock), []
+    looks.follow(lambda step, now: pytest.fail("nothing was seen before"))
+    (tmp_path / "clock.part").mkdir()  # it cannot be written
+    clock.step(HOUR)
+    for begin in (lambda: looks, lambda: WallClock(file, clock)):
+        clock.go(1)
+        begin().follow(lambda step, now: seen.append(step.moved.total_seconds()))
+    assert seen == [HOUR]
 
 
 def test_a_disk_that_is_full_stops_no_look(clock, tmp_path):

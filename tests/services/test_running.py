@@ -79,7 +79,7 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkeypatch):
     turn = services.open_grant(owner.owned.robot)
-    earlier = Grant(pk=turn.pk + 1, until=owner.owned.now())
+    earlier = Grant(pk=turn.pk + 1, opened_at=owner.owned.now(), until=owner.owned.now())
     owner.lane.gate.open_for(earlier)
 
     def and_meanwhile(robot):
@@ -95,7 +95,7 @@ def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkey
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 @pytest.mark.parametrize(("kind", "turn"), [(GrantKind.TURN, True), (GrantKind.JOB, False), (GrantKind.IDLE, False)])
 def test_the_end_of_a_turn_is_named_only_where_somebody_had_one(owner, kind, turn):
-    over = Grant(pk=9999, kind=kind, until=owner.owned.now())
+    over = Grant(pk=9999, kind=kind, opened_at=owner.owned.now(), until=owner.owned.now())
     owner.lane.gate.open_for(over)
     with pytest.raises(GrantOver) as refused:
         owner.lane.gate.check()
@@ -105,7 +105,7 @@ def test_the_end_of_a_turn_is_named_only_where_somebody_had_one(owner, kind, tur
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_command_is_seen_to_run_only_when_its_grant_is_let_through(owner, people):
     """Who watches must not hold it by the grant before."""
-    earlier = Grant(pk=9999, until=owner.owned.now())
+    earlier = Grant(pk=9999, opened_at=owner.owned.now(), until=owner.owned.now())
     owner.lane.gate.open_for(earlier)
     owner.grants.revoke(earlier.pk)
     seen = []

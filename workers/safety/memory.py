@@ -115,7 +115,7 @@ class KnownGrants:
         """Note until when a grant lasts.
 
         Only a row that tells another end than before is compared with the time of day, which may have been set since.
-        It can add no more than what the end was moved by.
+        It can add no more than what the end was moved by; the first one no more than how long the grant is.
         """
         self.newest = max(self.newest, grant.pk)
         told = self._told.get(grant.pk)
@@ -123,10 +123,10 @@ class KnownGrants:
             self._told.pop(grant.pk, None)
             self._until.pop(grant.pk, None)
         elif grant.until != told:
-            until = self._clock.awake() + (grant.until - self._now()).total_seconds()
-            if told is not None:
-                until = min(until, self._until[grant.pk] + max(0.0, (grant.until - told).total_seconds()))
-            self._until[grant.pk] = until
+            awake = self._clock.awake()
+            length = grant.until - (told or grant.opened_at)
+            most = self._until.get(grant.pk, awake) + max(0.0, length.total_seconds())
+            self._until[grant.pk] = min(awake + max(0.0, (grant.until - self._now()).total_seconds()), most)
             self._told[grant.pk] = grant.until
 
     def know_newest(self, grant: Grant | None) -> None:
@@ -150,9 +150,9 @@ class KnownGrants:
         """Return whether that grant has ended."""
         return self._clock.monotonic() >= self.until(grant_id)
 
-    def time_up(self, grant_id: int) -> bool:
-        """Return whether the time of that grant is up, whether or not it was ended before."""
-        return self._left(grant_id) <= 0
+    def late(self, grant_id: int, seconds: float) -> bool:
+        """Return whether the time of that grant has been up for so long (s), whether or not it was ended before."""
+        return self._left(grant_id) <= -seconds
 
     def _left(self, grant_id: int) -> float:
         return self._until.get(grant_id, math.inf) - self._clock.awake()

@@ -24,11 +24,13 @@ from queueing.steps import carry
 from queueing.tasks import queue_tick
 from queueing.tick import ABSENT_S, tick_seldom
 from robots import probes, services
-from robots.models import Command, Frame, Grant, Lease, Movie, Recording, RecordingState, Robot
+from robots.models import Command, Frame, Grant, Lease, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
-from robots.states import GrantKind
+from robots.recordings.timeline import read_index
+from robots.states import GrantEnd, GrantKind
 from robots.wall_clock import FIRST, SETTLED_S, TRUSTED_S, Reading, WallClock, step_between
 from tests.services.owner import made_owner
+from tests.waiting import CEILING_S
 from workers import tasks
 from workers.housekeeping.clean import old_frames
 from workers.recorder.recorder import Recorder
@@ -645,18 +647,83 @@ def test_a_picture_is_taken_out_of_a_recording_during_which_the_time_of_day_was_
     assert [one.pk for one in found] == [recording.pk]
 
 
+class Recorded:
+    """A turn that is recorded to a file, with an event each second; what a page is told of it."""
+
+    def __init__(self, robot, clock):
+        self.clock, self.expected_ms = clock, [0]
+        self.recorder = Recorder(clock, "here")
+        Robot.objects.update(records=Records.WORK)
+        self.grant = services.start_grant(robot, GrantKind.TURN, clock.now(), None, clock.now() + timedelta(minutes=5))
+        self.recorder._look()
+        self.recorder._tell_all("notice", "began")
+
+    def goes_on(self, seconds=3):
+        for _ in range(seconds):
+            self.clock.go(1)
+            self.recorder._tell_all("notice", "goes on")
+            self.expected_ms.append(self.expected_ms[-1] + 1000)
+
+    def starts_again(self, seconds=4):
+        """Let the recorder stop, and the next one go on with the file."""
+        self.recorder._end_all()
+        self.clock.go(seconds)
+        self.recorder = Recorder(self.clock, "here")
+        self.recorder._look()
+
+    def ended(self):
+        services.end_grant(self.grant, GrantEnd.FINISHED, "over", self.clock.now())
+        self.recorder._look()
+        (one,) = self.recorder._ending
+        assert one.taping.written.wait(CEILING_S)
+        self.recorder._look()
+        row = Recording.objects.get()
+        return row, read_index(keeping.path_of(row))
+
+
+@pytest.fixture
+def recorded(robot, owned, clock, trusted, settings, tmp_path, monkeypatch):
+    settings.MEDIA_ROOT = tmp_path / "media"
+    settings.RECORDING = settings.RECORDING | {"FREE_MB": 0}
+    monkeypatch.setattr(Recorder, "_measure_offset", lambda self: None)  # the clock of this test is the database's
+    return Recorded(robot, clock)
+
+
 @each_step
-def test_a_recording_goes_on_evenly(robot, clock, monkeypatch, by):
-    monkeypatch.setattr(Recorder, "_taped", lambda self, row, grant: pytest.skip("never"))
-    recorder = Recorder(clock, "here")
-    recorder._measure_offset = lambda: None
-    monkeypatch.setattr(keeping, "begin", lambda *told: None)
-    recorder._begin(services.start_grant(robot, GrantKind.TURN, clock.now(), None, clock.now()))
-    began = recorder.now_ns()
-    assert began == pytest.approx(clock.now().timestamp() * 1e9, abs=1e6)
+def test_a_recording_goes_on_evenly(recorded, clock, trusted, by):
+    began_ms = clock.now().timestamp() * 1000
+    recorded.goes_on()
     clock.step(by)
-    clock.go(2)
-    assert recorder.now_ns() - began == 2_000_000_000
+    recorded.goes_on(1)
+    trusted.follow(carry)
+    recorded.goes_on()
+    row, index = recorded.ended()
+    assert (row.state, row.reason) == ("ready", "")
+    assert [event["after_ms"] for event in index.events] == recorded.expected_ms
+    assert index.began_ms == pytest.approx(began_ms, abs=2)
+    assert len(index.needs) == 2, "slices of 5 s that a page asks for"
+
+
+@each_step
+def test_a_recording_goes_on_when_its_recorder_is_started_again_after_the_time_of_day_was_set(recorded, clock, by):
+    recorded.goes_on()
+    clock.step(by)
+    recorded.starts_again()
+    recorded.goes_on()
+    row, index = recorded.ended()
+    assert row.state == "ready"
+    after_ms = [event["after_ms"] for event in index.events]
+    assert after_ms == sorted(after_ms)
+    assert len(after_ms) == len(recorded.expected_ms) + 1, "with a word of the gap"
+    assert after_ms[-1] <= recorded.expected_ms[-1] + 5000
+    assert len(index.needs) <= 3
+
+
+def test_a_recording_whose_recorder_is_started_again_keeps_its_time(recorded, clock):
+    recorded.goes_on()
+    recorded.starts_again()
+    recorded.goes_on()
+    assert recorded.ended()[1].events[-1]["after_ms"] == 10_000
 
 
 # --- what notices it ---

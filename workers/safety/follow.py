@@ -10,7 +10,7 @@ from workers.safety.memory import KnownGrants, Link
 from workers.safety.stop import Stop
 
 FOLLOW_S, IDLE_FOLLOW_S, IDLE_LINK_S = 0.1, 1.0, 0.5
-LATE_S = 3.0  # a row may lag behind a time of day that was set; the gate lets nothing pass meanwhile
+LATE_S = 2.0  # a row may lag behind a time of day that was set; the gate lets nothing pass meanwhile
 
 
 class Follower:

@@ -27,6 +27,7 @@ LIBRARY = next(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None)
 HOUR, YEAR = 3600, 31_557_600
 AHEAD_S = (0, HOUR, -HOUR, 74 * YEAR, 0, -50 * YEAR, 0)  # of the machine's time of day, one after another
 STAYS_S, NEAR_S = 6.0, 15.0
+NOTICED = "the time of day was set by"
 
 pytestmark = [
     pytest.mark.length,
@@ -43,8 +44,10 @@ class Demo:
         self.set_ahead(0)
         own = {k: v for k, v in os.environ.items() if not k.startswith(("FARHAND", "DATABASE", "REDIS", "SECRET"))}
         self.env = own | {
-            "FARHAND_VAR": str(folder), "LD_PRELOAD": str(LIBRARY), "FAKETIME_TIMESTAMP_FILE": str(self._file),
-            "FAKETIME_CACHE_DURATION": "1", "FAKETIME_DONT_FAKE_MONOTONIC": "1", "NO_FAKE_STAT": "1",
+            "FARHAND_VAR": str(folder), "FARHAND_TURN_S": "3600",  # longer than a slow machine takes
+            "LD_PRELOAD": str(LIBRARY), "FAKETIME_TIMESTAMP_FILE": str(self._file),
+            "FAKETIME_NO_CACHE": "1",  # as on a machine, all processes are in the same time of day
+            "FAKETIME_DONT_FAKE_MONOTONIC": "1", "NO_FAKE_STAT": "1",
             "PYTHONPATH": os.pathsep.join([str(HERE), str(ROOT)]),
         }  # fmt: skip
         with (folder / "log").open("wb") as out:
@@ -86,6 +89,7 @@ class Demo:
 def demo(tmp_path):
     found = Demo(tmp_path)
     yield found
+    sys.stdout.write(found.said()[-8000:])  # shown if the test fails
     if found.process.poll() is None:
         found.close()
 
@@ -99,7 +103,7 @@ def answered(line, number) -> tuple[float, int]:
     line.send(json.dumps({"t": "ping", "n": number}))
     packets = 0
     while True:
-        heard = line.recv(timeout=10)
+        heard = line.recv(timeout=CEILING_S)
         if isinstance(heard, bytes):
             packets += 1
             continue
@@ -127,24 +131,37 @@ def test_nothing_ends_and_everything_goes_on_whenever_the_time_of_day_is_set(dem
 def goes_on(demo, line, turn):
     """Set the time of day again and again, and look after each time at what ticks, lasts, and answers."""
     number, before = 0, None
-    for ahead_s in AHEAD_S:
+    for steps, ahead_s in enumerate(AHEAD_S):
         demo.set_ahead(ahead_s)
-        case, packets, until = f"{ahead_s} s ahead", 0, time.monotonic() + STAYS_S
-        while time.monotonic() < until:
+        case, packets, begun = f"{ahead_s} s ahead", 0, time.monotonic()
+        late = "not looked at"
+        while time.monotonic() < begun + STAYS_S or (late and time.monotonic() < begun + CEILING_S):
             number += 1
-            now, more = answered(line, number)
+            told, more = answered(line, number)
             packets += more
+            late = behind(demo, turn, told, packets) or ("no tick" if demo.said().count(NOTICED) < steps else "")
             time.sleep(0.3)
-        assert abs(now - demo.now()) < NEAR_S, f"{case}: pages were told another time"
-        assert packets, f"{case}: nothing came from the robot"
-        for slug, expires in demo.rows(
-            "select slug, expires_at from robots_lease join robots_robot r on r.id = robot_id"
-        ):
-            assert abs(seconds_of(expires) - demo.now()) < NEAR_S, f"{case}: the lease of {slug} is not renewed"
-        ((ended, ends, seen),) = demo.rows(f"select ended_at, until, last_seen from queueing_turn where id={turn}")
+        assert not late, f"{case}: {late}"
+        ((ended, ends),) = demo.rows(f"select ended_at, until from queueing_turn where id={turn}")
         assert ended is None, f"{case}: the turn ended"
-        assert abs(seconds_of(seen) - demo.now()) < NEAR_S, f"{case}: the operator's page is not noted"
         left_s, was = seconds_of(ends) - demo.now(), before
         before = left_s, time.monotonic()
-        if was is not None:  # a tick has moved it
-            assert abs(was[0] - left_s - (before[1] - was[1])) < 2, f"{case}: the turn lasts another time"
+        if was is not None:
+            assert abs(was[0] - left_s - (before[1] - was[1])) < 5, f"{case}: the turn lasts another time"
+
+
+def behind(demo, turn, told, packets) -> str:
+    """Return what has not gone on since the time of day was set; nothing if all has."""
+
+    def near(at):
+        return abs(at - demo.now()) < NEAR_S
+
+    if not near(told):
+        return "pages are told another time"
+    if not packets:
+        return "nothing comes from the robot"
+    for slug, expires in demo.rows("select slug, expires_at from robots_lease join robots_robot r on r.id = robot_id"):
+        if not near(seconds_of(expires)):
+            return f"the lease of {slug} is not renewed"
+    ((seen,),) = demo.rows(f"select last_seen from queueing_turn where id={turn}")
+    return "" if near(seconds_of(seen)) else "the operator's page is not noted"

@@ -186,7 +186,7 @@ class Taping:
                 return
 
     def _after_left(self, at_ns: int) -> int:
-        """Return the time on the tape: where the time of day was set meanwhile, it goes on at the end of what is left."""
+        """Return the time on the tape; if the time of day was set meanwhile, it goes on at the end of what is left."""
         if self._left_ns:
             away_ns, self._left_ns = at_ns - self._left_ns, 0
             self._moved_ns = 0 if 0 <= away_ns <= AWAY_NS else -away_ns

@@ -28,9 +28,7 @@ def ask(robot: Robot, user: Any, now: datetime) -> None:
         RobotOffline: the housekeeping worker cannot be reached now.
     """
     need_staff(user)
-    limit = timedelta(seconds=LIMIT_S)
-    running = Q(probe_begun_at__gt=now - limit, probe_begun_at__lte=now + limit)  # later: the time of day was set back
-    free = Q(probe_asked_at=None) | ~running & ~Q(probe_begun_at=None)
+    free = Q(probe_asked_at=None) | Q(probe_begun_at__lte=now - timedelta(seconds=LIMIT_S))
     new = Robot.objects.filter(free, pk=robot.pk).update(probe_asked_at=now, probe_begun_at=None)
     if not bus.wake_probes():
         Robot.objects.filter(pk=robot.pk, probe_begun_at=None).update(probe_asked_at=None)

@@ -47,6 +47,5 @@ def resume(robot: Robot, user: Any, now: datetime) -> None:
     if robot.stop_latched:
         raise NotPermitted("Release the stop first; then resume the jobs.")
     queue = queue_of(robot)
-    last = max(now, robot.stopped_at or now)  # the stop may be of a time of day that was set back since
-    QueueRobot.objects.filter(robot=robot).update(resumed_at=last)
+    QueueRobot.objects.filter(robot=robot).update(resumed_at=now)
     announce(queue)

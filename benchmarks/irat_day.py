@@ -13,12 +13,11 @@ from math import hypot
 from pathlib import Path
 
 from benchmarks.stage import percentile, tell
-from robots.autonomy.ratslam.routes import nearest
 from robots.contract.session import JSON
 from robots.description import load
 from robots.drivers.errors import BadRequest, GaveUp, Held, RobotError
 from robots.drivers.irat.brain.messages import Care
-from robots.drivers.irat.roaming import MapCleared
+from robots.drivers.irat.places import IN_DOCK, MapCleared, chosen
 from simulators.irat.simulator import LIVE_S
 from tests.irat_trial import Trial, place, silent
 
@@ -95,10 +94,12 @@ class Day:
         x, y = (
             self._dice.uniform(float(low), float(high)) for low, high in zip(known.min(0), known.max(0), strict=True)
         )
-        found = nearest(held.map, x, y)
-        if found is not None and self.trial.brain.mind.in_dock(found):
-            self.count["clicks at the dock"] += 1
-        elif found is not None and len(self.goals) < QUEUE:
+        try:
+            found = chosen(self.trial.brain.mind.shown(), held.map_number, x, y)
+        except BadRequest as error:
+            self.count["clicks at the dock"] += str(error) == IN_DOCK
+            return
+        if len(self.goals) < QUEUE:
             self.count["goals"] += 1
             self.goals.append(place(self.trial, found))
 

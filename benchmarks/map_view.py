@@ -10,8 +10,6 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-import cv2
-
 from benchmarks.stage import set_up, tell
 from robots.contract.streams import HEAD as PACKET
 from robots.drivers.irat.brain.messages import Packet
@@ -64,11 +62,10 @@ class Viewers:
 
 
 def _part(pixels: Pixels) -> int:
-    from portal.composites.drawn import QUALITY
+    from portal.composites.drawn import compressed
     from portal.composites.parts import BOUNDARY
 
-    jpeg = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
-    return len(PART.format(BOUNDARY.decode())) + len(jpeg)
+    return len(PART.format(BOUNDARY.decode())) + len(compressed(pixels))
 
 
 def main() -> None:

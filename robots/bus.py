@@ -249,6 +249,15 @@ def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool)
     return True
 
 
+def kept_stream(slug: str, stream: int) -> list[bytes]:
+    """Return the newest key packet of a byte stream and the deltas after it; empty where nobody knows them."""
+    try:
+        kept: list[bytes] = connection().lrange(stream_key(slug, stream), 0, -1)  # type: ignore[assignment]
+    except (redis.RedisError, OSError):
+        return []
+    return kept
+
+
 def keep_stream(slug: str, stream: int) -> bool:
     """Keep what newcomers are given of a byte stream for another while; False if it is there no more."""
     try:

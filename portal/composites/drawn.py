@@ -22,14 +22,14 @@ from robots.messages import read_picture, read_state
 from robots.models import Robot
 
 if TYPE_CHECKING:  # arrays, which a portal whose pictures nobody watches need not load
-    from robots.contract.composites import Scene
+    from robots.contract.composites import Pixels, Scene
 
 log = logging.getLogger(__name__)
 EVERY_S = 0.1
 UNHEARD_S = 1.0  # between two pictures of a robot that tells nothing new
 JOBS_S = 1.0  # between two looks at the jobs that wait
 MOST_JOBS = 10
-QUALITY = 70
+QUALITY = 40  # with a Huffman table for each picture; robots/drivers/irat/README.md has bytes and likeness
 THREAD = Pool("composites", 1)
 
 
@@ -73,8 +73,6 @@ class Drawn(Parts):
 
     def _drawn(self, packets: list[bytes], picture: bytes | None, state: bytes | None) -> bytes:
         """Return the next JPEG; runs in the one thread for composites."""
-        import cv2  # noqa: PLC0415 - 40 MB that only a composite needs
-
         if self._scene is None:
             self._scene = function(self._composite.scene)(self._composite.width, self._composite.height)
         for data in packets:
@@ -85,7 +83,7 @@ class Drawn(Parts):
         except ValueError as error:
             log.warning("the composite of %s: %s", self.slug, error)
         pixels = self._scene.draw(self._picture, self._state, self._jobs)
-        return bytes(cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1])
+        return compressed(pixels)
 
     def _take(self, scene: "Scene", data: bytes) -> None:
         """Give the scene a packet; after one that cannot be read it waits for that stream's next key packet."""
@@ -98,6 +96,13 @@ class Drawn(Parts):
         except ValueError as error:
             self._broken.add(packet.stream)
             log.warning("the composite of %s: %s", self.slug, error)
+
+
+def compressed(pixels: "Pixels") -> bytes:
+    """Return a drawing as JPEG."""
+    import cv2  # noqa: PLC0415 - 40 MB that only a composite needs
+
+    return bytes(cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_OPTIMIZE, 1])[1])
 
 
 def drawn(slug: str, spec: Spec, composite: Composite) -> Parts:

@@ -15,6 +15,10 @@ from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
 from queueing.turns import start_countdown
+from robots import bus
+from robots.contract.capabilities import JobCheck
+from robots.contract.find import function, spec_of
+from robots.contract.streams import unpack
 from robots.contract.values import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
@@ -45,7 +49,8 @@ def ask(
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job, wrong values, or a name that shows a role or another person.
+        BadRequest, OutOfWorkspace: no such job, wrong values, values that make no sense by what the robot shows, or a
+            name that shows a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -61,6 +66,7 @@ def ask(
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
     check(robot.driver, kind, args, robot.driver_settings())
+    _refuse_by_what_is_shown(robot, kind, args)
     shown = _shown_name(user, name)
     with transaction.atomic():
         queue = locked(queue_of(robot))
@@ -81,6 +87,15 @@ def ask(
             start_countdown(queue, now, job)
         announce(queue, user)
         return job
+
+
+def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> None:
+    """Let the robot's own check refuse what makes no sense by what it shows, so that nobody waits for it in vain."""
+    declared = spec_of(robot.driver)
+    for own in declared.all_of(JobCheck):
+        kept = bus.kept_stream(robot.slug, [stream.name for stream in declared.streams].index(own.stream))
+        if kept:
+            function(own.function)(kind, args, ((packet.data, packet.key) for packet in map(unpack, kept)))
 
 
 def _shown_name(user: Any, name: str) -> str:

@@ -30,12 +30,10 @@ class DockLimits:
     gain: float = 1.0
     x_over_z: float = 20.0  # maxX/Z: x at the edge of the picture from 0.05 m
     theta: float = math.radians(30)  # maxθ
-    edge: float = 0.55  # x is never wanted farther out, so that the marker stays whole in the picture
+    edge: float = 0.8  # x is never wanted farther out, so that the marker stays whole in the picture
     fast: float = 0.10
     slow: float = 0.03
     turn: float = 1.0
-    near_m: float = 0.20  # from here the robot must stand before the dock
-    beside_m: float = 0.02  # by so much at most
     approach_s: float = 45.0
     final_s: float = 5.0
     unseen_s: float = 0.6
@@ -138,8 +136,7 @@ def _steadied(outer: Sighting, thetas: tuple[float, ...]) -> Sighting:
 
 
 def _approach(outer: Sighting, memory: Docking, kept: DockLimits) -> tuple[Velocity, Docking]:
-    beside = abs(outer.z * math.sin(outer.theta))
-    if memory.phase_s > kept.approach_s or (outer.z < kept.near_m and beside > kept.beside_m):
+    if memory.phase_s > kept.approach_s:
         return REST, _again(memory)
     wanted = x_desired(outer, kept)
     pace = max(kept.slow, min(0.3 * outer.z, kept.fast))

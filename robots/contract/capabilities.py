@@ -45,6 +45,19 @@ class Check:
 
 
 @dataclass(frozen=True)
+class JobCheck:
+    """A robot's own check of a job when somebody asks for it, by what its byte stream `stream` has shown so far.
+
+    `function(kind, args, packets)` returns None or raises BadRequest. `packets` yields the data of each packet since
+    the newest key packet, and whether it is one. It is called after the other checks, and not while the stream is not
+    known: the driver judges again when the job runs.
+    """
+
+    stream: str
+    function: str
+
+
+@dataclass(frozen=True)
 class Preview:
     """Where a command would lead, shown before it is given.
 

@@ -3,10 +3,20 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from math import inf, isfinite
+from math import inf
 from typing import Any, Literal, TypeVar
 
-from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Programs, Setting, Statistics, Stills
+from robots.contract.capabilities import (
+    Composite,
+    GoodWhile,
+    Idle,
+    JobCheck,
+    Need,
+    Programs,
+    Setting,
+    Statistics,
+    Stills,
+)
 from robots.contract.channels import MOST, Pose, Scalar, Scale
 from robots.contract.policies import HOLD, Policies
 from robots.contract.ranges import from_to
@@ -157,9 +167,9 @@ def _usable(setting: Setting, value: Any) -> Any:
     """Return a kept value as it is used: a number inside the range, which may be narrower than when it was kept."""
     if setting.kind == "list":
         return value if isinstance(value, list) and value else None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < inf:
         return None
-    return min(max(float(value), setting.low), setting.high)
+    return float(min(max(value, setting.low), setting.high))  # an integer may be larger than any float
 
 
 def _contradictions(spec: Spec) -> Iterator[str]:
@@ -208,6 +218,8 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
         yield from _wrong_with_statistics(capability, spec)
     if isinstance(capability, GoodWhile):
         yield from _wrong_with_good_while(capability, spec)
+    if isinstance(capability, JobCheck) and capability.stream not in [s.name for s in spec.streams]:
+        yield f"has no stream {capability.stream!r}, which its JobCheck names"
     if not isinstance(capability, Need):
         return
     if capability.channel not in [c.name for c in spec.channels]:

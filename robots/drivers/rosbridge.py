@@ -1,14 +1,15 @@
 """The rosbridge v2 protocol: JSON objects over WebSocket, each with an `op`. Both ends of a wire use this file.
 
 Only what a robot needs is spoken: topics and services, JSON, one message a frame. Fragments, PNG and CBOR compression
-are refused with a sentence, as is everything that cannot be read.
+are refused with a sentence, as is everything that cannot be read; a call is done all the same, and answered plainly.
 """
 
+import json
 import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeGuard
 
 import msgspec
 
@@ -34,53 +35,100 @@ class OutOfBounds(Malformed):
 
 @dataclass(frozen=True)
 class Operation:
-    """One frame. `name`: of the topic or service; `body`: the message or the service's arguments."""
+    """One frame. `name`: of the topic or service; `body`: the message or the service's arguments.
+
+    `id` is as it was sent: any value in a call, a text or a number elsewhere. `args`: a call's arguments without names.
+    `missing` says what the client asks for and does not get.
+    """
 
     op: str
     name: str = ""
-    id: str | None = None
+    id: Any = None
     type: str = ""
     body: Message = field(default_factory=dict)
     throttle_s: float = 0.0
+    args: tuple[Any, ...] = ()
+    missing: str = ""
+
+    def named(self, *names: str) -> Message:
+        """Return a call's arguments by name; those without names have these, in this order."""
+        return self.body or dict(zip(names, self.args, strict=False))
 
 
 def parse(data: str | bytes) -> Operation:
     """Return the operation in a frame that a robot receives. Raises Malformed."""
+    return operation(received(data))
+
+
+def received(data: str | bytes) -> Message:
+    """Return the JSON object in a frame that a robot receives. Raises Malformed."""
     if isinstance(data, bytes):
         raise Malformed("send text frames with JSON; binary frames are not read")
     if len(data) > MOST_BYTES:
         raise Malformed(f"the frame is longer than {MOST_BYTES} bytes")
-    found = decode(data)
+    return decode(data)
+
+
+def operation(found: Message) -> Operation:
+    """Return what a received object asks for. Raises Malformed."""
     op = found.get("op")
     if not isinstance(op, str):
         raise Malformed('there is no op; send for example {"op": "subscribe", "topic": "/irat/odom"}')
+    if op == "call_service":
+        return _call(found)
     ident = identifier(found)
     if op in IGNORED:
         return Operation(op, id=ident)
+    name = _name(found, op)
+    if found.get("compression", "none") != "none":
+        raise Malformed("compression is not spoken here; send none")
+    body = found.get("msg", {}) if op == "publish" else {}
+    if not isinstance(body, dict):
+        raise Malformed("the message must be an object with named values")
+    throttle = numeral(found, "throttle_rate", 0, SLOWEST_MS, "ms")
+    kind, missing = plain_type(_text(found, "type", "")), ""
+    if op == "subscribe" and found.get("fragment_size") is not None:
+        missing = "fragments are not sent here; a message is one frame"
+    return Operation(op, name, ident, kind, body, throttle / 1000, missing=missing)
+
+
+def _call(found: Message) -> Operation:
+    """Return a call, in which only the service's name can be wrong, so that a hold holds. Raises Malformed.
+
+    By the protocol arguments are an object, a list in the order of the request's fields, or nothing.
+    """
+    args, missing = found.get("args"), ""
+    if found.get("compression", "none") != "none" or any(key in found for key in ("png", "fragment_size")):
+        missing = "compression is not spoken here and fragments are not sent; the answer is plain JSON in one frame"
+    return Operation(
+        "call_service", _name(found, "call_service"), found.get("id"), missing=missing,
+        body=args if isinstance(args, dict) else {}, args=tuple(args) if isinstance(args, list) else (),
+    )  # fmt: skip
+
+
+def _name(found: Message, op: str) -> str:
+    """Return the name of the topic or service, with its slash. Raises Malformed."""
     if op not in NAMED_BY:
         raise Malformed(f"the op {op[:30]!r} is not spoken here; known: {', '.join(NAMED_BY)}")
     name = _text(found, NAMED_BY[op])
     if not NAME.fullmatch(name):
         raise Malformed(f"{name[:60]!r} is not a name; names look like /robot/part")
-    if found.get("compression", "none") != "none":
-        raise Malformed("compression is not spoken here; send none")
-    body = found.get("msg" if op == "publish" else "args", {})
-    if not isinstance(body, dict):
-        raise Malformed(
-            "the message must be an object with named values"
-            if op == "publish"
-            else "args must be an object with named values"
-        )
-    throttle = numeral(found, "throttle_rate", 0, SLOWEST_MS, "ms")
-    return Operation(op, "/" + name.lstrip("/"), ident, plain_type(_text(found, "type", "")), body, throttle / 1000)
+    return "/" + name.lstrip("/")
 
 
 def decode(data: str | bytes) -> Message:
-    """Return a frame's JSON object. Raises Malformed."""
+    """Return a frame's JSON object. Raises Malformed.
+
+    NaN and Infinity are read, too: a rosbridge_server that finds them in a NumPy array writes them as they are.
+    """
     try:
         found = msgspec.json.decode(data)
     except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
-        raise Malformed(f"this is not JSON: {error}") from error
+        try:
+            found = json.loads(data)
+            msgspec.json.encode(found)  # half a surrogate pair could not be written again
+        except (ValueError, RecursionError):
+            raise Malformed(f"this is not JSON: {error}") from error
     if not isinstance(found, dict):
         raise Malformed("a frame is one JSON object")
     return found
@@ -91,14 +139,14 @@ def encode(**fields: Any) -> str:
     return msgspec.json.encode({name: value for name, value in fields.items() if value is not None}).decode()
 
 
-def identifier(found: Mapping[str, Any]) -> str | None:
-    """Return a frame's id, None if it has none. Raises Malformed."""
+def identifier(found: Mapping[str, Any]) -> str | int | None:
+    """Return a frame's id as it was sent, None if it has none. Raises Malformed."""
     ident = found.get("id")
     if ident is None:
         return None
     if not isinstance(ident, str | int) or len(str(ident)) > LONGEST_NAME:
         raise Malformed(f"an id is a text of at most {LONGEST_NAME} characters")
-    return str(ident)
+    return ident
 
 
 def plain_type(name: str) -> str:
@@ -126,15 +174,25 @@ def numeral(
 
     """
     value = found.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not is_number(value):
         raise Malformed(f"{name} must be a number")
     if not low <= value <= high:
         raise OutOfBounds(f"{name} is {_shown(value)}; it must be from {low:g} to {high:g} {unit}".rstrip())
     return float(value)
 
 
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Return whether a value of JSON is a finite number; an integer may be larger than any float."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
+
+
 def _shown(value: float) -> str:
-    return f"{value:g}" if abs(value) < 1e15 else f"{float(value):.3g}"
+    if abs(value) < 1e15:
+        return f"{value:g}"
+    try:
+        return f"{float(value):.3g}"
+    except OverflowError:
+        return f"an integer of {len(str(abs(value)))} digits"
 
 
 def nested(found: Mapping[str, Any], name: str) -> Message:

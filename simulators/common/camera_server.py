@@ -28,15 +28,36 @@ Take = Callable[[float], NDArray[np.uint8]]
 STREAM_S = 0.1
 LEAST_OFTEN_S = 1.0  # a still may be taken from the stream, and must not wait long
 IDLE_S = 5.0  # without a picture; then the memory that the last ones took is given back
+MOST_VIEWERS = 64
+SILENT_S = 5.0  # real time, the longest between two requests, and until a part of a picture is read
 BOUNDARY = "frame"
 
 
 class Server(ThreadingHTTPServer):
-    """One thread per viewer; a viewer that disconnects during a request is not an error."""
+    """One thread per viewer, for at most 64; a viewer that disconnects during a request is not an error."""
 
     daemon_threads = True
+    request_queue_size = 32
     real: Timer = TIMER
     used_at: float | None = None  # when the last picture was made (by `real`), until its memory is given back
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._free = threading.BoundedSemaphore(MOST_VIEWERS)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Serve a viewer in a thread; close the connection at once where there are too many."""
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Serve a viewer to the end of the connection."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def service_actions(self) -> None:
         """Give back memory once pictures have stopped; called twice a second of real time."""
@@ -45,8 +66,8 @@ class Server(ThreadingHTTPServer):
             memory.give_back()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Log an error, unless the viewer's connection was lost."""
-        if not isinstance(sys.exception(), ConnectionError):
+        """Log an error, unless the viewer's connection was lost, or the viewer did not read on."""
+        if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 
 
@@ -70,6 +91,7 @@ class CameraServer:
 
         class Handler(BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
+            timeout = SILENT_S
 
             def log_message(self, format: str, *args: object) -> None:
                 pass

@@ -1,7 +1,8 @@
 """The simulator's own record of its actions, by which tests and benchmarks judge.
 
 One JSON object per line in `journal.jsonl`, with the monotonic clock that all processes of the machine share. It is
-real time, however fast the simulator runs.
+real time, however fast the simulator runs. Events that any client causes as often as it likes are all counted; of each
+kind at most 5 a second are written after the first 100, and the next line says how many were `left_out`.
 """
 
 import json
@@ -11,6 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from robots.clock import TIMER, Timer
+
+BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash"})
+BURST, A_SECOND = 100.0, 5.0  # lines of each of these
 
 
 class Journal:
@@ -23,14 +27,31 @@ class Journal:
         self._lock = threading.Lock()
         self._file = path.open("a", buffering=1)
         self.counts: Counter[str] = Counter()
+        self._left_out: Counter[str] = Counter()
+        self._room = {event: (BURST, 0.0) for event in BY_CLIENTS}  # lines that may be written, and since when
 
     def note(self, event: str, **details: Any) -> None:
-        """Write `event` with its details."""
-        record = {"t": round(self._real.monotonic(), 4), "event": event, **details}
+        """Write `event` with its details; count it at least."""
+        now = self._real.monotonic()
+        record = {"t": round(now, 4), "event": event, **details}
         with self._lock:
+            if not self._has_room(event, now):
+                self._left_out[event] += 1
+                self.counts[event] += 1
+                return
+            if left_out := self._left_out.pop(event, 0):
+                record["left_out"] = left_out
             self._file.write(json.dumps(record) + "\n")
             self.counts[event] += 1  # now that whoever waits for it finds it in the file
             if self._file.tell() > self.LIMIT:
                 self._file.close()
                 self._path.replace(self._path.with_suffix(".old"))
                 self._file = self._path.open("a", buffering=1)
+
+    def _has_room(self, event: str, now: float) -> bool:
+        if event not in BY_CLIENTS:
+            return True
+        room, since = self._room[event]
+        room = min(BURST, room + (now - since) * A_SECOND)
+        self._room[event] = (room - 1 if room >= 1 else room), now
+        return room >= 1

@@ -5,23 +5,22 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from robots.clock import TIMER, WALL, Limit, Timer, Wall
-from robots.drivers.irat.messages import stamp_of
 from robots.drivers.irat.protocol import (
     CLAIM,
     COMMAND,
+    DRIVE,
     EVERY_S,
     HOLD,
     LATE_S,
     REST_S,
-    SERVICES,
-    STAMPED,
     STATUS,
     TOPICS,
+    Drive,
     Status,
     Velocity,
     epoch_of,
 )
-from robots.drivers.rosbridge import Malformed, Operation, encode, nested, parse
+from robots.drivers.rosbridge import Malformed, Operation, encode, operation, received
 from simulators.irat.claims import Claims
 from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
@@ -66,21 +65,32 @@ class Operations:
         self.claims = Claims(clock)
         self._waiting: set[asyncio.Task[None]] = set()  # an event loop keeps no task alive by itself
         self._holds: dict[Peer, int] = {}
+        self._services: dict[str, Callable[[Peer, Operation], None]] = {
+            HOLD: self._hold, CLAIM: self._claim, STATUS: self._report,
+            "/rosapi/topics": self._list_topics, "/rosapi/services": self._list_services,
+        }  # fmt: skip
 
     def take(self, peer: Peer, data: str | bytes) -> None:
         """Do what one frame asks for, or answer why not."""
         try:
-            asked = parse(data)
+            found = received(data)
         except Malformed as error:
             peer.answer(encode(op="status", level="error", msg=str(error)))
             return
+        ident, called = found.get("id"), found.get("op") == "call_service"
         try:
+            asked = operation(found)
+            if asked.missing:
+                peer.answer(encode(op="status", level="warning", msg=asked.missing, id=ident))
             getattr(self, f"_{asked.op}")(peer, asked)
         except Malformed as error:
-            if asked.op == "call_service":
-                self._answer(peer, asked, str(error), result=False)
+            if called:
+                said = encode(
+                    op="service_response", id=ident, service=found.get("service"), values=str(error), result=False
+                )
             else:
-                peer.answer(encode(op="status", level="error", msg=str(error), id=asked.id))
+                said = encode(op="status", level="error", msg=str(error), id=ident)
+            peer.answer(said)
 
     def leave(self, peer: Peer) -> None:
         """Hold the robot if its commander has gone."""
@@ -92,30 +102,38 @@ class Operations:
 
     def _advertise(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
-        if asked.name not in (COMMAND, STAMPED):
-            raise Refused(f"{asked.name} is the robot's own; only {COMMAND} and {STAMPED} can be published here")
+        if asked.name not in (COMMAND, DRIVE):
+            raise Refused(f"{asked.name} is the robot's own; only {COMMAND} and {DRIVE} can be published here")
 
     def _unadvertise(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
 
     def _publish(self, peer: Peer, asked: Operation) -> None:
         self._advertise(peer, asked)
-        velocity = Velocity.decode(asked.body if asked.name == COMMAND else nested(asked.body, "twist"))
-        late = self._wall() - stamp_of(asked.body) if asked.name == STAMPED else 0.0
+        drive = Drive.decode(asked.body) if asked.name == DRIVE else None
+        velocity = drive.velocity if drive else Velocity.decode(asked.body)
         if self.claims.commander is not peer:
             self._note("refused", peer=peer.name, why="no claim")
             raise Refused(f"claim the robot first: call {CLAIM} with your epoch")
+        if drive:
+            self._answers(drive, peer)
+        if why := self._robot.velocity(velocity, peer.epoch):
+            raise Refused(why)
+
+    def _answers(self, drive: Drive, peer: Peer) -> None:
+        """Refuse a velocity of another commander, or one that answers to old odometry."""
+        if drive.epoch != peer.epoch:
+            raise Refused(f"epoch {drive.epoch} does not command; {peer.epoch} does")
+        late = self._wall() - drive.stamp
         if abs(late) > LATE_S:
             self._note("late", seconds=round(late, 3))
             raise Refused(f"this velocity answers to odometry of another time, {late:.1f} s ago; answer to the newest")
-        if why := self._robot.velocity(velocity, peer.epoch):
-            raise Refused(why)
 
     def _subscribe(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
         if sum(map(len, peer.subscriptions.values())) >= MOST_SUBSCRIPTIONS:
             raise Refused(f"a connection has at most {MOST_SUBSCRIPTIONS} subscriptions")
-        if asked.name in (COMMAND, STAMPED):
+        if asked.name in (COMMAND, DRIVE):
             raise Refused(f"{asked.name} is heard by the robot only")
         wishes = peer.subscriptions.setdefault(asked.name, {})
         wishes[asked.id] = Subscription(max(asked.throttle_s, EARLY * EVERY_S[asked.name]))
@@ -138,13 +156,9 @@ class Operations:
             raise Refused(f"{asked.name} has the type {TOPICS[asked.name]}, not {asked.type}")
 
     def _call_service(self, peer: Peer, asked: Operation) -> None:
-        known: dict[str, Callable[[Peer, Operation], None]] = {
-            HOLD: self._hold, CLAIM: self._claim, STATUS: self._report,
-            "/rosapi/topics": self._list_topics, "/rosapi/services": self._list_services,
-        }  # fmt: skip
-        if asked.name not in known:
-            raise Refused(f"there is no service {asked.name}; known: {', '.join(SERVICES)}")
-        known[asked.name](peer, asked)
+        if asked.name not in self._services:
+            raise Refused(f"there is no service {asked.name}; known: {', '.join(self._services)}")
+        self._services[asked.name](peer, asked)
 
     # services
 
@@ -152,7 +166,7 @@ class Operations:
         peer.answer(encode(op="service_response", id=asked.id, service=asked.name, values=values, result=result))
 
     def _claim(self, peer: Peer, asked: Operation) -> None:
-        epoch = epoch_of(asked.body)
+        epoch = epoch_of(asked.named("epoch"))
         if why := self.claims.why_not(peer, epoch):
             self._note("refused", peer=peer.name, why=why)
             self._answer(peer, asked, {"success": False, "message": why, "epoch": self.claims.epoch})
@@ -173,7 +187,7 @@ class Operations:
         self._answer(peer, asked, {"topics": list(TOPICS), "types": list(TOPICS.values())})
 
     def _list_services(self, peer: Peer, asked: Operation) -> None:
-        self._answer(peer, asked, {"services": list(SERVICES)})
+        self._answer(peer, asked, {"services": list(self._services)})
 
     def _hold(self, peer: Peer, asked: Operation) -> None:
         """Hold at once; answer when the robot rests. Everybody may stop a robot."""

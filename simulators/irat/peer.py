@@ -35,7 +35,7 @@ class Peer:
     def __init__(self, line: ServerConnection, faults: FaultBoard, clock: Timer = TIMER, real: Timer = TIMER) -> None:
         self.line, self._faults, self._clock, self._real = line, faults, clock, real
         self.name = ":".join(map(str, (line.remote_address or ("?", 0))[:2]))
-        self.subscriptions: dict[str, dict[str | None, Subscription]] = {}
+        self.subscriptions: dict[str, dict[str | int | None, Subscription]] = {}
         self.epoch = 0  # under which it commands
         self.heard = clock.monotonic()
         self._newest: dict[str, str] = {}

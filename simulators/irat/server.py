@@ -24,6 +24,7 @@ from simulators.irat.peer import Peer
 Note = Callable[..., None]
 MOST_PEERS = 32  # the oldest that does not command goes for a new one
 MOST_SOCKETS = 64  # with those that have not said yet what they are
+MOST_WAITING = 16  # accepted at once, in each turn of the loop; one that is too many is closed some turns later
 OPEN_S, PING_S = 5.0, 5.0  # real time, as the next: the network's
 LOOK_S = 0.05
 log = logging.getLogger("simulators.irat.websockets")
@@ -89,6 +90,7 @@ class Network:
             self._serve_one, "127.0.0.1", self.port, origins=[None], compression=None, max_size=MOST_BYTES,
             max_queue=8, open_timeout=OPEN_S, ping_interval=PING_S, ping_timeout=2 * PING_S, close_timeout=1.0,
             process_request=self._admit, create_connection=self._connection(), logger=log, server_header=None,
+            backlog=MOST_WAITING,
         ) as server:  # fmt: skip
             self.port = next(iter(server.sockets)).getsockname()[1]
             ready.set()
@@ -106,8 +108,9 @@ class Network:
                 network._sockets.append(self)
                 if len(network._sockets) > MOST_SOCKETS:
                     known = {id(peer.line) for peer in network._peers}
-                    strangers = [line for line in network._sockets if id(line) not in known]
-                    (strangers or network._sockets)[0].transport.abort()
+                    oldest = next((line for line in network._sockets if id(line) not in known), network._sockets[0])
+                    network._sockets.remove(oldest)  # at once: it ends later, and many come before
+                    oldest.transport.abort()
 
             def connection_lost(self, exc: Exception | None) -> None:
                 super().connection_lost(exc)

@@ -1,5 +1,6 @@
 """Our client of rosbridge, and roslibpy as the judge of the simulator's: the real WebSocket between both."""
 
+import builtins
 import json
 import threading
 
@@ -133,6 +134,7 @@ def test_nobody_listens(tmp_path):
         Bridge("127.0.0.1:9").call("/irat/status")
 
 
+HUGE = tuple("9" * digits for digits in (309, 400, 4300, 5000))
 NONSENSE = (
     "", "{", "[]", "7", b"\x00\xff", '{"op": "publish"}', '{"op": "publish", "topic": "/irat/odom", "msg": 3}',
     '{"op": "publish", "topic": "/irat/odom", "msg": {"pose": {"pose": {"position": {"x": "far"}}}}}',
@@ -143,6 +145,14 @@ NONSENSE = (
     '{"op": "publish", "topic": "/irat/camera/image/compressed", "msg": {"format": "jpeg", "data": "aGVsbG8="}}',
     '{"op": "service_response", "id": {"x": 1}, "values": 1}', '{"op": "service_response", "id": "call:99999"}',
     '{"op": "status", "msg": {"a": []}}', '{"op": "png", "data": "x"}',
+    *(frame.replace("HUGE", digits) for digits in HUGE for frame in (
+        '{"op": "publish", "topic": "/irat/odom", "msg": {"pose": {"pose": {"position": {"x": HUGE}}}}}',
+        '{"op": "publish", "topic": "/irat/odom", "msg": {"header": {"stamp": {"sec": HUGE}}}}',
+        '{"op": "publish", "topic": "/irat/ranges", "msg": {"ranges": [-HUGE, 1, 1], "range_max": HUGE}}',
+        '{"op": "publish", "topic": "/irat/battery", "msg": {"voltage": 7, "percentage": HUGE}}',
+        '{"op": "publish", "topic": "/irat/state", "msg": {"boot": 1, "epoch": HUGE}}',
+        '{"op": "service_response", "id": HUGE}',
+    )),
 )  # fmt: skip
 
 
@@ -170,8 +180,40 @@ def test_a_robot_that_talks_nonsense_ends_nothing():
         with pytest.raises(LineSilent):
             line.odometry.wait(0.1)
         assert line.bridge.is_open
-        assert line.bridge.unreadable >= 2 * 9
+        assert line.bridge.unreadable >= 2 * (9 + 4 * len(HUGE))
         line.close()
+
+
+RAISED = sorted(
+    (e for e in vars(builtins).values() if isinstance(e, type) and issubclass(e, Exception)),
+    key=lambda error: error.__name__,
+)
+
+
+def test_whatever_a_listener_raises_the_next_message_is_heard():
+    heard = []
+
+    def listen(message):
+        heard.append(message["data"])
+        error = RAISED[message["data"]]
+        if issubclass(error, UnicodeError) and error is not UnicodeError:
+            raise UnicodeError
+        raise error("") if not issubclass(error, BaseExceptionGroup) else error("", [ValueError()])
+
+    def talk(connection):
+        connection.recv()
+        for number in range(len(RAISED)):
+            connection.send(json.dumps({"op": "publish", "topic": "/a", "msg": {"data": number}}))
+        connection.recv()
+
+    with serve(talk, "127.0.0.1", 0) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        bridge = Bridge(f"127.0.0.1:{server.socket.getsockname()[1]}")
+        bridge.open()
+        bridge.subscribe("/a", "std_msgs/Int32", listen)
+        wait_for(lambda: len(heard) == len(RAISED), 10, "each message")
+        assert bridge.is_open and bridge.unreadable == len(RAISED)
+        bridge.close()
 
 
 @pytest.fixture

@@ -18,7 +18,7 @@ from robots.contract.session import Progress
 from robots.drivers.errors import BadRequest, GaveUp, GrantOver, Held, LineGone
 from robots.drivers.irat.brain.messages import Save
 from robots.drivers.irat.brain.mind import IN_DOCK_M
-from robots.drivers.irat.roaming import MapCleared
+from robots.drivers.irat.places import MapCleared
 from simulators.irat.plant import docked
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import CLOCK, FASTER, journal, until
@@ -281,7 +281,7 @@ def test_a_goal_that_is_not_on_the_map_is_refused_with_a_sentence(rat_driver, ir
     explored(rat_driver)
     for wrong, error, words in (
         (here(rat_driver, map=rat_driver.brain.newest.map_number + 1), MapCleared, "cleared"),
-        ({"map": rat_driver.brain.newest.map_number, "x": 50.0, "y": 50.0}, BadRequest, "No place on the map"),
+        ({"map": rat_driver.brain.newest.map_number, "x": 50.0, "y": 50.0}, BadRequest, "No place on the robot's map"),
         (here(rat_driver, x=float("nan")), BadRequest, "finite"),
         (here(rat_driver, x=1e308), BadRequest, "between"),
         (here(rat_driver) | {"x": "1"}, BadRequest, "number"),

@@ -124,30 +124,44 @@ def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, wire_
     assert irat.count("motion") == begun, "what was said before the answer starts nothing later"
 
 
-def stamped(wire_client, back=0.0, **twist):
+def answering(wire_client, epoch, back=0, **twist):
     """Drive in answer to the newest odometry, or to one that is so many seconds older."""
     stamp = wire_client.newest("/irat/odom")["header"]["stamp"]
-    wire_client.say(
-        "publish", topic="/irat/cmd_vel_stamped",
-        msg={"header": {"stamp": {"secs": stamp["secs"] - back, "nsecs": stamp["nsecs"]}}, "twist": twist},
-    )  # fmt: skip
+    message = {"epoch": epoch, "sec": stamp["secs"] - back, "nanosec": stamp["nsecs"], "twist": twist}
+    wire_client.say("publish", topic="/irat/drive", msg=message)
 
 
-def test_a_stamped_velocity_that_comes_late_moves_nothing(irat, wire_client):
-    wire_client.claim()
+def test_a_velocity_that_comes_late_moves_nothing(irat, wire_client):
+    epoch = wire_client.claim()["epoch"]
     for back in (1, 3600, -2):
-        stamped(wire_client, back, angular={"z": 0.5})
+        answering(wire_client, epoch, back, angular={"z": 0.5})
         assert "odometry of another time" in wire_client.complaint()
-    wire_client.say("publish", topic="/irat/cmd_vel_stamped", msg={"twist": {"angular": {"z": 0.5}}})
+    wire_client.say("publish", topic="/irat/drive", msg={"epoch": epoch, "twist": {"angular": {"z": 0.5}}})
     assert "odometry of another time" in wire_client.complaint(), "one without a stamp"
     assert (irat.count("motion"), irat.count("late")) == (0, 4)
-    stamped(wire_client, angular={"z": 0.5})
+    answering(wire_client, epoch, angular={"z": 0.5})
     wait_for(lambda: irat.count("motion") == 1, 5, "the motion")
-    stamped(wire_client, angular={"z": 9})
+    answering(wire_client, epoch, angular={"z": 9})
     assert "must be from -2.5 to 2.5" in wire_client.complaint()
+
+
+def test_a_velocity_moves_only_under_the_commanders_epoch_and_on_its_connection(irat, wire_client):
+    epoch = wire_client.claim()["epoch"]
     stranger = WireClient(irat)
-    stamped(stranger, angular={"z": 0.5})
-    assert "claim the robot first" in stranger.complaint()
+    answering(stranger, epoch, angular={"z": 0.5})
+    assert "claim the robot first" in stranger.complaint(), "its epoch alone is not enough here"
+    for wrong in (epoch - 1, epoch + 1):
+        answering(wire_client, wrong, angular={"z": 0.5})
+        assert f"epoch {wrong} does not command" in wire_client.complaint()
+    wire_client.say("publish", topic="/irat/drive", msg={"twist": {"angular": {"z": 0.5}}})
+    assert "epoch is 0" in wire_client.complaint()
+    newer = stranger.claim()["epoch"]
+    wire_client.hear(lambda frame: frame.get("level") == "warning")
+    answering(wire_client, epoch, angular={"z": 0.5})
+    assert "claim the robot first" in wire_client.complaint()
+    assert irat.count("motion") == 0
+    answering(stranger, newer, angular={"z": 0.5})
+    wait_for(lambda: irat.count("motion") == 1, 5, "the motion")
 
 
 def test_everybody_may_hold_and_nobody_else_drives(irat, wire_client):

@@ -123,14 +123,20 @@ def mated(x, y, heading, dice):
     return None
 
 
-def test_from_thirty_random_places_it_mates_within_three_tries():
-    """As the published test, which ended well from most places; with a marker that tells angles badly from afar."""
-    dice, found = random.Random(3), []
+def from_thirty_random_places(seed):
+    dice, found = random.Random(seed), []
     while len(found) < 30:
         distance, angle = dice.uniform(0.3, 1.5), math.radians(dice.uniform(-55, 55))
         x, y = distance * math.cos(angle), distance * math.sin(angle)
         heading = math.atan2(-y, -x) + dice.uniform(-0.8, 0.8)
         if sight(x, y, heading, 0.075, random.Random(1)):
             found.append(mated(x, y, heading, dice))
+    return found
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_from_thirty_random_places_it_mates_within_three_tries_and_most_often_at_the_first(seed):
+    """As the published test, which ended well from most places; with a marker that tells angles badly from afar."""
+    found = from_thirty_random_places(seed)
     assert sum(tries is not None for tries in found) >= 29
-    assert sum(tries == 0 for tries in found) >= 15
+    assert sum(tries == 0 for tries in found) >= 27

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.stream_bytes import ssim
+from portal.composites.drawn import EVERY_S, compressed
 from robots.contract.channels import IN_PLANE
 from robots.contract.find import function, spec_of
 from robots.contract.session import RobotState
@@ -19,6 +21,8 @@ from robots.drivers.irat.composites.decoding import SHAPE, MapShown, silent, wit
 from robots.drivers.irat.composites.drawing import DOCK, ROBOT, draw_camera, draw_cells, draw_map
 from robots.drivers.irat.composites.scene import Scene, goals_of
 from robots.messages import picture_packet, read_picture, read_state, state_packet
+from simulators.irat.cameras import RobotCamera, Stage, jpeg
+from simulators.irat.maze import along_corridors
 from tests.unit.test_irat_brain import Mind, decoded, packets, walk
 
 SPEC = spec_of("irat")
@@ -189,3 +193,39 @@ def test_any_bytes_are_a_state_and_a_picture_or_a_sentence(data):
 
 def test_a_picture_is_what_was_packed():
     assert read_picture(picture_packet(1, 2, 3, (0.5, 1.0), b"JPEG")) == b"JPEG"
+
+
+def roaming():
+    """Yield what a robot shows that has driven each corridor four times, at places of the maze: picture, x, y, heading.
+
+    The first is the packet of its map, with about 1700 experiences.
+    """
+    dice, camera = np.random.default_rng(4), RobotCamera(Stage())
+    driven = np.concatenate([along_corridors(0.02)[:, :2] + dice.normal(0, 0.006, 2) for _ in range(4)])
+    ids = list(range(len(driven)))
+    links = [(i, i + 1) for i in ids[:-1] if np.hypot(*(driven[i + 1] - driven[i])) < 0.1]
+    yield packet(ids, (driven / 0.005).astype("<i2"), links, ids[:30], ids[90:100])
+    for x, y, heading in along_corridors(0.25)[::4].tolist():
+        hull = np.eye(4)
+        hull[:2, :2] = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
+        hull[:2, 3] = x, y
+        yield jpeg(camera.take(hull)), x, y, heading
+
+
+def test_plain_video_needs_no_more_bits_than_the_papers_and_looks_like_what_was_drawn():
+    """1.5 Mbit/s for a desktop, 0.8 for a phone."""
+    told, *seen = roaming()
+    for width, height, most in ((780, 460, 1.5e6), (320, 480, 0.8e6)):
+        scene = Scene(width, height)
+        scene.take("map", told, True)
+        drawn = [
+            scene.draw(picture, replace(STATE, values=VALUES | {"x": x, "y": y, "heading": heading}), [])
+            for picture, x, y, heading in seen
+        ]
+        sent = [compressed(pixels) for pixels in drawn]
+        assert 8 * np.mean([len(data) for data in sent]) / EVERY_S <= most
+        alike = [
+            ssim(pixels, cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR))
+            for pixels, data in zip(drawn, sent, strict=True)
+        ]
+        assert np.mean(alike) >= 0.95

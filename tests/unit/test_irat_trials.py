@@ -11,7 +11,7 @@ from robots.autonomy.ratslam.storage import load
 from robots.drivers.errors import GaveUp, HardwareFault, Held
 from robots.drivers.irat.brain.messages import Care, Clear, Forget
 from robots.drivers.irat.modes import Mode
-from robots.drivers.irat.roaming import MapCleared
+from robots.drivers.irat.places import MapCleared
 from simulators.irat.maze import DOCK
 from tests.irat_trial import NARROW, Trial, begun, explore, explored, free, place, silent, until
 

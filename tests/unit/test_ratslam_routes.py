@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from robots.autonomy.ratslam.experiences import ExperienceMap, composed, inverted
 from robots.autonomy.ratslam.pruning import pruned
-from robots.autonomy.ratslam.routes import FINE_M, SHORTEST_S, Guide, nearest, plan
+from robots.autonomy.ratslam.routes import FINE_M, SHORTEST_S, Guide, plan
 from robots.autonomy.ratslam.settings import MapSettings
 
 HERE = (0.0, 0.0, 0.0)
@@ -68,24 +68,10 @@ def test_the_quicker_way_round_is_taken_not_the_shorter():
 
 def test_without_a_map_or_a_link_there_is_no_route():
     held = ExperienceMap(MapSettings())
-    assert plan(held, 0) is None and nearest(held, 0.0, 0.0) is None
+    assert plan(held, 0) is None
     held = line(4)
     held.linked = 2
     assert plan(held, 0) is None and Guide(0).look(held) is None
-
-
-@given(st.floats(-1, 1), st.floats(-1, 3))
-def test_a_click_counts_within_ten_centimetres(x, y):
-    held = line(20)
-    apart = np.hypot(held.poses[:20, 0] - x, held.poses[:20, 1] - y)
-    assert nearest(held, x, y) == (int(np.argmin(apart)) if apart.min() <= 0.1 else None)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e308, "left", None])
-def test_a_click_that_is_no_place_is_refused(bad):
-    for x, y in ((bad, 0.0), (0.0, bad)):
-        with pytest.raises(ValueError, match="in m must"):
-            nearest(line(3), x, y)
 
 
 def test_the_waypoint_is_the_last_point_of_the_route_within_twenty_centimetres():

@@ -9,7 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.contract.capabilities import GoodWhile, Idle, Need, Programs, Setting, Share, Statistics, Times, Total
+from robots.contract.capabilities import (
+    GoodWhile,
+    Idle,
+    JobCheck,
+    Need,
+    Programs,
+    Setting,
+    Share,
+    Statistics,
+    Times,
+    Total,
+)
 from robots.contract.channels import IN_PLANE, MOST, Pose, Scalar, finite, whole
 from robots.contract.find import spec_of
 from robots.contract.policies import Bound, Policies, Range
@@ -52,6 +63,7 @@ def alone(seconds, name="wheel"):
         ({"capabilities": (GoodWhile("go", "y", "charge", "old", "Old."),)}, "no number 'y' in its command 'go', which its"),
         ({"capabilities": (GoodWhile("go", "x", "map", "old", "Old."),)}, "no channel 'map', which its GoodWhile names"),
         ({"capabilities": (GoodWhile("go", "x", "charge", "", "Old."),)}, "gives no code for the end of jobs in its Good"),
+        ({"capabilities": (JobCheck("map", "a.b:c"),)}, "has no stream 'map', which its JobCheck names"),
         ({"capabilities": (Need("dock", "charge", 20.0, 90.0),)}, "no command 'dock', which its Need names"),
         ({"capabilities": (Need("go", "battery", 20.0, 90.0),)}, "no channel 'battery', which its Need names"),
         ({"capabilities": (Need("go", "charge", 90.0, 20.0),)}, "begins below 90 and ends at 20"),
@@ -103,7 +115,7 @@ def test_only_settings_that_are_declared_reach_the_driver_and_only_within_their_
         ({"fast": 0.2, "slow": 3, "walls": [1]}, {"fast": 0.2, "walls": [1]}),
         ({"fast": 9, "walls": []}, {"fast": 0.5}),
         ({"fast": True, "walls": "x"}, {}),
-        ({"fast": float("nan")}, {}), ({"fast": "0.2"}, {}), ({}, {}),
+        ({"fast": float("nan")}, {}), ({"fast": "0.2"}, {}), ({}, {}), ({"fast": 10**400}, {"fast": 0.5}),
     ):  # fmt: skip
         assert cart.for_driver(kept) == told
     assert SOUND.for_driver({"fast": 0.2}) == {}

@@ -7,16 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.autonomy.ratslam.angles import wrapped
-from robots.autonomy.ratslam.checks import bounded
 from robots.autonomy.ratslam.experiences import ExperienceMap
 from robots.autonomy.ratslam.shortest import shortest
 
-CLICK_M = 0.1  # a click counts within this of an experience
 REACHED_M = 0.1
 WAYPOINT_M = 0.2
 AHEAD_M = 0.6  # a waypoint is at most so far along the route: beyond, the route may be behind a wall
 FINE_M = 0.02  # between the points of a route that are looked at
-FARTHEST_M = 1000.0
 SHORTEST_S = 1e-3
 
 
@@ -48,17 +45,6 @@ def index_of(held: ExperienceMap, experience: int) -> int:
     """Return the index of an id; -1 if it is not on the map."""
     found = int(np.searchsorted(held.ids[: held.count], experience))
     return found if found < held.count and held.ids[found] == experience else -1
-
-
-def nearest(held: ExperienceMap, x: float, y: float, within: float = CLICK_M) -> int | None:
-    """Return the id of the experience nearest to a place (m), None if none is within. Raises ValueError."""
-    x = bounded("x in m", x, -FARTHEST_M, FARTHEST_M)
-    y = bounded("y in m", y, -FARTHEST_M, FARTHEST_M)
-    if not held.count:
-        return None
-    apart = np.hypot(*(held.poses[: held.count, :2] - (x, y)).T)
-    found = int(np.argmin(apart))
-    return int(held.ids[found]) if apart[found] <= within else None
 
 
 def plan(held: ExperienceMap, goal: int) -> Route | None:

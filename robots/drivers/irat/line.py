@@ -6,25 +6,26 @@ from typing import Generic, TypeVar
 
 from robots.clock import TIMER, Timer, Until
 from robots.contract.session import Permit
-from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent
-from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, velocities
+from robots.drivers.errors import ControllerRestarted, HardwareFault, LineBusy, LineGone, LineSilent
+from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, current_of
 from robots.drivers.irat.protocol import (
     BATTERY,
     CAMERA,
     CHARGER,
     CLAIM,
+    DRIVE,
     HOLD,
     ODOMETRY,
     RANGES,
     REST_S,
-    STAMPED,
     STATE,
     STATUS,
     TOPICS,
+    Drive,
     Status,
     Velocity,
 )
-from robots.drivers.rosbridge import Message, numeral
+from robots.drivers.rosbridge import Message
 from robots.drivers.rosbridge_client import ANSWER_S, Bridge
 
 T = TypeVar("T")
@@ -68,12 +69,12 @@ class IratLine:
         self, address: str, epoch: int, picture: Callable[[Picture], None] | None = None, clock: Timer = TIMER
     ) -> None:
         self.bridge, self._epoch, self._picture = Bridge(address, clock), epoch, picture
-        self._clock = clock
+        self._clock, self._claimed_at = clock, 0.0
         self.odometry = Newest(Odometry.decode, clock)
         self.ranges = Newest(Ranges.decode, clock)
         self.battery = Newest(BatteryState.decode, clock)
         self.status = Newest(Status.decode, clock)
-        self.charger = Newest(lambda message: numeral(message, "data", 0, 100, "A"), clock)
+        self.charger = Newest(current_of, clock)
 
     def open(self) -> None:
         """Connect, claim the robot, and listen. Raises LineGone, LineSilent, LineBusy."""
@@ -94,6 +95,7 @@ class IratLine:
         if answer.get("success") is not True:
             self.bridge.close()
             raise LineBusy(f"The robot is used by another client: {answer.get('message')}.")
+        self._claimed_at = self._clock.monotonic()
 
     def watch(self, picture: Callable[[Picture], None], every_s: float = 0.0) -> None:
         """Have the camera's pictures sent, at most one every `every_s`; the robot renders only what is watched."""
@@ -112,18 +114,26 @@ class IratLine:
     def drive(self, velocity: Velocity, permit: Permit | None = None) -> None:
         """Send a velocity, which the robot forgets after 0.25 s; `permit` is called last. Raises LineGone, LineSilent.
 
-        It bears the stamp of the newest odometry, so that the robot refuses what a network has kept back for long.
+        It bears the epoch, so that the robot knows whose it is without knowing connections, and the stamp of the
+        newest odometry, so that the robot refuses what a network has kept back for long.
         """
         if not self.bridge.is_open:
             raise LineGone("The robot's rosbridge is not connected.")
         heard = self.odometry.value or self.odometry.wait(ANSWER_S)
-        self.bridge.publish(STAMPED, velocities(velocity, 0, heard.stamp), permit)
+        self.bridge.publish(DRIVE, Drive(velocity, self._epoch, heard.stamp).encode(), permit)
 
     def obeys(self) -> None:
-        """Return unless the robot says that another connection commands it. Raises LineBusy."""
+        """Return unless the robot says that another client commands it, or that it has forgotten who does.
+
+        Raises LineBusy, ControllerRestarted: behind a rosbridge_server it may start anew while the connection stays.
+        """
         status = self.status.value
-        if status is not None and status.epoch > self._epoch:
+        if status is None or status.epoch == self._epoch:
+            return
+        if status.epoch > self._epoch:
             raise LineBusy(f"The robot is used by another client: epoch {status.epoch} commands it.")
+        if self.status.at > self._claimed_at + ANSWER_S:  # what was said before the claim has come by now
+            raise ControllerRestarted("The robot was started again and does not know its owner; connect again.")
 
     def ask(self) -> Status:
         """Ask for the robot's state now. Raises LineGone, LineSilent."""

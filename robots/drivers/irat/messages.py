@@ -1,22 +1,26 @@
-"""What the iRat publishes, as values with SI units and as ROS messages."""
+"""What the iRat publishes, as values with SI units and as ROS messages.
+
+Read are the messages of ROS 1 and ROS 2 as rosbridge_server writes them: it makes `null` of NaN and of both infinities,
+and floats of 32 bits are a little more than one where one is meant.
+"""
 
 import base64
 import binascii
 from dataclasses import dataclass
-from math import atan2, cos, sin
+from math import atan2, cos, hypot, inf, sin
 
 from robots.description import load
-from robots.drivers.irat.protocol import CHARGING, DISCHARGING, FULL, NOT_CHARGING, Velocity, header
-from robots.drivers.rosbridge import Malformed, Message, nested, numeral
+from robots.drivers.irat.protocol import CHARGING, DISCHARGING, FULL, NOT_CHARGING, Velocity, header, seconds_of
+from robots.drivers.rosbridge import Malformed, Message, is_number, nested, numeral
 
 MOST_JPEG = 200_000  # bytes
 FAR = 1e6
+ROUNDED = 0.01  # by so much the length of a unit quaternion, or a share, may differ
 
 
 def stamp_of(message: Message) -> float:
     """Return when a message was made (wall clock, s). Raises Malformed."""
-    stamp = nested(nested(message, "header"), "stamp")
-    return numeral(stamp, "secs", 0, 1e12) + numeral(stamp, "nsecs", 0, 1e9) * 1e-9
+    return seconds_of(nested(nested(message, "header"), "stamp"))
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,10 @@ class Odometry:
         """Return the odometry in a message. Raises Malformed."""
         pose, twist = (nested(nested(message, name), name) for name in ("pose", "twist"))
         place, turn = nested(pose, "position"), nested(pose, "orientation")
-        heading = 2 * atan2(numeral(turn, "z", -1, 1), numeral(turn, "w", -1, 1, default=1.0))
+        z, w = numeral(turn, "z", -2, 2), numeral(turn, "w", -2, 2, default=1.0)
+        if abs(hypot(z, w) - 1) > ROUNDED:
+            raise Malformed("the orientation must be a quaternion of length 1 about the vertical axis")
+        heading = 2 * atan2(z, w)
         velocity = Velocity(
             numeral(nested(twist, "linear"), "x", -FAR, FAR), numeral(nested(twist, "angular"), "z", -FAR, FAR)
         )
@@ -78,12 +85,25 @@ class Ranges:
 
     @classmethod
     def decode(cls, message: Message) -> "Ranges":
-        """Return the ranges in a message. Raises Malformed."""
-        found = message.get("ranges")
+        """Return the ranges in a message. Raises Malformed.
+
+        By REP 117 a range without an object is infinite, or beyond `range_max`, and one that is too near is -infinite.
+        """
+        found, told = message.get("ranges"), message.get("range_max")
         if not isinstance(found, list) or len(found) != 3:
             raise Malformed("there must be three ranges")
-        right, ahead, left = (numeral({"range": value}, "range", 0, FAR, "m") for value in found)
+        far = float(told) if is_number(told) and 0 < told <= FAR else float(load("irat")["range"]["far"])
+        right, ahead, left = (_range(value, far) for value in found)
         return cls(left, ahead, right)
+
+
+def _range(value: object, far: float) -> float:
+    """Return a distance (m); rosbridge's null is most often an infinite one. Raises Malformed."""
+    if value == -inf:
+        return 0.0
+    if value is None or (isinstance(value, int | float) and not isinstance(value, bool) and not value <= far):
+        return far
+    return numeral({"range": value}, "range", 0, far, "m")
 
 
 @dataclass(frozen=True)
@@ -109,11 +129,32 @@ class BatteryState:
 
     @classmethod
     def decode(cls, message: Message) -> "BatteryState":
-        """Return the battery's state in a message. Raises Malformed."""
-        return cls(
-            numeral(message, "voltage", 0, 100, "V"), numeral(message, "current", -100, 100, "A"),
-            numeral(message, "percentage", 0, 1), int(numeral(message, "power_supply_status", 0, 4)),
-        )  # fmt: skip
+        """Return the battery's state in a message. Raises Malformed.
+
+        What is not measured is NaN there: no current counts as 0 A, and the share is then the charge by the capacity,
+        or else what the voltage says between an empty and a full battery.
+        """
+        voltage, status = numeral(message, "voltage", 0, 100, "V"), int(numeral(message, "power_supply_status", 0, 4))
+        share = _measured(message, "percentage", -ROUNDED, 1 + ROUNDED)
+        charge = _measured(message, "charge", -FAR, FAR, "Ah")
+        if share is None and charge is not None:
+            whole = (_measured(message, name, 0, FAR, "Ah") for name in ("capacity", "design_capacity"))
+            share = next((charge / capacity for capacity in whole if capacity), None)
+        if share is None:
+            known = load("irat")["battery"]
+            share = (voltage - known["empty"]) / (known["full"] - known["empty"])
+        return cls(voltage, _measured(message, "current", -100, 100, "A") or 0.0, min(max(share, 0.0), 1.0), status)
+
+
+def _measured(message: Message, name: str, low: float, high: float, unit: str = "") -> float | None:
+    """Return a number of a battery, None where it is not measured. Raises Malformed."""
+    value = message.get(name)
+    return None if value is None or value != value else numeral(message, name, low, high, unit)
+
+
+def current_of(message: Message) -> float:
+    """Return the charger's current (A) in a std_msgs/Float32; noise below zero is none. Raises Malformed."""
+    return max(numeral(message, "data", -100, 100, "A"), 0.0)
 
 
 def recharge_state(charger_current: float, full: bool) -> int:
@@ -143,7 +184,8 @@ class Picture:
     def decode(cls, message: Message) -> "Picture":
         """Return the picture in a message. Raises Malformed."""
         data = message.get("data")
-        if not isinstance(data, str) or len(data) > MOST_JPEG * 4 // 3 + 4 or "jpeg" not in str(message.get("format")):
+        kind = str(message.get("format")).lower()
+        if not isinstance(data, str) or len(data) > MOST_JPEG * 4 // 3 + 4 or not ("jpeg" in kind or "jpg" in kind):
             raise Malformed(f"a picture is a JPEG of at most {MOST_JPEG} bytes in base 64")
         try:
             jpeg = base64.b64decode(data, validate=True)

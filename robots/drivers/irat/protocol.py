@@ -10,13 +10,13 @@ from typing import Any
 from robots.description import load
 from robots.drivers.rosbridge import Malformed, Message, nested, numeral
 
-COMMAND, STAMPED = "/irat/cmd_vel", "/irat/cmd_vel_stamped"  # the second by whoever must not move it late
+COMMAND, DRIVE = "/irat/cmd_vel", "/irat/drive"  # the second tells whose it is and what it answers to
 VELOCITIES, ODOMETRY, RANGES = "/irat/velocities", "/irat/odom", "/irat/ranges"
 BATTERY, CHARGER, STATE = "/irat/battery", "/irat/charger_current", "/irat/state"
 CAMERA = "/irat/camera/image/compressed"
 TOPICS = {
     COMMAND: "geometry_msgs/Twist",
-    STAMPED: "geometry_msgs/TwistStamped",
+    DRIVE: "irat/Drive",
     VELOCITIES: "geometry_msgs/TwistStamped",
     ODOMETRY: "nav_msgs/Odometry",
     RANGES: "sensor_msgs/LaserScan",
@@ -30,7 +30,7 @@ HOLD, CLAIM, STATUS = "/irat/hold", "/irat/claim", "/irat/status"
 SERVICES = {HOLD: "std_srvs/Trigger", CLAIM: "irat/Claim", STATUS: "irat/Status"}
 LARGEST_EPOCH = 2**53 - 1
 REST_S = 2.0  # the longest that a hold may take
-LATE_S = 0.5  # a stamped velocity that answers to older odometry is refused
+LATE_S = 0.5  # a velocity that answers to older odometry is refused
 CHARGING, DISCHARGING, NOT_CHARGING, FULL = 1, 2, 3, 4  # power_supply_status of a BatteryState
 
 
@@ -58,6 +58,25 @@ class Velocity:
             numeral(linear, "x", -motion["speed"], motion["speed"], "m/s"),
             numeral(angular, "z", -motion["turn"], motion["turn"], "rad/s"),
         )
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A velocity, under whose epoch it is, and the stamp (s) of the odometry that it answers to."""
+
+    velocity: Velocity
+    epoch: int
+    stamp: float
+
+    def encode(self) -> Message:
+        """Return the `irat/Drive`. It has no header, whose fields differ in ROS 1 and 2, and which rosbridge fills."""
+        sec, nanosec = divided(self.stamp)
+        return {"epoch": self.epoch, "sec": sec, "nanosec": nanosec, "twist": self.velocity.encode()}
+
+    @classmethod
+    def decode(cls, message: Message) -> "Drive":
+        """Return the velocity in a message. Raises Malformed, OutOfBounds."""
+        return cls(Velocity.decode(nested(message, "twist")), epoch_of(message), seconds_of(message))
 
 
 @dataclass(frozen=True)
@@ -94,15 +113,25 @@ class Status:
 
 
 def epoch_of(args: Message) -> int:
-    """Return the epoch in the arguments of a claim. Raises Malformed, OutOfBounds."""
+    """Return the epoch in the arguments of a claim, or in a Drive. Raises Malformed, OutOfBounds."""
     epoch = numeral(args, "epoch", 1, LARGEST_EPOCH)
     if epoch != int(epoch):
         raise Malformed("epoch must be a whole number")
     return int(epoch)
 
 
+def seconds_of(stamp: Message) -> float:
+    """Return the seconds of a stamp, by the names of ROS 1 or ROS 2; 0 without any. Raises Malformed."""
+    whole, rest = ("sec", "nanosec") if "sec" in stamp else ("secs", "nsecs")
+    return numeral(stamp, whole, 0, 1e12) + numeral(stamp, rest, 0, 1e9) * 1e-9
+
+
 def header(sequence: int, at: float, frame: str) -> dict[str, Any]:
     """Return a std_msgs/Header; `at` is the wall clock in s."""
-    seconds = int(at)
-    stamp = {"secs": seconds, "nsecs": int((at - seconds) * 1e9)}
-    return {"seq": sequence, "stamp": stamp, "frame_id": frame}
+    secs, nsecs = divided(at)
+    return {"seq": sequence, "stamp": {"secs": secs, "nsecs": nsecs}, "frame_id": frame}
+
+
+def divided(at: float) -> tuple[int, int]:
+    """Return whole seconds and nanoseconds of a time (s)."""
+    return int(at), int((at - int(at)) * 1e9)

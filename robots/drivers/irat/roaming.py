@@ -10,6 +10,7 @@ from robots.drivers.errors import BadRequest, GaveUp, HardwareFault, RobotError
 from robots.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
 from robots.drivers.irat.brain.process import ANSWER_S
 from robots.drivers.irat.modes import Mode
+from robots.drivers.irat.places import MapCleared
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.senses import between
 from robots.drivers.irat.spec import SLICE_S
@@ -21,12 +22,6 @@ ROUND_RAD, ROUND_RAD_S, ROUND_S = 2.6, 1.2, 5.0
 CHARGES_S, COMES_S = 3 * 3600.0, 600.0  # so long a goal that was cut short keeps the map: to charge, and else
 KNOWN_S = 3.0  # an answer of the brain of which the map's age is taken: at rest one comes each second
 UNLED_S = 2.0  # without being led to the goal: it is said again
-
-
-class MapCleared(BadRequest):
-    """The goal's map is gone."""
-
-    code = "map_cleared"
 
 
 class Roaming:

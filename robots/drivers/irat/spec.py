@@ -2,7 +2,18 @@
 
 from math import pi
 
-from robots.contract.capabilities import Composite, GoodWhile, Idle, Need, Reset, Share, Statistics, Times, Total
+from robots.contract.capabilities import (
+    Composite,
+    GoodWhile,
+    Idle,
+    JobCheck,
+    Need,
+    Reset,
+    Share,
+    Statistics,
+    Times,
+    Total,
+)
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
@@ -70,6 +81,7 @@ def spec() -> Spec:
         capabilities=(
             Reset("Connect again"),
             Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), ON_ITS_MAP, STATISTICS,
+            JobCheck("map", "robots.drivers.irat.places:check"),
             *COMPOSITES,
         ),
         commands=(

@@ -8,18 +8,23 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from robots.autonomy.docking import Sighting
-from robots.autonomy.ratslam.routes import Guide, index_of, nearest, plan
+from robots.autonomy.ratslam.routes import Guide, plan
 from robots.autonomy.ratslam.settings import Settings
 from robots.autonomy.ratslam.slam import RatSlam
 from robots.autonomy.ratslam.storage import BadMap, load, save
 from robots.autonomy.ratslam.views import Grey, decoded
 from robots.clock import TIMER, Timer
 from robots.description import load as described
+from robots.drivers.errors import BadRequest
 from robots.drivers.irat import markers as dock
 from robots.drivers.irat.brain import messages
 from robots.drivers.irat.brain.messages import Answer, FromBrain, Guided, Packet, Seen, ToBrain
 from robots.drivers.irat.brain.streams import CellStream, MapStream
+from robots.drivers.irat.composites.decoding import MapShown
+from robots.drivers.irat.places import NO_PLACE, MapCleared, chosen
 from robots.files import replaced
 from robots.vision.markers import Markers
 
@@ -28,10 +33,7 @@ SAVE_S = 10.0  # on the machine's clock unless told another: it spares the disk
 WHERE_EACH = 10  # feeds, after which it is reckoned again where the dock is
 LONGEST_STEP_S = 2.0  # by more a map does not age between two feeds
 FIND_EACH = 4  # pictures, of which one is searched for the dock while nobody looks for it
-CLEARED = "The map was cleared, so this place is no longer known."
-NO_PLACE = "No place on the map is within 0.1 m of this click."
 NO_WAY = "No way to this place is known."
-IN_DOCK = "This place is at the dock, where the robot goes only to charge."
 IN_DOCK_M = (
     0.42  # to it a robot that does not dock comes no nearer than 0.52 m (wheels, steering); a goal reaches 0.1 m
 )
@@ -110,20 +112,17 @@ class Mind:
                 (self._map_stream if stream == "map" else self._cell_stream).key = True
 
     def _aimed(self, wanted: messages.Aim) -> Answer:
-        held = self.slam.map
-        if wanted.map_number != self.slam.map_number:
-            return Answer(wanted.number, CLEARED, cleared=True)
         stands = self.slam.standing(wanted.experience)
-        goal = stands if index_of(held, stands) >= 0 else nearest(held, wanted.x, wanted.y)
-        if goal is not None and self.in_dock(goal):
-            return Answer(wanted.number, IN_DOCK)
-        return Answer(wanted.number, NO_PLACE) if goal is None else self._to(wanted.number, goal)
+        try:
+            return self._to(wanted.number, chosen(self.shown(), wanted.map_number, wanted.x, wanted.y, stands))
+        except BadRequest as error:
+            return Answer(wanted.number, str(error), cleared=isinstance(error, MapCleared))
 
-    def in_dock(self, experience: int) -> bool:
-        """Tell whether an experience is where only docking leads."""
+    def shown(self) -> MapShown:
+        """Return the places of the map as goals are judged by them: without links and routes."""
         held, where = self.slam.map, self._where()
-        x, y, _ = held.pose_of(index_of(held, experience))
-        return where is not None and math.dist((x, y), where) < IN_DOCK_M
+        ids, places = held.ids[: held.count].astype(np.int64), held.poses[: held.count, :2]
+        return MapShown(self.slam.map_number, ids, places, dock=(*where, IN_DOCK_M) if where else None)
 
     def _where(self) -> tuple[float, float] | None:
         return self.slam.docks.where(self.slam.map, self._ahead)

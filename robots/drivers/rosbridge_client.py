@@ -187,7 +187,7 @@ class Bridge:
             if known is not None:
                 known[1](nested(found, "msg"))
         elif op == "service_response":
-            call = self._calls.get(identifier(found) or "")
+            call = self._calls.get(str(identifier(found)))
             if call is not None:
                 call.values, call.result = found.get("values"), found.get("result") is True
                 call.answered.set()

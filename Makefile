@@ -8,7 +8,7 @@ GATE = not timed and not length
 unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
-.PHONY: wheel run setup setup-test lerobot test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
+.PHONY: wheel run setup setup-test setup-all lerobot test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
 run: setup
 	@exec $(PY) manage.py demo --port $(PORT)
@@ -18,6 +18,9 @@ setup:
 
 setup-test:
 	@$(PYTHON) tools/setup.py test
+
+setup-all:
+	@$(PYTHON) tools/setup.py all
 
 # LeRobot's robots, an optional extra.
 lerobot:
@@ -37,7 +40,7 @@ test-postgres:
 	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 2 --timeout 900 -m "$(GATE) and service"
 
 # Everything, at length, on both databases: files side by side, then each test that judges by fractions of a second.
-test-all: setup-test
+test-all: setup-all
 	@$(MAKE) --keep-going --no-print-directory test-node all-sqlite all-postgres alone-sqlite alone-postgres
 
 all-%:

@@ -90,9 +90,13 @@ def mark_read(user: Any, robot: Robot, now: datetime) -> None:
 
 
 def _failures(user: Any, robot: Robot, now: datetime) -> QuerySet[Attempt]:
-    """Return the failed tests of the last month since the last passed one, newest first."""
-    mine = Attempt.objects.filter(user=user, robot=robot)
-    failed = mine.filter(passed=False, finished_at__gt=now - FORGOTTEN).order_by("-finished_at")
+    """Return the failed tests of the last month since the last passed one, newest first.
+
+    One that lies further ahead than a pause lasts is of a time of day that was set back since, and counts no more.
+    """
+    mine, longest = Attempt.objects.filter(user=user, robot=robot), timedelta(seconds=RULES["QUIZ_PAUSE_MAX_S"])
+    failed = mine.filter(passed=False, finished_at__gt=now - FORGOTTEN, finished_at__lte=now + longest)
+    failed = failed.order_by("-finished_at")
     last = mine.filter(passed=True).order_by("-finished_at").values_list("finished_at", flat=True).first()
     return failed.filter(finished_at__gt=last) if last else failed
 

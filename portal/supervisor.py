@@ -56,6 +56,7 @@ class Child:
         self._process: asyncio.subprocess.Process | forks.Forked | None = None
         self._stopping: asyncio.Task[None] | None = None
         self._started = 0.0
+        self._touched, self._heard_at = 0, 0.0  # the heartbeat file's stamp (ns), and when it was another (s)
         self.restarts = 0
         self._task = asyncio.create_task(self._keep())
 
@@ -123,16 +124,20 @@ class Child:
         return self._stopping is not None
 
     def check_heartbeat(self) -> None:
-        """Kill a child whose heartbeat is too old."""
+        """Kill a child whose heartbeat file has not changed for too long by a clock that is never set."""
         path = self.spec.heartbeat
         if path is None or self._process is None or self._process.returncode is not None:
             return
         try:
-            beat = time.time() - path.stat().st_mtime
+            touched = path.stat().st_mtime_ns
         except FileNotFoundError:
-            beat = time.monotonic() - self._started - GRACE_S if self._waits_for_lease() is False else 0.0
-        if beat > HEARTBEAT_S:
-            self._tell(self.spec.name, f"its control loop is silent for {beat:.0f} s; killing it")
+            silent = time.monotonic() - self._started - GRACE_S if self._waits_for_lease() is False else 0.0
+        else:
+            if touched != self._touched:
+                self._touched, self._heard_at = touched, time.monotonic()
+            silent = time.monotonic() - self._heard_at
+        if silent > HEARTBEAT_S:
+            self._tell(self.spec.name, f"its control loop is silent for {silent:.0f} s; killing it")
             self._signal(signal.SIGKILL)
 
     def _waits_for_lease(self) -> bool:

@@ -51,7 +51,7 @@ def open_need(robot: Robot, need: Need, now: datetime) -> bool:
     """Run the need's command under an upkeep grant; after a failure not before `AGAIN_S`."""
     last = newest_grant_that_moves(robot)
     failed = last is not None and _own(last) and last.end_code != GrantEnd.FINISHED
-    if last is not None and failed and last.ended_at and (now - last.ended_at).total_seconds() < AGAIN_S:
+    if last is not None and failed and last.ended_at and 0 <= (now - last.ended_at).total_seconds() < AGAIN_S:
         return False
     kind = spec_of(robot.driver).command(need.kind)
     limit_s = kind.limit_s if kind else 60.0

@@ -1,21 +1,34 @@
 """The periodic tasks of the queues; each may be sent twice."""
 
+import threading
+
 from celery import shared_task
 
 from queueing.jobs.forgetting import forget_old_jobs
+from queueing.steps import carry
 from queueing.tick import tick_seldom
 from robots import bus
-from robots.clock import SYSTEM
+from robots.wall_clock import wall_clock
+
+_TICKING = threading.Lock()
 
 
 @shared_task(name="queueing.tick", ignore_result=True, max_retries=0)
 def queue_tick() -> None:
-    """Advance every queue."""
-    tick_seldom(SYSTEM.now())
-    bus.make_up()
+    """Advance every queue; first, if the time of day was set, what is open follows it.
+
+    One at a time: a tick that has begun would judge by the time of before what has followed the clock since.
+    """
+    if not _TICKING.acquire(blocking=False):
+        return
+    try:
+        tick_seldom(wall_clock().follow(carry))
+        bus.make_up()
+    finally:
+        _TICKING.release()
 
 
 @shared_task(name="queueing.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
     """Delete old jobs of guests. Return how many."""
-    return forget_old_jobs(SYSTEM.now())
+    return forget_old_jobs(wall_clock().age_now)

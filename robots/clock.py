@@ -1,7 +1,9 @@
 """The injected clock: now and sleep together.
 
 Watchdogs and leases use `monotonic`. Where the platform allows it, it counts the time in which the machine is
-suspended, so that closing a laptop cannot extend a lease.
+suspended, so that closing a laptop cannot extend a lease. What people may use, as a turn, is measured by `awake`,
+which does not count it. `now` may be set at any time: it is for what people read, and for rows, which
+`queueing/steps.py` moves when it was set.
 """
 
 import threading
@@ -111,6 +113,9 @@ class Clock(Protocol):
     def monotonic(self) -> float:
         """Return seconds that never go back."""
 
+    def awake(self) -> float:
+        """Return seconds that never go back and stand still while the machine is suspended."""
+
     def sleep(self, seconds: float, /) -> None:
         """Sleep for so many seconds."""
 
@@ -125,6 +130,7 @@ class SystemClock:
     """The clock of the machine."""
 
     now = partial(datetime.now, UTC)
+    awake = time.monotonic
     monotonic = time.monotonic if _BOOTTIME is None else partial(time.clock_gettime, _BOOTTIME)
 
     def sleep(self, seconds: float) -> None:

@@ -115,13 +115,6 @@ def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
     return bool(done)
 
 
-def end_at_until(grant: Grant, now: datetime) -> bool:
-    """End a grant whose time is up. Return False if it goes on or has ended."""
-    if grant.until is None or grant.until > now:
-        return False
-    return end_grant(grant, GrantEnd.TIME_UP, "time is up", now)
-
-
 def has_own_grant(command: Command) -> bool:
     """Return whether the grant was opened for this command alone."""
     kind = command.grant.kind

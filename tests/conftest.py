@@ -56,16 +56,30 @@ WhiteNoiseMiddleware.add_files_from_finders = _found_once
 
 
 class FakeClock:
-    """Now and sleep together, moved by hand."""
+    """Now and sleep together, moved by hand; its time of day can be set, and its machine can sleep."""
 
     def __init__(self) -> None:
         self.t = 1000.0
+        self._set_by = self._slept = 0.0
 
     def now(self) -> datetime:
-        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=self.t)
+        return datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=self.t + self._set_by)
 
     def monotonic(self) -> float:
         return self.t
+
+    def awake(self) -> float:
+        return self.t - self._slept
+
+    def step(self, seconds: float) -> datetime:
+        """Set the time of day by so many seconds."""
+        self._set_by += seconds
+        return self.now()
+
+    def suspend(self, seconds: float) -> datetime:
+        """Let the machine sleep so long."""
+        self._slept += seconds
+        return self.go(seconds)
 
     def sleep(self, seconds: float) -> None:
         self.t += max(0.0, seconds)
@@ -78,6 +92,18 @@ class FakeClock:
 @pytest.fixture
 def clock() -> FakeClock:
     return FakeClock()
+
+
+@pytest.fixture
+def trusted(clock, tmp_path):
+    """What notices steps of that clock; its date has been the same for a day."""
+    from robots.wall_clock import TRUSTED_S, WallClock
+
+    found = WallClock(tmp_path / "wall-clock.json", clock)
+    for seconds in (0, TRUSTED_S):
+        clock.go(seconds)
+        found.follow(lambda step, now: pytest.fail(f"{step} of a clock that was not set"))
+    return found
 
 
 @pytest.fixture(autouse=True)

@@ -2,6 +2,7 @@
 
     python3 tools/setup.py run      what `make run` needs
     python3 tools/setup.py test     that, and what the tests need
+    python3 tools/setup.py all      that, and what the tests need that take long
     python3 tools/setup.py lerobot  what `run` needs, and LeRobot beside it (an optional extra)
 
 Each step leaves a stamp with a digest of what it was made from, so a second call is quick.
@@ -32,12 +33,15 @@ def main() -> None:
     if sys.version_info < (3, 11):  # noqa: UP036 - this file runs on any Python
         stop(f"Python 3.11 or newer is needed; this is {sys.version.split()[0]}.")
     make_venv()
-    install("test" if what == "test" else "base")
+    tests = what in ("test", "all")
+    install("test" if tests else "base")
     compile_loops()
     node = find_node()
     build_frontend(node)
-    if what == "test":
+    if tests:
         find_chromium(node)
+    if what == "all":
+        find_libfaketime()
     if what == "lerobot":
         add_lerobot()
 
@@ -243,6 +247,12 @@ def find_chromium(node: Path) -> None:
     else:
         lines.append(f"FARHAND_CHROMIUM={found}")
     note.write_text("\n".join(lines) + "\n")
+
+
+def find_libfaketime() -> None:
+    """Install what sets the time of day for some processes; without it the test that needs it is skipped."""
+    if next(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None) is None and not apt("libfaketime"):
+        say("libfaketime is not installed: tests/faults/test_clock_set.py will be skipped")
 
 
 def sparticuz(node: Path) -> list[str]:

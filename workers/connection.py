@@ -142,7 +142,7 @@ class Connection:
             if not state.ready and grant is not None and released:
                 told = NEXT
             elif not state.ready and grant is not None:
-                self._lane.gate.open_for(grant, owned.now())
+                self._lane.gate.open_for(grant)
                 self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.bound(self._lease.epoch))
                 told = self._recovery.told

@@ -57,7 +57,7 @@ class Handover:
 
     def _put_in_order(self, grant: Grant) -> None:
         owned, pictures = self._owned, self._pictures
-        self._gate.open_for(grant, owned.now())
+        self._gate.open_for(grant)
         permit = self._gate.bound(self._lease.epoch)
         pictures.still_id = 0
         state = owned.driver.state()

@@ -6,6 +6,7 @@ from celery.worker import state
 from robots import bus, probes, services
 from robots.clock import SYSTEM
 from robots.recordings import keeping
+from robots.wall_clock import wall_clock
 from workers import bootstep
 from workers.housekeeping.clean import old_frames
 
@@ -28,8 +29,11 @@ def probe() -> None:
 
 @shared_task(name="robots.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
-    """Remove old pictures that nothing refers to, old recordings and old counters. Return how many."""
-    now = SYSTEM.now()
+    """Remove old pictures that nothing refers to, old recordings and old counters. Return how many.
+
+    While the date may be wrong nothing is old; what is too large goes in any case.
+    """
+    now = wall_clock().age_now
     return old_frames(now) + keeping.clean(now) + services.forget_old_usage(now)
 
 

@@ -72,7 +72,8 @@ class Owner:
         self.clock, self.pace, self._brownout = clock, Pace(clock), Brownout()
         self.latch = StopLatch(run / f"{slug}.stopped")
         self.lease = OwnerLease(robot, run / f"{slug}.lock", clock)
-        self.link, self.grants = Link(clock, float(settings.FARHAND["REDIS_GONE_S"])), KnownGrants(clock)
+        self.link = Link(clock, float(settings.FARHAND["REDIS_GONE_S"]))
+        self.grants = KnownGrants(clock, self.lease.measured_now)
         stamps = DatabaseClock(clock, self.lease.now)  # of all that is published
         trace = WireTrace(slug, stamps)
         self.streams = Streams(slug, robot.spec().streams, stamps)

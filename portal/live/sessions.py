@@ -7,7 +7,8 @@ sooner. So it works without Redis too, and in whichever process the person signs
 import asyncio
 import contextlib
 import logging
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Protocol
@@ -24,6 +25,7 @@ from robots.clock import SYSTEM
 log = logging.getLogger(__name__)
 CHECK_S = 0.8
 APART_S = 0.2  # between two checks, however many messages arrive
+RAN_OUT_S = 5.0  # until then sessions have followed a time of day that was set ahead
 SESSIONS = Pool("sessions", 2)
 
 
@@ -47,6 +49,7 @@ class Ending:
 
 
 SIGNED_OUT = Ending(4401, "You have signed out.", "signed out", Place.OTHERS)
+RAN_OUT = Ending(4401, "You were signed out: sign in again.", "the sign-in ran out", Place.OTHERS)
 NEW_PASSWORD = Ending(4401, "The password was changed: sign in again.", "password changed", Place.TURN_ENDS)
 SUSPENDED = Ending(4401, "This account is switched off.", "account suspended", Place.LOST)
 UNCLEARED = Ending(4403, "Your clearance for this robot was withdrawn.", "clearance withdrawn", Place.LOST)
@@ -77,7 +80,7 @@ def over(signed: Iterable[tuple[Signed, SignIn]], now: datetime) -> list[tuple[S
     """Return the sockets that must end, with the reason: two queries for all, more for operators."""
     asked = list(signed)
     keys, ids = {sign_in.key for _, sign_in in asked}, {sign_in.user for _, sign_in in asked}
-    alive = set(Session.objects.filter(session_key__in=keys, expire_date__gt=now).values_list("pk", flat=True))
+    until = dict(Session.objects.filter(session_key__in=keys).values_list("pk", "expire_date"))
     people = get_user_model()._default_manager.in_bulk(ids)
     found = []
     for socket, sign_in in asked:
@@ -87,10 +90,10 @@ def over(signed: Iterable[tuple[Signed, SignIn]], now: datetime) -> list[tuple[S
             ending = SUSPENDED
         elif user.get_session_auth_hash() != sign_in.proof:
             ending = NEW_PASSWORD
-        elif sign_in.key not in alive:
+        elif sign_in.key not in until:
             ending = SIGNED_OUT
         else:
-            ending = socket.judge(user)
+            ending = socket.judge(user) or (RAN_OUT if until[sign_in.key] <= now else None)
         if ending is not None:
             found.append((socket, ending))
     return found
@@ -99,11 +102,13 @@ def over(signed: Iterable[tuple[Signed, SignIn]], now: datetime) -> list[tuple[S
 class SessionWatch:
     """Checks the signed-in sockets of one event loop; does nothing while there are none."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self._signed: set[Signed] = set()
         self._wake = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._ending: set[asyncio.Task[None]] = set()
+        self._ran_out: dict[str, float] = {}  # since when a session is found to have run out (monotonic, s)
 
     def add(self, socket: Signed) -> None:
         """Check the session of a socket from now on."""
@@ -122,6 +127,17 @@ class SessionWatch:
             if socket.sign_in is not None and socket.sign_in.user == person:
                 socket.check_in()
 
+    def _lasting(self, ended: list[tuple[Signed, Ending]]) -> list[tuple[Signed, Ending]]:
+        """Leave out those whose session has run out lately: the time of day may have been set a moment ago."""
+        now = self._clock()
+        keys = {socket.sign_in.key for socket, ending in ended if ending is RAN_OUT and socket.sign_in is not None}
+        self._ran_out = {key: self._ran_out.get(key, now) for key in keys}
+        lately = {key for key, since in self._ran_out.items() if now - since < RAN_OUT_S}
+        return [
+            (socket, ending) for socket, ending in ended
+            if ending is not RAN_OUT or socket.sign_in is None or socket.sign_in.key not in lately
+        ]  # fmt: skip
+
     async def _watch(self) -> None:
         while self._signed:
             with contextlib.suppress(TimeoutError):
@@ -137,7 +153,7 @@ class SessionWatch:
             except Exception:
                 log.exception("sessions cannot be checked")
                 ended = []
-            for socket, ending in ended:
+            for socket, ending in self._lasting(ended):
                 self.remove(socket)
                 task = asyncio.create_task(socket.shut(ending))  # a peer that does not read must not delay the others
                 self._ending.add(task)

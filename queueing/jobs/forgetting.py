@@ -6,6 +6,7 @@ from django.db import transaction
 
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import locked
+from robots.wall_clock import FIRST
 
 KEPT = timedelta(days=400)
 MOST = 1000  # jobs of a queue at a time, so that nobody waits long for its row
@@ -22,7 +23,8 @@ def forget_old_jobs(now: datetime) -> int:
 def _forget(queue: Queue, now: datetime) -> int:
     with transaction.atomic():
         locked(queue)  # whoever asks now finds the account, or makes one, after this
-        old = Job.objects.filter(queue=queue, user=None, ended_at__lt=now - KEPT).exclude(state__in=OPEN_JOB)
+        old = Job.objects.filter(queue=queue, user=None, ended_at__gte=FIRST, ended_at__lt=now - KEPT)
+        old = old.exclude(state__in=OPEN_JOB)
         numbers = list(old.order_by("id").values_list("pk", flat=True)[:MOST])
         if numbers:
             Job.objects.filter(pk__in=numbers).delete()

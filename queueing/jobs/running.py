@@ -1,6 +1,6 @@
 """Starts jobs, and settles them when their grant ends."""
 
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 
 from django.conf import settings
 from django.core.mail import EmailMessage
@@ -89,7 +89,8 @@ def _used(grant: Grant, robot: Robot) -> float:
     link = QueueRobot.objects.filter(robot=robot).first()
     if link is not None and link.charged_in == Charge.JOBS and not link.offers_turns:
         return 1.0
-    return max(0.0, ((grant.ended_at or grant.opened_at) - grant.opened_at).total_seconds())
+    ended = min(grant.ended_at or grant.opened_at, grant.until or datetime.max.replace(tzinfo=UTC))
+    return max(0.0, (ended - grant.opened_at).total_seconds())
 
 
 def end(

@@ -20,6 +20,7 @@ from robots.files import beside
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings.models import SHOWN, keep_days
 from robots.states import GrantKind
+from robots.wall_clock import FIRST
 
 if TYPE_CHECKING:
     from robots.recordings.container import Message
@@ -197,9 +198,13 @@ def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -
 
 
 def _around(robot: Robot, at: datetime) -> list[Recording]:
-    """Return the recordings that may have pictures of that time; they go on a little after their grants."""
-    kept = Recording.objects.filter(robot=robot, began_at__lte=at + MARGIN).exclude(state=RecordingState.REMOVED)
-    return list(kept.filter(Q(ended_at=None) | Q(ended_at__gte=at - MARGIN)))
+    """Return the recordings that may have pictures of that time; they go on a little after their grants.
+
+    One that ended before it began, because the time of day was set back meanwhile, may have pictures of any time.
+    """
+    kept = Recording.objects.filter(robot=robot).exclude(state=RecordingState.REMOVED)
+    then = Q(began_at__lte=at + MARGIN) & (Q(ended_at=None) | Q(ended_at__gte=at - MARGIN))
+    return list(kept.filter(then | Q(ended_at__lt=F("began_at"))))
 
 
 def _beginning_with(robot: Robot, at: datetime, still: int, camera: int) -> list[Recording]:
@@ -310,7 +315,8 @@ def clean(now: datetime) -> int:
     for robot in Robot.objects.filter(recordings__state__in=SHOWN).distinct():
         removed += _clean_robot(robot, now)
     ages = settings.RECORDING["MOVIE_KEEP_DAYS"] * 86_400
-    removed += forget_movies([m for m in Movie.objects.all() if (now - m.asked_at).total_seconds() > ages])
+    old = Movie.objects.filter(asked_at__gte=FIRST, asked_at__lt=now - timedelta(seconds=ages))
+    removed += forget_movies(old)
     return removed + _clean_movies(now) + _unknown_files(now)
 
 
@@ -334,7 +340,7 @@ def _clean_robot(robot: Robot, now: datetime) -> int:
     days, removed = keep_days(robot), 0
     kept = Recording.objects.filter(robot=robot, state__in=SHOWN).order_by("began_at")
     for recording in kept:
-        if (now - recording.began_at).days >= days:
+        if (now - recording.began_at).days >= days and recording.began_at >= FIRST:
             removed += _removed(recording, f"Recordings are kept for {days} days.")
     limit = robot.recordings_limit_mb
     most = (settings.RECORDING["LIMIT_MB"] if limit is None else limit) * MB

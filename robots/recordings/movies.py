@@ -78,9 +78,9 @@ def claim(now: datetime) -> Movie | None:
     return None
 
 
-def again(before: datetime) -> None:
-    """Have movies made that were begun before that time by who is gone."""
-    Movie.objects.filter(state=State.MAKING, begun_at__lt=before).update(state=State.WAITING, begun_at=None)
+def again() -> None:
+    """Have movies made again that were begun by who is gone."""
+    Movie.objects.filter(state=State.MAKING).update(state=State.WAITING, begun_at=None)
 
 
 def plan_of(movie: Movie) -> dict[str, Any]:

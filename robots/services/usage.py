@@ -7,6 +7,7 @@ from django.db.models import F
 
 from robots.grants import owner_alive
 from robots.models import Robot, Usage
+from robots.wall_clock import FIRST
 
 SLOT = timedelta(minutes=5)
 KEPT = timedelta(days=400)
@@ -48,4 +49,4 @@ def note_online(now: datetime, seconds: float) -> int:
 
 def forget_old_usage(now: datetime) -> int:
     """Delete counters that are older than 400 days. Return how many."""
-    return Usage.objects.filter(at__lt=now - KEPT).delete()[0]
+    return Usage.objects.filter(at__gte=FIRST, at__lt=now - KEPT).delete()[0]

@@ -72,6 +72,34 @@ def test_a_silent_control_loop_is_killed(tmp_path, monkeypatch):
     assert any("control loop is silent" in text for text in lines)
 
 
+@pytest.mark.gate
+@pytest.mark.parametrize("ahead_s", [-3600, 3600, 2e9, -1.7e9])
+def test_a_control_loop_that_goes_round_lives_whatever_the_time_of_day_is(tmp_path, ahead_s):
+    """Its file has the stamps of another time of day than the supervisor's, and then again of this one."""
+    beat, lines = tmp_path / "beat", []
+    script = (
+        "import os, pathlib, sys, time\n"
+        f"path, n = pathlib.Path({str(beat)!r}), 0\n"
+        "while True:\n"
+        "    path.touch()\n"
+        f"    at = time.time() + (n < 50) * {ahead_s} + n / 1000\n"
+        "    os.utime(path, (at, at))\n"
+        "    n += 1\n"
+        "    print('up' if n == 1 else 'round', flush=True)\n"
+        "    time.sleep(0.02)\n"
+    )
+    spec = ProcessSpec("robot", (sys.executable, "-c", script), heartbeat=beat)
+    supervisor = Supervisor([spec], nothing, lambda name, text: lines.append(text))
+    supervisor.LOOK_S = 0.05
+
+    async def story():
+        await until(lambda: lines.count("round") >= 100, CEILING_S)
+
+    run(supervisor, story)
+    assert lines.count("up") == 1
+    assert not any("silent" in text for text in lines)
+
+
 def test_it_follows_what_the_database_wants():
     wanted = [ProcessSpec("a", SLEEPER)]
 

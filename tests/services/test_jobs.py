@@ -178,8 +178,8 @@ def test_jobs_of_guests_are_forgotten_after_400_days_and_those_of_people_are_kep
     assert Account.objects.count() == 2, "an account with a job stays"
 
 
-def test_old_jobs_are_forgotten_every_hour(shuttle, clock, settings, monkeypatch):
-    monkeypatch.setattr("queueing.tasks.SYSTEM", clock)
+def test_old_jobs_are_forgotten_every_hour(shuttle, clock, trusted, settings, monkeypatch):
+    monkeypatch.setattr(tasks, "wall_clock", lambda: trusted)
     job = ask(shuttle, GUEST, "go", {"x": 1.0}, clock.now())
     Job.objects.update(state="done", ended_at=clock.now())
     clock.go(401 * 86_400)

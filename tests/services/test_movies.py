@@ -274,7 +274,7 @@ def test_a_movie_that_two_recorders_made_stays(recording, tmp_path):
     """One begins while the other, on another host with the same pictures, is at it."""
     asked = movies.ask(recording, "mp4", SYSTEM.now())
     first = movies.claim(SYSTEM.now())
-    movies.again(SYSTEM.now() + timedelta(days=1))
+    movies.again()
     second = movies.claim(SYSTEM.now())
     keeping.movie_path(asked).parent.mkdir(parents=True, exist_ok=True)
     for n, one in enumerate((first, second)):

@@ -15,9 +15,9 @@ from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel
 from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, QueueRobot, Ticket, TicketState, Turn
 from robots.contract.spec import ANYONE, CommandKind
-from robots.grants import end_at_until
+from robots.grants import end_grant
 from robots.models import Command, Grant, Lease, Robot
-from robots.states import CommandState, Cycle
+from robots.states import CommandState, Cycle, GrantEnd
 from tests.conftest import CALIBRATION, FakeClock
 from workers.commands import finish
 
@@ -128,7 +128,8 @@ class QueueMachine(RuleBasedStateMachine):
     @rule()
     def owner_ends_overdue_grants(self):
         for grant in Grant.objects.filter(ended_at=None):
-            end_at_until(grant, self.clock.now())
+            if grant.until is not None and grant.until <= self.clock.now():
+                end_grant(grant, GrantEnd.TIME_UP, "time is up", self.clock.now())
 
     @invariant()
     def one_operator_one_grant(self):

@@ -61,12 +61,12 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
         until=owner.owned.now(),
         ended_at=owner.owned.now(),
     )
-    owner.lane.gate.open_for(earlier, owner.owned.now())
+    owner.lane.gate.open_for(earlier)
     read = grants.open_grant
 
     def and_meanwhile(robot):
         found = read(robot)
-        owner.lane.gate.open_for(turn, owner.owned.now())
+        owner.lane.gate.open_for(turn)
         return found
 
     monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
@@ -79,11 +79,11 @@ def test_the_end_of_an_earlier_grant_that_is_heard_late_does_not_end_the_next(ow
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkeypatch):
     turn = services.open_grant(owner.owned.robot)
-    earlier = Grant(pk=turn.pk + 1, until=owner.owned.now())
-    owner.lane.gate.open_for(earlier, owner.owned.now())
+    earlier = Grant(pk=turn.pk + 1, opened_at=owner.owned.now(), until=owner.owned.now())
+    owner.lane.gate.open_for(earlier)
 
     def and_meanwhile(robot):
-        owner.lane.gate.open_for(turn, owner.owned.now())
+        owner.lane.gate.open_for(turn)
         return earlier
 
     monkeypatch.setattr("workers.safety.follow.open_grant", and_meanwhile)
@@ -95,8 +95,8 @@ def test_a_grant_that_was_read_before_the_next_is_not_brought_back(owner, monkey
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 @pytest.mark.parametrize(("kind", "turn"), [(GrantKind.TURN, True), (GrantKind.JOB, False), (GrantKind.IDLE, False)])
 def test_the_end_of_a_turn_is_named_only_where_somebody_had_one(owner, kind, turn):
-    over = Grant(pk=9999, kind=kind, until=owner.owned.now())
-    owner.lane.gate.open_for(over, owner.owned.now())
+    over = Grant(pk=9999, kind=kind, opened_at=owner.owned.now(), until=owner.owned.now())
+    owner.lane.gate.open_for(over)
     with pytest.raises(GrantOver) as refused:
         owner.lane.gate.check()
     assert ("turn" in str(refused.value)) == turn
@@ -105,8 +105,8 @@ def test_the_end_of_a_turn_is_named_only_where_somebody_had_one(owner, kind, tur
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
 def test_a_command_is_seen_to_run_only_when_its_grant_is_let_through(owner, people):
     """Who watches must not hold it by the grant before."""
-    earlier = Grant(pk=9999, until=owner.owned.now())
-    owner.lane.gate.open_for(earlier, owner.owned.now())
+    earlier = Grant(pk=9999, opened_at=owner.owned.now(), until=owner.owned.now())
+    owner.lane.gate.open_for(earlier)
     owner.grants.revoke(earlier.pk)
     seen = []
 

@@ -71,8 +71,8 @@ def test_a_robot_is_online_while_its_owner_renews_its_lease(robot, clock):
     assert sum(Usage.objects.values_list("online_s", flat=True)) == 60.0 + services.usage.LONGEST_S
 
 
-def test_old_counters_are_deleted_with_old_pictures(robot, clock, monkeypatch):
-    monkeypatch.setattr(tasks, "SYSTEM", clock)
+def test_old_counters_are_deleted_with_old_pictures(robot, clock, trusted, monkeypatch):
+    monkeypatch.setattr(tasks, "wall_clock", lambda: trusted)
     for days in (1, 399, 401):
         services.note_usage(robot.pk, services.slot_of(clock.now() - timedelta(days=days)), sent_bytes=days)
     tasks.clean()

@@ -4,14 +4,16 @@ import gc
 import shutil
 import signal
 import threading
+from datetime import timedelta
 
 import pytest
 from celery import Celery, beat
+from celery.schedules import schedule as every
 
 from tests.conftest import wait_for
 from tests.waiting import CEILING_S
 from workers.housekeeping import schedule
-from workers.housekeeping.schedule import Scheduler
+from workers.housekeeping.schedule import Entry, EvenScheduler, Scheduler, even_now
 
 
 @pytest.fixture(autouse=True)
@@ -78,3 +80,30 @@ def test_a_file_that_cannot_be_written_keeps_no_worker_from_ending(app, ended, t
     folder.mkdir()  # the standard library's shelf tries to write once more when it is collected
     del thread
     gc.collect()
+
+
+@pytest.mark.parametrize(
+    "by", [timedelta(hours=1), -timedelta(hours=1), timedelta(days=20_000), -timedelta(days=20_000)]
+)
+def test_a_task_stays_due_when_the_time_of_day_is_set(app, monkeypatch, by):
+    entry = next(Entry(name="tick", task="tick", schedule=every(1.0, app=app), app=app))
+    now = app.now()
+    monkeypatch.setattr(app, "now", lambda: now + by)
+    assert 0 <= entry.is_due().next <= 1.0
+    assert abs(entry.default_now() - entry.last_run_at) < timedelta(hours=1)
+    following = next(entry)
+    assert 0 < following.is_due().next <= 1.0, "and so does the time after it"
+    assert not following.is_due().is_due
+
+
+@pytest.mark.parametrize("days", [20_000, -20_000])
+def test_times_that_were_kept_while_the_date_was_wrong_stop_no_task(app, ended, tmp_path, days):
+    file = str(tmp_path / "times")
+    kept = EvenScheduler(app, schedule_filename=file)
+    kept.schedule["tick"].last_run_at = even_now() + timedelta(days=days)
+    kept.close()
+    thread = Scheduler(app, file)
+    thread.start()
+    wait_for(lambda: sent(app) >= 2, CEILING_S, "two tasks")
+    thread.stop()
+    assert not ended.is_set()

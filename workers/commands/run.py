@@ -68,7 +68,7 @@ class Runner:
     def run(self, command: Command) -> None:
         """Run a claimed command to a final state."""
         gate, now = self._lane.gate, self._owned.now
-        gate.open_for(command.grant, now())
+        gate.open_for(command.grant)
         gate.expect(command, now())
         self._permit = gate.bound(command.epoch)
         if command.grant.ended_at is not None:

@@ -7,13 +7,14 @@ from pathlib import Path
 from django.conf import settings
 
 from robots.models import Frame
+from robots.wall_clock import FIRST
 
 
 def old_frames(now: datetime) -> int:
     """Remove old pictures with their files and empty folders. Return how many."""
     before = now - timedelta(days=settings.FRAME_KEEP_DAYS)
     removed = 0
-    for frame in Frame.objects.filter(taken_at__lt=before, kept=False).iterator():
+    for frame in Frame.objects.filter(taken_at__gte=FIRST, taken_at__lt=before, kept=False).iterator():
         (Path(settings.MEDIA_ROOT) / frame.file).unlink(missing_ok=True)
         frame.delete()
         removed += 1

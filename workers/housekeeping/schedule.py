@@ -3,15 +3,42 @@
 import logging
 import os
 import signal
+from datetime import datetime, timedelta
 from threading import Thread
 from typing import Any
 
 from celery import bootsteps
-from celery.beat import Service
+from celery.beat import PersistentScheduler, ScheduleEntry, Service
+
+from robots.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 LONGEST_S = 1.0  # between two looks at what is due
 STOP_S = 5.0  # for the end of a scheduler that cannot write its file, as on a full disk
+
+
+_BEGAN, _BEGAN_AT = SYSTEM.now(), SYSTEM.awake()
+
+
+def even_now() -> datetime:
+    """Return a time that goes on evenly, whatever the time of day is set to: Celery's schedules compare it alone."""
+    return _BEGAN + timedelta(seconds=SYSTEM.awake() - _BEGAN_AT)
+
+
+class Entry(ScheduleEntry):  # type: ignore[misc]
+    """A periodic task that stays due when the time of day is set."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.schedule.nowfun = even_now
+        # the file may be of a time when the date was wrong
+        self.last_run_at: datetime = min(self.last_run_at, even_now())
+
+
+class EvenScheduler(PersistentScheduler):  # type: ignore[misc]
+    """Celery's scheduler, which keeps its times in a file, with such entries."""
+
+    Entry = Entry
 
 
 class Scheduler(Thread):
@@ -24,7 +51,7 @@ class Scheduler(Thread):
     def __init__(self, app: Any, file: str) -> None:
         super().__init__(name="scheduler", daemon=True)
         self._app, self._stopping = app, False
-        self._service = Service(app, max_interval=LONGEST_S, schedule_filename=file)
+        self._service = Service(app, max_interval=LONGEST_S, schedule_filename=file, scheduler_cls=EvenScheduler)
 
     def run(self) -> None:
         """Send tasks until `stop`."""

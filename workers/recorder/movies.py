@@ -6,7 +6,6 @@ import secrets
 import subprocess
 import sys
 import tempfile
-from datetime import timedelta
 from pathlib import Path
 
 from django.conf import settings
@@ -29,7 +28,7 @@ class MovieMaker:
         self._process: subprocess.Popen[str] | None = None
         self._part, self._count = Path(), ""  # of the movie that is made: its file, and how many pictures it has
         self._begun = 0.0
-        movies.again(clock.now() + timedelta(days=1))  # of who made movies here before
+        movies.again()  # of who made movies here before
 
     def look(self) -> None:
         """Take what has been made, and begin the next."""

@@ -67,6 +67,7 @@ class Recorder:
         self._pubsub: Any = None
         self._heard: set[str] = set()
         self._offset = timedelta(0)  # the database's time minus ours
+        self._zero_ns = 0  # the database's time when the monotonic clock began, as found before a recording
         self._looked = self._marked = self._answered = -1e9
         self._soon = self._left = True
         self._movies: MovieMaker | None = None
@@ -166,8 +167,8 @@ class Recorder:
             self._left = False
 
     def now_ns(self) -> int:
-        """Return the database's time, in ns since 1970."""
-        return int((self._clock.now() + self._offset).timestamp() * 1e9)
+        """Return the database's time, in ns since 1970; it goes on evenly while anything is recorded."""
+        return self._zero_ns + int(self._clock.monotonic() * 1e9)
 
     def _measure_offset(self) -> None:
         if connection.vendor != "postgresql":
@@ -180,6 +181,9 @@ class Recorder:
 
     def _begin(self, grant: Grant) -> None:
         self._measure_offset()
+        if not self.running:  # else a step of the time of day would be a gap, or the way back, in what is recorded
+            now = self._clock.now() + self._offset
+            self._zero_ns = int(now.timestamp() * 1e9) - int(self._clock.monotonic() * 1e9)
         row = keeping.begin(grant, self._host, self._clock.now() + self._offset)
         self._refused.add(grant.pk)  # once, whatever happens
         if row is None:

@@ -23,6 +23,7 @@ from robots.recordings.packets import picture_of, state_told
 log = logging.getLogger(__name__)
 FLUSH_S = 2.0  # a recorder that is killed loses no more
 PICTURES_WAIT, ALL_WAIT = 4_000_000, 8_000_000  # bytes that may wait for the disk
+AWAY_NS = 3600 * 10**9  # longer than a recorder is away while a turn goes on: else the time of day was set
 EARLY_NS = 20_000_000  # a picture may come so much before its time
 TOO_LARGE = "It reached the greatest size of a recording."
 NO_ROOM = "The server's disk had no room for more."
@@ -62,6 +63,7 @@ class Taping:
         self._closing = False
         self._pictured: dict[int, int] = {}  # when each camera's last picture was put, ns
         self.every_s = picture_every_s(0, limit, cameras)  # between two pictures of a camera; infinite: none any more
+        self._left_ns = self._moved_ns = 0  # the end of what a killed recorder has left; by what all later is moved
         self._still = 0  # the newest stored picture that was put
         self.end = End()
         self.written = threading.Event()
@@ -155,6 +157,7 @@ class Taping:
         if last:
             tape.put(EVENTS, last, {"what": "gap", "text": "The recorder was interrupted here.", "level": "warning"})
             self.end.reason = "The recorder was interrupted; a part is missing."
+            self._left_ns = last
         tape.flush()
         old.unlink()
         return tape
@@ -170,7 +173,8 @@ class Taping:
                 self._queue.items.clear()
                 self._queue.size = 0
                 closing = self._closing
-            for topic, at_ns, data in items:
+            for topic, put_ns, data in items:
+                at_ns = self._after_left(put_ns)
                 self._one(tape, topic, at_ns, data)
                 if at_ns - flushed >= FLUSH_S * 1e9:
                     flushed = at_ns
@@ -180,6 +184,13 @@ class Taping:
                 return
             if not self.end.whole:
                 return
+
+    def _after_left(self, at_ns: int) -> int:
+        """Return the time on the tape; if the time of day was set meanwhile, it goes on at the end of what is left."""
+        if self._left_ns:
+            away_ns, self._left_ns = at_ns - self._left_ns, 0
+            self._moved_ns = 0 if 0 <= away_ns <= AWAY_NS else -away_ns
+        return at_ns + self._moved_ns
 
     def _one(self, tape: Tape, topic: str, at_ns: int, data: bytes) -> None:
         told: Any = data

@@ -1,14 +1,16 @@
 """The loops that query Redis and the database, so that safety is judged from memory."""
 
 from robots import bus
-from robots.grants import end_at_until, open_grant
+from robots.grants import end_grant, open_grant
 from robots.messages import Changed
+from robots.states import GrantEnd
 from workers.owned import OwnedRobot
 from workers.safety.lane import Lane, Pace
 from workers.safety.memory import KnownGrants, Link
 from workers.safety.stop import Stop
 
 FOLLOW_S, IDLE_FOLLOW_S, IDLE_LINK_S = 0.1, 1.0, 0.5
+LATE_S = 2.0  # a row may lag behind a time of day that was set; the gate lets nothing pass meanwhile
 
 
 class Follower:
@@ -36,7 +38,7 @@ class Follower:
             self._pace.sleep(FOLLOW_S, IDLE_FOLLOW_S)
 
     def follow_grant(self) -> None:
-        """Learn which grant is open and until when; end it if its time is up."""
+        """Learn which grant is open and until when; end it if nobody else does so when its time is up."""
         grants, robot, now = self._grants, self._owned.robot, self._owned.now
         # read before the query: a lane may open for the next grant meanwhile, which the answer does not contain
         known = {grants.newest, *(lane.gate.grant_id for lane in self._lanes)} - {0} - grants.ended
@@ -46,8 +48,8 @@ class Follower:
         if grant is None:
             return
         self._pace.stir()
-        grants.know(grant, now())  # a turn may have been extended
-        if grant.until is not None and grant.until <= now():
-            end_at_until(grant, now())
+        grants.know(grant)  # a turn may have been extended
+        if grants.late(grant.pk, LATE_S):
+            end_grant(grant, GrantEnd.TIME_UP, "time is up", now())
             grants.revoke(grant.pk)
             bus.publish(robot.slug, Changed("queue"))

@@ -85,15 +85,16 @@ class Gate:
     begin_by: float | None = None
     policies: Policies = HOLD  # of the command that runs
 
-    def open_for(self, grant: Grant, now: datetime) -> None:
+    def open_for(self, grant: Grant) -> None:
         """Let commands of `grant` pass until it ends."""
-        self.grants.know(grant, now)
+        self.grants.know(grant)
         self.grant_id = grant.pk
         self.over = ONE_OVER if grant.kind in ONE_COMMAND else TURN_OVER
 
     def expect(self, command: Command, now: datetime) -> None:
-        """Let a claimed command start until shortly before its deadline."""
-        self.begin_by = self.clock.monotonic() + (command.deadline - now).total_seconds() - BEFORE_S
+        """Let a claimed command start until shortly before its deadline, even if the time of day was set back since."""
+        left = min(command.deadline - now, command.deadline - command.created_at)
+        self.begin_by = self.clock.monotonic() + left.total_seconds() - BEFORE_S
 
     def begun(self) -> None:
         """Note that the robot has acknowledged the command, or that none is to start any more."""

@@ -36,6 +36,18 @@ def process_start(pid: int) -> str:
     return text.rpartition(")")[2].split()[19]
 
 
+def owner_gone(lease: Lease) -> bool:
+    """Return whether the lease's process is known to own the robot no more.
+
+    It gave the lease back, or ran on this host and has ended, or is the one that asks.
+    """
+    if not lease.pid:
+        return True
+    return lease.host == socket.gethostname() and (
+        lease.pid == os.getpid() or process_start(lease.pid) != lease.started
+    )
+
+
 def kill_recorded_owner(lease: Lease) -> None:
     """Kill the process that the lease names, if the same process still runs on this host."""
     if lease.host != socket.gethostname() or not lease.pid or lease.pid == os.getpid():
@@ -57,7 +69,7 @@ class DatabaseClock:
 
     def __init__(self, clock: Clock, now: Callable[[], datetime]) -> None:
         self.now = now
-        self.monotonic, self.sleep = clock.monotonic, clock.sleep
+        self.monotonic, self.awake, self.sleep = clock.monotonic, clock.awake, clock.sleep
 
 
 class OwnerLease:
@@ -75,6 +87,8 @@ class OwnerLease:
         self.offset = timedelta(0)  # the database's time minus ours
         self.lost = False
         self._measured = self._lapsed = False
+        self._found: tuple[datetime | None, int] | None = None  # another's lease as it was found
+        self._found_at = 0.0  # by `awake` (s): it may have slept with us
         self._lock = threading.Lock()
 
     @property
@@ -97,13 +111,24 @@ class OwnerLease:
     def _try(self) -> bool:
         self.measure_offset()
         lease = Lease.objects.get(robot=self._robot)
-        now = self.now()
-        if lease.expires_at and lease.expires_at > now:
+        if not self._over(lease):
             return False
         kill_recorded_owner(lease)
         if not self._lock_device():
             return False
         return self._take(lease)
+
+    def _over(self, lease: Lease) -> bool:
+        """Return whether another's lease is over.
+
+        The time of day may have been set since it was written. So an owner that may live is waited for by our own
+        clock: it is gone if it has renewed nothing for a whole lease.
+        """
+        if lease.expires_at is None or (owner_gone(lease) and lease.expires_at <= self.now()):
+            return True
+        if self._found != (found := (lease.expires_at, lease.epoch)):
+            self._found, self._found_at = found, self._clock.awake()
+        return self._clock.awake() - self._found_at > self._seconds
 
     def _take(self, lease: Lease) -> bool:
         begun, pid = self._clock.monotonic(), os.getpid()
@@ -140,6 +165,12 @@ class OwnerLease:
     def now(self) -> datetime:
         """Return the database's time, by the last measured offset."""
         return self._clock.now() + self.offset
+
+    def measured_now(self) -> datetime:
+        """Return the database's time, measured at this moment if the database answers."""
+        with contextlib.suppress(Error):
+            self.measure_offset()
+        return self.now()
 
     def measure_offset(self) -> None:
         """Measure how far the database's clock is from ours."""

@@ -6,7 +6,7 @@ Other loops write it, so that no store can delay an answer.
 import math
 import os
 import threading
-from collections.abc import Container
+from collections.abc import Callable, Container
 from datetime import datetime
 from pathlib import Path
 
@@ -98,21 +98,36 @@ def stops(grant_id: int, newest: int, ended: Container[int]) -> bool:
 
 
 class KnownGrants:
-    """Shared by all lanes; written by the loops that read rows."""
+    """Shared by all lanes; written by the loops that read rows.
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+    How long a grant lasts is measured by a clock that is never set, and that stands still while the machine sleeps.
+    `now` returns the time by which the rows are written, as it is at this moment.
+    """
+
+    def __init__(self, clock: Clock, now: Callable[[], datetime]) -> None:
+        self._clock, self._now = clock, now
         self.newest = 0  # the newest known grant of this robot
         self.ended: set[int] = set()
-        self._until: dict[int, float] = {}  # by the monotonic clock (s)
+        self._told: dict[int, datetime] = {}  # the end that the row of a grant told last
+        self._until: dict[int, float] = {}  # the same by `awake` (s)
 
-    def know(self, grant: Grant, now: datetime) -> None:
-        """Note until when a grant lasts."""
+    def know(self, grant: Grant) -> None:
+        """Note until when a grant lasts.
+
+        Only a row that tells another end than before is compared with the time of day, which may have been set since.
+        It can add no more than what the end was moved by; the first one no more than how long the grant is.
+        """
         self.newest = max(self.newest, grant.pk)
+        told = self._told.get(grant.pk)
         if grant.until is None:
+            self._told.pop(grant.pk, None)
             self._until.pop(grant.pk, None)
-        else:
-            self._until[grant.pk] = self._clock.monotonic() + (grant.until - now).total_seconds()
+        elif grant.until != told:
+            awake = self._clock.awake()
+            length = grant.until - (told or grant.opened_at)
+            most = self._until.get(grant.pk, awake) + max(0.0, length.total_seconds())
+            self._until[grant.pk] = min(awake + max(0.0, (grant.until - self._now()).total_seconds()), most)
+            self._told[grant.pk] = grant.until
 
     def know_newest(self, grant: Grant | None) -> None:
         """Note which grant was opened last, whether or not it is still open."""
@@ -127,11 +142,20 @@ class KnownGrants:
 
     def until(self, grant_id: int) -> float:
         """Return when that grant ends by the monotonic clock (s); minus infinity if it has ended, or is none (0)."""
-        return -math.inf if grant_id in self.ended or not grant_id else self._until.get(grant_id, math.inf)
+        if grant_id in self.ended or not grant_id:
+            return -math.inf
+        return self._clock.monotonic() + self._left(grant_id)
 
     def over(self, grant_id: int) -> bool:
         """Return whether that grant has ended."""
         return self._clock.monotonic() >= self.until(grant_id)
+
+    def late(self, grant_id: int, seconds: float) -> bool:
+        """Return whether the time of that grant has been up for so long (s), whether or not it was ended before."""
+        return self._left(grant_id) <= -seconds
+
+    def _left(self, grant_id: int) -> float:
+        return self._until.get(grant_id, math.inf) - self._clock.awake()
 
     def stop_counts(self, grant_id: int) -> bool:
         """Return whether a stop that names this grant (0: none) counts: not if the grant is known to have ended."""

@@ -1,0 +1,157 @@
+"""Notices when the time of day was set, and when the machine slept, by clocks that are never set.
+
+One process looks, the housekeeping worker, each second. What it saw last is kept in a file, so that it also notices
+what happened while it was started again, or while the machine was off.
+"""
+
+import contextlib
+import json
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime, timedelta
+from functools import cache
+from pathlib import Path
+
+from django.conf import settings
+
+from robots.clock import SYSTEM, Clock
+from robots.files import replace_text
+
+log = logging.getLogger(__name__)
+LEAST = timedelta(seconds=1)  # smaller steps end nothing, and nobody notices them
+SKIPPED = timedelta(days=1)  # whoever skips more may have a wrong date
+TRUSTED_S = 86_400.0  # that the machine has to be awake until a date is believed that came by a skip
+SETTLED_S = 3600.0  # the same after a smaller step: by then each file of before it is older than any that is written
+WRITE_S = 60.0
+TOLD = "the time of day was set by %+.1f s, the machine slept or was off for %.1f s: what runs and who waits goes on"
+LONGEST_S = 1e10  # that a machine runs
+FIRST = datetime(2020, 1, 1, tzinfo=UTC)  # there was no portal before: an earlier stamp is of a clock that was wrong
+
+
+@dataclass(frozen=True)
+class Reading:
+    """All clocks at one moment (s): since 1970, since the start of the machine with and without its sleep."""
+
+    boot: str
+    wall: float
+    lasted: float
+    awake: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """What happened between two looks: by how much the time of day was set, how long the machine slept or was off.
+
+    `since_s`: the time between the looks that the machine was awake (s); the step lies somewhere in it.
+    """
+
+    moved: timedelta
+    paused: timedelta
+    since_s: float = 0.0
+
+    @property
+    def total(self) -> timedelta:
+        """Return by how much stamps of before the step have to be moved."""
+        return self.moved + self.paused
+
+
+def boot_id() -> str:
+    """Return the name that the kernel gave to this start of the machine; empty where it gives none."""
+    with contextlib.suppress(OSError):
+        return Path("/proc/sys/kernel/random/boot_id").read_text().strip()
+    return ""
+
+
+def step_between(was: Reading, now: Reading) -> Step:
+    """Return what happened between two readings; steps of less than a second are none."""
+    awake = now.awake - was.awake
+    if was.boot != now.boot or awake < 0:  # the machine was off for an unknown time
+        gap = now.wall - was.wall
+        moved, paused, awake = min(gap, 0.0), max(gap, 0.0), 0.0
+    else:
+        lasted = now.lasted - was.lasted
+        moved, paused = now.wall - was.wall - lasted, lasted - awake
+    least = LEAST.total_seconds()
+    moved, paused = (0.0 if abs(part) < least else part for part in (moved, paused))
+    return Step(timedelta(seconds=moved), timedelta(seconds=paused), awake)
+
+
+def _doubt_s(step: Step) -> float:
+    """Return how long the date is not believed after a step (s)."""
+    if max(step.moved, step.paused, step.total) > SKIPPED:
+        return TRUSTED_S
+    return SETTLED_S if step.moved or step.paused else 0.0
+
+
+def _read(data: bytes) -> tuple[Reading, float]:
+    """Return the content of the file. Raises ValueError, TypeError, KeyError, OverflowError."""
+    kept = json.loads(data)
+    seen, doubted_s = Reading(**kept["seen"]), kept["doubted_s"]
+    datetime.fromtimestamp(seen.wall, UTC)
+    if not (0 <= seen.awake < LONGEST_S and 0 <= seen.lasted < LONGEST_S and 0 <= doubted_s <= TRUSTED_S):
+        raise ValueError("no time of a machine")
+    return seen, doubted_s
+
+
+class WallClock:
+    """Compares the time of day with clocks that are never set; thread safe. `file` keeps what was seen last."""
+
+    def __init__(self, file: Path, clock: Clock = SYSTEM, boot: Callable[[], str] = boot_id) -> None:
+        self._file, self._clock, self._boot = file, clock, boot
+        self._lock = threading.Lock()
+        self._seen: Reading | None = None
+        self._doubted_s = TRUSTED_S  # still to be awake until the date is believed
+        self._written = -WRITE_S
+        self._restore()
+
+    def _restore(self) -> None:
+        try:
+            seen, doubted_s = _read(self._file.read_bytes())
+        except (OSError, ValueError, TypeError, KeyError, OverflowError):  # none yet, or one that was cut off
+            return
+        self._seen, self._doubted_s = seen, doubted_s
+
+    def follow(self, carry: Callable[[Step, datetime], None]) -> datetime:
+        """Look once; return the time of day. Give a step to `carry` first; if it raises, the next look gives it again.
+
+        Whatever is judged then has to be judged by the time that is returned, for the clock may be set at any moment.
+        """
+        with self._lock:
+            now = self._clock.now()
+            seen = Reading(self._boot(), now.timestamp(), self._clock.monotonic(), self._clock.awake())
+            step = step_between(self._seen, seen) if self._seen is not None else Step(timedelta(), timedelta())
+            if step.moved or step.paused:
+                log.warning(TOLD, step.moved.total_seconds(), step.paused.total_seconds())
+                carry(step, now)
+            self._seen = seen
+            self._doubted_s = max(self._doubted_s - step.since_s, _doubt_s(step))
+            if step.moved or step.paused or seen.awake - self._written >= WRITE_S:
+                self._written = seen.awake
+                self._write(seen)
+            return now
+
+    def _write(self, seen: Reading) -> None:
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            replace_text(self._file, json.dumps({"seen": asdict(seen), "doubted_s": self._doubted_s}))
+        except OSError:  # a full disk stops no tick; the next start must not carry again what was carried
+            with contextlib.suppress(OSError):
+                self._file.unlink(missing_ok=True)
+
+    @property
+    def age_now(self) -> datetime:
+        """Return the time by which records are too old.
+
+        That is the time of day; for a day after it skipped more than a day, as with a wrong date, and for an hour
+        after any other step, it is a time at which none is too old.
+        """
+        with self._lock:
+            return FIRST if self._doubted_s > 0 else self._clock.now()
+
+
+@cache
+def wall_clock() -> WallClock:
+    """Return the one of this process."""
+    return WallClock(Path(settings.VAR) / "run" / "wall-clock.json")

@@ -7,8 +7,8 @@ os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
 
 from celery import Celery, signals
 
-from portal.logs.lines import PRINTED, tidy
 from portal.logs.outlet import ERRORS
+from portal.logs.text import PRINTED, tidy
 
 # Celery's fixup for Django puts the working folder first in sys.path; it may contain another folder `robots`
 _path = list(sys.path)

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from portal import forks
-from portal.logs.lines import PRINTED, tidy
 from portal.logs.outlet import Outlet
+from portal.logs.text import PRINTED, tidy
 from portal.places import ROOT
 
 HEARTBEAT_S = 10.0

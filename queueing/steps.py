@@ -17,8 +17,8 @@ from django.db.models import F, QuerySet
 
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.rows import announce, locked
+from robots.clock_steps import Step
 from robots.models import Command, Grant, Lease, Robot
-from robots.wall_clock import Step
 
 log = logging.getLogger(__name__)
 SLACK = timedelta(seconds=1)

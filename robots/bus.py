@@ -29,7 +29,6 @@ SOUND = "sound"  # what is watched by somebody who listens
 SLOW_S = 1.0  # who wants a picture only so often, or less often, does not make a camera capture more
 RARELY_S, RARE_S = 5.0, 2.52  # who wants one in 5 s or less often is given the second of pictures that come so often
 SOME_S = 0.2  # of recordings
-STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
 
 
 def queue_name(slug: str, epoch: int) -> str:
@@ -96,11 +95,6 @@ def compact_channel(slug: str) -> str:
 def stream_channel(slug: str) -> str:
     """Return the channel of a robot's byte streams."""
     return f"farhand:{slug}:stream"
-
-
-def stream_key(slug: str, stream: int) -> str:
-    """Return the list that holds the newest key packet of a byte stream and the deltas after it."""
-    return f"farhand:{slug}:stream:{stream}"
 
 
 def trace_channel(slug: str) -> str:
@@ -224,46 +218,6 @@ def publish_state(slug: str, packet: bytes) -> bool:
 def publish_compact(slug: str, packet: bytes) -> bool:
     """Send a state to those who want it compact."""
     return _publish(compact_channel(slug), packet)
-
-
-def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool) -> bool:
-    """Send packets of a byte stream and keep them for who comes later, together or not at all.
-
-    `from_key`: the first is a key packet, so what was kept is over.
-    """
-    key = stream_key(slug, stream)
-    try:
-        both = connection().pipeline(transaction=True)
-        if from_key:
-            both.delete(key)
-            both.rpush(key, *packets)
-        else:
-            both.rpushx(key, *packets)  # type: ignore[arg-type]
-        both.expire(key, STREAM_S)
-        for packet in packets:
-            both.publish(stream_channel(slug), packet)
-        both.execute()
-    except (redis.RedisError, OSError):
-        failures["publish"] += 1
-        return False
-    return True
-
-
-def kept_stream(slug: str, stream: int) -> list[bytes]:
-    """Return the newest key packet of a byte stream and the deltas after it; empty where nobody knows them."""
-    try:
-        kept: list[bytes] = connection().lrange(stream_key(slug, stream), 0, -1)  # type: ignore[assignment]
-    except (redis.RedisError, OSError):
-        return []
-    return kept
-
-
-def keep_stream(slug: str, stream: int) -> bool:
-    """Keep what newcomers are given of a byte stream for another while; False if it is there no more."""
-    try:
-        return bool(connection().expire(stream_key(slug, stream), STREAM_S))
-    except (redis.RedisError, OSError):
-        return True  # it is asked again soon
 
 
 def publish_sound(slug: str, packet: bytes) -> bool:

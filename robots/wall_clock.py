@@ -9,7 +9,7 @@ import json
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from functools import cache
 from pathlib import Path
@@ -17,10 +17,10 @@ from pathlib import Path
 from django.conf import settings
 
 from robots.clock import SYSTEM, Clock
+from robots.clock_steps import Reading, Step, step_between
 from robots.files import replace_text
 
 log = logging.getLogger(__name__)
-LEAST = timedelta(seconds=1)  # smaller steps end nothing, and nobody notices them
 SKIPPED = timedelta(days=1)  # whoever skips more may have a wrong date
 TRUSTED_S = 86_400.0  # that the machine has to be awake until a date is believed that came by a skip
 SETTLED_S = 3600.0  # the same after a smaller step: by then each file of before it is older than any that is written
@@ -30,52 +30,11 @@ LONGEST_S = 1e10  # that a machine runs
 FIRST = datetime(2020, 1, 1, tzinfo=UTC)  # there was no portal before: an earlier stamp is of a clock that was wrong
 
 
-@dataclass(frozen=True)
-class Reading:
-    """All clocks at one moment (s): since 1970, since the start of the machine with and without its sleep."""
-
-    boot: str
-    wall: float
-    lasted: float
-    awake: float
-
-
-@dataclass(frozen=True)
-class Step:
-    """What happened between two looks: by how much the time of day was set, how long the machine slept or was off.
-
-    `since_s`: the time between the looks that the machine was awake (s); the step lies somewhere in it.
-    """
-
-    moved: timedelta
-    paused: timedelta
-    since_s: float = 0.0
-
-    @property
-    def total(self) -> timedelta:
-        """Return by how much stamps of before the step have to be moved."""
-        return self.moved + self.paused
-
-
 def boot_id() -> str:
     """Return the name that the kernel gave to this start of the machine; empty where it gives none."""
     with contextlib.suppress(OSError):
         return Path("/proc/sys/kernel/random/boot_id").read_text().strip()
     return ""
-
-
-def step_between(was: Reading, now: Reading) -> Step:
-    """Return what happened between two readings; steps of less than a second are none."""
-    awake = now.awake - was.awake
-    if was.boot != now.boot or awake < 0:  # the machine was off for an unknown time
-        gap = now.wall - was.wall
-        moved, paused, awake = min(gap, 0.0), max(gap, 0.0), 0.0
-    else:
-        lasted = now.lasted - was.lasted
-        moved, paused = now.wall - was.wall - lasted, lasted - awake
-    least = LEAST.total_seconds()
-    moved, paused = (0.0 if abs(part) < least else part for part in (moved, paused))
-    return Step(timedelta(seconds=moved), timedelta(seconds=paused), awake)
 
 
 def _doubt_s(step: Step) -> float:

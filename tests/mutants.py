@@ -58,7 +58,7 @@ MUTANTS = (
            "        kill_recorded_owner(lease)\n", "",
            "tests/faults/test_promises_owner.py::test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more[mercury]"),
     Mutant(5, "the lease is taken from whoever has it", "workers/safety/lease.py",
-           "        if lease.expires_at and lease.expires_at > now:\n            return False\n", "",
+           "        if not self._over(lease):\n            return False\n", "",
            "tests/faults/test_promises_owner.py::test_promise_05_one_owner_however_many_start[mercury]"),
     Mutant(6, "silence of the controls is not noticed", "workers/safety/deadman.py",
            "            if now - self._heard > SILENT_S:\n", "            if False:\n",

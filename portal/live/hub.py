@@ -25,7 +25,7 @@ from portal.live.rooms import Cameras, Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
-from robots import bus
+from robots import bus, stream_store
 from robots.contract.streams import MOST
 from robots.messages import decode
 
@@ -205,7 +205,7 @@ class Hub:
         try:
             kept = self._redis.pipeline(transaction=False)
             for stream in range(MOST):
-                kept.lrange(bus.stream_key(slug, stream), 0, -1)
+                kept.lrange(stream_store.stream_key(slug, stream), 0, -1)
             with contextlib.suppress(RedisError, OSError, ValueError):
                 async with asyncio.timeout(SILENT_S):
                     self.streams.restore(slug, await kept.execute())

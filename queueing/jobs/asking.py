@@ -15,7 +15,6 @@ from queueing.jobs.tagging import tag_next
 from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
 from queueing.turns import start_countdown
-from robots import bus
 from robots.contract.capabilities import JobCheck
 from robots.contract.find import function, spec_of
 from robots.contract.streams import unpack
@@ -23,6 +22,7 @@ from robots.contract.values import check
 from robots.drivers.errors import BadRequest
 from robots.models import Robot
 from robots.plain import one_line
+from robots.stream_store import kept_stream
 
 LIMIT = 10  # open jobs per person and queue
 LARGEST = 50  # open jobs of all guests of one network address
@@ -93,7 +93,7 @@ def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> N
     """Let the robot's own check refuse what makes no sense by what it shows, so that nobody waits for it in vain."""
     declared = spec_of(robot.driver)
     for own in declared.all_of(JobCheck):
-        kept = bus.kept_stream(robot.slug, [stream.name for stream in declared.streams].index(own.stream))
+        kept = kept_stream(robot.slug, [stream.name for stream in declared.streams].index(own.stream))
         if kept:
             function(own.function)(kind, args, ((packet.data, packet.key) for packet in map(unpack, kept)))
 

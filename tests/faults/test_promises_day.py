@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 
 from portal import serve
 from portal.live import audience, hub, person, sessions, viewing
-from robots import bus, services
+from robots import bus, services, stream_store
 from robots.clock import SYSTEM
 from robots.contract.session import RobotState
 from robots.contract.streams import StreamPacket, pack
@@ -82,7 +82,7 @@ def rounds(monkeypatch):
     ):  # fmt: skip
         monkeypatch.setattr(module, name, getattr(module, name) / FASTER)
     monkeypatch.setattr(bus, "WATCH_S", 1)  # the least that Redis knows
-    monkeypatch.setattr(bus, "STREAM_S", 1)
+    monkeypatch.setattr(stream_store, "STREAM_S", 1)
     monkeypatch.setitem(connections.settings["default"], "CONN_MAX_AGE", 0.2)
     counted(hub.Hub, "_keep_watch_once", "the hub")
     counted(sessions, "over", "sessions")
@@ -111,14 +111,14 @@ class Owner:
 
     def __init__(self):
         self.number, self._over = 0, threading.Event()
-        bus.publish_stream("mercury", 0, [pack(StreamPacket(0, 0, 0, True, b"map"))], True)
+        stream_store.publish_stream("mercury", 0, [pack(StreamPacket(0, 0, 0, True, b"map"))], True)
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
 
     def _work(self):
         while not self._over.wait(0.05):
             self.tell()
-            bus.keep_stream("mercury", 0)
+            stream_store.keep_stream("mercury", 0)
 
     def tell(self):
         self.number += 1

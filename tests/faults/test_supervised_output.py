@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from portal.live.previews import Previewer
-from portal.logs.lines import PRINTED
+from portal.logs.text import PRINTED
 from portal.supervisor import ProcessSpec, Supervisor
 from tests.conftest import wait_for
 from tests.rig import ROOT

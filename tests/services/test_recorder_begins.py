@@ -5,7 +5,7 @@ from math import inf
 
 import pytest
 
-from robots import bus, services
+from robots import bus, services, stream_store
 from robots.clock import SYSTEM
 from robots.contract.streams import StreamPacket, pack, unpack
 from robots.grants import end_grant
@@ -48,7 +48,7 @@ def turn(robot, people, owned, redis_server, settings, tmp_path):
 
 
 def kept(stream, number, key, data):
-    bus.publish_stream("irat", stream, [pack(StreamPacket(stream, number, 1000 + number, key, data))], key)
+    stream_store.publish_stream("irat", stream, [pack(StreamPacket(stream, number, 1000 + number, key, data))], key)
 
 
 def recorded(seconds=5):

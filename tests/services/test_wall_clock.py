@@ -5,7 +5,8 @@ from datetime import timedelta
 
 import pytest
 
-from robots.wall_clock import FIRST, TRUSTED_S, Reading, WallClock, step_between
+from robots.clock_steps import Reading, step_between
+from robots.wall_clock import FIRST, TRUSTED_S, WallClock
 from tests.services.clock_steps import HOUR, YEAR
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]

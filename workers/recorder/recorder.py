@@ -26,6 +26,7 @@ from robots.messages import Changed, CommandStage, Event, Notice, decode
 from robots.models import Command, Grant, Recording, RecordingState
 from robots.recordings import keeping, telling
 from robots.states import COMMAND_FINAL
+from robots.stream_store import kept_stream
 from workers.recorder.movies import MovieMaker
 
 if TYPE_CHECKING:
@@ -229,9 +230,8 @@ class Recorder:
         """Take what the bus keeps of byte streams, all at one time, so that deltas have something to stand on."""
         at_ns = self.now_ns()
         for stream in range(MOST):
-            try:
-                kept: Any = bus.connection().lrange(bus.stream_key(one.slug, stream), 0, -1)
-            except (redis.RedisError, OSError):
+            kept = kept_stream(one.slug, stream)
+            if kept is None:
                 return
             for packet in kept:
                 one.taping.stream(at_ns, packet)

@@ -35,6 +35,10 @@ def spec() -> Spec:
     )
     jog = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in arm.names)
     tool = tuple(Argument(name, "", -1.0, 1.0, required=False) for name in PLACE)
+    program = (
+        Argument("number", "", 1.0, 9999.0, required=False, whole=True),
+        Argument("text", "", 1, LONGEST_TEXT, required=False, text=True),
+    )
     beyond = 0.02  # rad; an arm that was pushed further out is told in full states
     scales = {
         joint.name: Scale(joint.low - beyond, joint.high + beyond, FINE if n < 3 else COARSE)
@@ -62,15 +66,7 @@ def spec() -> Spec:
             CommandKind("pose", "Move tool", (*place, share), limit_s=limit, replaceable=True),
             CommandKind("line", "Move tool straight", (*place, share), limit_s=limit, replaceable=True),
             CommandKind("gripper", "Gripper", (Argument("closed", "", 0.0, 1.0),), limit_s=10.0),
-            CommandKind(
-                "program",
-                "Program",
-                (
-                    Argument("number", "", 1.0, 9999.0, required=False, whole=True),
-                    Argument("text", "", 1, LONGEST_TEXT, required=False, text=True),
-                ),
-                limit_s=LONGEST_PROGRAM_S,
-            ),
+            CommandKind("program", "Program", program, limit_s=LONGEST_PROGRAM_S),
             CommandKind("jog_joints", "Jog joints", jog, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("jog_tool", "Jog tool", tool, limit_s=JOG_LONGEST_S, held=True),
             CommandKind("ready", "Ready position", limit_s=limit, replaceable=True),

@@ -1,0 +1,52 @@
+"""Byte streams on the bus: they are sent, and the store keeps what newcomers are given of them."""
+
+import redis
+
+from robots import bus
+
+STREAM_S = 30  # an owner that is gone leaves its byte streams behind for so long
+
+
+def stream_key(slug: str, stream: int) -> str:
+    """Return the list that holds the newest key packet of a byte stream and the deltas after it."""
+    return f"farhand:{slug}:stream:{stream}"
+
+
+def publish_stream(slug: str, stream: int, packets: list[bytes], from_key: bool) -> bool:
+    """Send packets of a byte stream and keep them for who comes later, together or not at all.
+
+    `from_key`: the first is a key packet, so what was kept is over.
+    """
+    key = stream_key(slug, stream)
+    try:
+        both = bus.connection().pipeline(transaction=True)
+        if from_key:
+            both.delete(key)
+            both.rpush(key, *packets)
+        else:
+            both.rpushx(key, *packets)  # type: ignore[arg-type]
+        both.expire(key, STREAM_S)
+        for packet in packets:
+            both.publish(bus.stream_channel(slug), packet)
+        both.execute()
+    except (redis.RedisError, OSError):
+        bus.failures["publish"] += 1
+        return False
+    return True
+
+
+def kept_stream(slug: str, stream: int) -> list[bytes] | None:
+    """Return the newest key packet of a byte stream and the deltas after it; None without Redis."""
+    try:
+        kept: list[bytes] = bus.connection().lrange(stream_key(slug, stream), 0, -1)  # type: ignore[assignment]
+    except (redis.RedisError, OSError):
+        return None
+    return kept
+
+
+def keep_stream(slug: str, stream: int) -> bool:
+    """Keep what newcomers are given of a byte stream for another while; False if it is there no more."""
+    try:
+        return bool(bus.connection().expire(stream_key(slug, stream), STREAM_S))
+    except (redis.RedisError, OSError):
+        return True  # it is asked again soon

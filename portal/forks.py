@@ -48,6 +48,7 @@ PER_PROCESS = frozenset(
 )  # read in each process, or by `become`
 PR_SET_PDEATHSIG, PR_SET_NAME, PR_SET_CHILD_SUBREAPER, M_ARENA_MAX = 1, 15, 36, -8
 ADOPTED_S = 5.0  # a fork waits this long to become a child of the supervisor
+ANSWER_S = 20.0  # longer than a fork takes on a busy machine
 MESSAGE = 200_000  # bytes of a request: arguments and environment
 
 _line: socket.socket | None = None
@@ -106,22 +107,36 @@ def freeze() -> None:
 
 
 def _serve(line: socket.socket, supervisor: int) -> NoReturn:
-    """Fork for each request; end with the supervisor."""
+    """Fork for each request; answer with the fork's number, 0 where there is none. End with the supervisor."""
     while True:
         asked, files, _, _ = socket.recv_fds(line, MESSAGE, 1)
         if not asked:
             os._exit(0)
-        middle = os.fork()
-        if middle:
-            os.close(files[0])
-            os.waitpid(middle, 0)
-            continue
+        status = 1
+        with contextlib.suppress(OSError):  # the system has no process left for now
+            middle = os.fork()
+            if not middle:
+                _fork_child(line, supervisor, asked, files[0])
+            status = os.waitpid(middle, 0)[1]
+        os.close(files[0])
+        if status:
+            line.send(b"0")
+
+
+def _fork_child(line: socket.socket, supervisor: int, asked: bytes, out: int) -> NoReturn:
+    """Fork once more and end, so that the fork becomes the supervisor's child."""
+    try:
         made = os.fork()
-        if made:  # when the process in between ends, the fork becomes the supervisor's child
-            line.send(b"%d" % made)
-            os._exit(0)
+    except OSError:
+        os._exit(1)
+    if not made:
         line.close()
-        become(json.loads(asked), files[0], supervisor)
+        become(json.loads(asked), out, supervisor)
+    try:
+        line.send(b"%d" % made)
+    except OSError:  # the supervisor waits no longer, and starts it in the ordinary way
+        os.kill(made, signal.SIGKILL)
+    os._exit(0)
 
 
 def become(asked: dict[str, Any], out: int, parent: int) -> NoReturn:
@@ -185,22 +200,29 @@ async def fork(name: str, argv: tuple[str, ...], env: dict[str, str], folder: Pa
 
     None if it must be started in the ordinary way.
     """
+    global _line
     changed = {key for key, _ in env.items() ^ _environment.items()}
     if _line is None or argv[:2] != (sys.executable, "-m") or not changed <= PER_PROCESS:
         return None
     asked = json.dumps({"name": name, "argv": argv[2:], "env": env, "folder": str(folder)}).encode()
     try:
         return Forked(await asyncio.to_thread(_ask, _line, asked, out))
+    except TimeoutError:  # it stands still; with the line, what it has begun ends
+        if _line is not None:
+            _line.close()
+            _line = None
+        return None
     except OSError:
         return None
 
 
 def _ask(line: socket.socket, asked: bytes, out: int) -> int:
     with _asking:
+        line.settimeout(ANSWER_S)
         socket.send_fds(line, [asked], [out])
         answer = line.recv(64)
-    if not answer:
-        raise OSError("the forking process is gone")
+    if not answer or answer == b"0":
+        raise OSError("nothing was forked")
     return int(answer)
 
 

@@ -57,7 +57,8 @@ if "*" in ALLOWED_HOSTS:
     raise ImproperlyConfigured("ALLOWED_HOSTS must name the hosts: '*' would switch the origin check of sockets off.")
 CSRF_TRUSTED_ORIGINS = env.list("CSRF_TRUSTED_ORIGINS", default=[])
 
-SITE_ADDRESS = site_address(env.str("FARHAND_URL", ""), CSRF_TRUSTED_ORIGINS, ALLOWED_HOSTS, PUBLIC)
+PORT = env.int("FARHAND_PORT", 8000)
+SITE_ADDRESS = site_address(env.str("FARHAND_URL", ""), CSRF_TRUSTED_ORIGINS, ALLOWED_HOSTS, PUBLIC, PORT)
 
 INSTALLED_APPS = [
     "django.contrib.admin",
@@ -366,6 +367,8 @@ LIMITS: dict[str, Any] = {
     "STAFF_BODY": 1_000_000,
     "STAFF_BODY_S": 60.0,
 }
+if LIMITS["PAGES"] < 1:
+    raise ImproperlyConfigured("FARHAND_PAGES_AT_ONCE must be at least 1; with less no page would ever be rendered.")
 
 # The rules of turns; each can be changed a robot on its admin page where a field says so.
 FARHAND = {

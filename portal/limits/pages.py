@@ -23,7 +23,7 @@ class FewPages(ASGIHandler):
 
     async def get_response_async(self, request: HttpRequest) -> HttpResponseBase:
         """Render a page when there is room."""
-        room = await self._semaphore.acquire(request.META["REMOTE_ADDR"])
+        room = await self._semaphore.acquire(request.META.get("REMOTE_ADDR", ""))
         request.leave_room = partial(asyncio.get_running_loop().call_soon_threadsafe, room.leave)  # type: ignore[attr-defined]
         try:
             return await super().get_response_async(request)

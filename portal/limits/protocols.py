@@ -69,8 +69,11 @@ class Http(HttpToolsProtocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Count the connection, and wait for its first headers."""
         super().connection_made(transport)
-        address = self.client[0] if self.client else ""
-        if address and not through_proxy(address):
+        if self.client is None:  # reset before it was accepted
+            transport.abort()
+            return
+        address = self.client[0]
+        if not through_proxy(address):
             if not connections().enter(address):
                 drop("of an address that has enough")
                 self._refuse(503)

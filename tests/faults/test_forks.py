@@ -37,6 +37,71 @@ async def main():
 forks.prepare()
 asyncio.run(main())
 """
+FAILS = """
+import asyncio, os, sys
+from pathlib import Path
+from portal import forks
+
+fork, forked = os.fork, 0
+
+def some():
+    global forked
+    forked += 1
+    if forked == 3:  # the fork of the first process in between, and the second process in between
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+    return fork()
+
+async def main():
+    argv = (sys.executable, "-m", "this")
+    for _ in range(4):
+        made = await forks.fork("this", argv, dict(os.environ), Path.cwd(), os.open(os.devnull, os.O_WRONLY))
+        print("none" if made is None else await made.wait())
+
+forks.load_all = lambda: None
+os.fork = some
+forks.prepare()
+asyncio.run(main())
+"""
+STANDS_STILL = """
+import asyncio, os, signal, sys, time
+from pathlib import Path
+from portal import forks
+
+async def main():
+    argv = (sys.executable, "-m", "this")
+    for _ in range(2):
+        print(await forks.fork("this", argv, dict(os.environ), Path.cwd(), 1))
+
+forks.load_all = lambda: None
+forks.ANSWER_S = 0.5
+forks.prepare()
+(child,) = map(int, Path(f"/proc/self/task/{os.getpid()}/children").read_text().split())
+os.kill(child, signal.SIGSTOP)
+asyncio.run(main())
+os.kill(child, signal.SIGCONT)
+os.waitpid(child, 0)
+while True:  # what it forked then has ended, too
+    try:
+        os.waitpid(-1, 0)
+    except ChildProcessError:
+        break
+"""
+DEMO = """
+import asyncio, os, sys
+from pathlib import Path
+from django.core import management
+from portal import command, forks
+
+def run(arguments):
+    from django.conf import settings
+
+    argv = (sys.executable, "-m", "this")
+    made = asyncio.run(forks.fork("this", argv, dict(os.environ), Path.cwd(), os.open(os.devnull, os.O_WRONLY)))
+    print("none" if made is None else "fork", settings.SITE_ADDRESS)
+
+management.execute_from_command_line = run
+command.main()
+"""
 BEYOND = """
 import ctypes, os, sys
 from portal import forks, gaps
@@ -94,3 +159,19 @@ def test_a_process_that_is_killed_in_its_first_moment_ends():
         child = Child("killed", [sys.executable, "-m", "http.server", "0"])
         child.signal(signal.SIGKILL)
         assert child.process.wait(20) == -signal.SIGKILL
+
+
+@pytest.mark.gate
+def test_what_cannot_be_forked_now_is_started_in_the_ordinary_way_and_the_next_is_forked_again(environment):
+    assert _python(environment, "-c", FAILS).split() == ["none", "none", "0", "0"]
+
+
+@pytest.mark.gate
+def test_a_process_that_forks_and_stands_still_is_left_and_starts_nothing_twice(environment):
+    assert _python(environment, "-c", STANDS_STILL).split() == ["None", "None"]
+
+
+@pytest.mark.gate
+def test_the_demo_forks_on_any_port_and_mails_link_to_it(environment):
+    assert _python(environment, "-c", DEMO, "demo", "--port", "8123").split() == ["fork", "http://localhost:8123"]
+    assert _python(environment, "-c", DEMO, "demo").split() == ["fork", "http://localhost:8000"]

@@ -6,6 +6,7 @@ Judged by the bytes and requests that it takes, by what it answers, and by the c
 import asyncio
 import contextlib
 import socket
+import struct
 
 import pytest
 import uvicorn
@@ -73,12 +74,13 @@ async def served():
     async def connect():
         line = socket.socket()
         line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 16 * 1024)
-        line.connect(server.sockets[0].getsockname())
+        line.connect(connect.address)
         reader, writer = await asyncio.open_connection(sock=line)
         writer.transport.set_write_buffer_limits(high=0)
         opened.append(writer)
         return reader, writer
 
+    connect.address = server.sockets[0].getsockname()
     try:
         yield app, connect
     finally:
@@ -260,6 +262,24 @@ def test_after_a_refusal_nothing_is_read(monkeypatch):
     assert statuses(said) == [400]
     assert requests == []
     assert refused == ["sent no HTTP"]
+
+
+@pytest.mark.asvs("15.2.2")
+def test_a_connection_that_was_reset_before_it_is_accepted_is_no_request(caplog):
+    async def how(app, connect):
+        for _ in range(20):
+            with socket.socket() as line:
+                line.connect(connect.address)
+                line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                line.sendall(GET)
+        reader, writer = await connect()
+        writer.write(GET)
+        return statuses(await reader.readuntil(b"\r\n\r\n")), app.requests
+
+    answered, requests = attack(how)
+    assert answered == [200]
+    assert requests == ["/page"]
+    assert not caplog.records
 
 
 bodies = st.lists(st.binary(max_size=300), max_size=5)

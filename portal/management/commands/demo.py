@@ -31,7 +31,7 @@ class Command(BaseCommand):
     def add_arguments(self, parser: CommandParser) -> None:
         """Add host and port."""
         parser.add_argument("--host", default="127.0.0.1")
-        parser.add_argument("--port", type=int, default=8000)
+        parser.add_argument("--port", type=int, default=settings.PORT)
 
     def handle(self, *args: Any, **options: Any) -> None:
         """Prepare, then supervise until Ctrl-C."""
@@ -41,8 +41,6 @@ class Command(BaseCommand):
             if port == settings.OPERATORS_PORT:
                 raise CommandError(f"FARHAND_OPERATORS_PORT must be another port than the portal's {port}.")
             _need_port(host, settings.OPERATORS_PORT, "FARHAND_OPERATORS_PORT=8002 make run")
-        if not (settings.PUBLIC or settings.CSRF_TRUSTED_ORIGINS):  # no proxy in front: mails link to this port
-            os.environ.setdefault("FARHAND_URL", f"http://{_named(host)}:{port}")
         begun = time.monotonic()
         tighten(settings.VAR)
         password = _apart(self._prepare)

@@ -1,6 +1,7 @@
 """Between the owner and what others wrote: drivers, cameras and their libraries. Whatever they raise is a sentence."""
 
 import logging
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
@@ -66,22 +67,23 @@ class Ours:
 class GuardedSession(Session):
     """A driver's session behind a door: `connect`, `state` and `hold` raise HardwareFault and nothing else.
 
-    A driver that cannot even be made is made again at the next `connect`. One that fails in the middle of a command is
-    held.
+    A driver that cannot even be made, or cannot connect for an error without a sentence, is made anew. One that fails
+    in the middle of a command is held.
     """
 
     def __init__(self, make: Callable[[], Session]) -> None:
         self._make, self._door = make, Door(DriverFailed, "The robot's driver failed")
+        self._making = threading.Lock()
         self._session: Session | None = None
         with suppress(HardwareFault):  # `connect` says it
             self._made()
 
     def _made(self) -> Session:
-        if self._session is None:
-            with self._door.open(HardwareFault):
-                self._session = self._make()
-        assert self._session is not None
-        return self._session
+        with self._making:
+            if self._session is None:
+                with self._door.open(HardwareFault):
+                    self._session = self._make()
+            return self._session
 
     @property
     def line(self) -> Any:
@@ -91,8 +93,14 @@ class GuardedSession(Session):
     def connect(self) -> RobotState:
         """Open the wire and ask the hardware for its state. Raises HardwareFault."""
         session = self._made()
-        with self._door.open(HardwareFault):
-            return _of_type(RobotState, session.connect())
+        try:
+            with self._door.open(HardwareFault):
+                return _of_type(RobotState, session.connect())
+        except DriverFailed:
+            self.close()  # what it was in the middle of is not known
+            with self._making:
+                self._session = None
+            raise
 
     def state(self) -> RobotState:
         """Ask the hardware. Raises HardwareFault."""
@@ -145,7 +153,14 @@ class GuardedSession(Session):
 
     def latest(self) -> RobotState | None:
         """Return the newest state that was kept, without asking the hardware."""
-        return self._session.latest() if self._session is not None else None
+        session = self._session
+        if session is None:
+            return None
+        try:
+            with self._door.open(HardwareFault):
+                return session.latest()
+        except HardwareFault:
+            return None
 
 
 def _of_type(kind: type[T], value: object) -> T:

@@ -73,8 +73,9 @@ class Bridge:
             except Exception as error:  # the library asserts where it does not expect an answer
                 raise LineGone(f"The robot's rosbridge cannot be reached: {why(error)}.") from error
             self._line, self.heard_at = line, self._clock.monotonic()
-            self._reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
-            self._reader.start()
+            reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
+            reader.start()  # raises where the system has no thread left; it is closed before the next attempt
+            self._reader = reader
         for topic, (kind, _, every_s) in list(self._heard.items()):
             self._subscribe(topic, kind, every_s)
 

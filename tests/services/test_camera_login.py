@@ -155,6 +155,19 @@ def test_wrong_ones_are_said_in_a_sentence(camera, way, place):
     assert len(camera.asked) <= 4
 
 
+@pytest.mark.parametrize("realm", ["x, basic y", "x, Basic realm=y, z", "Basic "])
+def test_a_camera_that_asks_for_digest_alone_never_gets_the_password(camera, tmp_path, realm):
+    camera.challenges = [f'Digest realm="{realm}", nonce="{NONCE}", algorithm=SHA-512']
+    opened = open_camera(f"http://{WRITTEN}@{camera.at}/a.jpg", tmp_path)
+    with closing(opened), pytest.raises(CameraFault):
+        opened.grab(0.01)
+    assert {said for _, said in camera.asked} == {None}
+    camera.challenges = [f'Digest realm="{realm}", nonce="{NONCE}", qop="auth"']
+    with closing(open_camera(f"http://{WRITTEN}@{camera.at}/a.jpg", tmp_path)) as opened:
+        assert opened.grab(0.01).shape == (48, 64)
+    assert camera.asked[-1][1].startswith("Digest ")
+
+
 def test_a_challenge_that_cannot_be_read_is_refused(camera):
     for challenges in (
         ["Digest"], ["Digest realm"], ['Digest realm="a"'], [""], ["Digest realm=, nonce=,"], ["x" * 5000],

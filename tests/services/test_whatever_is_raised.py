@@ -1,5 +1,6 @@
 """Whatever a driver's or a camera's library raises ends in a sentence and a next attempt, never in the owner."""
 
+import threading
 from contextlib import suppress
 
 import av
@@ -105,6 +106,55 @@ def test_a_driver_that_cannot_be_made_is_made_again_at_the_next_attempt(error):
     kind.broken = ()
     assert session.connect() is REST
     assert session.latest() is REST
+
+
+def test_a_driver_that_cannot_connect_for_such_an_error_is_closed_and_made_anew():
+    made = []
+
+    def make():
+        made.append(broken(*(() if made else ("connect",)), error=RuntimeError("can't start new thread"))())
+        return made[-1]
+
+    session = GuardedSession(make)
+    with pytest.raises(HardwareFault, match="can't start new thread"):
+        session.connect()
+    assert made[0].done == ["connect", "close"]
+    assert session.connect() is REST
+    assert len(made) == 2
+
+
+def test_two_threads_make_one_driver():
+    made, both, making = [], threading.Barrier(2), threading.Event()
+
+    def make():
+        made.append(broken()() if made else None)
+        if made[-1] is None:
+            raise OSError("not yet")
+        making.wait(0.2)  # so that the other thread comes meanwhile, too
+        return made[-1]
+
+    session = GuardedSession(make)
+
+    def call(what):
+        both.wait()
+        what()
+
+    threads = [threading.Thread(target=call, args=(what,)) for what in (session.connect, session.hold)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(made) == 2
+
+
+@pytest.mark.parametrize("error", [ValueError("x"), SystemExit(1)])
+def test_a_driver_that_cannot_tell_what_it_kept_has_told_nothing(monkeypatch, error):
+    def latest(self):
+        raise error
+
+    kind = broken()
+    monkeypatch.setattr(kind, "latest", latest, raising=False)
+    assert GuardedSession(kind).latest() is None
 
 
 @pytest.mark.parametrize("wrong", [7, "x", (), object()])

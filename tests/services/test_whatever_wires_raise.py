@@ -1,8 +1,11 @@
 """Whatever the libraries of wires and microphones raise: the wire is gone, and is opened again."""
 
+import os
 import threading
+import tty
 
 import pytest
+from websockets.sync.server import serve
 
 from robots.drivers.errors import HardwareFault
 from robots.drivers.mercury.line import HostLine
@@ -55,6 +58,34 @@ def test_a_serial_port_that_cannot_be_opened_written_or_read_is_gone(error, monk
     with pytest.raises(HardwareFault, match="gone"):
         line.status()
     line.close()
+
+
+@pytest.mark.parametrize("kind", ["line", "rosbridge"])
+def test_a_wire_that_got_no_thread_is_opened_again(kind, monkeypatch):
+    host, own = os.openpty()
+    tty.setraw(own)
+    real, full = threading.Thread.start, [True]
+
+    def start(thread):
+        if full[0] and thread.name == kind:
+            raise RuntimeError("can't start new thread")
+        real(thread)
+
+    with serve(lambda line: line.recv(), "127.0.0.1", 0) as server:
+        threading.Thread(target=server.serve_forever).start()
+        monkeypatch.setattr(threading.Thread, "start", start)
+        at = f"127.0.0.1:{server.socket.getsockname()[1]}"
+        wire = HostLine(os.ttyname(own), 1, None) if kind == "line" else Bridge(at)
+        with pytest.raises(RuntimeError):
+            wire.open()
+        full[0] = False
+        wire.open()
+        wire.close()
+        wire.open()
+        wire.close()
+        server.shutdown()
+    os.close(host)
+    os.close(own)
 
 
 @pytest.mark.parametrize("error", ORDINARY, ids=name)

@@ -150,6 +150,17 @@ def test_what_was_released_in_an_earlier_turn_does_not_end_a_motion_of_the_same_
     assert timer.ended == "released"
 
 
+def test_the_next_turn_may_begin_with_the_number_that_was_just_released():
+    clock, timer = taken()
+    timer.hear(ADA, SEQ, False)
+    assert timer.ended == "released"
+    timer.end()
+    clock.sleep(1.0)
+    timer.hear(ADA, SEQ, True)
+    timer.start(command())
+    assert not timer.ended
+
+
 def test_words_of_controls_are_forgotten():
     clock = FakeClock()
     timer = DeadManTimer(clock)

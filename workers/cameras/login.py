@@ -18,6 +18,8 @@ from robots.drivers.errors import CameraFault
 
 HASHES = {"MD5": hashlib.md5, "SHA": hashlib.sha1, "SHA-256": hashlib.sha256}
 
+ITEM = re.compile(r'(?:[^",]|"(?:\\.|[^"\\])*"?)+')  # between commas that stand in no quotes
+SCHEME = re.compile(r"([A-Za-z][\w-]*)(?:\s+(?!=)|$)")  # followed by its values; a value's name by "="
 PLACE = "http://camera"  # for Python's handler, which may know several
 
 
@@ -54,9 +56,7 @@ class Login:
         """Answer the headers `WWW-Authenticate` of a 401 from now on. Return False where there is nothing to answer."""
         if not self.known:
             return False
-        # several may stand in one header; in a quoted value no scheme follows a comma
-        asked = re.split(r",\s*(?=(?:basic|digest)\s)", ", ".join(challenges), flags=re.IGNORECASE)
-        schemes = [(scheme.lower(), rest) for scheme, _, rest in (one.strip().partition(" ") for one in asked)]
+        schemes = _schemes(", ".join(challenges))
         for digest in [_read(rest) for scheme, rest in schemes if scheme == "digest"]:
             if _understood(digest):
                 self._made = self._digest(digest)
@@ -73,6 +73,18 @@ class Login:
         handler = _Digest(passwords)
         told = challenge | ({"qop": "auth"} if "qop" in challenge else {})
         return lambda target: f"Digest {handler.get_authorization(Request(PLACE + target), told)}"  # noqa: S310 - not opened
+
+
+def _schemes(challenges: str) -> list[tuple[str, str]]:
+    """Return each scheme with its values; several may stand in one header, and a quoted value may name one, too."""
+    schemes: list[tuple[str, str]] = []
+    for item in ITEM.findall(challenges):
+        begins = SCHEME.match(item.strip())
+        if begins:
+            schemes.append((begins[1].lower(), item.strip()[begins.end() :]))
+        elif schemes:
+            schemes[-1] = (schemes[-1][0], f"{schemes[-1][1]}, {item.strip()}")
+    return schemes
 
 
 def _read(challenge: str) -> dict[str, str]:

@@ -62,6 +62,8 @@ class DeadManTimer:
     def end(self) -> None:
         """Note that no held motion runs any more."""
         with self._lock:
+            if self._who is not None:
+                self._let_go.pop(self._who, None)  # the next turn counts its commands from one again
             self._who = None
 
     def hear(self, user: int, seq: int, held: bool) -> None:

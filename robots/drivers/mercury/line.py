@@ -88,8 +88,9 @@ class HostLine:
         if self._local:
             _keep_ready(self._port)
         self._gone, self._heard_at = None, self._clock.monotonic()
-        self._reader = threading.Thread(target=self._read, name="line", daemon=True)
-        self._reader.start()
+        reader = threading.Thread(target=self._read, name="line", daemon=True)
+        reader.start()  # raises where the system has no thread left; the port is closed before the next attempt
+        self._reader = reader
 
     @property
     def _in_order(self) -> bool:

@@ -164,7 +164,8 @@ class ArmLine:
         while b"\n" not in self._rest:
             if len(self._rest) > LONGEST_ANSWER:
                 raise ConnectionResetError("the controller's answer has no end")
-            if limit.over or not arrives.poll(1000 * limit.left):
+            left = limit.left  # asked once: a negative one would wait for ever
+            if left <= 0 or not arrives.poll(1000 * left):
                 raise TimeoutError
             data = line.recv(4096)
             if not data:

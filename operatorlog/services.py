@@ -1,6 +1,7 @@
 """The verbs of the log and the survey. One verb is one function."""
 
-from datetime import datetime, timedelta
+from datetime import date, datetime, timedelta
+from functools import partial
 from typing import Any
 
 from django.conf import settings
@@ -13,7 +14,8 @@ from queueing.jobs.telling import note_answered
 from queueing.models import Job, Turn
 from robots import bus
 from robots.messages import Changed
-from robots.models import Frame
+from robots.models import Frame, Robot
+from robots.recordings import keeping
 
 LONGEST = 2000
 LONGEST_ANSWER = 1000
@@ -101,7 +103,7 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
 
 
 def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: datetime) -> None:
-    """Publish, feature, or hide an entry; hiding needs a reason. Raises LogError."""
+    """Publish, feature, or hide an entry; hiding needs a reason, and forgets time-lapses of its turn. Raises LogError."""
     if not user.has_perm("operatorlog.change_entry"):
         raise LogError("This is for moderators.")
     reason = reason_for(visibility, reason)
@@ -109,6 +111,8 @@ def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: 
     entry.hidden_reason = reason
     entry.moderated_by, entry.moderated_at = user, now
     entry.save(update_fields=["visibility", "hidden_reason", "moderated_by", "moderated_at"])
+    if visibility == Visibility.HIDDEN:  # after the transaction, so that nobody asks for them again before
+        transaction.on_commit(partial(keeping.forget_lapses, entry.turn.grant), robust=True)
     bus.publish_on_commit(entry.robot.slug, Changed("log"))
 
 
@@ -130,6 +134,13 @@ def hidden_with(file: str) -> Entry | None:
 def hidden_of(grant: Any) -> Entry | None:
     """Return the hidden entry about the turn of this grant (a primary key); None where nothing is hidden."""
     return Entry.objects.filter(turn__grant=grant, visibility=Visibility.HIDDEN).first()
+
+
+def stills_of(robot: Robot, day: date) -> list[str]:
+    """Return the files of the stored pictures of a day (UTC) that everybody may see, the oldest first."""
+    hidden = Entry.objects.filter(visibility=Visibility.HIDDEN).values("turn__grant")
+    shown = Frame.objects.filter(robot=robot, taken_at__date=day).exclude(grant__in=hidden)
+    return list(shown.order_by("taken_at").values_list("file", flat=True))
 
 
 def may_see_hidden(entry: Entry, user: Any) -> bool:

@@ -144,13 +144,22 @@ def stills_of(robot: Robot, day: date) -> list[str]:
 
 
 def may_see_hidden(entry: Entry, user: Any) -> bool:
-    """Return whether this person may see the pictures of a hidden entry's turn.
+    """Return whether this person may see the pictures of a hidden entry's turn: staff and the author may."""
+    return bool(
+        user.has_perm("operatorlog.view_entry") or user.has_perm("robots.change_robot") or entry.author_id == user.pk
+    )
 
-    Staff and the author may; and who drives the robot now, for the picture to click in may be one of them.
+
+def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
+    """Return whether this person may see one picture of a hidden entry's turn (`frames/...`).
+
+    Who drives the robot now may, too, if it is the newest, in which they click, or the one before, which is beside it.
     """
-    if user.has_perm("operatorlog.view_entry") or user.has_perm("robots.change_robot") or entry.author_id == user.pk:
+    if may_see_hidden(entry, user):
         return True
-    return Turn.objects.filter(robot=entry.robot_id, user=user.pk, ended_at=None).exists()
+    if not Turn.objects.filter(robot=entry.robot_id, user=user.pk, ended_at=None).exists():
+        return False
+    return file in Frame.objects.filter(robot=entry.robot_id).order_by("-id").values_list("file", flat=True)[:2]
 
 
 def _own(turn: Turn, user: Any) -> None:

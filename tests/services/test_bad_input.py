@@ -174,7 +174,9 @@ def test_a_filter_that_cannot_be_leaves_one_record_with_its_traceback(robot, rol
 
 
 @pytest.mark.parametrize("query", ["", "?robot__id__exact=1"])
-def test_a_fault_of_an_action_is_ours_whatever_the_list_is_filtered_by(robot, roles, people, client, monkeypatch, query):
+def test_a_fault_of_an_action_is_ours_whatever_the_list_is_filtered_by(
+    robot, roles, people, client, monkeypatch, query
+):
     def fault(*args):
         raise TypeError("a fault of ours")
 

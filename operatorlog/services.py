@@ -103,7 +103,7 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
 
 
 def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: datetime) -> None:
-    """Publish, feature, or hide an entry; hiding needs a reason, and forgets time-lapses of its turn. Raises LogError."""
+    """Publish, feature, or hide an entry; hiding needs a reason, and removes time-lapses. Raises LogError."""
     if not user.has_perm("operatorlog.change_entry"):
         raise LogError("This is for moderators.")
     reason = reason_for(visibility, reason)

@@ -111,6 +111,29 @@ def test_who_drives_now_has_the_picture_to_click_in_and_the_one_before(robot, ro
     assert [client.get(frame.url).status_code for frame in frames] == [404, 404]
 
 
+def test_a_hidden_entry_is_not_deleted_for_its_pictures_would_be_shown_again(roles, frames):
+    hide(roles)
+    entry, client = Entry.objects.get(), as_role(roles, "superuser")
+    assert client.post(f"/admin/operatorlog/entry/{entry.pk}/delete/", {"post": "yes"}).status_code == 403
+    chosen = {"action": "delete_selected", "_selected_action": [entry.pk], "post": "yes"}
+    client.post("/admin/operatorlog/entry/", chosen)
+    assert Entry.objects.exists()
+    assert Client().get(frames[0].url).status_code == 404
+    hide(roles, Visibility.PUBLISHED)
+    client.post("/admin/operatorlog/entry/", chosen)
+    assert not Entry.objects.exists()
+
+
+def test_the_account_of_a_hidden_entrys_author_is_not_deleted(roles, frames):
+    """Its turns would go with it, and with them what hides the pictures."""
+    hide(roles)
+    author, client = roles["operator"], as_role(roles, "superuser")
+    assert client.post(f"/admin/accounts/user/{author.pk}/delete/", {"post": "yes"}).status_code == 403
+    chosen = {"action": "delete_selected", "_selected_action": [author.pk], "post": "yes"}
+    client.post("/admin/accounts/user/", chosen)
+    assert Client().get(frames[0].url).status_code == 404
+
+
 def test_a_way_out_of_the_folder_is_404_without_traceback(client, caplog):
     for path in ("../secret_key", "%2e%2e/%2e%2e/etc/passwd", "..%2f..%2fetc%2fpasswd", "a/../../x"):
         assert client.get(f"/media/frames/{path}").status_code == 404, path

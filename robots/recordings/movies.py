@@ -84,10 +84,10 @@ def plan_of(movie: Movie) -> dict[str, Any]:
         return {"hz": 5, "files": [str(path) for path in files if path.exists()]}
     assert movie.day is not None
     recordings = [source for source in movie.sources if isinstance(source, int)]
-    files = [source for source in movie.sources if isinstance(source, str)]
+    pictures = [source for source in movie.sources if isinstance(source, str)]
     kept = Recording.objects.filter(pk__in=recordings, state__in=SHOWN)
     timed = [(recording.began_at, keeping.path_of(recording)) for recording in kept]
-    stills = Frame.objects.filter(robot=movie.robot, taken_at__date=movie.day, file__in=files)
+    stills = Frame.objects.filter(robot=movie.robot, taken_at__date=movie.day, file__in=pictures)
     timed += [(frame.taken_at, Path(settings.MEDIA_ROOT) / frame.file) for frame in stills]
     there = [str(path) for _, path in sorted(timed) if path.exists()]
     return {"hz": LAPSE_HZ, "every_s": LAPSE_S, "files": there}

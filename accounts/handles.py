@@ -32,6 +32,9 @@ JOINED = (
 # read as a letter, but in no table of Unicode: digits, i beside I and l, and what stands there for letters like ε and м
 READ_AS = str.maketrans("i10234578", "llozeastb")
 ALSO = str.maketrans({"ꞓ": "e", "χ": "x", "ĸ": "k", "ʍ": "rn"})
+SYMBOLS = str.maketrans("@$!¡|€", "asllle")  # no handle has them
+LAST_SYMBOLS = re.compile(r"[@$!¡|€]+(?!\w)")
+AROUND = tuple(re.compile(digits) for digits in ("", r"\A\d+", r"\d+\Z", r"\A\d+|\d+\Z"))
 DRAWN_AS = re.compile(r"LATIN (?:CAPITAL LETTER|SMALL LETTER|LETTER SMALL CAPITAL) ([A-Z])(?: WITH .*)?")
 LONGEST_KEY = 240
 LRM = "\u200e"  # around letters of scripts that run from right to left, in the package's data
@@ -121,16 +124,24 @@ def validate(handle: str) -> None:
         raise ValidationError(f"Use letters of one script; this mixes {mixed}.")
     if not scripts or handle[0] in ".-_" or handle[-1] in ".-_":
         raise ValidationError("Use at least one letter, and begin and end with a letter or a digit.")
-    reserved = _reserved(RESERVED)
-    without = (handle, handle.lstrip(DIGITS), handle.rstrip(DIGITS), handle.strip(DIGITS))
-    if any(_bare(text) in reserved for text in without):
+    if _reads_as(handle, _reserved(RESERVED)):
         raise ValidationError("That handle is reserved; choose another one.")
 
 
 def claims_role(name: str) -> bool:
-    """Return whether a free name shows a role or a robot: in brackets, among other words, or spaced out."""
-    reserved = _reserved(ROLES)
-    return any(_bare(word) in reserved for word in [name, *re.split(r"[\W_]+", name)])
+    """Return whether a free name shows a role or a robot: in brackets, among other words, or spaced out.
+
+    Symbols are read as letters too; those at the end of a word may also be its punctuation.
+    """
+    reserved, name = _reserved(ROLES), normal(name)
+    readings = (name, name.translate(SYMBOLS), LAST_SYMBOLS.sub("", name).translate(SYMBOLS))
+    words = {word for text in readings for word in (text, *re.split(r"[\W_]+", text))}
+    return any(_reads_as(word, reserved) for word in words)
+
+
+def _reads_as(text: str, reserved: set[str]) -> bool:
+    """Return whether a text reads as one of these words, also with digits before or behind it."""
+    return any(_bare(digits.sub("", text)) in reserved for digits in AROUND)
 
 
 def _reserved(words: Iterable[str]) -> set[str]:

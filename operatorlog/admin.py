@@ -60,6 +60,11 @@ class EntryAdmin(Guarded):
         """Return False: operators write entries after their turn."""
         return False
 
+    def has_delete_permission(self, request: HttpRequest, obj: Entry | None = None) -> bool:
+        """Keep hidden entries: without the row, the pictures and the recording of the turn would be shown again."""
+        hidden = obj is not None and obj.visibility == Visibility.HIDDEN
+        return not hidden and super().has_delete_permission(request, obj)
+
     def save_model(self, request: HttpRequest, obj: Entry, form: Any, change: bool) -> None:
         """Moderate through the service, so that a hidden entry has a reason and a moderator."""
         wanted, reason = Visibility(obj.visibility), obj.hidden_reason

@@ -1,6 +1,7 @@
 """The verbs of the log and the survey. One verb is one function."""
 
-from datetime import datetime, timedelta
+from datetime import date, datetime, timedelta
+from functools import partial
 from typing import Any
 
 from django.conf import settings
@@ -13,7 +14,8 @@ from queueing.jobs.telling import note_answered
 from queueing.models import Job, Turn
 from robots import bus
 from robots.messages import Changed
-from robots.models import Frame
+from robots.models import Frame, Robot
+from robots.recordings import keeping
 
 LONGEST = 2000
 LONGEST_ANSWER = 1000
@@ -101,7 +103,7 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
 
 
 def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: datetime) -> None:
-    """Publish, feature, or hide an entry; hiding needs a reason. Raises LogError."""
+    """Publish, feature, or hide an entry; hiding needs a reason, and removes time-lapses. Raises LogError."""
     if not user.has_perm("operatorlog.change_entry"):
         raise LogError("This is for moderators.")
     reason = reason_for(visibility, reason)
@@ -109,6 +111,8 @@ def moderate(entry: Entry, user: Any, visibility: Visibility, reason: str, now: 
     entry.hidden_reason = reason
     entry.moderated_by, entry.moderated_at = user, now
     entry.save(update_fields=["visibility", "hidden_reason", "moderated_by", "moderated_at"])
+    if visibility == Visibility.HIDDEN:  # after the transaction, so that nobody asks for them again before
+        transaction.on_commit(partial(keeping.forget_lapses, entry.turn.grant), robust=True)
     bus.publish_on_commit(entry.robot.slug, Changed("log"))
 
 
@@ -132,14 +136,30 @@ def hidden_of(grant: Any) -> Entry | None:
     return Entry.objects.filter(turn__grant=grant, visibility=Visibility.HIDDEN).first()
 
 
-def may_see_hidden(entry: Entry, user: Any) -> bool:
-    """Return whether this person may see the pictures of a hidden entry's turn.
+def stills_of(robot: Robot, day: date) -> list[str]:
+    """Return the files of the stored pictures of a day (UTC) that everybody may see, the oldest first."""
+    hidden = Entry.objects.filter(visibility=Visibility.HIDDEN).values("turn__grant")
+    shown = Frame.objects.filter(robot=robot, taken_at__date=day).exclude(grant__in=hidden)
+    return list(shown.order_by("taken_at").values_list("file", flat=True))
 
-    Staff and the author may; and who drives the robot now, for the picture to click in may be one of them.
+
+def may_see_hidden(entry: Entry, user: Any) -> bool:
+    """Return whether this person may see the pictures of a hidden entry's turn: staff and the author may."""
+    return bool(
+        user.has_perm("operatorlog.view_entry") or user.has_perm("robots.change_robot") or entry.author_id == user.pk
+    )
+
+
+def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
+    """Return whether this person may see one picture of a hidden entry's turn (`frames/...`).
+
+    Who drives the robot now may, too, if it is the newest, in which they click, or the one before, which is beside it.
     """
-    if user.has_perm("operatorlog.view_entry") or user.has_perm("robots.change_robot") or entry.author_id == user.pk:
+    if may_see_hidden(entry, user):
         return True
-    return Turn.objects.filter(robot=entry.robot_id, user=user.pk, ended_at=None).exists()
+    if not Turn.objects.filter(robot=entry.robot_id, user=user.pk, ended_at=None).exists():
+        return False
+    return file in Frame.objects.filter(robot=entry.robot_id).order_by("-id").values_list("file", flat=True)[:2]
 
 
 def _own(turn: Turn, user: Any) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 from accounts.services import cleared
 from operatorlog.models import Entry, Visibility
-from operatorlog.services import hidden_of, may_see_hidden
+from operatorlog.services import hidden_of, may_see_picture
 from portal.live.jobs import jobs_shown
 from portal.stores import trouble
 from queueing.estimates import place_and_wait, waiting
@@ -86,7 +86,7 @@ def entry_info(entry: Entry) -> dict[str, Any]:
 def seen(frame: Frame | None, user: Any) -> Frame | None:
     """Return the picture, unless the entry about its turn is hidden, and with it the picture from this person."""
     hidden = hidden_of(frame.grant_id) if frame is not None and frame.grant_id is not None else None
-    return frame if hidden is None or may_see_hidden(hidden, user) else None
+    return frame if frame is None or hidden is None or may_see_picture(hidden, frame.file, user) else None
 
 
 def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Refuses texts that no database can store, and filters that it cannot compare."""
 
+import logging
 from collections.abc import Callable
 
 from django.core.exceptions import BadRequest, SuspiciousOperation
@@ -9,6 +10,7 @@ from django.http import HttpRequest, HttpResponse
 from portal.pages.errors import bad_request
 from robots.plain import storable
 
+log = logging.getLogger(__name__)
 # of a filter in the address of a list: a number too great, a year that is none, half a range, no pattern
 WRONG = (ArithmeticError, LookupError, TypeError, ValueError, DataError, NotSupportedError, ProgrammingError)
 
@@ -33,7 +35,14 @@ class PlainText:
         return self._get_response(request)
 
     def process_exception(self, request: HttpRequest, exception: Exception) -> HttpResponse | None:
-        """Answer 400 where a list of the admin fails at its filters; Django lets some through to the database."""
+        """Answer 400 where a list of the admin fails at its filters; Django lets some through to the database.
+
+        The exception is logged, because it may be a fault of ours. That of an action is one: it is answered with 500.
+        """
         match = request.resolver_match
         listed = match is not None and match.namespace == "admin" and str(match.url_name).endswith("_changelist")
-        return bad_request(request, exception) if listed and request.GET and isinstance(exception, WRONG) else None
+        looked = request.method in ("GET", "HEAD") and request.GET
+        if not (listed and looked and isinstance(exception, WRONG)):
+            return None
+        log.warning("the list %s failed at its filters", request.path, exc_info=exception)
+        return bad_request(request, exception)

@@ -16,7 +16,7 @@ from django.views.decorators.cache import never_cache
 
 from accounts.models import Clearance
 from operatorlog.models import Entry, Visibility
-from operatorlog.services import hidden_with, may_see_hidden
+from operatorlog.services import hidden_with, may_see_picture
 from portal.classic.pictures import drawn
 from portal.consoles.console import console_of
 from portal.live.snapshot import seen, status_of
@@ -174,8 +174,9 @@ def media(request: HttpRequest, path: str) -> HttpResponse:
         picture, kept = full.read_bytes(), full.stat()
     except (OSError, ValueError, SuspiciousFileOperation) as error:
         raise Http404("There is no such picture.") from error
-    hidden = hidden_with(full.relative_to(root).as_posix())  # of `a//b` and `./b` too
-    if hidden is not None and not may_see_hidden(hidden, request.user):
+    file = full.relative_to(root).as_posix()  # of `a//b` and `./b` too
+    hidden = hidden_with(file)
+    if hidden is not None and not may_see_picture(hidden, file, request.user):
         raise Http404("There is no such picture.")
     etag, at = f'"{kept.st_mtime_ns:x}-{kept.st_size:x}"', int(kept.st_mtime)
     response: HttpResponse = HttpResponse(picture, content_type="image/jpeg")

@@ -9,6 +9,7 @@ from django.shortcuts import get_object_or_404, redirect
 from django.views.decorators.cache import never_cache
 from django.views.decorators.http import require_POST, require_safe
 
+from operatorlog.services import stills_of
 from portal.limits.attempts import within
 from portal.recordings import access
 from portal.recordings.serving import limited, ranged
@@ -67,6 +68,10 @@ def of_day(robot: Robot, day: date) -> list[Recording]:
     return [recording for recording, one in about if one is not None and not one.hidden]
 
 
+def _shown(robot: Robot, day: date) -> set[int | str]:
+    return {*(one.pk for one in of_day(robot, day)), *stills_of(robot, day)}
+
+
 def day_of(text: str) -> date:
     """Return the day of an address. Raises Http404."""
     try:
@@ -85,7 +90,8 @@ def ask_lapse(request: HttpRequest, slug: str) -> HttpResponse:
         return back
     try:
         day = date.fromisoformat(request.POST.get("day", ""))
-        _said(request, movies.ask_day(robot, day, request.POST.get("kind", ""), of_day(robot, day), SYSTEM.now()))
+        shown = of_day(robot, day), stills_of(robot, day)
+        _said(request, movies.ask_day(robot, day, request.POST.get("kind", ""), *shown, SYSTEM.now()))
     except ValueError:
         messages.warning(request, "Choose a day.")
     except BadRequest as error:
@@ -102,8 +108,8 @@ def lapse(request: HttpRequest, slug: str, day: str, kind: str) -> HttpResponseB
         return refused
     robot = get_object_or_404(Robot, slug=slug)
     found = Movie.objects.filter(robot=robot, day=day_of(day), kind=kind, state=Movie.State.READY).first()
-    if found is not None and not set(found.sources) <= {one.pk for one in of_day(robot, day_of(day))}:
-        found = None  # one of its recordings was removed or hidden since
+    if found is not None and not set(found.sources) <= _shown(robot, day_of(day)):
+        found = None  # one of its recordings or pictures was removed or hidden since
     return _served(request, found, f"{robot.slug}-{day}.{kind}")
 
 

@@ -176,6 +176,13 @@ def forget_movies(movies: Iterable[Movie]) -> int:
     return count
 
 
+def forget_lapses(grant: Grant) -> None:
+    """Remove the time-lapses of the days of which a grant's recordings or stored pictures are."""
+    days = {at.date() for at in grant.frames.values_list("taken_at", flat=True)}
+    days |= {at.date() for at in Recording.objects.filter(grant=grant).values_list("began_at", flat=True)}
+    forget_movies(Movie.objects.filter(robot=grant.robot_id, day__in=days))
+
+
 def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -> int:
     """Take a picture out of the robot's recordings and movies. Return of how many recordings.
 

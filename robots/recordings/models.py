@@ -97,6 +97,7 @@ class Movie(models.Model):
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="movies")
     recording = models.ForeignKey(Recording, models.CASCADE, null=True, blank=True, related_name="movies")
     day = models.DateField(null=True, blank=True, help_text="Of a time-lapse (UTC).")
+    # recordings by number, and stored pictures by file: all that the time-lapse shows, and everybody could see then
     sources = models.JSONField(default=list, blank=True, help_text="The recordings of a time-lapse.")
     kind = models.CharField(max_length=4, choices=Kind)
     version = models.PositiveIntegerField(default=1, help_text="Of its recording.")

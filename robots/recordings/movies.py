@@ -26,19 +26,20 @@ def ask(recording: Recording, kind: str, now: datetime) -> Movie:
     return _asked(same, Movie(robot=recording.robot, asked_at=now, **same))
 
 
-def ask_day(robot: Robot, day: date, kind: str, recordings: list[Recording], now: datetime) -> Movie:
-    """Return the time-lapse of a robot's day (UTC), of these recordings and the pictures stored then.
+def ask_day(robot: Robot, day: date, kind: str, recordings: list[Recording], stills: list[str], now: datetime) -> Movie:
+    """Return the time-lapse of a robot's day (UTC), of these recordings and stored pictures (files, the oldest first).
 
     Raises BadRequest.
     """
     if day >= now.date():
         raise BadRequest("A time-lapse is made of a day that is over (UTC).")
-    same, sources = {"robot": robot, "day": day, "kind": _kind(kind)}, [recording.pk for recording in recordings]
+    same: dict[str, Any] = {"robot": robot, "day": day, "kind": _kind(kind)}
+    shown: list[int | str] = [*(recording.pk for recording in recordings), *stills]
     known = Movie.objects.filter(**same)
-    keeping.forget_movies(movie for movie in known if not set(movie.sources) <= set(sources))  # hidden in part since
-    if not recordings and not frames_of(robot, day):
+    keeping.forget_movies(movie for movie in known if not set(movie.sources) <= set(shown))  # hidden in part since
+    if not shown:
         raise BadRequest("Nothing is kept of that day.")
-    return _asked(same, Movie(asked_at=now, sources=sources, **same))
+    return _asked(same, Movie(asked_at=now, sources=shown[: len(recordings) + FRAMES], **same))
 
 
 def _kind(kind: str) -> str:
@@ -63,13 +64,6 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
     return new
 
 
-def frames_of(robot: Robot, day: date) -> list[Path]:
-    """Return the files of the pictures that were stored on a day."""
-    found = Frame.objects.filter(robot=robot, taken_at__date=day).order_by("taken_at")
-    media = Path(settings.MEDIA_ROOT)
-    return [media / name for name in found.values_list("file", flat=True)[:FRAMES]]
-
-
 def claim(now: datetime) -> Movie | None:
     """Return the next movie to make, and note that it is being made."""
     for movie in Movie.objects.filter(state=State.WAITING).select_related("recording", "robot").order_by("id"):
@@ -89,9 +83,11 @@ def plan_of(movie: Movie) -> dict[str, Any]:
         files = [keeping.path_of(movie.recording)] if movie.recording.shown else []
         return {"hz": 5, "files": [str(path) for path in files if path.exists()]}
     assert movie.day is not None
-    kept = Recording.objects.filter(pk__in=movie.sources, state__in=SHOWN)
+    recordings = [source for source in movie.sources if isinstance(source, int)]
+    pictures = [source for source in movie.sources if isinstance(source, str)]
+    kept = Recording.objects.filter(pk__in=recordings, state__in=SHOWN)
     timed = [(recording.began_at, keeping.path_of(recording)) for recording in kept]
-    stills = Frame.objects.filter(robot=movie.robot, taken_at__date=movie.day)[:FRAMES]
+    stills = Frame.objects.filter(robot=movie.robot, taken_at__date=movie.day, file__in=pictures)
     timed += [(frame.taken_at, Path(settings.MEDIA_ROOT) / frame.file) for frame in stills]
     there = [str(path) for _, path in sorted(timed) if path.exists()]
     return {"hz": LAPSE_HZ, "every_s": LAPSE_S, "files": there}

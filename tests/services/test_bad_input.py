@@ -9,7 +9,11 @@ import pytest
 from django.apps import apps
 from django.db import transaction
 
+from accounts import staff
 from accounts.bank import load_bank
+from accounts.models import Clearance
+from portal.logs.lines import Line
+from portal.pages import plain
 from robots.plain import storable, whole
 from tests.conftest import at_length
 from tests.services.test_permissions_pages import GET
@@ -156,7 +160,34 @@ def test_a_filter_of_a_list_that_cannot_be_is_answered_in_words(robot, roles, cl
         answer = client.get(f"/admin/{path}{lookup}={value}", follow=True)
         assert answer.status_code in (200, 400), (lookup, value)
     assert client.get(f"/admin/{path}year=2026").status_code == 200
-    assert client.post(f"/admin/{path}year={'9' * 25}", {"action": "x"}).status_code == 400
+
+
+@pytest.mark.parametrize("verb", ["get", "head"])
+def test_a_filter_that_cannot_be_leaves_one_record_with_its_traceback(robot, roles, client, caplog, verb):
+    client.force_login(roles["superuser"])
+    address = "/admin/accounts/user/?date_joined__year=99999"
+    assert getattr(client, verb)(address).status_code == 400
+    (record,) = [one for one in caplog.records if one.name == plain.__name__]
+    assert record.levelname == "WARNING" and record.exc_info
+    lines = Line("%(levelname)s %(name)s %(message)s").format(record).splitlines()
+    assert "/admin/accounts/user/" in lines[0] and len("\n".join(lines)) < 5000
+
+
+@pytest.mark.parametrize("query", ["", "?robot__id__exact=1"])
+def test_a_fault_of_an_action_is_ours_whatever_the_list_is_filtered_by(
+    robot, roles, people, client, monkeypatch, query
+):
+    def fault(*args):
+        raise TypeError("a fault of ours")
+
+    monkeypatch.setattr(staff, "withdraw", fault)
+    client.force_login(roles["superuser"])
+    act = {"action": "withdraw", "note": "x", "_selected_action": [Clearance.objects.first().pk]}
+    with pytest.raises(TypeError, match="of ours"):
+        client.post(f"/admin/accounts/clearance/{query}", act)
+    client.raise_request_exception = False
+    answer = client.post(f"/admin/accounts/clearance/{query}", act)
+    assert answer.status_code == 500 and b"Something broke on our side" in answer.content
 
 
 @pytest.mark.parametrize("boxes", ["[" * 3000 + "]" * 3000, "[" + "9" * 5000 + "]", '[{"name": NaN}]', "{", "9" * 5000])

@@ -83,16 +83,55 @@ def test_no_page_shows_or_names_a_hidden_picture(robot, roles, frames):
     assert (told["still"], told["before"], told["log"]) == (None, None, [])
 
 
-def test_who_drives_now_has_the_picture_to_click_in(robot, roles, frames, owned):
+def test_who_drives_now_has_the_picture_to_click_in_and_the_one_before(robot, roles, frames, owned):
+    """None that is older, and not the turn's page; nor does another robot's turn show anything."""
     hide(roles)
-    ada = roles["cleared"]
-    assert as_role(roles, "cleared").get(frames[1].url).status_code == 404
+    ada, client = roles["cleared"], as_role(roles, "cleared")
     queue.join(robot, ada, SYSTEM.now())
     type(robot).objects.update(cycle="ready")
     queue.tick(SYSTEM.now())
+    assert client.get(frames[1].url).status_code == 404, "before the turn"
     queue.accept(robot, ada, SYSTEM.now())
-    assert as_role(roles, "cleared").get(frames[1].url).status_code == 200
-    assert snapshot("mercury", ada, SYSTEM.now(), True)["still"]["id"] == frames[1].pk
+    told = snapshot("mercury", ada, SYSTEM.now(), True)
+    assert (told["still"]["id"], told["before"]["id"]) == (frames[1].pk, frames[0].pk)
+    assert [client.get(frame.url).status_code for frame in frames] == [200, 200]
+    assert as_role(roles, "signed_in").get(frames[1].url).status_code == 404
+    page = client.get(Entry.objects.get().turn.get_absolute_url()).text
+    assert "The pictures are hidden with the entry." in page
+    assert not any(frame.file in page for frame in frames)
+    classic = client.get("/classic/mercury/", follow=True).text.split('.gif"')[0].split('"')[-1] + ".gif"
+    assert client.get(classic).status_code == 200
+    Frame.objects.create(robot=robot, taken_at=SYSTEM.now(), file="frames/mercury/newer.jpg")
+    assert [client.get(frame.url).status_code for frame in frames] == [404, 200]
+    Frame.objects.create(robot=robot, taken_at=SYSTEM.now(), file="frames/mercury/newest.jpg")
+    assert [client.get(frame.url).status_code for frame in frames] == [404, 404]
+    assert client.get(classic).status_code == 404
+    Frame.objects.filter(file__contains="/new").delete()
+    Turn.objects.filter(user=ada).update(ended_at=SYSTEM.now())
+    assert [client.get(frame.url).status_code for frame in frames] == [404, 404]
+
+
+def test_a_hidden_entry_is_not_deleted_for_its_pictures_would_be_shown_again(roles, frames):
+    hide(roles)
+    entry, client = Entry.objects.get(), as_role(roles, "superuser")
+    assert client.post(f"/admin/operatorlog/entry/{entry.pk}/delete/", {"post": "yes"}).status_code == 403
+    chosen = {"action": "delete_selected", "_selected_action": [entry.pk], "post": "yes"}
+    client.post("/admin/operatorlog/entry/", chosen)
+    assert Entry.objects.exists()
+    assert Client().get(frames[0].url).status_code == 404
+    hide(roles, Visibility.PUBLISHED)
+    client.post("/admin/operatorlog/entry/", chosen)
+    assert not Entry.objects.exists()
+
+
+def test_the_account_of_a_hidden_entrys_author_is_not_deleted(roles, frames):
+    """Its turns would go with it, and with them what hides the pictures."""
+    hide(roles)
+    author, client = roles["operator"], as_role(roles, "superuser")
+    assert client.post(f"/admin/accounts/user/{author.pk}/delete/", {"post": "yes"}).status_code == 403
+    chosen = {"action": "delete_selected", "_selected_action": [author.pk], "post": "yes"}
+    client.post("/admin/accounts/user/", chosen)
+    assert Client().get(frames[0].url).status_code == 404
 
 
 def test_a_way_out_of_the_folder_is_404_without_traceback(client, caplog):

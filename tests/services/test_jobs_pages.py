@@ -181,7 +181,9 @@ def test_staff_resume_on_the_page_and_nobody_else(shuttle, people, clock):
     assert Command.objects.count() == 1
 
 
-@pytest.mark.parametrize("name", ["admin (staff)", "Ada [staff]", "s t a f f", "5taff", "ѕtаff", "st\u200baff", "adm\u00adin", "Ada — Operator", "bob", "B0B", "mod", "Mercury", "ＳＴＡＦＦ", "the moderators"])  # fmt: skip
+@pytest.mark.parametrize("name", ["admin (staff)", "Ada [staff]", "s t a f f", "5taff", "ѕtаff", "st\u200baff", "adm\u00adin", "Ada — Operator", "bob", "B0B", "mod", "Mercury", "ＳＴＡＦＦ", "the moderators",
+    "admin1", "staff2", "1admin", "admin１", "staff²", "admin٢", "5taff2", "st4ff", "4dm1n7", "ad.min", "S-T-A-F-F_3", "the staff2 of x", "mercury7",
+    "@dmin", "adm!n", "@dm!n!", "$taff", "$t@ff", "@admin", "admin!", "adm|n", "adm¡n", "st@ff2", "Ada @dmin!", "$y$t€m"])  # fmt: skip
 def test_a_name_on_the_page_is_no_role_and_nobody_else(shuttle, people, name):
     ada = Client()
     ada.force_login(people["ada"])
@@ -193,7 +195,7 @@ def test_a_name_on_the_page_is_no_role_and_nobody_else(shuttle, people, name):
 
 @pytest.mark.parametrize("name, shown", [
     ("Ada \u202eecila\u202c!", "Ada ecila!"), ("\u2066Ada\u2069\u200f\u061c", "Ada"), ("Ada\r\n\tL.\x1b[2J", "Ada L.[2J"),
-    ("\u202e", ""), ("Ada", "Ada"), ("Falstaff", "Falstaff"), ("Family of Ada", "Family of Ada"), ("Zoë & Åsa", "Zoë & Åsa"),
+    ("\u202e", ""), ("Ada", "Ada"), ("Falstaff", "Falstaff"), ("Family of Ada", "Family of Ada"), ("Ada 2", "Ada 2"), ("42", "42"), ("Ada & Bo!", "Ada & Bo!"), ("$am", "$am"), ("!!", "!!"), ("me@home", "me@home"), ("Zoë & Åsa", "Zoë & Åsa"),
 ])  # fmt: skip
 def test_a_name_on_the_page_turns_no_text_round(shuttle, people, name, shown):
     ada = Client()

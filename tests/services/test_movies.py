@@ -5,19 +5,22 @@ import os
 import subprocess
 import sys
 from datetime import timedelta
+from pathlib import Path
 
 import av
 import cv2
 import numpy as np
 import pytest
+from django.conf import settings
 from django.db import OperationalError
 
+from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest
 from robots.messages import picture_packet
-from robots.models import Grant, Movie, Recording, RecordingState
+from robots.models import Frame, Grant, Movie, Recording, RecordingState
 from robots.recordings import keeping, movies
 from robots.recordings.container import Tape
 from robots.recordings.packets import picture_of
@@ -164,18 +167,86 @@ def test_a_time_lapse_has_a_picture_in_ten_seconds_and_leaves_out_what_is_hidden
     assert not file.exists()
 
 
+def still(robot, grant, name, grey):
+    """Store a picture of the day of `LONG_AGO`."""
+    at = SYSTEM.now() - LONG_AGO
+    frame = Frame.objects.create(robot=robot, grant=grant, taken_at=at, file=f"frames/{robot.slug}/x/{name}.jpg")
+    path = Path(settings.MEDIA_ROOT) / frame.file
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(jpeg(grey))
+    return frame
+
+
+def hide(turn, roles):
+    at = SYSTEM.now()
+    entry = Entry.objects.create(turn=turn, author=turn.user, robot=turn.robot, text="x", written_at=at)
+    log.moderate(entry, roles["log_moderator"], Visibility.HIDDEN, "rude", at)
+    return entry
+
+
+def test_a_time_lapse_leaves_out_the_pictures_of_a_hidden_entry(roles, client):
+    turn = Turn.objects.get()
+    theirs, other = still(turn.robot, turn.grant, "theirs", 40), still(turn.robot, None, "other", 200)
+    hide(turn, roles)
+    asked = {"day": str(other.taken_at.date()), "kind": "mp4"}
+    client.post("/robots/mercury/time-lapse/", asked)
+    movie = Movie.objects.get()
+    assert movies.plan_of(movie)["files"] == [str(Path(settings.MEDIA_ROOT) / other.file)]
+    other.delete()
+    client.post("/robots/mercury/time-lapse/", asked)
+    assert not Movie.objects.exists(), "only what is hidden is kept of that day"
+    assert theirs.pk
+
+
+@pytest.mark.parametrize("state", [Movie.State.WAITING, Movie.State.MAKING, Movie.State.READY])
+def test_hiding_an_entry_forgets_the_time_lapses_with_its_pictures(
+    roles, client, state, tmp_path, django_capture_on_commit_callbacks
+):
+    turn = Turn.objects.get()
+    day = still(turn.robot, turn.grant, "theirs", 40).taken_at.date()
+    client.post("/robots/mercury/time-lapse/", {"day": str(day), "kind": "mp4"})
+    movie, part = Movie.objects.get(), tmp_path / "made.part"
+    file = keeping.movie_path(movie)
+    file.parent.mkdir()
+    file.write_bytes(b"movie")
+    Movie.objects.update(state=state)
+    address = f"/robots/mercury/time-lapse/{day}.mp4"
+    assert client.get(address).status_code == (200 if state == Movie.State.READY else 404)
+    with django_capture_on_commit_callbacks(execute=True):
+        entry = hide(turn, roles)
+        assert client.get(address).status_code == 404, "even before it is forgotten"
+    assert not Movie.objects.exists() and not file.exists()
+    part.write_bytes(b"movie")
+    movies.finish(movie, part, "", SYSTEM.now())
+    assert not file.exists(), "nor does it come back from the maker"
+    log.moderate(entry, roles["log_moderator"], Visibility.PUBLISHED, "", SYSTEM.now())
+    client.post("/robots/mercury/time-lapse/", {"day": str(day), "kind": "mp4"})
+    assert len(movies.plan_of(Movie.objects.get())["files"]) == 1
+
+
+def test_hiding_an_entry_leaves_time_lapses_of_other_days_and_robots(roles, client, django_capture_on_commit_callbacks):
+    turn = Turn.objects.get()
+    day = still(turn.robot, turn.grant, "theirs", 40).taken_at.date()
+    other = Movie.objects.create(
+        robot=turn.robot, day=day - timedelta(days=1), kind="mp4", asked_at=SYSTEM.now(), sources=["other"]
+    )
+    with django_capture_on_commit_callbacks(execute=True):
+        hide(turn, roles)
+    assert Movie.objects.get() == other
+
+
 def test_a_time_lapse_goes_with_a_recording_of_its_day_and_is_made_again_of_the_others(roles, client):
     turn = Turn.objects.get()
     first = made(turn.grant, [(ms, 120) for ms in range(0, 30_000, 1000)], LONG_AGO)
     began = first.began_at
     job = Grant.objects.create(robot=turn.robot, kind=GrantKind.JOB, opened_at=began, ended_at=began, epoch=0)
     other = made(job, [(ms, 60) for ms in range(0, 30_000, 1000)], LONG_AGO)
-    both = movies.ask_day(turn.robot, first.began_at.date(), "mp4", [first, other], SYSTEM.now())
+    both = movies.ask_day(turn.robot, first.began_at.date(), "mp4", [first, other], [], SYSTEM.now())
     let_make(both)
     file = keeping.movie_path(both)
     keeping.remove(other, "to make room")
     assert not Movie.objects.exists() and not file.exists(), "it shows what is removed"
-    again = movies.ask_day(turn.robot, first.began_at.date(), "mp4", [first], SYSTEM.now())
+    again = movies.ask_day(turn.robot, first.began_at.date(), "mp4", [first], [], SYSTEM.now())
     assert let_make(again).state == Movie.State.READY
 
 
@@ -215,9 +286,9 @@ def test_bad_wishes_are_refused_with_a_sentence(recording, client):
     with pytest.raises(BadRequest, match="MP4 or WebM"):
         movies.ask(recording, "exe", now)
     with pytest.raises(BadRequest, match="over"):
-        movies.ask_day(recording.robot, now.date(), "mp4", [recording], now)
+        movies.ask_day(recording.robot, now.date(), "mp4", [recording], [], now)
     with pytest.raises(BadRequest, match="Nothing is kept"):
-        movies.ask_day(recording.robot, now.date() - timedelta(days=9), "mp4", [], now)
+        movies.ask_day(recording.robot, now.date() - timedelta(days=9), "mp4", [], [], now)
     for data in ({"kind": "../x"}, {}):
         answer = client.post(f"{recording.get_absolute_url()}movie/", data, follow=True)
         assert "MP4 or WebM" in answer.content.decode()

@@ -174,6 +174,7 @@ ROWS = {
     "operatorlog.write": (OPERATOR, lambda do, w: do(over(w), w.user, "x", None, SYSTEM.now())),
     "operatorlog.may_edit": (ANYBODY, lambda do, w: do(entry(w), w.user, SYSTEM.now())),
     "operatorlog.may_see_hidden": (OPERATOR | MODERATORS | ROBOT_STAFF | frozenset({"viewer"}), lambda do, w: do(entry(w), w.user) or refused()),
+    "operatorlog.may_see_picture": (OPERATOR | MODERATORS | ROBOT_STAFF | frozenset({"viewer"}), lambda do, w: do(entry(w), "x.jpg", w.user) or refused()),
     "operatorlog.edit": (OPERATOR, lambda do, w: do(entry(w), w.user, "y", None, SYSTEM.now())),
     "operatorlog.moderate": (
         MODERATORS, lambda do, w: do(entry(w), w.user, Visibility.FEATURED, "", SYSTEM.now()),

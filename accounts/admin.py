@@ -185,6 +185,13 @@ class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
         email = ("email",) if obj is not None and drives_more(obj, request.user) else ()
         return (*super().get_readonly_fields(request, obj), *locked, *email)
 
+    def get_fieldsets(self, request: HttpRequest, obj: Any = None) -> Any:
+        """Leave out the password, with its button, where it may not be set."""
+        found = super().get_fieldsets(request, obj)
+        if obj is None or (self.has_change_permission(request, obj) and not drives_more(obj, request.user)):
+            return found
+        return [(name, {**part, "fields": [f for f in part["fields"] if f != "password"]}) for name, part in found]
+
     def has_change_permission(self, request: HttpRequest, obj: Any = None) -> bool:
         """Lock accounts that may do more: with a new password or address, others could use them."""
         return not (obj and may_do_more(obj, request.user)) and super().has_change_permission(request, obj)

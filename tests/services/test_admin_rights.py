@@ -186,3 +186,12 @@ def test_nobody_clears_themselves_or_decides_on_who_may_do_more(client, robot, p
     client.post("/admin/accounts/clearance/", act | {"action": "withdraw", "_selected_action": [eves.pk]})
     eves.refresh_from_db()
     assert eves.revoked_at is not None
+
+
+def test_the_button_for_a_new_password_is_shown_where_it_may_be_set(client, helper, above, people):
+    helper.user_permissions.add(Permission.objects.get(codename="view_user"))
+    client.force_login(helper)
+    for other, shown in ((people["eve"], True), (people["ada"], False), (above["root"], False)):
+        answer = client.get(page(other))
+        assert answer.status_code == 200
+        assert ("Reset password" in answer.content.decode()) == shown

@@ -6,6 +6,7 @@ has ended keeps the stamps that it has.
 """
 
 import logging
+from collections.abc import Iterator
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -13,7 +14,7 @@ from django.conf import settings
 from django.contrib.sessions.models import Session
 from django.core.cache import cache
 from django.db import InterfaceError, OperationalError, transaction
-from django.db.models import F, QuerySet
+from django.db.models import F, Max, QuerySet
 
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.rows import announce, locked
@@ -46,38 +47,53 @@ class _Move:
     """Moves stamps but those that were written after the step, which lies somewhere in the last `since_s` seconds."""
 
     def __init__(self, step: Step, now: datetime) -> None:
-        self._step, self._new = step, (now - timedelta(seconds=step.since_s) - SLACK, now + SLACK)
+        self._new = (now - timedelta(seconds=step.since_s) - SLACK, now + SLACK)
+        self._moved, self._by = step.moved, step.moved + self._paused(step, now - step.moved)
+
+    def _paused(self, step: Step, now: datetime) -> timedelta:
+        """Return for how long nobody could do anything; others may have written rows while this machine was off.
+
+        `now` is by the clock of before.
+        """
+        if not step.paused:
+            return step.paused
+        newest = [
+            rows.filter(**{f"{stamp}__lt": self._new[0]}).aggregate(newest=Max(stamp))["newest"]
+            for rows, stamp, *_ in _written()
+        ]
+        return max(min([step.paused, *(now - at for at in newest if at is not None)]), timedelta())
 
     def everything(self) -> None:
         """Move what the portal judges by the time of day."""
-        self._rows(Turn.objects.filter(ended_at=None), "started_at", "base_until", "until")
-        self._each(Turn.objects.filter(ended_at=None), "last_seen")
-        self._each(TurnSession.objects.all(), "last_seen")
-        self._each(Ticket.objects.filter(state__in=OPEN_TICKET), "joined_at", "last_seen", "offer_until")
-        self._each(Job.objects.filter(state__in=OPEN_JOB), "asked_at", "cancel_asked_at")
-        commands = Command.objects.filter(grant__ended_at=None)
-        self._each(commands, "accepted_at", "sent_at", "acknowledged_at", "ended_at")
-        self._rows(commands, "created_at", "deadline")
-        self._rows(Grant.objects.filter(ended_at=None), "opened_at", "until")
-        self._each(QueueRobot.objects.all(), "watched_at", "resumed_at")
-        self._rows(Robot.objects.all(), "stopped_at", "rests_by")
-        self._each(Robot.objects.all(), "probe_asked_at", "probe_begun_at")
-        self._each(Lease.objects.all(), "state_at")
-        self._ahead(Lease.objects.all(), "expires_at", settings.FARHAND["LEASE_S"], self._step.total)
-        if self._step.moved:  # not by a sleep: sessions end at a time of day
-            self._ahead(Session.objects.all(), "expire_date", settings.SESSION_COOKIE_AGE, self._step.moved)
-
-    def _each(self, rows: QuerySet[Any], *names: str) -> None:
-        for name in names:
-            self._rows(rows, name)
-
-    def _rows(self, rows: QuerySet[Any], stamp: str, *more: str) -> None:
-        """Move `stamp`, and `more` of the same rows, where `stamp` is of before the step."""
-        old = rows.exclude(**{f"{stamp}__isnull": True}).exclude(**{f"{stamp}__range": self._new})
-        old.update(**{name: F(name) + self._step.total for name in (stamp, *more)})
+        for rows, stamp, *more in _written():  # `more` of a row moves where `stamp` does
+            old = rows.exclude(**{f"{stamp}__isnull": True}).exclude(**{f"{stamp}__range": self._new})
+            old.update(**{name: F(name) + self._by for name in (stamp, *more)})
+        offered = Ticket.objects.filter(state__in=OPEN_TICKET, offer_until__isnull=False)
+        offered.update(offer_until=F("offer_until") + self._by)  # each of before: ticks alone make offers, after a look
+        self._ahead(Lease.objects.all(), "expires_at", settings.FARHAND["LEASE_S"], self._by)
+        if self._moved:  # not by a sleep: sessions end at a time of day
+            self._ahead(Session.objects.all(), "expire_date", settings.SESSION_COOKIE_AGE, self._moved)
 
     def _ahead(self, rows: QuerySet[Any], name: str, seconds: float, by: timedelta) -> None:
         """Move the end of what lasts so long from each renewal on."""
         first, last = (at + timedelta(seconds=seconds) for at in self._new)
         old = rows.exclude(**{f"{name}__isnull": True}).exclude(**{f"{name}__range": (first, last)})
         old.update(**{name: F(name) + by})
+
+
+def _written() -> Iterator[tuple[Any, ...]]:
+    """Yield what is open: rows, the name of a stamp that says when it was written, and names that belong to it."""
+    turns, commands = Turn.objects.filter(ended_at=None), Command.objects.filter(grant__ended_at=None)
+    tickets, jobs = Ticket.objects.filter(state__in=OPEN_TICKET), Job.objects.filter(state__in=OPEN_JOB)
+    yield turns, "started_at", "base_until", "until"
+    yield turns, "last_seen"
+    yield TurnSession.objects.all(), "last_seen"
+    yield from ((tickets, name) for name in ("joined_at", "last_seen"))
+    yield from ((jobs, name) for name in ("asked_at", "cancel_asked_at"))
+    yield from ((commands, name) for name in ("accepted_at", "sent_at", "acknowledged_at", "ended_at"))
+    yield commands, "created_at", "deadline"
+    yield Grant.objects.filter(ended_at=None), "opened_at", "until"
+    yield from ((QueueRobot.objects.all(), name) for name in ("watched_at", "resumed_at"))
+    yield Robot.objects.all(), "stopped_at", "rests_by"
+    yield from ((Robot.objects.all(), name) for name in ("probe_asked_at", "probe_begun_at"))
+    yield Lease.objects.all(), "state_at"

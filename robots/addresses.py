@@ -21,7 +21,11 @@ ALSA = r"alsa:(default|(plughw|hw|sysdefault|dsnoop):(CARD=)?[A-Za-z0-9_-]{1,32}
 FORBIDDEN = "{} is an address of a machine's own services; no robot, camera or microphone can be there."
 HIDDEN = "***"
 _SECRET = re.compile(
-    r"(?<![\w-])([\w-]{0,40}(?:pas|pwd|secret|token|key|auth|sig|credential)[\w-]{0,40}=)[^\s&;#,'\"<>]+", re.IGNORECASE
+    r"(?<![\w-])((?:[\w-]{0,40}(?:pas|pwd|secret|token|key|auth|sig|credential)[\w-]{0,40}|pw)=)[^\s&;#,'\"<>]+",
+    re.IGNORECASE,
+)
+_SCHEME = re.compile(  # of the header Authorization; Digest has several values
+    r"\b(Basic|Bearer|Digest) (?!auth)[^\s'\"]+(?:\"[^\s\"]*\")?(?:, \w+=(?:\"[^\"]*\"|[^\s,]+))*"
 )
 
 
@@ -29,9 +33,10 @@ def redacted(text: str) -> str:
     """Return a text without the user, the password and the secret values that stand in its addresses.
 
     `http://user:password@host/a?pwd=b` becomes `http://***@host/a?pwd=***`, with or without a scheme. Where it is not
-    clear where a password ends, up to the last @ of the word is left out. Mail addresses stay.
+    clear where a password ends, up to the last @ of the word is left out. Mail addresses stay. `Basic YTpi`, as in the
+    header `Authorization`, becomes `Basic ***`.
     """
-    return re.sub(r"\S+", _redacted_word, text)
+    return re.sub(r"\S+", _redacted_word, _SCHEME.sub(rf"\1 {HIDDEN}", text))
 
 
 def _redacted_word(found: re.Match[str]) -> str:

@@ -20,7 +20,8 @@ class Reading:
 class Step:
     """What happened between two looks: by how much the time of day was set, how long the machine slept or was off.
 
-    `since_s`: the time between the looks that the machine was awake (s); the step lies somewhere in it.
+    `since_s`: how long the machine was awake since the last look, or since its start (s). What was written in that time
+    may be of after the step.
     """
 
     moved: timedelta
@@ -38,7 +39,8 @@ def step_between(was: Reading, now: Reading) -> Step:
     awake = now.awake - was.awake
     if was.boot != now.boot or awake < 0:  # the machine was off for an unknown time
         gap = now.wall - was.wall
-        moved, paused, awake = min(gap, 0.0), max(gap, 0.0), 0.0
+        # others write from the boot on, also before this look
+        moved, paused, awake = min(gap, 0.0), max(gap, 0.0), now.awake
     else:
         lasted = now.lasted - was.lasted
         moved, paused = now.wall - was.wall - lasted, lasted - awake

@@ -1,11 +1,12 @@
 /** The admin's robot page: live status without a reload. */
 import "./admin.css";
+import { request } from "./request.ts";
 
 const box = document.querySelector<HTMLElement>("[data-status-url]");
 async function refresh(): Promise<void> {
   if (!box || document.hidden) return;
   try {
-    const answer = await fetch(box.dataset["statusUrl"] ?? "", { headers: { Accept: "text/html" } });
+    const answer = await request(box.dataset["statusUrl"] ?? "", { headers: { Accept: "text/html" } });
     if (answer.ok) {
       const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
       box.replaceChildren(...fresh.body.childNodes);

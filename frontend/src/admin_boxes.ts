@@ -2,6 +2,7 @@
 import "./arm/arm.css";
 import { ArmView, type ForbiddenBox } from "./arm/view.ts";
 import type { ArmDescription } from "./arm/types.ts";
+import { FILE_MS, request } from "./request.ts";
 
 interface Facts extends ArmDescription { posture: number[] }
 const CORNERS = ["from x", "from y", "from z", "to x", "to y", "to z"];
@@ -70,7 +71,7 @@ export async function edit(field: HTMLTextAreaElement, told: unknown): Promise<v
 
 async function preview(holder: HTMLElement, facts: Facts): Promise<ArmView | null> {
   try {
-    const answer = await fetch(facts.model);
+    const answer = await request(facts.model, {}, FILE_MS);
     const names = facts.joints.map((j) => [j.name]);
     const view = new ArmView(holder, await answer.text(), names, facts.tip, facts.boxes, () => undefined);
     view.joints(facts.posture);

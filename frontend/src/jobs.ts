@@ -1,5 +1,6 @@
 /** Jobs on a robot: ask for one, as a guest or signed in, follow one's own, cancel one. */
 import type { JobInfo } from "./protocol.ts";
+import { request } from "./request.ts";
 
 /** A job of the person at this browser. */
 export interface OwnJob {
@@ -7,7 +8,6 @@ export interface OwnJob {
   open: boolean; url: string; asked_ms: number;
 }
 
-const LONGEST_MS = 10_000;
 const NOT_ARRIVED = "The request did not arrive. Check your connection and try again.";
 
 export class Jobs {
@@ -42,7 +42,7 @@ export class Jobs {
     this.busy = true;
     const { posted } = this;
     try {
-      const answer = await this.fetch(this.address);
+      const answer = await this.request(this.address);
       const jobs = answer.ok ? ((await answer.json()) as { jobs: OwnJob[] }).jobs : this.own;
       this.known ||= answer.ok;
       if (posted === this.posted) this.own = jobs;
@@ -72,13 +72,13 @@ export class Jobs {
     return this.post(job.url, new URLSearchParams());
   }
 
-  private fetch(address: string, more: RequestInit = {}): Promise<Response> {
-    return fetch(address, { headers: { Accept: "application/json", "X-CSRFToken": this.token }, signal: AbortSignal.timeout(LONGEST_MS), ...more });
+  private request(address: string, more: RequestInit = {}): Promise<Response> {
+    return request(address, { headers: { Accept: "application/json", "X-CSRFToken": this.token }, ...more });
   }
 
   private async post(address: string, body: URLSearchParams): Promise<string> {
     try {
-      const answer = await this.fetch(address, { method: "POST", body });
+      const answer = await this.request(address, { method: "POST", body });
       const told = (await answer.json().catch(() => ({}))) as OwnJob & { error?: string };
       if (!answer.ok) return told.error ?? (answer.status === 403 ? "Reload the page, then try again." : "That did not work now; try again in a moment.");
       this.posted += 1;

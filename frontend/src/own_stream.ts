@@ -1,4 +1,6 @@
 /** The operator's own stream: a second socket, apart from everybody's, opened with a fresh one-time code each time. */
+import { request } from "./request.ts";
+
 const PROTOCOL = "farhand.operator";
 const FIRST_MS = 5000, LONGEST_MS = 60_000; // between two attempts
 const OPEN_MS = 10_000; // an attempt that takes longer is given up
@@ -57,8 +59,8 @@ export class OwnStream {
   /** A fresh code; null if there is none: no connection, or no turn. */
   private async code(): Promise<string | null> {
     try {
-      const answer = await fetch(`/robots/${this.slug}/stream-code/`, {
-        method: "POST", headers: { "X-CSRFToken": this.token }, redirect: "manual", signal: AbortSignal.timeout(OPEN_MS),
+      const answer = await request(`/robots/${this.slug}/stream-code/`, {
+        method: "POST", headers: { "X-CSRFToken": this.token }, redirect: "manual",
       });
       return (answer.ok && ((await answer.json()) as { code: string }).code) || null;
     } catch {

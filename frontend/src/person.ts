@@ -1,5 +1,7 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
 
+import { request } from "./request.ts";
+
 export interface Standing {
   state: "offered" | "operating" | "missed" | "waiting";
   ticket: number; robot: string; name: string; ahead: number; away: boolean;
@@ -126,7 +128,7 @@ export class PersonLine {
 
   private async poll(): Promise<void> {
     try {
-      this.read(await fetch("/me/places/", { headers: { Accept: "application/json" }, redirect: "manual" }));
+      await this.read(await request("/me/places/", { headers: { Accept: "application/json" }, redirect: "manual" }));
     } catch {
       // no connection: asked again in ten seconds
     }
@@ -135,7 +137,7 @@ export class PersonLine {
   private async post(what: Wanted, place: Standing): Promise<string> {
     const body = new URLSearchParams({ do: what, robot: place.robot, ticket: String(place.ticket), csrfmiddlewaretoken: this.token });
     try {
-      const answer = await fetch("/me/places/", { method: "POST", body, headers: { Accept: "application/json" }, redirect: "manual" });
+      const answer = await request("/me/places/", { method: "POST", body, headers: { Accept: "application/json" }, redirect: "manual" });
       return (await this.read(answer)) ?? UNSENT;
     } catch {
       return UNSENT;

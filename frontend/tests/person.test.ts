@@ -36,7 +36,7 @@ const stubs = {
   fetch: async () => ({ ok: true, type: "basic", json: async () => ({ t: "places", now_ms: Date.now(), places: [], text: "by request" }) }),
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
-const { PersonLine } = await import("../src/person.ts");
+const { PersonLine, UNSENT } = await import("../src/person.ts");
 
 const place = (robot: string): Standing => ({ robot, ticket: 1, name: robot, state: "offered" }) as Standing;
 
@@ -93,4 +93,16 @@ test("an attempt that is never answered is given up after ten seconds, and anoth
   assert.notEqual(Socket.last, socket);
   t.mock.timers.tick(20_000);
   assert.equal(Socket.last.closed, 0, "one that is open stays");
+});
+
+test("a request that nobody answers is given up, and the person is told", async (t) => {
+  const limit = new AbortController();
+  t.mock.method(AbortSignal, "timeout", () => limit.signal);
+  t.mock.method(globalThis, "fetch", (_: string, given: RequestInit) =>
+    new Promise((_, reject) => given.signal?.addEventListener("abort", () => reject(given.signal?.reason))));
+  const { line, socket } = connected(t);
+  socket.readyState = 3; // closed
+  const asked = line.ask("leave", place("mercury"));
+  limit.abort(new DOMException("late", "TimeoutError"));
+  assert.equal(await Promise.race([asked, new Promise((resolve) => setImmediate(resolve, "waits"))]), UNSENT);
 });

@@ -1,9 +1,11 @@
 """A controller that boots whenever its port is opened is waited for over the same open port."""
 
+import contextlib
 import errno
 import os
 import pty
 import select
+import socket
 import struct
 import termios
 import threading
@@ -58,9 +60,7 @@ class Booting:
             for one in receiver.feed(data, 0.0):
                 self.asked += 1
                 if self.asked > SLOW:
-                    os.write(
-                        self.master, frame(STATE, one.seq, BOOT + bytes((0, 0, 0)) + floats(50.0, 100.0, 75.0, 0.0))
-                    )
+                    os.write(self.master, answer(one.seq))
 
     def look(self):
         """Return once it has seen whether its port is open now."""
@@ -73,13 +73,51 @@ class Booting:
         os.close(self.master)
 
 
+class BootingServer:
+    """The same controller behind a serial server, which resets it at each connection."""
+
+    def __init__(self):
+        self.opened, self.asked = 0, 0
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.path = f"socket://127.0.0.1:{self.listener.getsockname()[1]}"
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self):
+        with contextlib.suppress(OSError):  # closed
+            while True:
+                self.connection, _ = self.listener.accept()
+                self.opened, self.asked = self.opened + 1, 0
+                with self.connection, contextlib.suppress(OSError):
+                    self._serve(self.connection)
+
+    def _serve(self, connection):
+        receiver = wire.Receiver(wire.INSTRUCTIONS)
+        while data := connection.recv(4096):
+            for one in receiver.feed(data, 0.0):
+                self.asked += 1
+                if self.asked > SLOW:
+                    connection.sendall(answer(one.seq))
+
+    def look(self):
+        """Return once it has seen the first connection; more are counted when they are made."""
+        wait_for(lambda: self.opened, 20, "the connection")
+
+    def close(self):
+        self.listener.shutdown(socket.SHUT_RDWR)
+        self.listener.close()
+
+
+def answer(seq):
+    return frame(STATE, seq, BOOT + bytes((0, 0, 0)) + floats(50.0, 100.0, 75.0, 0.0))
+
+
 class Fast(Driver):
     clock = FasterTimer(PACE)
 
 
-@pytest.fixture
-def booting():
-    made = Booting()
+@pytest.fixture(params=[Booting, BootingServer], ids=["serial", "tcp"])
+def booting(request):
+    made = request.param()
     yield made
     made.close()
 
@@ -112,6 +150,7 @@ def test_a_test_by_staff_waits_for_it(booting, robot, monkeypatch):
     assert booting.opened == 1
 
 
+@pytest.mark.parametrize("booting", [Booting], indirect=True)
 def test_closing_the_port_leaves_dtr_on(booting):
     port = os.open(booting.path, os.O_RDWR | os.O_NOCTTY)
     settings = termios.tcgetattr(port)
@@ -150,4 +189,27 @@ def test_a_port_is_opened_again_after_long_silence_or_once_it_is_gone(booting):
     line.open()
     assert line._port is not port
     line.close()
+    line.close()
+
+
+@pytest.mark.parametrize("booting", [BootingServer], indirect=True)
+def test_a_connection_whose_peer_acknowledges_nothing_ends(booting):
+    line = HostLine(booting.path, 0, None, FasterTimer(PACE))
+    line.open()
+    with socket.socket(fileno=os.dup(line._port.fileno())) as wire_socket:
+        assert wire_socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == lines.UNACKNOWLEDGED_MS
+    line.close()
+
+
+@pytest.mark.parametrize("booting", [BootingServer], indirect=True)
+def test_a_connection_that_the_server_ends_is_made_again_at_the_next_attempt(booting):
+    line = HostLine(booting.path, 0, None, FasterTimer(PACE))
+    line.open()
+    booting.look()
+    port = line._port
+    booting.connection.shutdown(socket.SHUT_RDWR)
+    wait_for(lambda: not line._in_order, 20, "the reader")
+    line.open()
+    assert line._port is not port
+    wait_for(lambda: booting.opened == 2, 20, "the next connection")
     line.close()

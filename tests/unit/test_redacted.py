@@ -26,6 +26,11 @@ TEXTS = {
     "rtsp://cam/user=admin_password=S3cret": "rtsp://cam/user=admin_password=***",
     "host=db user=portal password=S3cret port=1": "host=db user=portal password=*** port=1",
     "http://cam/a.jpg?token=S3cret#x": "http://cam/a.jpg?token=***#x",
+    "/snap?user=a&pw=S3cret&x=1": "/snap?user=a&pw=***&x=1",
+    "PW=S3cret": "PW=***",
+    "Authorization: Basic OlMzY3JldA==": "Authorization: Basic ***",
+    "{'Authorization': 'Bearer S3cret', 'a': 1}": "{'Authorization': 'Bearer ***', 'a': 1}",
+    'Digest username="S3cret", realm="S3cret", nc=00000001, response="S3cret" was refused': "Digest *** was refused",
 }  # fmt: skip
 
 
@@ -41,6 +46,7 @@ def test_no_secret_of_an_address_is_left(text):
 
 @pytest.mark.parametrize("text", [
     "", "The camera does not answer.", "write to ada@example.org", "x is 1.5; it must be from 0 to 1 m",
+    "The camera asks for Digest authentication.", "Basic authorization fails", "a raw=1 of mpw=2", "Basic",
     "http://cam.example.org:8080/a.jpg?size=2", "File \"/srv/a.py\", line 3, in run", "@", "a@", ":@"[:1],
 ])  # fmt: skip
 def test_other_text_stays(text):

@@ -3,6 +3,7 @@ import "./replay.css";
 import { replayWith } from "../line.ts";
 import type { Handlers } from "../live.ts";
 import { say } from "../parts.ts";
+import { FILE_MS, request } from "../request.ts";
 import { byId, shape } from "../svg.ts";
 import { clock } from "../words.ts";
 import { Player } from "./player.ts";
@@ -77,7 +78,7 @@ function show(marks: readonly Mark[], length: number): void {
 }
 
 async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
-  const answer = await fetch(about.index);
+  const answer = await request(about.index, {}, FILE_MS);
   if (!answer.ok) throw new Error(`index: ${answer.status}`);
   const index = (await answer.json()) as Index, story = new Story(index, about);
   player = new Player(index, about.slices, story, draw, () => say(said, FAILED));

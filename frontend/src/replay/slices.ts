@@ -1,5 +1,6 @@
 /** The packets of a recording, read in slices of a few seconds when they are needed. */
 import { decode, type PicturePacket, type StatePacket, type StreamPacket } from "../protocol.ts";
+import { FILE_MS, request } from "../request.ts";
 
 export const SLICE_MS = 5000;
 const HEAD = 8;
@@ -90,7 +91,7 @@ export class Slices {
   }
 
   private async fetched(number: number): Promise<Item[]> {
-    const answer = await fetch(`${this.address}${number}.bin`);
+    const answer = await request(`${this.address}${number}.bin`, {}, FILE_MS);
     if (!answer.ok) throw new Error(`slice ${number}: ${answer.status}`);
     const items = unpack(await answer.arrayBuffer());
     this.ready.set(number, items);

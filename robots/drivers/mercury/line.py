@@ -6,6 +6,8 @@ hold overtakes: after it, no motion that was started before is sent again.
 
 import contextlib
 import logging
+import os
+import socket
 import termios
 import threading
 from collections.abc import Callable
@@ -31,7 +33,8 @@ log = logging.getLogger(__name__)
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
 HOLD_ANSWER_S = 0.20
 READ_S, READ_OVER_NET_S = 1.0, 0.05  # a reader waits so long for a byte; only that of a local port can be woken
-REOPEN_S = 60.0  # a port of this machine is opened again after so long a silence, and not before
+REOPEN_S = 60.0  # a port is opened again after so long a silence, and not before
+UNACKNOWLEDGED_MS = 5000  # a TCP connection whose other machine acknowledges no byte for so long ends
 ENDS = (Reply.DONE, Reply.HELD)
 T = TypeVar("T")
 
@@ -42,6 +45,12 @@ def _keep_ready(port: serial.SerialBase) -> None:
         attributes = termios.tcgetattr(port.fileno())
         attributes[2] &= ~termios.HUPCL
         termios.tcsetattr(port.fileno(), termios.TCSANOW, attributes)
+
+
+def _end_unacknowledged(port: serial.SerialBase) -> None:
+    """Have a TCP connection end whose other machine is gone; a controller that is only silent does not end it."""
+    with contextlib.suppress(Exception), socket.socket(fileno=os.dup(port.fileno())) as same:  # not every system has it
+        same.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, UNACKNOWLEDGED_MS)
 
 
 class HostLine:
@@ -69,10 +78,11 @@ class HostLine:
     def open(self) -> None:
         """Open the port exclusively. Raises LineBusy, LineGone.
 
-        A port of this machine that is open stays so, unless it has been silent for long: many controllers boot whenever
-        their port is opened, and one that needs longer for it than its host waits would never answer.
+        A port that is open stays so, unless it has been silent for long: many controllers boot whenever their port is
+        opened, also by a serial server at each connection, and one that needs longer for it than its host waits would
+        never answer.
         """
-        if self._local and self._in_order and self._clock.monotonic() - self._heard_at < REOPEN_S:
+        if self._in_order and self._clock.monotonic() - self._heard_at < REOPEN_S:
             return
         self.close()
         try:
@@ -85,8 +95,7 @@ class HostLine:
             if "exclusively lock" in text or "Resource temporarily" in text:
                 raise LineBusy("Another process holds the robot's serial port.") from error
             raise LineGone("The robot's serial port cannot be opened.") from error
-        if self._local:
-            _keep_ready(self._port)
+        (_keep_ready if self._local else _end_unacknowledged)(self._port)
         self._gone, self._heard_at = None, self._clock.monotonic()
         reader = threading.Thread(target=self._read, name="line", daemon=True)
         reader.start()  # raises where the system has no thread left; the port is closed before the next attempt

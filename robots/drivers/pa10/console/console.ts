@@ -8,6 +8,7 @@ import type { Console } from "../../../../frontend/src/console_parts.ts";
 import { RobotPage, text } from "../../../../frontend/src/page.ts";
 import { allow, fill } from "../../../../frontend/src/parts.ts";
 import type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
+import { FILE_MS, request } from "../../../../frontend/src/request.ts";
 import { byId } from "../../../../frontend/src/svg.ts";
 import { Joints } from "../../../../frontend/src/arm/joints.ts";
 import { Position } from "../../../../frontend/src/arm/position.ts";
@@ -69,7 +70,7 @@ class ArmConsole implements Console, Judge {
 
   private async openView(): Promise<void> {
     try {
-      const [{ ArmView }, answer] = await Promise.all([import("../../../../frontend/src/arm/view.ts"), fetch(description.model)]);
+      const [{ ArmView }, answer] = await Promise.all([import("../../../../frontend/src/arm/view.ts"), request(description.model, {}, FILE_MS)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
       const names = [...description.joints.map((j) => [j.name]), FINGERS];
       this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...(description.set.boxes ?? [])], (x, y) => {

@@ -1,6 +1,7 @@
 /** Program mode: steps as blocks and as text, tried on the ghost, run, saved, shared. */
 import type { RobotPage } from "../../../../frontend/src/page.ts";
 import type { PlanAnswer, StatePacket } from "../../../../frontend/src/protocol.ts";
+import { request } from "../../../../frontend/src/request.ts";
 import { byId } from "../../../../frontend/src/svg.ts";
 import { deg, type Judge } from "../../../../frontend/src/arm/types.ts";
 import type { Blocks } from "./blocks.ts";
@@ -60,7 +61,7 @@ export class Programs {
   }
 
   private async refresh(): Promise<void> {
-    const answer = await fetch(`/robots/${this.page.slug}/programs/`);
+    const answer = await request(`/robots/${this.page.slug}/programs/`);
     this.saved = answer.ok ? ((await answer.json()) as { programs: Saved[] }).programs : [];
     const groups: [string, Saved[]][] = [
       ["Came with the robot", this.saved.filter((p) => !p.by)],
@@ -169,7 +170,7 @@ export class Programs {
   private async ask(method: string, what: object): Promise<object | null> {
     const token = document.querySelector<HTMLInputElement>("#program-form [name=csrfmiddlewaretoken]")?.value ?? "";
     try {
-      const answer = await fetch(`/robots/${this.page.slug}/programs/`, {
+      const answer = await request(`/robots/${this.page.slug}/programs/`, {
         method, body: JSON.stringify(what), headers: { "Content-Type": "application/json", "X-CSRFToken": token },
       });
       const said = (await answer.json()) as { error?: string };

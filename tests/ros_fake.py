@@ -87,6 +87,7 @@ class Ros:
         self._calls = {file.stem: file.read_text().split("---") for file in PACKAGE.glob("srv/*.srv")}
         self._calls["Trigger"] = ["", "bool success\nstring message"]
         self.complaints = []
+        self.groups = {}  # of ROS 2's subscriptions
 
     def default(self, kind):
         if "[" in kind:
@@ -151,6 +152,10 @@ def periodically(ros, seconds, work):
     threading.Thread(target=run, daemon=True).start()
 
 
+class Ordered:
+    """A mutually exclusive group of callbacks: one after another, in the order in which they came."""
+
+
 def rclpy_modules(ros):
     class Node:
         def __init__(self, name):
@@ -164,6 +169,7 @@ def rclpy_modules(ros):
 
         def create_subscription(self, kind, topic, heard, quality, callback_group=None):
             ros.listen(topic, kind, heard)
+            ros.groups[topic] = callback_group
 
         def create_service(self, kind, name, answer, callback_group=None):
             ros.services["/" + name] = kind.Request, lambda request: answer(request, kind.Response())
@@ -189,7 +195,7 @@ def rclpy_modules(ros):
 
     return {
         "rclpy": {"init": lambda: None},
-        "rclpy.callback_groups": {"ReentrantCallbackGroup": object},
+        "rclpy.callback_groups": {"ReentrantCallbackGroup": object, "MutuallyExclusiveCallbackGroup": Ordered},
         "rclpy.executors": {"MultiThreadedExecutor": Executor, "ExternalShutdownException": KeyboardInterrupt},
         "rclpy.node": {"Node": Node},
         "rclpy.qos": {"qos_profile_sensor_data": 5},

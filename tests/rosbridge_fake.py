@@ -79,6 +79,7 @@ class Bridge:
         self._server = serve(self._talk, "127.0.0.1", 0, compression=None)
         self.address = f"127.0.0.1:{self._server.socket.getsockname()[1]}"
         self.said = []  # what clients were told of their frames
+        self.kept_back = None  # a list: what clients publish waits in it, as topics and services are not ordered
         threading.Thread(target=self._server.serve_forever, daemon=True).start()
 
     def close(self):
@@ -118,7 +119,17 @@ class Bridge:
         kind = self._ros.kinds.get(found["topic"])
         if kind is None:
             raise Mismatch(f"Cannot infer topic type for topic {found['topic']} as it is not yet advertised")
-        self._ros.publish(found["topic"], populate(self._ros, found["msg"], kind()))
+        message = populate(self._ros, found["msg"], kind())
+        if self.kept_back is not None:
+            self.kept_back.append((found["topic"], message))
+        else:
+            self._ros.publish(found["topic"], message)
+
+    def deliver(self, order=1):
+        """Publish what was kept back, by -1 the newest first."""
+        kept, self.kept_back = self.kept_back, None
+        for topic, message in kept[::order]:
+            self._ros.publish(topic, message)
 
     def _call_service(self, line, found):
         if self._ros.version == 1:

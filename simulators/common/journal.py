@@ -13,7 +13,7 @@ from typing import Any
 
 from robots.clock import TIMER, Timer
 
-BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash"})
+BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash", "bad_checksum"})
 BURST, A_SECOND = 100.0, 5.0  # lines of each of these
 
 

@@ -65,6 +65,7 @@ class Operations:
         self.claims = Claims(clock)
         self._waiting: set[asyncio.Task[None]] = set()  # an event loop keeps no task alive by itself
         self._holds: dict[Peer, int] = {}
+        self._held_at = 0.0  # by `wall`, the newest hold
         self._services: dict[str, Callable[[Peer, Operation], None]] = {
             HOLD: self._hold, CLAIM: self._claim, STATUS: self._report,
             "/rosapi/topics": self._list_topics, "/rosapi/services": self._list_services,
@@ -121,13 +122,16 @@ class Operations:
             raise Refused(why)
 
     def _answers(self, drive: Drive, peer: Peer) -> None:
-        """Refuse a velocity of another commander, or one that answers to old odometry."""
+        """Refuse a velocity of another commander, or one that answers to odometry that is old or before a hold."""
         if drive.epoch != peer.epoch:
             raise Refused(f"epoch {drive.epoch} does not command; {peer.epoch} does")
         late = self._wall() - drive.stamp
         if abs(late) > LATE_S:
             self._note("late", seconds=round(late, 3))
             raise Refused(f"this velocity answers to odometry of another time, {late:.1f} s ago; answer to the newest")
+        if 0 <= self._held_at - drive.stamp <= 2 * LATE_S:  # older by more it would be late, unless `wall` was set back
+            self._note("late", seconds=round(late, 3))
+            raise Refused("this velocity answers to odometry from before the hold; answer to the newest")
 
     def _subscribe(self, peer: Peer, asked: Operation) -> None:
         self._topic(asked)
@@ -191,6 +195,7 @@ class Operations:
 
     def _hold(self, peer: Peer, asked: Operation) -> None:
         """Hold at once; answer when the robot rests. Everybody may stop a robot."""
+        self._held_at = self._wall()
         self._note("hold", peer=peer.name, moving=self._robot.moving)
         self._robot.hold()
         if self._holds.get(peer, 0) >= MOST_HOLDS:

@@ -6,6 +6,7 @@ little-endian. In DIR it keeps `tty` (the line), `calibration/farhand.json` (as 
 that of a real arm), `faults` (a Unix socket) and `journal.jsonl`.
 """
 
+import contextlib
 import json
 import os
 import pty
@@ -27,6 +28,7 @@ TURN = 4096  # ticks
 LOW, HIGH, MIDDLE = 700, 3395, 2047  # ticks: the calibrated range
 MODEL, FIRMWARE = 777, (3, 10)
 EVERYBODY = 0xFE
+REGISTERS = 128  # bytes
 PING, READ, WRITE, SYNC_READ, SYNC_WRITE = 1, 2, 3, 0x82, 0x83
 MIN_LIMIT, MAX_LIMIT, TORQUE, GOAL, POSITION, SPEED, MOVING = 9, 11, 40, 42, 56, 58, 66
 STEP_S = 0.004
@@ -38,7 +40,7 @@ class Servo:
     """One servo: its registers, and a motor that moves to its goal."""
 
     def __init__(self, number: int, at: float) -> None:
-        self.registers = bytearray(128)
+        self.registers = bytearray(REGISTERS)
         self.registers[0:2] = bytes(FIRMWARE)
         self.registers[5] = number
         for address, value in ((3, MODEL), (MIN_LIMIT, LOW), (MAX_LIMIT, HIGH), (GOAL, round(at))):
@@ -158,11 +160,27 @@ class Simulator:
             if len(self._rest) < 6 or len(self._rest) < 4 + self._rest[3]:
                 return
             packet, self._rest = self._rest[2 : 4 + self._rest[3]], self._rest[4 + self._rest[3] :]
-            if sum(packet) & 0xFF == 0xFF:
+            if sum(packet) & 0xFF != 0xFF:
+                self.journal.note("bad_checksum")
+            elif why := self._why_not(packet[2:-1]):
+                self.journal.note("refused", why=why)
+            else:
                 with self._lock:
                     self._obey(packet[0], packet[2], packet[3:-1])
-            else:
-                self.journal.note("bad_checksum")
+
+    @staticmethod
+    def _why_not(said: bytes) -> str:
+        """Return why an instruction with its parameters is ignored, or an empty text."""
+        if not said:
+            return "no instruction"
+        instruction, data = said[0], said[1:]
+        if instruction in (READ, WRITE, SYNC_READ, SYNC_WRITE):
+            if len(data) < 2:
+                return "too few parameters"
+            length = {WRITE: len(data) - 1, SYNC_WRITE: data[1]}.get(instruction, 0)
+            if data[0] + length > REGISTERS:
+                return "past the last register"
+        return ""
 
     def _obey(self, number: int, instruction: int, data: bytes) -> None:
         who = list(self._servos) if number == EVERYBODY else [n for n in (number,) if n in self._servos]
@@ -200,7 +218,8 @@ class Simulator:
         if self.faults.chance("corrupt"):
             packet[-1] ^= 0x10
         self._clock.sleep(self.faults.value("slow"))
-        os.write(self._master, packet)
+        with contextlib.suppress(BlockingIOError):  # nobody reads: a real line loses these bytes too
+            os.write(self._master, packet)
 
 
 def main() -> None:

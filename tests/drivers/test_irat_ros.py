@@ -18,7 +18,7 @@ from robots.drivers.irat.driver import Driver
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity
 from tests.conftest import wait_for
-from tests.ros_fake import Ros, start_node
+from tests.ros_fake import Ordered, Ros, start_node
 from tests.rosbridge_fake import Bridge
 
 AHEAD = Velocity(0.1, 0.5)
@@ -165,6 +165,39 @@ def test_what_a_network_has_kept_back_moves_nothing(owner, ros):
     wait_for(lambda: len(ros.complaints) == 2, 5, "the refusals")
     assert all("odometry of another time" in said for said in ros.complaints)
     assert state(ros).motion == 0
+
+
+def test_a_velocity_from_before_a_hold_that_comes_after_its_answer_moves_nothing(owner, ros):
+    drive_until(owner, lambda: ros.base.x > 0.01)
+    owner.ask()  # once it is answered, what was sent before is delivered
+    ros.bridge.kept_back = []
+    owner.drive(AHEAD)
+    owner.hold()
+    assert len(ros.bridge.kept_back) == 1
+    ros.bridge.deliver()
+    assert (state(ros).moving, state(ros).motion) == (False, 1)
+    assert "before the hold" in ros.complaints[-1]
+    drive_until(owner, lambda: state(ros).motion == 2)
+
+
+def test_velocities_that_overtake_each_other_end_with_the_newest(owner, ros):
+    drive_until(owner, lambda: ros.base.x > 0.01)
+    owner.ask()  # once it is answered, what was sent before is delivered
+    ros.bridge.kept_back = []
+    for velocity in (AHEAD, Velocity(0.0, 0.0)):
+        at = owner.odometry.at
+        owner.drive(velocity)
+        owner.odometry.wait(5, after=at)
+    wait_for(lambda: len(ros.bridge.kept_back) == 2, 5, "both")
+    ros.bridge.deliver(order=-1)
+    assert "overtaken" in ros.complaints[-1]
+    wait_for(lambda: not state(ros).moving, 5, "rest")
+    assert ros.base.velocity == (0.0, 0.0)
+
+
+def test_ros_2_hands_on_velocities_in_their_order(ros):
+    if ros.version == 2:
+        assert isinstance(ros.groups["irat/drive"], Ordered)
 
 
 def drive_of(odometry):

@@ -124,9 +124,9 @@ def test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile(irat, wire_
     assert irat.count("motion") == begun, "what was said before the answer starts nothing later"
 
 
-def answering(wire_client, epoch, back=0, **twist):
-    """Drive in answer to the newest odometry, or to one that is so many seconds older."""
-    stamp = wire_client.newest("/irat/odom")["header"]["stamp"]
+def answering(wire_client, epoch, back=0, stamp=None, **twist):
+    """Drive in answer to the newest odometry, one with that stamp, or one that is so many seconds older."""
+    stamp = stamp or wire_client.newest("/irat/odom")["header"]["stamp"]
     message = {"epoch": epoch, "sec": stamp["secs"] - back, "nanosec": stamp["nsecs"], "twist": twist}
     wire_client.say("publish", topic="/irat/drive", msg=message)
 
@@ -143,6 +143,18 @@ def test_a_velocity_that_comes_late_moves_nothing(irat, wire_client):
     wait_for(lambda: irat.count("motion") == 1, 5, "the motion")
     answering(wire_client, epoch, angular={"z": 9})
     assert "must be from -2.5 to 2.5" in wire_client.complaint()
+
+
+def test_a_velocity_from_before_somebodys_hold_moves_nothing_after_its_answer(irat, wire_client):
+    """It was on its way in another connection meanwhile."""
+    epoch = wire_client.claim()["epoch"]
+    stamp = wire_client.newest("/irat/odom")["header"]["stamp"]
+    assert WireClient(irat).call("/irat/hold")["values"] == {"success": True, "message": "at rest"}
+    answering(wire_client, epoch, stamp=stamp, angular={"z": 0.5})
+    assert "before the hold" in wire_client.complaint()
+    assert irat.count("motion") == 0
+    answering(wire_client, epoch, angular={"z": 0.5})
+    wait_for(lambda: irat.count("motion") == 1, 5, "the motion")
 
 
 def test_a_velocity_moves_only_under_the_commanders_epoch_and_on_its_connection(irat, wire_client):

@@ -23,20 +23,24 @@ class Node:
 
     def __init__(self, still=True):
         self.now, self.still = 100.0, still
-        self.rules = rules.Rules(3, clock=lambda: self.now, sleep=self.sleep)
+        self.skew = 0.0  # of the base's clock
+        self.rules = rules.Rules(3, clock=lambda: self.now, sleep=self.sleep, stamps=lambda: self.now)
 
     def sleep(self, seconds):
         self.now += seconds
         if self.still:
-            self.rules.odometry(0.0, 0.0)
+            self.measure()
+
+    def measure(self, linear=0.0, angular=0.0):
+        self.rules.odometry(linear, angular, self.now + self.skew)
 
     def rest(self):
         for _ in range(rules.STILL):
-            self.rules.odometry(0.0, 0.0)
+            self.measure()
         assert not self.rules.state()["moving"]
 
     def drive(self, epoch=5, late_s=0.05, velocity=AHEAD):
-        return self.rules.drive(epoch, late_s, velocity)
+        return self.rules.drive(epoch, self.now + self.skew - late_s, velocity)
 
 
 @pytest.fixture
@@ -68,10 +72,11 @@ def test_a_newer_owner_brakes_and_waits_for_rest(node):
     assert node.drive() == ""
     assert node.rules.claim(6)[0]
     assert node.rules.velocity() == (0.0, 0.0)
-    assert "being held" in node.drive(6)
+    assert "being held" in node.drive(6, late_s=0.0)
+    node.now += 0.05
     node.rest()
     assert node.rules.state()["end"] == "replaced"
-    assert node.drive(6) == ""
+    assert node.drive(6, late_s=0.0) == ""
     assert node.rules.velocity() == (0.1, 0.5)
 
 
@@ -82,7 +87,7 @@ def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(node):
     node.now += 0.02
     assert node.rules.velocity() == (0.0, 0.0), "and goes on saying so until it rests"
     assert node.rules.state()["end"] == "silence"
-    node.rules.odometry(0.05, 0.0)
+    node.measure(0.05)
     assert node.rules.velocity() == (0.0, 0.0)
     node.rest()
     assert node.rules.velocity() is None
@@ -114,7 +119,45 @@ def test_a_hold_is_answered_at_rest_and_not_before(node):
     node.drive()
     assert node.rules.hold() == (True, "at rest")
     assert node.rules.state()["end"] == "held"
-    assert node.drive() == "", "what is said after it drives again"
+    assert node.drive(late_s=0.0) == "", "what is said after it drives again"
+
+
+@pytest.mark.parametrize("skew", [0.0, 0.2, 0.45])
+@pytest.mark.parametrize("sent_before_s", [0.0, 0.02, 0.3, 0.6])
+def test_a_velocity_from_before_a_hold_moves_nothing_after_its_answer(node, sent_before_s, skew):
+    """Behind rosbridge_server a topic may come after a service that was called later."""
+    node.skew = skew
+    node.measure(0.1)
+    node.drive(late_s=0.0)
+    stamp = node.now + skew - sent_before_s
+    node.now += 0.03
+    node.measure(0.1)
+    assert node.rules.hold() == (True, "at rest")
+    for wait in (0.0, 0.05, 0.1):
+        node.now += wait
+        assert node.rules.drive(5, stamp, AHEAD)
+        assert (node.rules.velocity(), node.rules.state()["moving"]) == (None, False)
+    assert node.drive(late_s=0.1) == ""
+
+
+def test_a_velocity_that_another_has_overtaken_moves_nothing(node):
+    assert node.drive(late_s=0.0, velocity=NOWHERE) == ""
+    assert "overtaken" in node.drive(late_s=0.05)
+    assert node.rules.velocity() is None
+    assert node.drive(late_s=0.0) == "", "two may answer to the same odometry"
+
+
+@pytest.mark.parametrize("step", [-3600.0, -0.6, -0.3, 3600.0])
+def test_a_step_of_the_clock_of_the_stamps_locks_nobody_out_for_long(node, step):
+    node.drive()
+    node.rules.hold()
+    stamps = node.now + step
+    node.rules._stamps = lambda: stamps
+    tries = 0
+    while node.rules.drive(5, stamps - 0.05, AHEAD):
+        stamps += 0.1
+        tries += 1
+        assert tries <= 10, "a second"
 
 
 @pytest.mark.parametrize("measured", [None, 0.05, math.nan])
@@ -123,12 +166,12 @@ def test_a_hold_without_rest_says_so_and_goes_on_holding(measured):
     node.rules.claim(5)
     node.drive()
     if measured is not None:
-        node.sleep = lambda seconds: (setattr(node, "now", node.now + seconds), node.rules.odometry(measured, 0.0))
+        node.sleep = lambda seconds: (setattr(node, "now", node.now + seconds), node.measure(measured))
         node.rules._sleep = node.sleep
     done, why = node.rules.hold()
     assert (done, "does not say rest" in why) == (False, True)
     assert node.rules.velocity() == (0.0, 0.0)
-    assert "being held" in node.drive()
+    assert "being held" in node.drive(late_s=0.0)
     assert node.rules.state()["moving"]
     node.rest()
     assert node.drive() == ""
@@ -138,9 +181,28 @@ def test_one_still_message_is_no_rest(node):
     node.drive()
     node.drive(velocity=NOWHERE)
     for _ in range(5):
-        node.rules.odometry(0.0, 0.0)
-        node.rules.odometry(0.05, 0.0)
+        node.measure()
+        node.measure(0.05)
     assert node.rules.state()["moving"]
+
+
+def test_an_owner_that_keeps_telling_zero_sees_it_rest(node):
+    """As it does while a motion pauses: each 0.1 s, with two messages of the odometry between."""
+    node.drive()
+    for _ in range(2):
+        node.drive(velocity=NOWHERE)
+        for _ in range(2):
+            node.now += 0.05
+            node.measure()
+    assert (node.rules.state()["moving"], node.rules.state()["end"]) == (False, "done")
+    node.drive()
+    node.drive(velocity=NOWHERE)
+    for _ in range(rules.STILL - 1):
+        node.measure()
+    node.drive()
+    node.drive(velocity=NOWHERE)
+    node.measure()
+    assert node.rules.state()["moving"], "one still message after a velocity is no rest"
 
 
 def test_holds_that_are_too_many_brake_all_the_same(node):
@@ -169,10 +231,10 @@ def test_holds_that_are_too_many_brake_all_the_same(node):
 def test_a_robot_that_does_not_follow_is_stalled(node):
     for _ in range(8):
         node.drive()
-        node.rules.odometry(0.01, 0.02)
+        node.measure(0.01, 0.02)
         node.now += 0.05
     assert node.rules.state()["stalled"]
-    node.rules.odometry(0.1, 0.5)
+    node.measure(0.1, 0.5)
     assert not node.rules.state()["stalled"]
 
 

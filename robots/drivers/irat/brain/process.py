@@ -7,11 +7,13 @@ import contextlib
 import itertools
 import logging
 import os
+import queue
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import IO
 
 from msgspec import MsgspecError
 
@@ -39,7 +41,8 @@ class BrainProcess:
         self._aim: Callable[[int], ToBrain] | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
-        self._writing, self._changed = threading.Lock(), threading.Condition()
+        self._unsent: queue.SimpleQueue[tuple[IO[bytes], bytes | None] | None] = queue.SimpleQueue()
+        self._feeding, self._changed = threading.Lock(), threading.Condition()
         self._calls: dict[int, Answer | None] = {}
         self._numbers = itertools.count(1)
         self._closed = False
@@ -57,15 +60,21 @@ class BrainProcess:
         """Start the process, unless it runs."""
         if self._reader is not None and self._reader.is_alive():
             return
-        self._closed = False
+        self._closed, self._unsent = False, queue.SimpleQueue()
         self._launch()
-        self._reader = threading.Thread(target=self._keep_running, name="brain", daemon=True)
-        self._reader.start()
+        reader = threading.Thread(target=self._keep_running, name="brain", daemon=True)
+        try:
+            threading.Thread(target=self._write, args=(self._unsent,), name="brain-in", daemon=True).start()
+            reader.start()
+        except RuntimeError:  # the system has no thread left for now
+            self.close()
+            raise
+        self._reader = reader
 
     def _launch(self) -> None:
         path = os.pathsep.join(p for p in sys.path if p)
         env = os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
-        with self._writing:
+        with self._feeding:
             self._process = subprocess.Popen(  # noqa: S603 - our own module
                 [sys.executable, "-m", "robots.drivers.irat.brain", str(self._folder)],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
@@ -121,13 +130,20 @@ class BrainProcess:
 
     def post(self, message: ToBrain) -> None:
         """Send a message that has no answer. What cannot be sent is lost."""
-        with self._writing, contextlib.suppress(OSError, ValueError):
-            self._write(message)
-
-    def _write(self, message: ToBrain) -> None:
         if self._process is not None and self._process.stdin is not None:
-            self._process.stdin.write(frame(message))
-            self._process.stdin.flush()
+            self._unsent.put((self._process.stdin, frame(message)))
+
+    @staticmethod
+    def _write(unsent: "queue.SimpleQueue[tuple[IO[bytes], bytes | None] | None]") -> None:
+        """Write what is to be sent; alone in its thread, because a process that is stuck reads nothing."""
+        while (some := unsent.get()) is not None:
+            pipe, data = some
+            with contextlib.suppress(OSError, ValueError):
+                if data is None:
+                    pipe.close()
+                else:
+                    pipe.write(data)
+                    pipe.flush()
 
     def feed(self, feed: Feed) -> bool:
         """Send a step, unless the one before is not answered yet; tell whether it was sent."""
@@ -136,9 +152,9 @@ class BrainProcess:
             if now - self._fed_at > STUCK_S and self._process is not None:
                 self._process.kill()
             return False
-        with self._writing, contextlib.suppress(OSError, ValueError):
+        with self._feeding:
             self._fed_at = now
-            self._write(feed)
+            self.post(feed)
         return True
 
     def call(self, make: Callable[[int], ToBrain], seconds: float = ANSWER_S) -> Answer:
@@ -169,6 +185,7 @@ class BrainProcess:
         """End the process. Never raises."""
         self._closed = True
         self._end()
+        self._unsent.put(None)
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(2.0)
         self._reader = None
@@ -177,14 +194,14 @@ class BrainProcess:
         process, self.heard_at = self._process, -1e9
         if process is None:
             return
-        with contextlib.suppress(OSError, ValueError):
-            if process.stdin is not None:
-                process.stdin.close()
+        if process.stdin is not None:
+            self._unsent.put((process.stdin, None))
         try:
             process.wait(SAVED_S)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-        if process.stdout is not None:
-            with contextlib.suppress(OSError, ValueError):
-                process.stdout.close()
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                with contextlib.suppress(OSError, ValueError):
+                    pipe.close()

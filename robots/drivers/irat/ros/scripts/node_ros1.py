@@ -16,14 +16,15 @@ from irat.msg import Drive, State
 from irat.srv import Claim, ClaimResponse, Status, StatusResponse
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # catkin's devel space runs this from another folder
-from rules import STATE_S, STEP_S, Rules, fill, six
+from rules import STATE_S, STEP_S, Rules, fill, seconds, six
 
 
 class IratNode:
     """Passes velocities on to the base, as the rules allow."""
 
     def __init__(self) -> None:
-        self.rules = Rules(int(time.time()), rospy.get_param("~speed", 0.2), rospy.get_param("~turn", 2.5))
+        speed, turn = rospy.get_param("~speed", 0.2), rospy.get_param("~turn", 2.5)
+        self.rules = Rules(int(time.time()), speed, turn, stamps=rospy.get_time)
         self.base = rospy.Publisher("base/cmd_vel", Twist, queue_size=1)
         self.told = rospy.Publisher("irat/state", State, queue_size=1)
         rospy.Subscriber("irat/drive", Drive, self.drive, queue_size=1)
@@ -49,14 +50,14 @@ class IratNode:
 
     def drive(self, message: Any) -> None:
         """Take a velocity."""
-        late = rospy.get_time() - (message.sec + message.nanosec * 1e-9)
-        why = self.rules.drive(message.epoch, late, six(message.twist))
+        why = self.rules.drive(message.epoch, seconds(message), six(message.twist))
         if why:
             rospy.logwarn_throttle(1.0, why)
 
     def odometry(self, message: Any) -> None:
         """Take what the wheels measure."""
-        self.rules.odometry(message.twist.twist.linear.x, message.twist.twist.angular.z)
+        speed = message.twist.twist
+        self.rules.odometry(speed.linear.x, speed.angular.z, seconds(message.header.stamp))
 
     def charger(self, message: Any) -> None:
         """Take the charger's current."""

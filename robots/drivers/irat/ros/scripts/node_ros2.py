@@ -9,7 +9,7 @@ from typing import Any
 import rclpy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 from irat.msg import Drive, State
 from irat.srv import Claim, Status
 
-from rules import MOST_HOLDS, STATE_S, STEP_S, Rules, fill, six
+from rules import MOST_HOLDS, STATE_S, STEP_S, Rules, fill, seconds, six
 
 
 class IratNode(Node):
@@ -28,15 +28,15 @@ class IratNode(Node):
     def __init__(self) -> None:
         super().__init__("irat")
         speed, turn = (self.declare_parameter(name, most).value for name, most in (("speed", 0.2), ("turn", 2.5)))
-        self.rules, together = Rules(int(time.time()), speed, turn), ReentrantCallbackGroup()
+        self.rules = Rules(int(time.time()), speed, turn, stamps=lambda: self.get_clock().now().nanoseconds * 1e-9)
+        together, ordered = ReentrantCallbackGroup(), MutuallyExclusiveCallbackGroup()
         self.base = self.create_publisher(Twist, "base/cmd_vel", 1)
         self.told = self.create_publisher(State, "irat/state", 1)
-        for kind, topic, heard, quality in (
-            (Drive, "irat/drive", self.drive, 1),
-            (Odometry, "irat/odom", self.odometry, qos_profile_sensor_data),
-            (Float32, "irat/charger_current", self.charger, qos_profile_sensor_data),
-        ):
-            self.create_subscription(kind, topic, heard, quality, callback_group=together)
+        self.create_subscription(Drive, "irat/drive", self.drive, 1, callback_group=ordered)
+        for kind, topic, heard in (
+            (Odometry, "irat/odom", self.odometry), (Float32, "irat/charger_current", self.charger),
+        ):  # fmt: skip
+            self.create_subscription(kind, topic, heard, qos_profile_sensor_data, callback_group=together)
         for kind, service, answer in (
             (Claim, "irat/claim", self.claim), (Trigger, "irat/hold", self.hold), (Status, "irat/status", self.status),
         ):  # fmt: skip
@@ -56,14 +56,14 @@ class IratNode(Node):
 
     def drive(self, message: Any) -> None:
         """Take a velocity."""
-        late = self.get_clock().now().nanoseconds * 1e-9 - (message.sec + message.nanosec * 1e-9)
-        why = self.rules.drive(message.epoch, late, six(message.twist))
+        why = self.rules.drive(message.epoch, seconds(message), six(message.twist))
         if why:
             self.get_logger().warning(why, throttle_duration_sec=1.0)
 
     def odometry(self, message: Any) -> None:
         """Take what the wheels measure."""
-        self.rules.odometry(message.twist.twist.linear.x, message.twist.twist.angular.z)
+        speed = message.twist.twist
+        self.rules.odometry(speed.linear.x, speed.angular.z, seconds(message.header.stamp))
 
     def charger(self, message: Any) -> None:
         """Take the charger's current."""

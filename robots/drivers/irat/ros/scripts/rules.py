@@ -25,18 +25,23 @@ REST = (0.0, 0.0)
 
 
 class Rules:
-    """`boot` differs at each start; `speed` (m/s) and `turn` (rad/s) are the largest that are taken."""
+    """`boot` differs at each start; `speed` (m/s) and `turn` (rad/s) are the largest that are taken.
+
+    `stamps` is the clock (s) by which the odometry is stamped.
+    """
 
     def __init__(
         self, boot: int, speed: float = 0.2, turn: float = 2.5, clock: Callable[[], float] = time.monotonic,
-        sleep: Callable[[float], None] = time.sleep,
+        sleep: Callable[[float], None] = time.sleep, stamps: Callable[[], float] = time.time,
     ) -> None:  # fmt: skip
         self._boot, self._speed, self._turn, self._clock, self._sleep = boot, speed, turn, clock, sleep
+        self._stamps = stamps
         self._lock = threading.Lock()
         self._began = clock()
         self._epoch = self._motion = self._still = self._holds = 0
         self._end = "none"
         self._wanted, self._said = REST, 0.0
+        self._braked = self._answered = self._measured = 0.0  # stamps: of the brake, the newest velocity, the odometry
         self._moving = self._holding = False
         self._slow_since: float | None = None
         self._charging = False
@@ -56,25 +61,29 @@ class Rules:
             self._epoch = epoch
             return True, "you command", epoch
 
-    def drive(self, epoch: int, late_s: float, velocity: tuple[float, ...]) -> str:
+    def drive(self, epoch: int, stamp: float, velocity: tuple[float, ...]) -> str:
         """Take a velocity; return why not, in one sentence, or an empty text.
 
-        `late_s`: the age of the stamp that it bears; `velocity`: linear x, y, z (m/s) and angular x, y, z (rad/s).
+        `stamp`: of the odometry that it answers to (s); `velocity`: linear x, y, z (m/s) and angular x, y, z (rad/s).
         """
         with self._lock:
             self._forget()
-            why = self._why_not(epoch, late_s, velocity)
+            why = self._why_not(epoch, stamp, velocity)
             if why:
                 return why
-            self._wanted, self._said = (velocity[0], velocity[5]), self._clock()
+            before, self._wanted = self._wanted, (velocity[0], velocity[5])
+            self._said, self._answered = self._clock(), stamp
             if self._wanted != REST and not self._moving:
                 self._moving, self._motion = True, self._motion + 1
+            if self._wanted != before:
+                self._still = 0
             if self._moving:
-                self._end, self._still = "none", 0
+                self._end = "none"
             return ""
 
-    def _why_not(self, epoch: int, late_s: float, velocity: tuple[float, ...]) -> str:
+    def _why_not(self, epoch: int, stamp: float, velocity: tuple[float, ...]) -> str:
         x, y, z, roll, pitch, yaw = velocity
+        late_s = self._stamps() - stamp  # read under the lock: a thread that waited here is late, too
         if not self._epoch or epoch != self._epoch:
             return f"epoch {epoch} does not command; {self._epoch} does"
         if not abs(late_s) <= LATE_S:
@@ -85,12 +94,18 @@ class Rules:
             return f"at most {self._speed:g} m/s and {self._turn:g} rad/s, not {x:g} and {yaw:g}"
         if self._holding:
             return "the robot is being held; wait for the hold's answer"
+        # older by more than that it would be late, unless the clock of the stamps was set back
+        if 0 <= self._braked - stamp <= 2 * LATE_S:
+            return "this velocity answers to odometry from before the hold"
+        if 0 < self._answered - stamp <= 2 * LATE_S:
+            return "this velocity was overtaken by one that answers to newer odometry"
         return ""
 
-    def odometry(self, linear: float, angular: float) -> None:
-        """Take a measured velocity (m/s, rad/s), by which rest and stalls are found."""
+    def odometry(self, linear: float, angular: float, stamp: float) -> None:
+        """Take a measured velocity (m/s, rad/s), by which rest and stalls are found, and its stamp (s)."""
         with self._lock:
             self._forget()
+            self._measured = stamp
             slow = abs(linear) < STILL_M_S and abs(angular) < STILL_RAD_S  # NaN is not
             self._still = self._still + 1 if slow and self._wanted == REST else 0
             if self._still >= STILL and (self._moving or self._holding):
@@ -125,6 +140,7 @@ class Rules:
     def _brake(self, end: str) -> None:
         self._end = end if self._moving else self._end
         self._wanted, self._holding, self._still = REST, True, 0
+        self._braked = max(self._stamps(), self._measured)  # the base's clock may be ahead
 
     def hold(self) -> tuple[bool, str]:
         """Brake, and wait until the odometry says rest; return success and a sentence. Everybody may."""
@@ -155,6 +171,12 @@ class Rules:
                 "stalled": self._slow_since is not None and now - self._slow_since > STALLED_S,
                 "seconds": now - self._began,
             }  # fmt: skip
+
+
+def seconds(stamp: Any) -> float:
+    """Return a stamp of ROS 1 or ROS 2, or of an irat/Drive, in s."""
+    whole, rest = (stamp.secs, stamp.nsecs) if hasattr(stamp, "secs") else (stamp.sec, stamp.nanosec)
+    return float(whole + rest * 1e-9)
 
 
 def six(twist: Any) -> tuple[float, ...]:

@@ -57,11 +57,12 @@ class _Move:
         """
         if not step.paused:
             return step.paused
-        newest = [
-            rows.filter(**{f"{stamp}__lt": self._new[0]}).aggregate(newest=Max(stamp))["newest"]
-            for rows, stamp, *_ in _written()
-        ]
-        return max(min([step.paused, *(now - at for at in newest if at is not None)]), timedelta())
+        longest = step.paused
+        for rows, stamp, *_ in _written():
+            newest = rows.filter(**{f"{stamp}__lt": self._new[0]}).aggregate(newest=Max(stamp))["newest"]
+            if newest is not None:
+                longest = min(longest, now - newest)
+        return max(longest, timedelta())
 
     def everything(self) -> None:
         """Move what the portal judges by the time of day."""

@@ -1,6 +1,12 @@
 """How the time of day is set in tests, and that the machine sleeps."""
 
+from datetime import timedelta
+
 import pytest
+
+from queueing import services as queue
+from queueing.models import Turn
+from robots.models import Lease
 
 HOUR, YEAR = 3600.0, 365.25 * 86_400
 STEPS = {
@@ -14,3 +20,12 @@ SET = {name: lambda clock, by=by: clock.step(by) for name, by in STEPS.items()}
 CHANGES = SET | {"the machine slept": lambda clock: clock.suspend(2 * HOUR)}
 each_change = pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 each_step = pytest.mark.parametrize("by", STEPS.values(), ids=STEPS)
+
+
+def drive(robot, people, clock):
+    """Ada joins, is offered the robot and accepts."""
+    queue.join(robot, people["ada"], clock.now())
+    Lease.objects.update(expires_at=clock.now() + timedelta(seconds=2))
+    queue.tick(clock.now())
+    queue.accept(robot, people["ada"], clock.now())
+    return Turn.objects.get()

@@ -7,6 +7,7 @@ without it unnoticed.
 import contextlib
 import logging
 import threading
+import traceback
 from collections.abc import Callable
 
 import redis
@@ -23,7 +24,8 @@ WELL_S = 10.0  # a loop that ran this long before it failed counts as having wor
 class Threads:
     """Starts loops and repeats those that fail, until one fails `FAILURES` times in a row.
 
-    Then `end` is called with the reason: it holds the robot and ends the owner; the supervisor starts a new one.
+    Then `end` is called with the reason, while the error is handled: it holds the robot, logs both and ends the owner;
+    the supervisor starts a new one.
     """
 
     def __init__(self, owned: OwnedRobot, end: Callable[[str], None]) -> None:
@@ -44,12 +46,14 @@ class Threads:
 
     def end_with_any(self) -> None:
         """From now on end the owner once a thread of this process dies of an error."""
-        told = threading.excepthook
 
         def hook(args: threading.ExceptHookArgs) -> None:
-            told(args)
+            said = "".join(traceback.format_exception_only(args.exc_value)).strip()  # of an error without a text, too
+            why = f"its thread {args.thread.name if args.thread else ''!r} died: {said}"
             if self._owned.running:
-                self._end(f"its thread {args.thread.name if args.thread else ''!r} died: {args.exc_value!r}")
+                self._end(why)  # before anything is written; its log has the traceback
+            else:
+                log.error("the owner has ended already, and %s", why, exc_info=args.exc_value)
 
         threading.excepthook = hook
 

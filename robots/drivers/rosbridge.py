@@ -55,11 +55,6 @@ class Operation:
         return self.body or dict(zip(names, self.args, strict=False))
 
 
-def parse(data: str | bytes) -> Operation:
-    """Return the operation in a frame that a robot receives. Raises Malformed."""
-    return operation(received(data))
-
-
 def received(data: str | bytes) -> Message:
     """Return the JSON object in a frame that a robot receives. Raises Malformed."""
     if isinstance(data, bytes):

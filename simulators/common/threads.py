@@ -1,10 +1,13 @@
 """What becomes of a thread that dies of an error: the journal tells it, and the simulator ends."""
 
 import os
+import signal
 import sys
 import threading
 
 from simulators.common.journal import Journal
+
+WORDS_S = 1  # the longest that its last words may take
 
 
 def record_deaths(journal: Journal) -> None:
@@ -12,8 +15,10 @@ def record_deaths(journal: Journal) -> None:
     told = threading.excepthook
 
     def hook(args: threading.ExceptHookArgs) -> None:
-        journal.note("thread_died", thread=args.thread.name if args.thread else "", error=repr(args.exc_value))
-        told(args)
+        try:
+            journal.note("thread_died", thread=args.thread.name if args.thread else "", error=repr(args.exc_value))
+        finally:
+            told(args)
 
     threading.excepthook = hook
 
@@ -21,16 +26,19 @@ def record_deaths(journal: Journal) -> None:
 def end_with_any() -> None:
     """From now on end this process, with exit status 1 and a line on stderr, once one of its threads dies of an error.
 
-    Called by a process before it starts a thread, and before `record_deaths`.
+    Where nobody reads stderr, SIGALRM ends it. Called before a thread is started, and before `record_deaths`.
     """
     told = threading.excepthook
 
     def hook(args: threading.ExceptHookArgs) -> None:
-        told(args)
-        name = args.thread.name if args.thread else ""
-        sys.stderr.write(f"the simulator ends, because its thread {name!r} died: {args.exc_value!r}\n")
-        sys.stderr.flush()
-        os._exit(1)  # as at a loss of power: other threads may wait for the one that died
+        signal.alarm(WORDS_S)
+        try:
+            told(args)
+            name = args.thread.name if args.thread else ""
+            sys.stderr.write(f"the simulator ends, because its thread {name!r} died: {args.exc_value!r}\n")
+            sys.stderr.flush()
+        finally:
+            os._exit(1)  # as at a loss of power: other threads may wait for the one that died
 
     threading.excepthook = hook
 

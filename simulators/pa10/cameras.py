@@ -97,25 +97,25 @@ class Cameras:
         return np.asarray(np.clip(picture + grain, 0, 255), np.uint8)
 
 
-def run(folder: Path) -> None:
-    """Run until stopped, or until the control process has ended."""
+def run(folder: Path, parent: int) -> None:
+    """Run until stopped, or until the control process has ended, whose number `parent` is."""
     os.nice(NICER)
     cameras = Cameras(folder)
     logging.getLogger(__name__).info("cameras at %s", cameras.addresses)
     over = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: over.set())
     signal.signal(signal.SIGINT, lambda *_: over.set())
-    parent = os.getppid()
-    while not over.wait(1.0) and os.getppid() == parent:  # real time: a process may have died
+    while os.getppid() == parent and not over.wait(1.0):  # real time: a process may have died, also before this line
         pass
 
 
 def main() -> None:
     """Run as a separate process."""
+    parent = os.getppid()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dir", type=Path, required=True)
     logging.basicConfig(level=logging.INFO, stream=sys.stderr)
-    run(parser.parse_args().dir)
+    run(parser.parse_args().dir, parent)
 
 
 if __name__ == "__main__":

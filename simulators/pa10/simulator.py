@@ -1,5 +1,6 @@
 """The simulated museum arm: plant, controller, application, network and cameras, in 2 ms steps."""
 
+import os
 import threading
 from functools import partial
 from pathlib import Path
@@ -68,7 +69,7 @@ class Simulator:
         self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
         self._shared.write(self.plant.qpos)
-        self._cameras = fork(partial(cameras.run, folder))  # last, before there are threads
+        self._cameras = fork(partial(cameras.run, folder, os.getpid()))  # last, before there are threads
         self.network = Network(port, self, self.faults, self.journal.note, token, clock=clock)
         self._running, self._ending = True, False
         threading.Thread(target=self._mind_cameras, name="cameras", daemon=True).start()

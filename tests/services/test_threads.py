@@ -1,5 +1,6 @@
 """A thread of the owner that fails: it goes on, or the robot is held and the owner ends."""
 
+import sys
 import threading
 from dataclasses import replace
 from types import SimpleNamespace
@@ -56,19 +57,28 @@ def test_a_loop_that_goes_round_between_failures_has_not_failed_in_a_row():
     assert len(ended) == 1
 
 
-def test_any_other_thread_that_dies_ends_the_owner(monkeypatch):
+def never(_):
+    pytest.fail("Python's own hook writes to stderr, which waits for ever where nobody reads it")
+
+
+def die():
+    thread = threading.Thread(target=lambda: {}["gone"], name="reader")
+    thread.start()
+    thread.join()
+
+
+def test_any_other_thread_that_dies_ends_the_owner(monkeypatch, caplog):
     """A reader of a driver, say; once the owner has ended, it ends nothing more."""
-    told = []
-    monkeypatch.setattr("threading.excepthook", told.append)  # as before, at the end of the test
+    monkeypatch.setattr("threading.excepthook", never)  # as before, at the end of the test
     owned, ended = SimpleNamespace(running=True), []
-    Threads(owned, ended.append).end_with_any()
+    Threads(owned, lambda why: ended.append((why, repr(sys.exception()), caplog.text))).end_with_any()
     for running in (True, False):
         owned.running = running
-        thread = threading.Thread(target=lambda: {}["gone"], name="reader")
-        thread.start()
-        thread.join()
-    assert ended == ["its thread 'reader' died: KeyError('gone')"]
-    assert len(told) == 2, "the traceback is told each time"
+        die()
+    assert ended == [("its thread 'reader' died: KeyError: 'gone'", "KeyError('gone')", "")], (
+        "and nothing written before"
+    )
+    assert (caplog.text.count("Traceback"), "'reader' died" in caplog.text) == (1, True), "the second is told, too"
 
 
 def test_a_store_that_fails_again_when_its_connection_is_closed_is_waited_for(monkeypatch):
@@ -89,6 +99,22 @@ def test_a_store_that_is_down_between_two_failures_does_not_make_them_fewer():
     assert len(ended) == 1
 
 
+def test_an_error_that_has_no_text_ends_the_owner_too(monkeypatch):
+    class Mute(Exception):
+        def __str__(self):
+            raise ValueError("no text")
+
+        __repr__ = __str__
+
+    monkeypatch.setattr("threading.excepthook", never)
+    ended = []
+    Threads(SimpleNamespace(running=True), ended.append).end_with_any()
+    thread = threading.Thread(target=lambda: (_ for _ in ()).throw(Mute()), name="reader")
+    thread.start()
+    thread.join()
+    assert len(ended) == 1
+
+
 @pytest.mark.service
 @pytest.mark.django_db(transaction=True)
 @pytest.mark.parametrize("which", ["pa10"], indirect=True)
@@ -101,6 +127,18 @@ class TestOwner:
         owner.threads.begin("broken", lambda: 1 / 0)
         owner.threads.join("broken", 10.0)
         assert (told, owner.owned.running) == (["held", "ended"], False)
+
+    def test_a_thread_that_dies_holds_the_robot_first_and_its_traceback_is_in_the_log(
+        self, robot, people, monkeypatch, caplog
+    ):
+        monkeypatch.setattr("threading.excepthook", never)
+        told = []
+        owner = made_owner(robot, people, on_lost=lambda: told.append("Traceback" in caplog.text))
+        owner.owned.driver.hold = lambda: told.append(caplog.text)
+        owner.owned.driver.close = lambda: None
+        owner.threads.end_with_any()
+        die()
+        assert told == ["", True], "the process ends here"
 
     @pytest.mark.parametrize("broken", [("hold",), ("close",), ("hold", "close")])
     def test_the_owner_ends_whatever_holding_and_closing_raise(self, robot, people, broken):

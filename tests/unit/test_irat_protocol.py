@@ -21,7 +21,7 @@ from robots.drivers.irat.protocol import (
     Velocity,
     epoch_of,
 )  # fmt: skip
-from robots.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, parse
+from robots.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, operation, received
 
 MOTION = load("irat")["motion"]
 anything = st.recursive(
@@ -56,7 +56,7 @@ def test_whatever_else_is_a_velocity_within_bounds_or_refused(found):
 @given(st.text(max_size=60) | anything.map(lambda value: json.dumps(value)) | st.binary(max_size=30))
 def test_a_frame_is_an_operation_or_a_sentence(data):
     try:
-        asked = parse(data)
+        asked = operation(received(data))
     except Malformed as error:
         assert str(error)
         return
@@ -138,14 +138,14 @@ def test_numbers_are_finite_and_bounded(value, error):
 
 def test_names_of_ros_2_are_the_same_types():
     frame = json.dumps({"op": "subscribe", "topic": "irat/odom", "type": "nav_msgs/msg/Odometry"})
-    assert parse(frame).type == TOPICS["/irat/odom"]
-    assert parse(frame).name == "/irat/odom"
+    assert operation(received(frame)).type == TOPICS["/irat/odom"]
+    assert operation(received(frame)).name == "/irat/odom"
     assert all(name.startswith("/irat/") for name in (*TOPICS, *SERVICES))
 
 
 def test_the_longest_frame_is_read_and_a_longer_one_is_not():
     frame = json.dumps({"op": "status", "msg": ""})
     room = rosbridge.MOST_BYTES - len(frame)
-    assert parse(frame.replace('""', f'"{"x" * room}"')).op == "status"
+    assert operation(received(frame.replace('""', f'"{"x" * room}"'))).op == "status"
     with pytest.raises(Malformed, match="longer than"):
-        parse(frame.replace('""', f'"{"x" * (room + 1)}"'))
+        operation(received(frame.replace('""', f'"{"x" * (room + 1)}"')))

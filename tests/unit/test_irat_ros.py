@@ -8,7 +8,7 @@ import pytest
 from robots.description import load
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, current_of, stamp_of
 from robots.drivers.irat.protocol import FULL, Status, Velocity
-from robots.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, parse
+from robots.drivers.rosbridge import Malformed, OutOfBounds, decode, encode, numeral, operation, received
 
 FAR, BATTERY = load("irat")["range"]["far"], load("irat")["battery"]
 HUGE = 10**400
@@ -142,4 +142,4 @@ def test_numbers_that_json_lacks_are_read_and_nothing_else_that_is_no_json():
 
 def test_a_throttle_that_is_huge_is_refused_by_a_sentence():
     with pytest.raises(Malformed, match="throttle_rate is an integer of 401 digits"):
-        parse('{"op": "subscribe", "topic": "/a", "throttle_rate": ' + str(HUGE) + "}")
+        operation(received('{"op": "subscribe", "topic": "/a", "throttle_rate": ' + str(HUGE) + "}"))

@@ -1,10 +1,10 @@
 """A simulator whose thread has died ends with a word, and does not go on without it."""
 
-import inspect
+import contextlib
 import json
+import os
 import subprocess
 import sys
-from importlib import import_module
 
 import pytest
 
@@ -37,11 +37,62 @@ def test_a_thread_that_dies_ends_the_simulator_with_a_word(tmp_path):
     assert (told["event"], told["thread"], told["error"]) == ("thread_died", "watchdog", "KeyError('gone')")
 
 
+REAL = """
+import sys, threading
+from simulators.{robot} import __main__ as simulator
+
+def stop_when_told(_):
+    threading.Thread(target=lambda: {{}}["gone"], name="watchdog", daemon=True).start()
+
+simulator.stop_when_told = stop_when_told
+sys.argv = ["simulator", "--dir", {folder!r}]
+simulator.main()
+"""
+
+
 @pytest.mark.parametrize("robot", ["mercury", "pa10", "irat", "so101"])
-def test_every_simulator_ends_so(robot):
-    """Its process says so first, before it makes a thread."""
-    text = inspect.getsource(import_module(f"simulators.{robot}.__main__").main)
-    assert '"""Run the simulator."""\n    end_with_any()\n' in text
+def test_every_simulator_ends_so(robot, tmp_path):
+    code = REAL.format(robot=robot, folder=str(tmp_path))
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=CEILING_S, check=False)
+    assert (ended.returncode, "its thread 'watchdog' died" in ended.stderr) == (1, True), ended.stderr
+    told = [json.loads(line) for line in (tmp_path / "journal.jsonl").read_text().splitlines()]
+    assert [line["thread"] for line in told if line["event"] == "thread_died"] == ["watchdog"]
+
+
+def full():
+    """Return the ends of a pipe into which nothing fits any more."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writing, bytes(1024))
+    os.set_blocking(writing, True)
+    return reading, writing
+
+
+def test_a_simulator_whose_stderr_nobody_reads_ends_too(tmp_path):
+    journal, (reading, writing) = tmp_path / "journal.jsonl", full()
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-c", DIES, str(journal)], stderr=writing, timeout=CEILING_S, check=False
+        )
+    finally:
+        os.close(reading)
+        os.close(writing)
+    assert ended.returncode != 0
+    (told,) = map(json.loads, journal.read_text().splitlines())
+    assert told["event"] == "thread_died"
+
+
+def test_a_simulator_whose_journal_cannot_be_written_ends_too(tmp_path):
+    """A full disk, say."""
+    code = DIES.replace("threading.Thread(", "Journal.note = lambda *_, **__: 1 / 0\nthreading.Thread(")
+    ended = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "journal.jsonl")], capture_output=True, text=True,
+        timeout=CEILING_S, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 1
+    assert "its thread 'watchdog' died: KeyError('gone')" in ended.stderr
 
 
 def test_positions_that_cannot_be_read_are_the_middle(tmp_path):

@@ -6,6 +6,7 @@ write, and holds before it writes a line to the log.
 
 import contextlib
 import logging
+import sys
 from collections.abc import Callable
 
 from robots.brownout import Brownout
@@ -67,7 +68,7 @@ class Watch:
                 self._owned.driver.hold()
 
     def leave(self, why: str) -> None:
-        """Hold the robot and end this process, whatever its driver raises.
+        """Hold the robot and end this process, whatever its driver raises; log why, and the error that is handled now.
 
         Another owner takes the robot, or the supervisor starts one.
         """
@@ -78,7 +79,7 @@ class Watch:
         except Exception:
             log.exception("the robot could not be held")
         finally:
-            log.error("the owner of %s holds it and ends: %s", owned.robot.slug, why)
+            log.error("the owner of %s holds it and ends: %s", owned.robot.slug, why, exc_info=sys.exception())
             try:
                 owned.driver.close()
             except Exception:

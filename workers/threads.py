@@ -16,8 +16,7 @@ from django.db import Error, close_old_connections
 from workers.owned import OwnedRobot
 
 log = logging.getLogger(__name__)
-PAUSE_S = 0.5
-FAILURES = 3
+PAUSE_S, FAILURES = 0.5, 3
 WELL_S = 10.0  # a loop that ran this long before it failed counts as having worked
 
 

@@ -15,7 +15,7 @@ from django.test import Client
 
 from accounts.models import Clearance
 from portal.live import viewing
-from portal.live.sessions import session_watch
+from portal.live.sessions import RAN_OUT_S, session_watch
 from queueing import services as queue
 from queueing.models import Ticket, TicketState, Turn
 from robots import bus
@@ -62,14 +62,14 @@ def driving(robot, people, owned):
 
 
 @contextmanager
-def soon():
+def soon(more_s=0.0):
     """Judge how long a block takes; what the machine itself stood still meanwhile does not count."""
     witness, begun, took = Witness(), time.monotonic(), []
     yield took
     witness.stop()
     lost = witness.lost(begun, until := time.monotonic())
     took.append(until - begun - lost)
-    assert took[0] < LIMIT_S, (took, lost)
+    assert took[0] < LIMIT_S + more_s, (took, lost)
 
 
 def turn_ended(turn):
@@ -104,7 +104,7 @@ def test_promise_34_the_session_ends_and_with_it_sockets_and_turn(
         if not with_redis:
             redis_server.stop()
         try:
-            with soon() as took:
+            with soon(RAN_OUT_S if cause == "session expired" else 0.0) as took:  # the time of day may have been set
                 act(browser, people["ada"])
                 assert closed(one)[0] == code
                 wait_for(lambda: turn_ended(driving), 15, "the end of the turn")

@@ -55,6 +55,14 @@ def test_an_owner_lets_the_turn_move_the_robot_for_its_time_and_not_longer(owner
     assert Grant.objects.get().end_code == "time_up"
 
 
+def ends_late(owner):
+    """Nobody has ended the turn, whose time is up: the owner does."""
+    assert owner.grants.over(Grant.objects.get().pk)
+    owner.clock.go(LATE_S)
+    owner.follower.follow_grant()
+    assert Grant.objects.get().end_code == "time_up"
+
+
 @each_change
 def test_an_owner_ends_the_turn_in_time_also_if_nobody_looks_at_the_clocks(owner, change):
     owner.follower.follow_grant()
@@ -63,10 +71,7 @@ def test_an_owner_ends_the_turn_in_time_also_if_nobody_looks_at_the_clocks(owner
     owner.follower.follow_grant()
     assert Grant.objects.get().ended_at is None
     owner.clock.go(1.5)
-    assert owner.grants.over(Grant.objects.get().pk)
-    owner.clock.go(LATE_S)
-    owner.follower.follow_grant()
-    assert Grant.objects.get().end_code == "time_up"
+    ends_late(owner)
 
 
 @each_step
@@ -85,10 +90,7 @@ def test_an_owner_that_sees_a_turn_for_the_first_time_after_a_step_ends_it_neith
     assert not owner.grants.over(Grant.objects.get().pk)
     owner.clock.go(1.5)
     owner.follower.follow_grant()
-    assert owner.grants.over(Grant.objects.get().pk)
-    owner.clock.go(LATE_S)
-    owner.follower.follow_grant()
-    assert Grant.objects.get().end_code == "time_up"
+    ends_late(owner)
 
 
 @each_step

@@ -18,7 +18,6 @@ from robots.drivers.errors import CameraFault
 
 HASHES = {"MD5": hashlib.md5, "SHA": hashlib.sha1, "SHA-256": hashlib.sha256}
 
-ITEM = re.compile(r'(?:[^",]|"(?:\\.|[^"\\])*"?)+')  # between commas that stand in no quotes
 SCHEME = re.compile(r"([A-Za-z][\w-]*)(?:\s+(?!=)|$)")  # followed by its values; a value's name by "="
 PLACE = "http://camera"  # for Python's handler, which may know several
 
@@ -57,7 +56,7 @@ class Login:
         if not self.known:
             return False
         schemes = _schemes(", ".join(challenges))
-        for digest in [_read(rest) for scheme, rest in schemes if scheme == "digest"]:
+        for digest in [_read(values) for scheme, values in schemes if scheme == "digest"]:
             if _understood(digest):
                 self._made = self._digest(digest)
                 return True
@@ -75,22 +74,23 @@ class Login:
         return lambda target: f"Digest {handler.get_authorization(Request(PLACE + target), told)}"  # noqa: S310 - not opened
 
 
-def _schemes(challenges: str) -> list[tuple[str, str]]:
+def _schemes(challenges: str) -> list[tuple[str, list[str]]]:
     """Return each scheme with its values; several may stand in one header, and a quoted value may name one, too."""
-    schemes: list[tuple[str, str]] = []
-    for item in ITEM.findall(challenges):
-        begins = SCHEME.match(item.strip())
+    schemes: list[tuple[str, list[str]]] = []
+    for item in parse_http_list(challenges):
+        begins = SCHEME.match(item)
         if begins:
-            schemes.append((begins[1].lower(), item.strip()[begins.end() :]))
-        elif schemes:
-            schemes[-1] = (schemes[-1][0], f"{schemes[-1][1]}, {item.strip()}")
+            schemes.append((begins[1].lower(), []))
+            item = item[begins.end() :]
+        if item and schemes:
+            schemes[-1][1].append(item)
     return schemes
 
 
-def _read(challenge: str) -> dict[str, str]:
-    """Return the values of a challenge by their names; nothing where it cannot be read."""
+def _read(values: list[str]) -> dict[str, str]:
+    """Return the values of a challenge by their names; nothing where they cannot be read."""
     try:
-        return parse_keqv_list(parse_http_list(challenge))
+        return parse_keqv_list(values)
     except (ValueError, LookupError):
         return {}
 

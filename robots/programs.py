@@ -10,7 +10,7 @@ from django.db.models import Q, QuerySet
 from robots import description
 from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Program, Robot
-from robots.plain import one_line, storable
+from robots.plain import one_line, plain_breaks, storable
 
 MOST = 50  # of one person for one robot
 LONGEST = 6000
@@ -50,7 +50,7 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
         raise NotPermitted("Sign in to save programs.")
     if not storable(name + text):
         raise BadRequest("The program contains characters that cannot be stored; use plain text.")
-    name, text = one_line(name), text.replace("\r\n", "\n").strip()
+    name, text = one_line(name), plain_breaks(text).strip()
     if not 0 < len(name) <= 60:
         raise BadRequest("Give the program a name of at most 60 characters.")
     if not 0 < len(text) <= LONGEST:

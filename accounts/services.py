@@ -201,6 +201,9 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
     """
     if attempt.user_id != getattr(user, "pk", None):
         raise NotNow("That test belongs to another person.")
+    kept = {str(question): choice for question, choice in answers.items()}
+    if _sent(attempt, kept):
+        return _told(attempt, _wrong(attempt, answers))
     _need_leave(user, attempt.robot, now)
     shown = questions(attempt)
     if len(shown) < len(attempt.drawn):
@@ -208,19 +211,18 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
         raise NotNow("The questions were changed meanwhile; begin the test again.")
     if any(q.id not in answers for q in shown):
         raise NotNow("Answer every question, then send the test.")
-    correct = dict(
-        Choice.objects.filter(question__in=[q.id for q in shown], correct=True).values_list("question", "pk")
-    )
-    wrong = [q for q in shown if answers[q.id] != correct.get(q.id)]
+    wrong = _wrong(attempt, answers)
     with transaction.atomic():
         _lock_clearance(user, attempt.robot)
         _need_clearable(user, attempt.robot)  # staff may have withdrawn it while this was graded
         done = Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(
             finished_at=now,
-            answers={str(k): v for k, v in answers.items()},
+            answers=kept,
             score=len(shown) - len(wrong),
             passed=not wrong,
         )
+        if not done and _sent(attempt, kept):
+            return _told(attempt, wrong)
         if not done:
             raise NotNow("This test was already sent.")
         if not wrong:
@@ -228,6 +230,23 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
                 user=attempt.user, robot=attempt.robot, level=1,
                 defaults={"granted_at": now, "revoked_at": None, "lifted_at": None, "note": ""},
             )  # fmt: skip
-            return None
+    return _told(attempt, wrong)
+
+
+def _sent(attempt: Attempt, kept: dict[str, int]) -> bool:
+    """Return whether the test was sent before with these answers: by a double press, or a reload."""
+    return Attempt.objects.filter(pk=attempt.pk, answers=kept).exclude(passed=None).exists()
+
+
+def _wrong(attempt: Attempt, answers: dict[int, int]) -> list[Shown]:
+    shown = questions(attempt)
+    right = Choice.objects.filter(question__in=[q.id for q in shown], correct=True)
+    correct = dict(right.values_list("question", "pk"))
+    return [q for q in shown if answers.get(q.id) != correct.get(q.id)]
+
+
+def _told(attempt: Attempt, wrong: list[Shown]) -> Hint | None:
+    if not wrong:
+        return None
     always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable
     return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=quiz.named(wrong, always).id))

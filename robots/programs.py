@@ -56,6 +56,9 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
     if not 0 < len(text) <= LONGEST:
         raise BadRequest(f"A program has at least one step, and at most {LONGEST} characters.")
     own = Program.objects.filter(robot=robot, author=user.pk)
+    same = own.filter(name=name, text=text, shared=shared)
+    if pk is None and (saved := same.first()) is not None:  # a double press
+        return saved
     program = own.filter(pk=pk).first() if pk is not None else Program(robot=robot, author=user)
     if program is None:
         raise NotPermitted("That program is not yours; save it under a name of your own.")
@@ -70,6 +73,8 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
                 raise NotPermitted(f"You have {MOST} programs for this robot; delete one first.")
             program.save()
     except IntegrityError as error:
+        if pk is None and (saved := same.first()) is not None:  # by a press at the same moment
+            return saved
         raise BadRequest("You have a program of that name already.") from error
     return program
 

@@ -192,18 +192,26 @@ def questions(attempt: Attempt) -> list[Shown]:
 
 
 def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
-    """Grade an attempt once, on the server.
+    """Grade an attempt once, on the server; the same answers sent again are told the same.
 
     If all answers are right, the person is cleared; otherwise one topic is shown.
 
     Raises:
         NotNow: another person's test, a question left out, graded before, a pause, clearance withdrawn.
     """
+    try:
+        return _graded(attempt, user, answers, now)
+    except NotNow:
+        wrong = _wrong(attempt, answers)
+        sent = Attempt.objects.filter(pk=attempt.pk, user=user.pk, answers=_stored(answers)).exclude(passed=None)
+        if not sent.exists() or not (wrong or cleared(user, attempt.robot)):
+            raise
+        return _told(attempt, wrong)
+
+
+def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
     if attempt.user_id != getattr(user, "pk", None):
         raise NotNow("That test belongs to another person.")
-    kept = {str(question): choice for question, choice in answers.items()}
-    if _sent(attempt, kept):
-        return _told(attempt, _wrong(attempt, answers))
     _need_leave(user, attempt.robot, now)
     shown = questions(attempt)
     if len(shown) < len(attempt.drawn):
@@ -217,12 +225,10 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
         _need_clearable(user, attempt.robot)  # staff may have withdrawn it while this was graded
         done = Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(
             finished_at=now,
-            answers=kept,
+            answers=_stored(answers),
             score=len(shown) - len(wrong),
             passed=not wrong,
         )
-        if not done and _sent(attempt, kept):
-            return _told(attempt, wrong)
         if not done:
             raise NotNow("This test was already sent.")
         if not wrong:
@@ -233,9 +239,8 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
     return _told(attempt, wrong)
 
 
-def _sent(attempt: Attempt, kept: dict[str, int]) -> bool:
-    """Return whether the test was sent before with these answers: by a double press, or a reload."""
-    return Attempt.objects.filter(pk=attempt.pk, answers=kept).exclude(passed=None).exists()
+def _stored(answers: dict[int, int]) -> dict[str, int]:
+    return {str(question): choice for question, choice in answers.items()}
 
 
 def _wrong(attempt: Attempt, answers: dict[int, int]) -> list[Shown]:

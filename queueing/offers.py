@@ -111,6 +111,8 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool) -> Turn:
             raise NotYourTurn("The robot is not offered to you now.")
         queue = locked(ticket.queue)
         ticket.refresh_from_db()
+        if ticket.state == TicketState.OPERATING:
+            return Turn.objects.get(ticket=ticket)  # by a click at the same moment
         if ticket.state != TicketState.OFFERED or ticket.offer_until is None or ticket.offer_until <= now:
             raise NotYourTurn("The offer is over; join the queue again.")
         robot = Robot.objects.get(pk=ticket.robot_id or 0)

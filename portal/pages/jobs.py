@@ -1,7 +1,6 @@
 """`/robots/<slug>/jobs/` and `/jobs/<key>/`: ask for a job, follow it, cancel it. For guests too, without scripts."""
 
 import hashlib
-import json
 import secrets
 
 from django.contrib import messages
@@ -19,7 +18,7 @@ from portal.limits.attempts import within
 from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
 from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
-from portal.pages.once import token_of
+from portal.pages.once import FIELD_OF_JOBS, press_of, token_of
 from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask, made_by
 from queueing.jobs.cancelling import cancel, may_cancel
@@ -94,18 +93,11 @@ def _refuse_too_often(request: HttpRequest) -> None:
         raise TooOften(f"{'You ask' if person else 'Your network asks'} for jobs too often; ask again in five minutes.")
 
 
-def _form_of(request: HttpRequest) -> str:
-    """Return what tells this press from others: the form's token with all that was filled in."""
-    token = token_of(request)
-    told = sorted((name, value) for name, value in request.POST.items() if name != "csrfmiddlewaretoken")
-    return hashlib.sha256(json.dumps(told).encode()).hexdigest() if token else ""
-
-
 def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
     fresh = ""
     if not request.user.is_authenticated and not request.get_signed_cookie(GUEST, default=""):
-        fresh = token_of(request) or secrets.token_urlsafe(24)  # two presses at once are of one guest
-    asker, form = asker_of(request, fresh), _form_of(request)
+        fresh = token_of(request, FIELD_OF_JOBS) or secrets.token_urlsafe(24)  # two presses at once are of one guest
+    asker, form = asker_of(request, fresh), press_of(request, FIELD_OF_JOBS)
     if made_by(robot, asker, form) is None:
         _refuse_too_often(request)
     kind = request.POST.get("kind", "")

@@ -5,6 +5,7 @@ be made twice, are told apart in the database.
 """
 
 import hashlib
+import json
 import re
 import time
 from collections.abc import Callable
@@ -14,17 +15,25 @@ from django.http import HttpRequest, HttpResponse, HttpResponseRedirect
 
 from portal.limits.pages import leave_room
 
-FIELD = "once"
+FIELD, FIELD_OF_JOBS = "once", "press"  # whoever asks for a job is also told who they are: a guest gets a cookie
 TOKEN = re.compile(r"[\w-]{20,64}\Z", re.ASCII)
 KNOWN_S = 86_400
 WAIT_S, POLL_S = 10.0, 0.1  # for the first press, which is still being answered
 BEING_ANSWERED = ""
 
 
-def token_of(request: HttpRequest) -> str:
+def token_of(request: HttpRequest, name: str = FIELD) -> str:
     """Return the token of the form that was sent; empty if it has none."""
-    token = request.POST.get(FIELD, "") if request.method == "POST" else ""
+    token = request.POST.get(name, "") if request.method == "POST" else ""
     return token if TOKEN.match(token) else ""
+
+
+def press_of(request: HttpRequest, name: str = FIELD) -> str:
+    """Return what a form sends again if it is pressed twice, and not if it was filled in anew; empty without a token."""
+    if not token_of(request, name):
+        return ""
+    sent = sorted((key, values) for key, values in request.POST.lists() if key != "csrfmiddlewaretoken")
+    return hashlib.sha256(json.dumps([request.path, sent]).encode()).hexdigest()
 
 
 class Once:
@@ -35,10 +44,10 @@ class Once:
 
     def __call__(self, request: HttpRequest) -> HttpResponse:
         """Answer, the second press with the redirection that the first was answered with."""
-        token = token_of(request)
-        if not token:
+        press = press_of(request)
+        if not press:
             return self._get_response(request)
-        key = f"once {hashlib.sha256(f'{request.path} {token}'.encode()).hexdigest()}"
+        key = f"once:{press}"
         made = None if cache.add(key, BEING_ANSWERED, KNOWN_S) else _made(request, key)
         if made:
             return HttpResponseRedirect(made)

@@ -12,6 +12,6 @@ register = template.Library()
 
 
 @register.simple_tag
-def once() -> SafeString:
+def once(name: str = FIELD) -> SafeString:
     """Return a hidden field with a new token."""
-    return format_html('<input type="hidden" name="{}" value="{}">', FIELD, secrets.token_urlsafe(24))
+    return format_html('<input type="hidden" name="{}" value="{}">', name, secrets.token_urlsafe(24))

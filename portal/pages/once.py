@@ -1,4 +1,4 @@
-"""A form with a token (`{% once %}`) that is sent twice makes one thing: the second press is led to what the first made.
+"""A form with a token (`{% once %}`) that is sent twice makes one thing: the second press leads to what the first made.
 
 Without Redis each web process knows only what was sent to itself. Jobs, entries, answers and programs, which must never
 be made twice, are told apart in the database.
@@ -29,7 +29,7 @@ def token_of(request: HttpRequest, name: str = FIELD) -> str:
 
 
 def press_of(request: HttpRequest, name: str = FIELD) -> str:
-    """Return what a form sends again if it is pressed twice, and not if it was filled in anew; empty without a token."""
+    """Return what a second press repeats, and a form that was filled in anew does not; empty without a token."""
     if not token_of(request, name):
         return ""
     sent = sorted((key, values) for key, values in request.POST.lists() if key != "csrfmiddlewaretoken")

@@ -117,7 +117,9 @@ def survey_of_a_job(world):
     guest.post("/robots/mercury/jobs/", GO)
     Job.objects.update(state="done", ended_at=SYSTEM.now())
     data = {"do": "survey", f"s{first.pk}": "Yes", f"s{second.pk}": "No"}
-    return world.form(guest, Job.objects.get().get_absolute_url(), data, {SurveyResponse: 1, SurveyAnswer: 2}, of="survey")
+    return world.form(
+        guest, Job.objects.get().get_absolute_url(), data, {SurveyResponse: 1, SurveyAnswer: 2}, of="survey"
+    )
 
 
 def entry(world):
@@ -384,6 +386,6 @@ def test_what_stops_or_bars_a_robot_is_carried_out_at_each_press(robot, people, 
     """Pages to which somebody goes back send again what their form says."""
     client.force_login(people["kim"])
     html = client.get(f"/admin/robots/robot/{robot.pk}/change/").content.decode()
-    forms = {re.search(r"/do/(\w+)/", one)[1]: one for one in re.findall(r'<form[^>]*/do/.*?</form>', html, re.DOTALL)}
+    forms = {re.search(r"/do/(\w+)/", one)[1]: one for one in re.findall(r"<form[^>]*/do/.*?</form>", html, re.DOTALL)}
     assert {verb for verb, form in forms.items() if 'name="once"' in form} == {"test", "procedure"}
     assert {"stop", "disable", "lock_out"} <= forms.keys()

@@ -133,5 +133,3 @@ def test_a_mail_that_is_new_is_tested_above():
     code = [path for app in apps for path in sorted(Path(ROOT, app).rglob("*.py"))]
     found = {(path.relative_to(ROOT).as_posix(), one) for path in code for one in sends.findall(path.read_text())}
     assert found == {("queueing/jobs/running.py", "EmailMessage"), ("accounts/adapter.py", "send_mail")}
-
-

@@ -79,6 +79,7 @@ def states():
 
 WAITS = [("waiting", "")] * 2
 
+
 def test_nobody_loses_a_place_because_the_whole_portal_was_off(waiting, people, portal):
     portal.off(ABSENT_S)
     queue_tick()  # before any web process

@@ -98,7 +98,9 @@ def test_a_name_stands_once_and_there_is_an_end_to_how_many(robot, people):
     save(robot, people["ada"])
     assert save(robot, people["ada"]) == save(robot, people["ada"]), "a double press"
     with pytest.raises(BadRequest, match="of that name"):
-        programs.save(robot, people["ada"], programs.visible(robot, people["ada"])[0].name, f"{TEXT}\n", True, SYSTEM.now())
+        programs.save(
+            robot, people["ada"], programs.visible(robot, people["ada"])[0].name, f"{TEXT}\n", True, SYSTEM.now()
+        )
     for number in range(programs.MOST - 1):
         save(robot, people["ada"], f"n{number}")
     with pytest.raises(NotPermitted, match="delete one first"):

@@ -3,7 +3,7 @@ import { LEAVE, type Leaving } from "./leaving.ts";
 import { type Part, say, show } from "./parts.ts";
 import { PersonLine, type Standing, type Wanted } from "./person.ts";
 import { current, shownOf } from "./shown.ts";
-import { Teller } from "./tell.ts";
+import { SOUND, Teller } from "./tell.ts";
 import { clock, span } from "./words.ts";
 
 const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
@@ -66,7 +66,8 @@ class TurnBar {
     this.bar.dataset["state"] = this.leaving ? "leaving" : (first?.state ?? "");
     show(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now) : []);
     show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
-    say(this.also, this.leaving ? "" : rest.map((p) => short(p, now)).join(" "));
+    const paused = first?.state === "waiting" && this.teller.paused ? ["Sound paused. Press Sound to hear when it is your turn."] : [];
+    say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
   }
 
   private buttonsOf(p: Standing): Part[] {
@@ -78,7 +79,7 @@ class TurnBar {
     const notify = "Notification" in window && Notification.permission === "default";
     return [
       ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
-      ask("sound", "Sound", { pressed: this.teller.sound }),
+      { tag: "button", do: SOUND, text: "Sound", disabled: this.busy, pressed: this.teller.sound && !this.teller.paused },
     ];
   }
 
@@ -90,7 +91,7 @@ class TurnBar {
       if (wanted === "go") leaving?.go();
       return;
     }
-    if (wanted === "sound") this.teller.sound = !this.teller.sound;
+    if (wanted === "sound") this.teller.sound = this.teller.paused || !this.teller.sound;
     else if (wanted === "notify") await this.notify();
     else await this.carryOut(wanted as Wanted);
     this.draw();

@@ -8,7 +8,8 @@ export interface KeepAlive {
   release(seq: number): void;
   /** Whether that command has ended. */
   ended(seq: number): boolean;
-  refused(why: string): void;
+  /** A motion may not start; `again` tells whether that is still so. */
+  refused(why: string, again?: () => string): void;
 }
 
 export interface Jogging<Direction> extends KeepAlive {
@@ -97,7 +98,7 @@ export class Jog<Direction> {
     this.last = performance.now();
     const why = this.jogging.whyNot();
     if (why && by === "pad") this.pads.forget(); // a stick that stays pushed begins nothing later
-    if (why) return this.jogging.refused(why);
+    if (why) return this.jogging.refused(why, () => this.jogging.whyNot());
     this.by = by;
     this.seq = this.jogging.begin(direction);
     this.pad.classList.add("held");

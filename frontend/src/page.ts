@@ -24,7 +24,7 @@ import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { Watching } from "./watching.ts";
 import { complete } from "./widgets/basics.ts";
-import { KINDS, latest, pictureAge, SETTINGS } from "./words.ts";
+import { KINDS, latest, pictureAge, SETTINGS, watcherWords } from "./words.ts";
 
 const SILENT_MS = 3000;
 const AWAY_MS = 20_000; // so long a turn is kept without a connection
@@ -55,6 +55,7 @@ export class RobotPage {
   private stopPress: StopPress;
   private suspended = new Suspended((words, level) => this.notice(words, level));
   private storeDown = "";
+  private watchers: number | null = null; // the driver apart
   private notices = new Notice(byId("notice"));
   private awake = new Awake();
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -86,7 +87,7 @@ export class RobotPage {
     if (document.getElementById("sound"))
       this.sound = new Sound(byId("sound"), byId("sound-said"), byId<HTMLMeterElement>("loudness"), (on) => this.watching.listen(on));
     this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
-    this.place = new Place(byId("place"), (m) => this.live.send(m));
+    this.place = new Place(byId("place"), (m) => this.live.send(m), (why) => this.refuse(why));
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
@@ -267,7 +268,7 @@ export class RobotPage {
     else if (m.t === "plan") this.onPlan?.(m);
     else if (m.t === "trace") this.trace?.add(m);
     else if (m.t === "store") this.storeDown = m.text;
-    else if (m.t === "watchers") text("watchers", m.count > 1 ? `, ${m.count} watch` : "");
+    else if (m.t === "watchers") this.watchers = m.count;
     else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
     this.draw();
   }
@@ -317,6 +318,7 @@ export class RobotPage {
     text("state", s.robot.label);
     text("why-state", s.robot.why);
     text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
+    text("watchers", this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`);
     text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
     this.place.draw(s, this.live.now(), f.lineUp);
     this.suspended.draw(s, f.lineUp);

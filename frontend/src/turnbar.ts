@@ -6,6 +6,7 @@ import { current, shownOf } from "./shown.ts";
 import { SOUND, Teller } from "./tell.ts";
 import { clock, span } from "./words.ts";
 
+const BUSY = "Your last press is on its way.";
 const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
 
 class TurnBar {
@@ -72,14 +73,14 @@ class TurnBar {
 
   private buttonsOf(p: Standing): Part[] {
     const ask = (what: string, text: string, more: Partial<Part> = {}): Part =>
-      ({ tag: "button", do: ASK + what, text, disabled: this.busy, ...more });
+      ({ tag: "button", do: ASK + what, text, why: this.busy ? BUSY : "", ...more });
     if (p.state === "offered") return [ask("accept", "Take control", { class: "primary" }), ask("leave", "Not now")];
     if (p.state === "operating") return [{ tag: "a", href: `/robots/${p.robot}/`, text: `Back to ${p.name}`, class: "button primary" }];
     if (p.state === "missed") return [ask("join", "Join again", { class: "primary" }), ask("dismiss", "Dismiss")];
     const notify = "Notification" in window && Notification.permission === "default";
     return [
       ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
-      { tag: "button", do: SOUND, text: "Sound", disabled: this.busy, pressed: this.teller.sound && !this.teller.paused },
+      { tag: "button", do: SOUND, text: "Sound", pressed: this.teller.sound && !this.teller.paused },
     ];
   }
 

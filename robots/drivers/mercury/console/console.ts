@@ -5,7 +5,6 @@ import { CameraView } from "../../../../frontend/src/camera.ts";
 import type { Facts } from "../../../../frontend/src/controls.ts";
 import { stick } from "../../../../frontend/src/gamepad.ts";
 import { Jog } from "../../../../frontend/src/jog.ts";
-import { openKeys } from "../../../../frontend/src/key_card.ts";
 import { RobotPage, text } from "../../../../frontend/src/page.ts";
 import type { CommandInfo, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
 import { allow } from "../../../../frontend/src/parts.ts";
@@ -134,7 +133,6 @@ class SandConsole extends Basics<RobotPage> {
   private key(event: KeyboardEvent): void {
     const field = (event.target as HTMLElement).closest("input, textarea, select, button, a");
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field) return;
-    if (event.key === "?") return openKeys();
     const kinds: Record<string, string> = { u: "up", d: "down", a: "air" };
     const kind = kinds[event.key];
     if ((!kind && event.key !== "Enter") || !page.operating) return;

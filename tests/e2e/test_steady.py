@@ -62,6 +62,12 @@ def watching(portal, visitor):
         line.close()
 
 
+def press(page, control):
+    """Press without scrolling first, as a finger does."""
+    box = control.bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+
+
 @contextmanager
 def still(one):
     """Do something to the page during the body of a `with` statement, by which nothing may move."""
@@ -77,14 +83,14 @@ def test_stop_and_what_is_said_of_it_move_nothing(watching, size, which):
     one = watching(which, size)
     page = one.page
     with still(one):
-        page.locator("[data-command=stop]").click()
+        press(page, page.locator("[data-command=stop]"))
         expect(page.locator("#release")).to_be_visible()
         expect(page.locator("#banner")).to_contain_text("not confirmed", timeout=10_000)
     one.axe("stopped")
     release = page.locator("[data-command=release]")
     expect(release).to_be_in_viewport(ratio=1)
     with still(one):
-        release.click()
+        press(page, release)
         expect(page.locator("#notice")).to_contain_text("Look at the newest picture")
     page.check("#checked")
     release.focus()
@@ -99,11 +105,11 @@ def test_stop_and_what_is_said_of_it_move_nothing(watching, size, which):
 def test_a_refusal_and_a_lost_connection_move_nothing(watching, size, which):
     one = watching(which, size)
     page = one.page
+    page.locator("[data-command=stop]").focus()
     with still(one):
-        page.locator("[data-command=stop]").focus()
         one.line.set("cut")
         expect(page.locator("#banner")).to_contain_text("Connection lost", timeout=20_000)
-        page.locator("#controls .button[aria-disabled=true]").first.click()
+        press(page, page.locator("#controls .button[aria-disabled=true]").first)
         expect(page.locator("#notice")).to_contain_text("connection is lost")
     assert page.evaluate("document.activeElement !== document.body")
 

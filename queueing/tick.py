@@ -9,7 +9,7 @@ from django.db.models import Exists, OuterRef, Q, QuerySet
 
 from queueing.jobs.judging import judge_waiting
 from queueing.jobs.running import settle as settle_jobs
-from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, Ticket, TicketState, Turn
+from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Queue, Ticket, TicketState, Turn
 from queueing.offers import recall_offers
 from queueing.rows import BadSettings, locked, queue_of, robots_of
 from queueing.serving import serve_next
@@ -23,7 +23,6 @@ log = logging.getLogger(__name__)
 ABSENT_S = 900  # a waiting person who is away this long loses the place
 QUIET_S = 5  # between two looks at a queue in which nobody waits
 RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
-NO_ANSWER = "did not answer the offer"
 
 
 def tick(now: datetime) -> None:
@@ -96,11 +95,11 @@ def _tick(queue: Queue, now: datetime) -> None:
         tick_turn(queue, turn, now)
     recall_offers(queue, now)  # first, so that an offer that could not be accepted does not expire
     for ticket in Ticket.objects.filter(queue=queue, state=TicketState.OFFERED, offer_until__lte=now):
-        withdraw(queue, ticket, TicketState.EXPIRED, NO_ANSWER, now)
+        withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.NO_ANSWER, now)
     for ticket in Ticket.objects.filter(
         queue=queue, state=TicketState.WAITING, last_seen__lte=now - timedelta(seconds=ABSENT_S)
     ):
-        withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
+        withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.AWAY, now)
     settle_jobs(queue, now)
     judge_waiting(queue, now)  # after it, for it puts back what was cut short
     if not queue.paused:

@@ -144,7 +144,9 @@ export class Teller {
 
 function mark(place: Standing | undefined, own: string): string {
   if (place?.state === "offered") return "▶ Your turn! ";
+  if (place?.idles) return "! Your turn ends soon ";
   if (place?.state === "operating") return place.robot === own ? "● Driving " : `● Your turn on ${place.name} runs! `;
   if (place?.state === "missed") return "! Missed turn ";
+  if (place?.state === "ended") return place.turn === null ? "! Place lost " : "! Turn over ";
   return place ? `(${place.ahead + 1}) ` : "";
 }

@@ -109,7 +109,7 @@ class TurnBar {
   }
 
   private async press(wanted: string): Promise<void> {
-    if (wanted === "go" || wanted === "stay") {
+    if (wanted === "go" || wanted === "keep") {
       const leaving = this.leaving;
       this.leaving = null;
       this.draw();
@@ -131,6 +131,7 @@ class TurnBar {
     this.busy = false;
     this.tell(wrong);
     if (!wrong && wanted === "accept") this.lead(place);
+    if (wanted === "stay" && place.robot === this.own) document.getElementById("screen")?.focus({ preventScroll: true }); // where Escape stops
   }
 
   private async notify(): Promise<void> {
@@ -157,7 +158,7 @@ const LEAVE_WORDS: Part[] = [
   { tag: "span", text: "It goes on for 20 s after you leave this page, and ends then unless you come back." },
 ];
 const LEAVE_BUTTONS: Part[] = [
-  { tag: "button", do: `${ASK}stay`, text: "Stay", class: "primary" },
+  { tag: "button", do: `${ASK}keep`, text: "Stay", class: "primary" },
   { tag: "button", do: `${ASK}go`, text: "Leave the page" },
 ];
 

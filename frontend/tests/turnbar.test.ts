@@ -129,7 +129,7 @@ test("a button is for the place that the bar shows, also when an offer before it
 
 test("who does nothing is asked at the head of the page, and answers by a button", async () => {
   Socket.last.onmessage?.({ data: JSON.stringify({ t: "answer", to: "dismiss", robot: "pa10", ok: true, text: "" }) });
-  for (let i = 0; i < 5; i++) await Promise.resolve();
+  for (let i = 0; i < 50; i++) await Promise.resolve(); // until the bar has taken the answer
   const told = (idle_ms: number | null): void =>
     Socket.last.onmessage?.({ data: JSON.stringify({ t: "places", now_ms: Date.now(), places: [{ ...turn, idle_ms }] }) });
   const texts = (): string => shown.children[0]!.children.map(({ textContent }) => textContent).join(" ");

@@ -20,6 +20,7 @@ END_CODES = {
     CommandState.COMPLETED: GrantEnd.FINISHED, CommandState.CANCELLED: GrantEnd.STOPPED,
     CommandState.UNKNOWN: GrantEnd.OWNER_LOST, CommandState.EXPIRED: GrantEnd.OWNER_LOST,
 }  # fmt: skip
+INTERRUPTED = "Interrupted"  # so begins the reason of what gave way to somebody else
 
 
 class AnotherGrant(NotPermitted):
@@ -109,10 +110,15 @@ def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
     """
     done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_code=code, end_reason=reason[:120])
     if done:
-        told = reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
+        told = interruption(code, reason) or reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
         cancel_queued(grant.robot, told, now, grant=grant)
         bus.publish_on_commit(grant.robot.slug, Changed("robot"))
     return bool(done)
+
+
+def interruption(code: str, reason: str) -> str:
+    """Return in a sentence that somebody else came first; empty for another end. That is no fault."""
+    return f"{INTERRUPTED}, because {reason}." if code == GrantEnd.PREEMPTED else ""
 
 
 def has_own_grant(command: Command) -> bool:

@@ -18,6 +18,7 @@ from portal.limits.attempts import within
 from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
 from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
+from portal.pages.places import back_from
 from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask
 from queueing.jobs.cancelling import cancel, may_cancel
@@ -61,7 +62,7 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
 def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
     link = link_of(robot)
     context = {
-        "robot": robot, "forms": forms(kinds_for(robot, request.user), request.POST), "any_kinds": job_kinds(robot),
+        "robot": robot, "forms": forms(robot, kinds_for(robot, request.user), request.POST), "any_kinds": job_kinds(robot),
         "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip
@@ -137,6 +138,9 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     asker, now = asker_of(request), SYSTEM.now()
     if request.method == "POST" and request.POST.get("do") == "survey":
         return _survey(request, job, asker)
+    if request.method == "POST" and request.POST.get("do") == "seen":
+        mark_seen(job, asker, now)
+        return back_from(request)
     if request.method == "POST":
         return _cancel(request, job, asker)
     mark_seen(job, asker, now)

@@ -88,8 +88,8 @@ def test_the_end_for_idleness_is_told_everywhere_with_its_reason(portal, driving
     ada.axe("the turn's page")
 
 
-def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, driving, visitor):
-    ada, kim = driving(), portal.person("kim", is_staff=True, is_superuser=True)
+def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, driving, django_user_model):
+    ada, kim = driving(), django_user_model.objects.create_superuser("kim", "kim@example.org", "correct horse 42")
     page, phone = ada.page, ada.context.new_page()
     phone.goto(page.url.split("/robots/")[0] + "/log/")
     expect(phone.locator(BAR)).to_contain_text("You operate Mercury")

@@ -7,7 +7,8 @@ from typing import Any
 from django.conf import settings
 from django.db.models import Exists, OuterRef, Q
 
-from queueing.endings import LATELY, End, end_of_place
+from queueing.end_words import End
+from queueing.endings import LATELY, end_of_place
 from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
 from queueing.turns import idle_at

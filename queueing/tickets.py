@@ -92,9 +92,7 @@ def dismiss_unfit(queue: Queue, now: datetime) -> None:
         remove(ticket, now, why, GrantEnd.UNFIT)
 
 
-def remove(
-    ticket: Ticket, now: datetime, reason: PlaceEnd = PlaceEnd.REMOVED, code: GrantEnd = GrantEnd.STAFF
-) -> None:
+def remove(ticket: Ticket, now: datetime, reason: PlaceEnd = PlaceEnd.REMOVED, code: GrantEnd = GrantEnd.STAFF) -> None:
     """Remove a person from the queue (staff)."""
     with transaction.atomic():
         queue = locked(ticket.queue)

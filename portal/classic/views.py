@@ -19,7 +19,8 @@ from portal.consoles.console import classic
 from portal.limits.pages import leave_room
 from portal.live.snapshot import seen, status_of
 from queueing import services as queue
-from queueing.endings import End, end_of_turn, is_news, last_turn
+from queueing.end_words import End
+from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.errors import QueueError
 from queueing.estimates import place_and_wait
 from queueing.models import Ticket, Turn
@@ -89,7 +90,8 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     address = _address(robot, request, now)
     return {
         "robot": robot, "state": state, "label": label, "why": why, "ticket": ticket, "turn": turn, "mine": mine,
-        "ahead": ahead, "wait": wait, "still": still, "over": _over(robot, request.user, now) if ticket is None else None,
+        "ahead": ahead, "wait": wait, "still": still,
+        "over": _over(robot, request.user, now) if ticket is None else None,
         "address": address, "picture": f"/classic/{robot.slug}/{name_of(robot, still, request.user)}.gif",
         "cleared": cleared(request.user, robot), "refresh_s": _refresh_s(ticket, idle_s if mine else None, mine),
         "idle_s": idle_s, "warned": idle_s is not None and idle_s <= WARN_S,

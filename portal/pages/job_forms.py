@@ -46,10 +46,8 @@ def _form(robot: Robot, kind: CommandKind, written: Mapping[str, str]) -> Form:
     found = function(declared.function)(packets_of(robot, declared.stream)) if declared is not None else ()
     choices = tuple((json.dumps(args), words) for words, args in found)
     fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments) if declared is None else ()
-    return Form(
-        kind, fields, written.get("name", ""), written.get("mail") == "yes", declared, choices,
-        written.get("choice", ""),
-    )  # fmt: skip
+    name, mail, choice = written.get("name", ""), written.get("mail") == "yes", written.get("choice", "")
+    return Form(kind, fields, name, mail, declared, choices, choice)
 
 
 def values(kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
@@ -66,7 +64,7 @@ def values(kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _chosen(kind: CommandKind, choice: str) -> dict[str, Any]:
-    """Return the arguments of a choice; anybody may have written it, so the robot's checks judge it as a form."""
+    """Return the arguments of a choice, which the robot's checks judge: anybody may have written it."""
     try:
         told = json.loads(choice)
     except (ValueError, RecursionError):

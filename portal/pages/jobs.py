@@ -62,7 +62,8 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
 def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
     link = link_of(robot)
     context = {
-        "robot": robot, "forms": forms(robot, kinds_for(robot, request.user), request.POST), "any_kinds": job_kinds(robot),
+        "robot": robot, "any_kinds": job_kinds(robot),
+        "forms": forms(robot, kinds_for(robot, request.user), request.POST),
         "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip

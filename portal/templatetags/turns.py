@@ -3,7 +3,8 @@
 from django import template
 
 from queueing import words
-from queueing.endings import End, end_of_turn
+from queueing.end_words import End
+from queueing.endings import end_of_turn
 from queueing.models import Turn
 
 register = template.Library()

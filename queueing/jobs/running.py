@@ -79,7 +79,7 @@ def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime
     if faults >= FAULTS:
         end(queue, job, JobState.FAILED, f"It was begun {faults} times in vain. {reason}", 0.0, now)
         return
-    reason = f"{interruption(grant.end_code, grant.end_reason)} {PLACE_STAYS}" if preempted else f"{reason} {AGAIN}"
+    reason = f"{interruption(grant.pk)} {PLACE_STAYS}" if preempted else f"{reason} {AGAIN}"
     Job.objects.filter(pk=job.pk).update(state=JobState.WAITING, faults=faults, reason=reason[:300])
     announce(queue)
 

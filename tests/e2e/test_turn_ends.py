@@ -16,7 +16,9 @@ from tests.conftest import at_length, wait_for
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 BAR, ALERT = "#turnbar", "[role=alert][aria-live=assertive]"
-WHERE = "() => ['#screen', '[data-command=stop]', '#place'].map((s) => document.querySelector(s).getBoundingClientRect().y)"
+WHERE = (
+    "() => ['#screen', '[data-command=stop]', '#place'].map((s) => document.querySelector(s).getBoundingClientRect().y)"
+)
 
 
 @pytest.fixture
@@ -97,11 +99,15 @@ def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, drivi
     services.lock_out(Robot.objects.get(), kim, "A leaf lies in the sand.")
     try:
         expect(phone.locator(BAR)).to_contain_text(
-            re.compile(r"Your turn on Mercury ended at .*Staff closed the robot to everybody\. Only the .* that you had")
+            re.compile(
+                r"Your turn on Mercury ended at .*Staff closed the robot to everybody\. Only the .* that you had"
+            )
         )
         phone.get_by_role("link", name="What did you find?").click()
         expect(phone.locator("main")).to_contain_text("Staff closed the robot to everybody.")
-        wait_for(lambda: phone.wait_for_timeout(50) or Ticket.objects.get(user=ada.user).dismissed_at, 10, "it was read")
+        wait_for(
+            lambda: phone.wait_for_timeout(50) or Ticket.objects.get(user=ada.user).dismissed_at, 10, "it was read"
+        )
         phone.goto("/robots/mercury/")
         expect(phone.locator("#place")).to_contain_text("Your turn is over")
         expect(phone.locator("#place")).to_contain_text("when staff open the robot again")
@@ -122,7 +128,9 @@ def test_without_scripts_the_console_says_the_rule_and_the_reason(portal, visito
     Turn.objects.update(started_at=at, until=SYSTEM.now() + timedelta(seconds=200))
     Ticket.objects.filter(user=bob.user).update(joined_at=at)
     page.get_by_role("link", name="Update").click()
-    expect(page.get_by_role("alert")).to_contain_text(re.compile(r"Your turn ends in (20|1\d) s, because nothing was done"))
+    expect(page.get_by_role("alert")).to_contain_text(
+        re.compile(r"Your turn ends in (20|1\d) s, because nothing was done")
+    )
     page.get_by_role("button", name="I'm here").click()
     expect(page.locator("main")).to_contain_text(re.compile(r"Your turn ends in 1[78]\d s"))
     Turn.objects.update(acted_at=at - timedelta(seconds=30))

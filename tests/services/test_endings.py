@@ -12,7 +12,7 @@ from portal.live.snapshot import snapshot
 from portal.live.standing import act, place_info
 from queueing import services as queue
 from queueing import staff
-from queueing.endings import PLACE_ENDS, TURN_ENDS
+from queueing.end_words import PLACE_ENDS, TURN_ENDS
 from queueing.models import PlaceEnd, Queue, Ticket, TicketState, Turn
 from queueing.places import standings
 from queueing.sessions import Place, session_over
@@ -150,8 +150,10 @@ ENDED = {
     GrantEnd.SILENT: lambda turn, kim, now: Turn.objects.update(
         classic=True, last_seen=now - timedelta(seconds=RULES["CLASSIC_PRESENCE_S"] + 1)
     ),
-    GrantEnd.IDLE: lambda turn, kim, now: Turn.objects.update(started_at=now - timedelta(seconds=IDLE_S + 1))
-    + Ticket.objects.update(joined_at=now - timedelta(seconds=IDLE_S + 1)),
+    GrantEnd.IDLE: lambda turn, kim, now: (
+        Turn.objects.update(started_at=now - timedelta(seconds=IDLE_S + 1))
+        + Ticket.objects.update(joined_at=now - timedelta(seconds=IDLE_S + 1))
+    ),
     GrantEnd.TIME_UP: lambda turn, kim, now: Turn.objects.update(until=now),
 }
 
@@ -176,9 +178,7 @@ def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(drive
     if code == GrantEnd.HOLDER:
         assert places == [], "whoever ended it knows"
     else:
-        assert [(one["state"], one["end"]["why"], one["turn"]) for one in places] == [
-            ("ended", told["why"], driven.pk)
-        ]
+        assert [(one["state"], one["end"]["why"], one["turn"]) for one in places] == [("ended", told["why"], driven.pk)]
     client = Client()
     client.force_login(ada)
     page = client.get(driven.get_absolute_url()).content.decode()

@@ -11,7 +11,7 @@ from django.test import Client
 from queueing.models import Job, QueueRobot
 from robots.contract.streams import StreamPacket, pack
 from robots.drivers.irat.brain.packets import HEAD, UNIT_M, VERSION
-from robots.drivers.irat.places import APART_M
+from robots.drivers.irat.choices import APART_M
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 ADDRESS = "/robots/irat/jobs/"
@@ -67,7 +67,8 @@ def test_without_a_map_nothing_can_be_asked_and_it_is_said(shown):
 
 
 @pytest.mark.parametrize(
-    "choice", ["", "{", "[]", "3", "[" * 5000, '{"map": 4}', '{"map": NaN, "x": 0, "y": 0}', '{"map": 9, "x": 0, "y": 0}']
+    "choice",
+    ["", "{", "[]", "3", "[" * 5000, '{"map": 4}', '{"map": NaN, "x": 0, "y": 0}', '{"map": 9, "x": 0, "y": 0}'],
 )
 def test_a_choice_that_nobody_offered_is_refused(shown, choice):
     shown.append(whole_map())

@@ -9,7 +9,7 @@ from django.db.models.signals import post_save
 from accounts.models import Clearance
 from portal.live.standing import act
 from queueing import services as queue
-from queueing.endings import PLACE_ENDS
+from queueing.end_words import PLACE_ENDS
 from queueing.models import PlaceEnd, QueueRobot, Ticket, TicketState, Turn
 from queueing.places import standings
 from queueing.presence import dismiss, present

@@ -10,7 +10,7 @@ from django.db.models import BigAutoField, CharField, DateTimeField, JSONField
 
 from robots import bus
 from robots.grants import end_with_command, has_own_grant, interruption, stage_event
-from robots.models import Command, Grant
+from robots.models import Command
 from robots.prepared import PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState
 
@@ -68,8 +68,7 @@ def finish(
     """End a command, and its grant if that was opened for it alone. Return False if it had ended before."""
     alone = has_own_grant(command)
     if alone and state == CommandState.CANCELLED:  # it knows that its grant is over, but not why
-        ended = Grant.objects.filter(pk=command.grant_id).values_list("end_code", "end_reason").first()
-        reason = (interruption(*ended) if ended else "") or reason
+        reason = interruption(command.grant_id) or reason
     with without_waiting(), transaction.atomic() if alone else nullcontext():
         done = _FINISH(id=command.pk, state=state, reason=reason[:300], now=now, result=result or {})
         if done:

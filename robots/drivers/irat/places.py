@@ -9,9 +9,8 @@ from robots.contract.session import JSON
 from robots.contract.values import number
 from robots.drivers.errors import BadRequest
 from robots.drivers.irat.brain.messages import NONE
-from robots.drivers.irat.composites.decoding import MapShown, Places, with_map
+from robots.drivers.irat.composites.decoding import MapShown, with_map
 
-APART_M, MOST_CHOICES = 0.42, 26  # between two places of the list, as on the console
 CLICK_M = 0.1  # a click counts within this of a place
 CLEARED = "The map was cleared, so this place is no longer known."
 NO_PLACE = f"No place on the robot's map is within {CLICK_M:g} m of this click; choose one of its dots."
@@ -43,41 +42,14 @@ def chosen(shown: MapShown, which: int, x: float, y: float, experience: int = NO
             raise BadRequest(NO_PLACE)
         row = int(np.argmin(apart))
         found, at = int(shown.ids[row]), shown.places[row]
-    if shown.dock is not None and math.dist(at, shown.dock[:2]) < shown.dock[2]:
+    if at_dock(shown, at[0], at[1]):
         raise BadRequest(IN_DOCK)
     return found
 
 
-def choices(packets: Iterable[tuple[bytes, bool]]) -> list[tuple[str, dict[str, float]]]:
-    """Return well-spread places of the map that the robot has shown, in words; see `JobChoices`."""
-    shown = _shown(packets)
-    if shown is None or not len(shown.ids):
-        return []
-    low, high = shown.places.min(axis=0), shown.places.max(axis=0)
-    found: list[tuple[int, float, float]] = []
-    for number, (x, y) in zip(shown.ids.tolist(), shown.places.tolist(), strict=True):
-        at_dock = shown.dock is not None and math.dist((x, y), shown.dock[:2]) < shown.dock[2]
-        if not at_dock and all(math.dist((x, y), (i, k)) >= APART_M for _, i, k in found) and len(found) < MOST_CHOICES:
-            found.append((number, x, y))
-    found.sort(key=lambda one: (-_third(one[2], low[1], high[1]), _third(one[1], low[0], high[0]), -one[2]))
-    return [
-        (
-            f"{_whereabouts((x, y), low, high)} ({x:.1f} m right, {y:.1f} m up)",
-            {"map": shown.number, "x": round(x, 3), "y": round(y, 3), "experience": number},
-        )
-        for number, x, y in found
-    ]
-
-
-def _third(value: float, low: float, high: float) -> int:
-    return min(2, int(3 * (value - low) / max(high - low, 0.1)))
-
-
-def _whereabouts(at: tuple[float, float], low: Places, high: Places) -> str:
-    """Return where a place is on the map as it is drawn."""
-    row = ("Bottom", "", "Top")[_third(at[1], low[1], high[1])]
-    column = ("left", "", "right")[_third(at[0], low[0], high[0])]
-    return f"{row} {column}".strip().capitalize() or "Centre"
+def at_dock(shown: MapShown, x: float, y: float) -> bool:
+    """Return whether only docking leads to this place (m)."""
+    return shown.dock is not None and math.dist((x, y), shown.dock[:2]) < shown.dock[2]
 
 
 def check(kind: str, args: JSON, packets: Iterable[tuple[bytes, bool]]) -> None:
@@ -87,14 +59,15 @@ def check(kind: str, args: JSON, packets: Iterable[tuple[bytes, bool]]) -> None:
     """
     if kind != "goal":
         return
-    shown = _shown(packets)
+    shown = shown_by(packets)
     if shown is None:
         return  # a map that cannot be read refuses nobody
     wanted = int(number(args, "experience")) if "experience" in args else NONE
     chosen(shown, int(number(args, "map")), number(args, "x"), number(args, "y"), wanted)
 
 
-def _shown(packets: Iterable[tuple[bytes, bool]]) -> MapShown | None:
+def shown_by(packets: Iterable[tuple[bytes, bool]]) -> MapShown | None:
+    """Return the map that these packets tell; None for one that cannot be read."""
     shown = MapShown()
     try:
         for data, key in packets:

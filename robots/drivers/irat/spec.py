@@ -41,7 +41,7 @@ STATISTICS = Statistics(  # the rows of the paper's Table 1, its figures 8 and 9
     done="reached",
 )
 PLACES = JobChoices(
-    "goal", "map", "robots.drivers.irat.places:choices", "Place on its map",
+    "goal", "map", "robots.drivers.irat.choices:choices", "Place on its map",
     "The robot knows no place yet. Come back when it has looked around.",
 )  # fmt: skip
 ON_ITS_MAP = GoodWhile("goal", "map", "map", "map_cleared", "The map was cleared, so this place is no longer known.")

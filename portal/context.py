@@ -24,7 +24,7 @@ def _my_places(user: Any) -> list[dict[str, Any]]:
 def _ended_jobs(request: HttpRequest) -> list[Job]:
     """Return ended jobs that the person or guest has not looked at; none while the database is away."""
     try:
-        return unseen_jobs(asker_of(request))
+        return unseen_jobs(asker_of(request), SYSTEM.now())
     except Error:
         return []
 

@@ -26,7 +26,7 @@ def place(ticket: Ticket) -> int:
 
 
 def wait_range(robot: Robot, ticket: Ticket, now: datetime) -> tuple[int, int] | None:
-    """Return the least and greatest wait of a ticket in s; None if nobody knows when the robot will be back."""
+    """Return the least and greatest wait of a ticket in s; None if nobody knows when it goes on."""
     return place_and_wait(robot, ticket, now)[1]
 
 
@@ -49,7 +49,7 @@ def _people(ticket: Ticket) -> int:
 
 
 def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datetime) -> tuple[int, int] | None:
-    if robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
+    if ticket.queue.paused or robot.cycle in (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE):
         return None
     left = left_of_turn(robot, now) or 0.0
     low, high = fairshare.estimate(people, left, float(robot.turn_s or RULES["TURN_S"]), HANDOVER_S)

@@ -8,8 +8,8 @@ from queueing.jobs.models import OPEN_JOB, Job, JobRun, JobState
 from robots.rules import positive
 
 __all__ = (
-    "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "Job", "JobRun", "JobState", "Queue",
-    "QueueRobot", "Ticket", "TicketState", "Turn", "TurnSession",
+    "NOT_YET", "OPEN_JOB", "OPEN_TICKET", "Account", "Charge", "Job", "JobRun", "JobState", "PlaceEnd",
+    "Queue", "QueueRobot", "Ticket", "TicketState", "Turn", "TurnSession",
 )  # fmt: skip
 
 
@@ -26,6 +26,17 @@ class TicketState(models.TextChoices):
 
 OPEN_TICKET = (TicketState.WAITING, TicketState.OFFERED, TicketState.OPERATING)
 NOT_YET = (TicketState.WAITING, TicketState.OFFERED)
+
+
+class PlaceEnd(models.TextChoices):
+    """Why a place ended that never became a turn: `end_reason` of its ticket."""
+
+    NO_ANSWER = "did not answer the offer"
+    AWAY = "was away too long"
+    LEFT = "left the queue"
+    REMOVED = "removed by staff"
+    SUSPENDED = "account suspended"
+    UNCLEARED = "clearance withdrawn"
 
 
 class Charge(models.TextChoices):
@@ -146,6 +157,9 @@ class Turn(models.Model):
     until = models.DateTimeField()
     last_seen = models.DateTimeField()
     connected = models.BooleanField(default=True)
+    acted_at = models.DateTimeField(
+        null=True, blank=True, help_text="When the operator last did something beside commands, or said so."
+    )
     ended_at = models.DateTimeField(null=True, blank=True)
     end_reason = models.CharField(max_length=80, blank=True)
     alone_s = models.FloatField(default=0.0)

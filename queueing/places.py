@@ -5,19 +5,26 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.conf import settings
-from django.db.models import Exists, OuterRef
+from django.db.models import Exists, OuterRef, Q
 
+from queueing.end_words import End
+from queueing.endings import LATELY, end_of_place
 from queueing.estimates import place_and_wait
-from queueing.models import OPEN_TICKET, Ticket, TicketState
+from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
+from queueing.turns import idle_at
 from robots.models import Robot
+from robots.web_uptime import up_since
 
 RULES = settings.FARHAND
-URGENT_FIRST = ("offered", "operating", "missed", "waiting")
+URGENT_FIRST = ("offered", "operating", "missed", "ended", "waiting")
 
 
 @dataclass(frozen=True)
 class Standing:
-    """A person's place at one robot: `offered`, `operating`, `waiting`, or `missed` and not dismissed yet."""
+    """A person's place at one robot: `offered`, `operating`, `waiting`; `missed` or `ended` until it is dismissed.
+
+    A place that was lost by the person's absence is `missed`, what ended otherwise against their wish is `ended`.
+    """
 
     state: str
     ticket: int
@@ -25,10 +32,13 @@ class Standing:
     robot: Robot
     until: datetime | None = None  # when the offer or the turn ends
     kept_until: datetime | None = None  # when the turn ends unless its robot's page is opened again
+    idle_at: datetime | None = None  # when the turn ends unless something is done
     ahead: int = 0
     wait_s: tuple[int, int] | None = None
     ended_at: datetime | None = None
-    reason: str = ""
+    away: bool = False
+    end: End | None = None
+    turn: int | None = None  # that has ended
 
 
 def standings(user: Any, now: datetime) -> list[Standing]:
@@ -36,9 +46,10 @@ def standings(user: Any, now: datetime) -> list[Standing]:
     if user is None or not user.is_authenticated:
         return []
     newer = Ticket.objects.filter(queue=OuterRef("queue"), user=OuterRef("user"), pk__gt=OuterRef("pk"))
-    mine = Ticket.objects.filter(user=user).select_related("robot", "turn").order_by("pk")
-    missed = mine.filter(state=TicketState.EXPIRED, dismissed_at=None).exclude(Exists(newer))
-    found = [_standing(ticket, now) for ticket in (*mine.filter(state__in=OPEN_TICKET), *missed)]
+    mine = Ticket.objects.filter(user=user).select_related("robot", "turn__grant", "turn__robot").order_by("pk")
+    over = mine.filter(dismissed_at=None).exclude(state__in=OPEN_TICKET).exclude(Exists(newer))
+    lost = over.filter(Q(state=TicketState.EXPIRED) | Q(ended_at__gt=now - LATELY))
+    found = [_standing(ticket, now) for ticket in (*mine.filter(state__in=OPEN_TICKET), *lost)]
     return sorted((s for s in found if s is not None), key=_urgency)
 
 
@@ -51,7 +62,9 @@ def _standing(ticket: Ticket, now: datetime) -> Standing | None:
     robot = ticket.robot or Robot.objects.filter(queue_link__queue=ticket.queue_id).order_by("pk").first()
     if robot is None:
         return None
-    state = "missed" if ticket.state == TicketState.EXPIRED else str(ticket.state)
+    if ticket.state not in OPEN_TICKET:
+        return _over(ticket, robot)
+    state = str(ticket.state)
     found = Standing(state, ticket.pk, ticket.queue_id, robot)
     if state == "offered":
         return replace(found, until=ticket.offer_until)
@@ -61,8 +74,18 @@ def _standing(ticket: Ticket, now: datetime) -> Standing | None:
             return None
         if not turn.connected and not turn.classic:
             kept = min(turn.until, turn.last_seen + timedelta(seconds=RULES["RECONNECT_S"]))
-        return replace(found, until=turn.until, kept_until=kept)
-    if state == "missed":
-        return replace(found, ended_at=ticket.ended_at, reason=ticket.end_reason)
+        return replace(found, until=turn.until, kept_until=kept, idle_at=idle_at(turn, now, up_since(now)))
     ahead, wait_s = place_and_wait(robot, ticket, now)
     return replace(found, ahead=ahead, wait_s=wait_s)
+
+
+def _over(ticket: Ticket, robot: Robot) -> Standing | None:
+    end = end_of_place(ticket)
+    if end is None:
+        return None
+    missed, turn = ticket.state == TicketState.EXPIRED, getattr(ticket, "turn", None)
+    return Standing(
+        "missed" if missed else "ended", ticket.pk, ticket.queue_id, robot if turn is None else turn.robot,
+        ended_at=ticket.ended_at, away=missed and ticket.end_reason != PlaceEnd.NO_ANSWER, end=end,
+        turn=turn.pk if turn is not None else None,
+    )  # fmt: skip

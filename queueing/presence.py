@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Any
 
-from queueing.models import NOT_YET, Ticket, TicketState, Turn, TurnSession
+from queueing.models import NOT_YET, OPEN_TICKET, Ticket, TicketState, Turn, TurnSession
 from queueing.tickets import open_ticket
 from robots import bus
 from robots.messages import StandingChanged
@@ -54,7 +54,7 @@ def present(user: Any, now: datetime) -> None:
 
 
 def dismiss(ticket: int, user: Any, now: datetime) -> None:
-    """Note that the person has read that this place was lost."""
-    mine = Ticket.objects.filter(pk=ticket, user=user, state=TicketState.EXPIRED, dismissed_at=None)
+    """Note that the person has read that this place was lost, or that this turn has ended."""
+    mine = Ticket.objects.filter(pk=ticket, user=user, dismissed_at=None).exclude(state__in=OPEN_TICKET)
     if mine.update(dismissed_at=now):
         bus.tell_people_on_commit(StandingChanged(user=user.pk))

@@ -16,7 +16,7 @@ from robots.models import Grant, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 
 GIVES_WAY = frozenset({GrantKind.IDLE, GrantKind.JOB})
-ASKED = "somebody asked for the robot"
+ASKED, TURN_NEXT = "somebody asked for the robot", "somebody's turn comes next"
 
 
 def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None:
@@ -64,7 +64,7 @@ def _give_way(grant: Grant | None, reason: str, now: datetime) -> None:
 
 def _to_a_person(queue: Queue, robot: Robot, grant: Grant | None, ticket: Ticket, now: datetime) -> None:
     """Offer the robot; if it moved for a job or by itself, it is handed over first."""
-    _give_way(grant, ASKED, now)
+    _give_way(grant, TURN_NEXT, now)
     last = newest_grant_that_moves(robot)
     of_itself = last is not None and last.kind == GrantKind.UPKEEP and last.holder_id is None
     if last is not None and (last.kind in (GrantKind.JOB, GrantKind.IDLE) or of_itself):

@@ -5,7 +5,7 @@ from enum import Enum
 
 from django.contrib.sessions.models import Session
 
-from queueing.models import OPEN_TICKET, Ticket, Turn, TurnSession
+from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, Turn, TurnSession
 from queueing.tickets import remove
 from queueing.turns import end_turn
 from robots.states import GrantEnd
@@ -45,11 +45,11 @@ def session_over(slug: str, person: int, place: Place, reason: str, now: datetim
     if place is Place.LOST:
         ticket = Ticket.objects.filter(queue__robot_links__robot__slug=slug, user=person, state__in=OPEN_TICKET).first()
         if ticket is not None:
-            remove(ticket, now, reason, GrantEnd.ABSENT)
+            remove(ticket, now, PlaceEnd(reason), GrantEnd.UNFIT)
         return
     turns = Turn.objects.filter(robot__slug=slug, user=person, ended_at=None)
     if place is Place.OTHERS:
         turns = turns.filter(classic=False, connected=False)
     turn = turns.first() if place is not Place.KEPT else None
     if turn is not None:
-        end_turn(turn, GrantEnd.ABSENT, reason, now)
+        end_turn(turn, GrantEnd.SIGNED_OUT, reason, now)

@@ -89,7 +89,7 @@ def _written() -> Iterator[tuple[Any, ...]]:
     turns, commands = Turn.objects.filter(ended_at=None), Command.objects.filter(grant__ended_at=None)
     tickets, jobs = Ticket.objects.filter(state__in=OPEN_TICKET), Job.objects.filter(state__in=OPEN_JOB)
     yield turns, "started_at", "base_until", "until"
-    yield turns, "last_seen"
+    yield from ((turns, name) for name in ("last_seen", "acted_at"))
     yield TurnSession.objects.all(), "last_seen"
     yield from ((tickets, name) for name in ("joined_at", "last_seen"))
     yield from ((jobs, name) for name in ("asked_at", "cancel_asked_at"))

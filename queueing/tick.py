@@ -10,7 +10,7 @@ from django.db.models import Exists, OuterRef, Q, QuerySet
 
 from queueing.jobs.judging import judge_waiting
 from queueing.jobs.running import settle as settle_jobs
-from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, Ticket, TicketState, Turn
+from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Queue, Ticket, TicketState, Turn
 from queueing.offers import made_at, recall, recall_offers
 from queueing.rows import BadSettings, locked, queue_of, robots_of
 from queueing.serving import serve_next
@@ -24,7 +24,6 @@ log = logging.getLogger(__name__)
 ABSENT_S = 900  # a waiting person who is away this long loses the place
 QUIET_S = 5  # between two looks at a queue in which nobody waits
 RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
-NO_ANSWER = "did not answer the offer"
 
 
 def tick(now: datetime, up_since: datetime = ALWAYS) -> None:
@@ -81,11 +80,11 @@ def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
         if made_at(ticket) < up_since:
             recall(queue, ticket, ticket.robot)
         else:
-            withdraw(queue, ticket, TicketState.EXPIRED, NO_ANSWER, now)
+            withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.NO_ANSWER, now)
     absent = now - timedelta(seconds=ABSENT_S)
     if up_since <= absent:
         for ticket in Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__lte=absent):
-            withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
+            withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.AWAY, now)
 
 
 def _each(queues: Iterable[Queue], do: Callable[[Queue, datetime], None], now: datetime) -> None:

@@ -11,7 +11,7 @@ from accounts.services import cleared
 from queueing.charging import account_of, next_tag, settle
 from queueing.errors import NotCleared, RobotUnavailable
 from queueing.jobs.tagging import give_way
-from queueing.models import OPEN_TICKET, Queue, QueueRobot, Ticket, TicketState, Turn
+from queueing.models import OPEN_TICKET, PlaceEnd, Queue, QueueRobot, Ticket, TicketState, Turn
 from queueing.rows import announce, locked, queue_of, robots_of
 from queueing.turns import end_turn, start_countdown
 from robots.models import Robot
@@ -67,10 +67,10 @@ def leave(robot: Robot, user: Any, now: datetime) -> None:
         if ticket.state == TicketState.OPERATING:
             end_turn(Turn.objects.get(ticket=ticket), GrantEnd.HOLDER, "ended by the operator", now)
         elif ticket.state in OPEN_TICKET:
-            withdraw(queue, ticket, TicketState.LEFT, "left the queue", now)
+            withdraw(queue, ticket, TicketState.LEFT, PlaceEnd.LEFT, now)
 
 
-def withdraw(queue: Queue, ticket: Ticket, state: TicketState, reason: str, now: datetime) -> None:
+def withdraw(queue: Queue, ticket: Ticket, state: TicketState, reason: PlaceEnd, now: datetime) -> None:
     """End a place that never became a turn; it costs nothing."""
     was = ticket.state
     Ticket.objects.filter(pk=ticket.pk).update(state=state, ended_at=now, end_reason=reason)
@@ -88,11 +88,11 @@ def dismiss_unfit(queue: Queue, now: datetime) -> None:
         lost = ~Q(user__in=kept.values("user"))
     tickets = Ticket.objects.select_related("user").filter(queue=queue, state__in=OPEN_TICKET)
     for ticket in tickets.filter(suspended | lost if lost else suspended):
-        why = "clearance withdrawn" if ticket.user.is_active else "account suspended"
+        why = PlaceEnd.UNCLEARED if ticket.user.is_active else PlaceEnd.SUSPENDED
         remove(ticket, now, why, GrantEnd.UNFIT)
 
 
-def remove(ticket: Ticket, now: datetime, reason: str = "removed by staff", code: GrantEnd = GrantEnd.STAFF) -> None:
+def remove(ticket: Ticket, now: datetime, reason: PlaceEnd = PlaceEnd.REMOVED, code: GrantEnd = GrantEnd.STAFF) -> None:
     """Remove a person from the queue (staff)."""
     with transaction.atomic():
         queue = locked(ticket.queue)

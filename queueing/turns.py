@@ -12,7 +12,9 @@ from queueing.charging import account_of, charge, settle
 from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
 from queueing.rows import announce, locked
+from robots import bus
 from robots.grants import end_grant
+from robots.messages import StandingChanged
 from robots.models import Grant, Robot
 from robots.states import Cycle, GrantEnd
 
@@ -76,10 +78,10 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWA
     """
     grant = turn.grant
     grant.refresh_from_db()
-    others = _others_wait_since(queue, turn)
+    others = others_wait_since(turn)
     silent = (now - turn.last_seen).total_seconds()
     absent = min(silent, (now - up_since).total_seconds())
-    idle = (now - max(_last_act(turn), others or now, up_since)).total_seconds()  # counted while others wait
+    ends = _idle_at(turn, others, now, up_since)
     if grant.ended_at is not None:
         end_turn(turn, GrantEnd(grant.end_code or GrantEnd.FINISHED), grant.end_reason or "ended", grant.ended_at)
     elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:
@@ -89,17 +91,50 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWA
         announce(queue)
     elif turn.until <= now:
         end_turn(turn, GrantEnd.TIME_UP, "time is up", now)
-    elif (not turn.classic and not turn.connected and absent > RULES["RECONNECT_S"]) or (
-        turn.classic and absent > RULES["CLASSIC_PRESENCE_S"]
-    ):
+    elif not turn.classic and not turn.connected and absent > RULES["RECONNECT_S"]:
         end_turn(turn, GrantEnd.ABSENT, "connection lost", now)
-    elif others and idle > RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]:
-        end_turn(turn, GrantEnd.ABSENT, "idle while others wait", now)
+    elif turn.classic and absent > RULES["CLASSIC_PRESENCE_S"]:
+        end_turn(turn, GrantEnd.SILENT, "no request came", now)
+    elif ends is not None and now > ends:
+        end_turn(turn, GrantEnd.IDLE, "idle while others wait", now)
 
 
-def _others_wait_since(queue: Queue, turn: Turn) -> datetime | None:
+def idle_at(turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> datetime | None:
+    """Return when the turn ends unless its operator does something; None if nobody waits, or its time is up before."""
+    at = _idle_at(turn, others_wait_since(turn), now, up_since)
+    return at if at is not None and at < turn.until else None
+
+
+def _idle_at(turn: Turn, others: datetime | None, now: datetime, up_since: datetime) -> datetime | None:
+    """Count from the operator's last act, or from when somebody began to wait."""
+    if others is None:
+        return None
+    return max(_last_act(turn, now), others, up_since) + timedelta(seconds=idle_s(turn))
+
+
+def idle_s(turn: Turn) -> int:
+    """Return for how long nothing may be done while others wait."""
+    return int(RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"])
+
+
+def acted(robot: Robot, user: Any, now: datetime) -> bool:
+    """Note that the operator has done something beside commands, or says that they are there.
+
+    Return False if they have no turn, or it has ended.
+    """
+    turn = turn_of(robot, user)
+    with transaction.atomic():
+        if turn is not None:
+            locked(turn.ticket.queue)  # a tick that has judged the turn ends it before, or judges after
+        if turn is None or not Turn.objects.filter(pk=turn.pk, ended_at=None).update(acted_at=now):
+            return False
+        bus.tell_people_on_commit(StandingChanged(user=user.pk))
+        return True
+
+
+def others_wait_since(turn: Turn) -> datetime | None:
     """Return since when somebody else waits for the robot, in the queue or for a job; None if nobody does."""
-    queued = Ticket.objects.filter(queue=queue, state__in=NOT_YET)
+    queued = Ticket.objects.filter(queue=turn.ticket.queue_id, state__in=NOT_YET)
     jobs = Job.objects.filter(robot=turn.robot_id, state=JobState.WAITING, start_tag__isnull=False)
     people = queued.order_by("joined_at").values_list("joined_at", flat=True).first()
     asked = jobs.exclude(user=turn.user_id).order_by("asked_at").values_list("asked_at", flat=True).first()
@@ -111,6 +146,8 @@ def _others_wait_since(queue: Queue, turn: Turn) -> datetime | None:
     return min((at for at in (people, asked) if at is not None), default=None)
 
 
-def _last_act(turn: Turn) -> datetime:
-    last = turn.grant.commands.order_by("-id").values_list("created_at", flat=True).first()
-    return max(turn.started_at, last) if last else turn.started_at
+def _last_act(turn: Turn, now: datetime) -> datetime:
+    """Return when the operator last did something; while a command of theirs runs they have."""
+    last = turn.grant.commands.order_by("-id").first()
+    carried = (last.created_at, last.ended_at or now) if last is not None else ()
+    return max(turn.started_at, turn.acted_at or turn.started_at, *carried)

@@ -20,6 +20,7 @@ END_CODES = {
     CommandState.COMPLETED: GrantEnd.FINISHED, CommandState.CANCELLED: GrantEnd.STOPPED,
     CommandState.UNKNOWN: GrantEnd.OWNER_LOST, CommandState.EXPIRED: GrantEnd.OWNER_LOST,
 }  # fmt: skip
+INTERRUPTED = "Interrupted"  # so begins the reason of what gave way to somebody else
 
 
 class AnotherGrant(NotPermitted):
@@ -109,10 +110,17 @@ def end_grant(grant: Grant, code: GrantEnd, reason: str, now: datetime) -> bool:
     """
     done = Grant.objects.filter(pk=grant.pk, ended_at=None).update(ended_at=now, end_code=code, end_reason=reason[:120])
     if done:
-        told = reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
+        told = interruption(grant.pk) or reason if grant.kind in ONE_COMMAND else f"the turn ended: {reason}"
         cancel_queued(grant.robot, told, now, grant=grant)
         bus.publish_on_commit(grant.robot.slug, Changed("robot"))
     return bool(done)
+
+
+def interruption(grant: int) -> str:
+    """Return in a sentence that somebody else came first, which is no fault; empty where the grant has not ended so."""
+    given_way = Grant.objects.filter(pk=grant, end_code=GrantEnd.PREEMPTED)
+    reason = given_way.values_list("end_reason", flat=True).first()
+    return f"{INTERRUPTED}, because {reason}." if reason else ""
 
 
 def has_own_grant(command: Command) -> bool:

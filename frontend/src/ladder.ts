@@ -5,6 +5,7 @@ import { FINAL, KINDS, latest, SETTINGS, stageOf } from "./words.ts";
 
 const LOST_MS = 3000; // for what an earlier socket's process still carries out
 const NOT_ARRIVED = "This did not arrive: the connection broke off. Try it again.";
+const GAVE_WAY = ["Replaced", "Interrupted"]; // to a newer target, to somebody else: no fault
 const GOOD = ["accepted", "sent", "acknowledged", "completed"];
 
 export class Ladder {
@@ -123,12 +124,13 @@ function row(): HTMLElement {
 function draw(item: HTMLElement, c: CommandInfo): void {
   const [name, steps, stage, why, far] = item.children as unknown as HTMLElement[];
   if (!name || !steps || !stage || !why || !far) return;
-  item.className = `command ${FINAL.has(c.state) && c.state !== "completed" ? "bad" : c.state}`;
+  const gaveWay = GAVE_WAY.find((word) => c.reason.startsWith(word));
+  item.className = `command ${FINAL.has(c.state) && c.state !== "completed" && !gaveWay ? "bad" : c.state}`;
   item.dataset["state"] = c.state;
   write(name, KINDS[c.kind] ?? c.kind);
   const reached = GOOD.indexOf(c.state);
   [...steps.children].forEach((dot, i) => dot.classList.toggle("on", i <= reached));
-  write(stage, c.reason.startsWith("Replaced") ? "Replaced" : stageOf(c.kind, c.state));
+  write(stage, gaveWay ?? stageOf(c.kind, c.state));
   write(why, c.reason || c.result?.note || (c.state === "completed" && c.result?.stable === false ? `Picture: ${c.result.verdict}.` : ""));
   why.hidden = !why.textContent;
   tellProgress(far, c);
@@ -151,5 +153,5 @@ function say(c: CommandInfo): string {
   const name = KINDS[c.kind] ?? c.kind;
   if (c.state === "completed" && SETTINGS.has(c.kind)) return `${name}: done.`;
   if (c.state === "completed") return `${name}: done, the picture is ${c.result?.verdict ?? "there"}.`;
-  return `${name}: ${stageOf(c.kind, c.state)}. ${c.reason}`;
+  return c.reason.startsWith("Interrupted") ? `${name}: ${c.reason}` : `${name}: ${stageOf(c.kind, c.state)}. ${c.reason}`;
 }

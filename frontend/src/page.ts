@@ -291,7 +291,8 @@ export class RobotPage {
     this.place.changed(s);
     if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
-    if (wasOperating && !s.me.can.drive && s.me.last_turn) this.notice("Your turn is over. Thank you! Write down what you found.", "info");
+    const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
+    if (end) this.notice(`Your turn is over. ${end.why} ${end.credited}`, end.own ? "info" : "warning");
     if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
     this.log.draw(s.log, this.live.now());
     this.stopPress.heard(s); // last, because the result of a Stop matters most
@@ -299,6 +300,7 @@ export class RobotPage {
 
   private gotCommand(m: { t: "command" } & CommandInfo): void {
     this.ladder.update(m);
+    document.dispatchEvent(new Event("farhand:acted"));
     if (this.snapshot) this.snapshot.commands = [m, ...this.snapshot.commands.filter((c) => c.id !== m.id)].slice(0, 8);
     this.console?.command(m);
   }

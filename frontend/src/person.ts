@@ -1,13 +1,21 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
 
 import { request } from "./request.ts";
+import { idling } from "./shown.ts";
 
 export interface Standing {
-  state: "offered" | "operating" | "missed" | "waiting";
+  state: "offered" | "operating" | "missed" | "ended" | "waiting";
   ticket: number; robot: string; name: string; ahead: number; away: boolean;
   until_ms: number | null; kept_until_ms: number | null; ended_ms: number | null; wait_s: [number, number] | null;
+  /** When the turn ends unless something is done; null while nobody waits for it. */
+  idle_ms: number | null;
+  /** Whether that is soon; this page's own judgement. */
+  idles?: boolean;
+  /** Of a place that is over: why, what it cost, and what is next; and the turn's number, where it became one. */
+  end: End | null; turn: number | null;
 }
-export type Wanted = "join" | "leave" | "accept" | "dismiss";
+export interface End { why: string; credited: string; next: string }
+export type Wanted = "join" | "leave" | "accept" | "stay" | "dismiss";
 interface Places { t: "places"; now_ms: number; places: Standing[] }
 /** A request that waits for its answer over the socket. */
 interface Waiting { what: Wanted; robot: string; answered(text: string): void }
@@ -64,7 +72,8 @@ export class PersonLine {
     return this.post(what, place);
   }
 
-  private look(): void {
+  /** Have the places told again. */
+  look(): void {
     if (this.over) return;
     if (this.socket?.readyState === WebSocket.OPEN) {
       this.socket.send('{"t":"look"}');
@@ -102,12 +111,12 @@ export class PersonLine {
     this.offset = m.now_ms - Date.now();
     if (m.t !== "places") return;
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send('{"t":"here"}');
-    this.show(m.places);
+    this.show(m.places, m.now_ms);
   }
 
-  private show(places: Standing[]): void {
+  private show(places: Standing[], told = 0): void {
     this.known = true;
-    this.places = places;
+    this.places = places.map((p) => ({ ...p, idles: idling(p, told) }));
     this.changed();
   }
 
@@ -160,7 +169,7 @@ export class PersonLine {
     if (!answer.ok) return null;
     const said = (await answer.json()) as Places & { text?: string };
     this.offset = said.now_ms - Date.now();
-    this.show(said.places);
+    this.show(said.places, said.now_ms);
     return said.text ?? "";
   }
 }

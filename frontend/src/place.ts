@@ -3,12 +3,13 @@ import { type Part, refusal, show } from "./parts.ts";
 import { UNSENT } from "./person.ts";
 import type { Snapshot } from "./protocol.ts";
 import { Twice } from "./twice.ts";
-import { clock, span } from "./words.ts";
+import { clock, timeSaid, waitingSaid, waitSaid } from "./words.ts";
 
 type Send = (message: object) => boolean;
 
 const AGAIN = "Press again to end it";
-const FOLLOWS = "The robot goes back to its start position and is offered to the next person. You can write down what you found. You cannot undo this.";
+const LATELY_MS = 3_600_000;
+const FOLLOWS = "The robot goes back to its start position, for whoever comes next. You can write down what you found. You cannot undo this.";
 
 export class Place {
   private ending = new Twice();
@@ -61,7 +62,7 @@ export class Place {
       return [
         { tag: "h2", text: s.turn.staff ? "Maintenance turn" : "You drive" },
         { tag: "p", class: "timer", text: clock(left), timer: true },
-        { tag: "p", text: s.turn.extra ? "Nobody waits, so your turn goes on." : "left in your turn" },
+        { tag: "p", text: s.turn.extra && !s.turn.wanted ? "Nobody waits, so your turn goes on." : "left in your turn" },
         ...(s.turn.staff ? [] : this.endParts()),
       ];
     }
@@ -73,13 +74,15 @@ export class Place {
         { tag: "a", href: `/accounts/signup/?next=/robots/${slug}/`, text: "Sign up", class: "button primary" },
         { tag: "a", href: `/accounts/login/?next=/robots/${slug}/`, text: "Sign in", class: "button" },
       ];
+    const t = me.ticket;
+    const over = t ? [] : ended(s, now);
     if (!me.cleared)
       return [
+        ...over,
         { tag: "h2", text: "Two steps to go" },
         { tag: "p", text: "Read the orientation (three minutes), then pass the clearance test." },
         { tag: "a", href: `/robots/${slug}/orientation/`, text: "Read the orientation", class: "button primary" },
       ];
-    const t = me.ticket;
     if (t?.state === "offered") {
       const left = t.offer_until_ms ? (t.offer_until_ms - now) / 1000 : 0;
       return [
@@ -92,27 +95,32 @@ export class Place {
     if (t?.state === "waiting")
       return [
         { tag: "h2", text: t.ahead === 0 ? "You are next" : `${t.ahead} before you` },
-        {
-          tag: "p",
-          text: t.wait_s === null ? "The wait is not known: the robot is out of order. Your place is kept."
-            : t.wait_s[1] < 10 ? "Any moment now." : `About ${span(t.wait_s[0])} to ${span(t.wait_s[1])}.`,
-        },
+        { tag: "p", text: waitSaid(t.wait_s) },
         { tag: "p", class: "quiet", text: "You may look around: every page of this site tells you when it is your turn." },
         { tag: "button", do: "leave", text: "Leave the queue" },
       ];
-    const parts: Part[] = [
-      { tag: "h2", text: "Drive it yourself" },
-      { tag: "p", text: s.queue === 0 ? "Nobody waits." : s.queue === 1 ? "One person waits." : `${s.queue} people wait.` },
+    return [
+      ...over,
+      { tag: "h2", text: over.length ? "Drive it again" : "Drive it yourself" },
+      { tag: "p", text: waitingSaid(s.queue) },
       { tag: "button", do: "join", text: "Join the queue", class: "primary" },
     ];
-    if (me.last_turn)
-      parts.unshift(
-        { tag: "h2", text: "Your turn is over" },
-        { tag: "p", text: "What did you find? Others read it." },
-        { tag: "a", href: `/turns/${me.last_turn}/`, text: "Write in the operator's log", class: "button primary" },
-      );
-    return parts;
   }
+}
+
+/** How the last turn ended, what it cost and what is next, as long as it is news or nothing was written about it. */
+function ended({ me }: Snapshot, now: number): Part[] {
+  const end = me.last_end;
+  if (!end) return [];
+  const news = now - end.ended_ms < LATELY_MS;
+  return [
+    { tag: "h2", text: news ? "Your turn is over" : "Your last turn" },
+    { tag: "p", text: `It ended at ${timeSaid(end.ended_ms)}. ${end.why}${news ? ` ${end.credited} ${end.next}` : ""}` },
+    ...(end.written ? [] : [
+      { tag: "p", text: "What did you find? Others read it." },
+      { tag: "a", href: `/turns/${end.turn}/`, text: "Write in the operator's log", class: "button primary" },
+    ] as Part[]),
+  ];
 }
 
 /** A robot that nobody drives. */

@@ -1,6 +1,7 @@
 /** The messages on the socket: binary packets for states and pictures, JSON for the rest. */
 
 import { compactState } from "./compact.ts";
+import type { End } from "./person.ts";
 import type { Coding, CompactLayout, Packet, SoundPacket, VideoPacket } from "./packets.ts";
 
 export type { Packet, PicturePacket, SoundPacket, StatePacket, StreamPacket, VideoPacket } from "./packets.ts";
@@ -22,6 +23,7 @@ export interface CommandInfo {
   result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
+export interface EndedTurn extends End { turn: number; ended_ms: number; own: boolean; written: boolean }
 export interface StopShown { confirmed: boolean; since_ms: number | null; rests_by_ms: number | null }
 /** An open job of the robot, as everybody sees it: `ahead` requests before it, the least and greatest wait (s). */
 export interface JobInfo { id: number; kind: string; state: string; args: Record<string, number>; ahead: number; wait_s: [number, number] | null }
@@ -37,16 +39,18 @@ export interface Snapshot {
   jobs: JobInfo[];
   /** The latched stop: whether the robot confirmed that it rests, and if not, the latest time by which it rests. */
   stop: StopShown | null;
-  turn: null | { id: number | null; grant: number; mine: boolean; until_ms: number | null; next_seq: number; extra: boolean; staff: boolean };
+  turn: null | { id: number | null; grant: number; mine: boolean; until_ms: number | null; next_seq: number; extra: boolean; staff: boolean; wanted: boolean };
   me: {
     signed_in: boolean; name?: string; cleared: boolean; staff?: boolean; last_turn?: number | null;
+    /** The last turn here, if it ended lately or has no entry in the log: why it ended, what it cost, what is next. */
+    last_end?: null | EndedTurn;
     /** What this person can do now; `ask` is for jobs. */
     can: { watch: boolean; drive: boolean; ask: boolean; stop: boolean };
     ticket: null | { state: string; ahead: number; wait_s: [number, number] | null; offer_until_ms: number | null };
   };
   still: Still | null; before: Still | null; commands: CommandInfo[]; log: LogInfo[];
 }
-export interface ArgumentInfo { name: string; unit: string; low: number; high: number; required: boolean; text: boolean; whole: boolean }
+export interface ArgumentInfo { name: string; unit: string; low: number; high: number; required: boolean; text: boolean; whole: boolean; label: string; help: string }
 export interface CommandSpec { kind: string; label: string; lane: "motion" | "config"; arguments: ArgumentInfo[]; held: boolean; replaceable: boolean }
 /** A value beside the joints, as a battery's charge: its unit and its usual range. */
 export interface ChannelInfo { name: string; unit: string; low: number; high: number }

@@ -6,7 +6,22 @@ export function current(places: readonly Standing[], now: number): Standing[] {
   return places.filter((p) => !(p.state === "offered" && p.until_ms !== null && p.until_ms <= now));
 }
 
-/** The places for the bar, the most urgent first; the page of the robot `own` shows a turn there itself. */
+const WARN_MS = 20_500; // the server tells again 20 s before
+
+/**
+ * Whether the turn ends soon because nothing is done in it, and not before because its page is closed. Judged by when
+ * the server has told it: what was told before may not be true any more.
+ */
+export function idling(p: Standing, told: number): boolean {
+  return p.state === "operating" && p.kept_until_ms === null && p.idle_ms !== null && p.idle_ms - told <= WARN_MS;
+}
+
+/**
+ * The places for the bar, the most urgent first. The page of the robot `own` shows a turn there itself, and how it
+ * ended, but not that it ends soon because nothing is done.
+ */
 export function shownOf(places: readonly Standing[], own: string): Standing[] {
-  return places.filter((p) => !(p.robot === own && p.state === "operating"));
+  const hidden = (p: Standing): boolean =>
+    p.robot === own && ((p.state === "operating" && !p.idles) || (p.state === "ended" && p.turn !== null));
+  return places.filter((p) => !hidden(p)).sort((a, b) => Number(b.idles ?? false) - Number(a.idles ?? false));
 }

@@ -61,8 +61,10 @@ export class Teller {
       this.known.add(key);
       if (place.state === "offered") this.offer(place, key, left);
       if (place.state === "missed") say(this.polite, `You missed your turn on ${place.name}. You can join again.`);
+      if (place.state === "ended") this.ended(place, key);
     }
     if (place.state !== "offered" && place.state !== "operating") return;
+    this.idle(place, now);
     const before = this.last.get(key) ?? Infinity;
     this.last.set(key, left);
     const moment = MOMENTS_S.filter((at) => left <= at && at < before && left > 0).at(-1);
@@ -71,19 +73,41 @@ export class Teller {
     say(moment === 60 ? this.polite : this.assertive, `${moment} seconds left ${words}.`);
   }
 
+  /** Say once that the turn ends soon because nothing is done; again only after something was done. */
+  private idle(place: Standing, now: number): void {
+    const key = `idle-${place.ticket}`;
+    if (!place.idles) this.known.delete(key);
+    else if (!this.known.has(key)) {
+      this.known.add(key);
+      const left = Math.max(0, Math.ceil(((place.idle_ms ?? now) - now) / 1000));
+      const words = `Your turn on ${place.name} ends in ${left} seconds, because nothing was done.`;
+      say(this.assertive, `${words} Press I'm here, or give a command.`);
+      this.chime();
+      if (document.hidden || !document.hasFocus()) this.notify(place, `${key}-${place.idle_ms}`, words, "Say that you are there.");
+    }
+  }
+
+  private ended(place: Standing, key: string): void {
+    const words = place.turn === null ? `You lost your place for ${place.name}` : `Your turn on ${place.name} is over`;
+    say(this.polite, `${words}. ${place.end?.why ?? ""}`);
+    if (kept.get("told") === key) return;
+    kept.set("told", key);
+    if (document.hidden || !document.hasFocus()) this.notify(place, key, words, place.end?.why ?? "");
+  }
+
   private offer(place: Standing, key: string, left: number): void {
     say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
     if (kept.get("told") === key) return; // another page of this browser told it
     this.chime(() => kept.set("told", key));
     if (navigator.userActivation?.hasBeenActive && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
-    if (document.hidden || !document.hasFocus()) this.notify(place, key);
+    if (document.hidden || !document.hasFocus()) this.notify(place, key, `It is your turn on ${place.name}`, "Take control before the offer ends.");
   }
 
-  private notify(place: Standing, key: string): void {
+  private notify(place: Standing, key: string, words: string, body: string): void {
     if (!("Notification" in window) || Notification.permission !== "granted") return;
     try {
-      const note = new Notification(`It is your turn on ${place.name}`, {
-        body: "Take control before the offer ends.", tag: key, icon: this.calmIcon, requireInteraction: true,
+      const note = new Notification(words, {
+        body, tag: key, icon: this.calmIcon, requireInteraction: true,
       });
       note.onclick = () => {
         window.focus();
@@ -143,7 +167,9 @@ function play(audio: AudioContext): void {
 
 function mark(place: Standing | undefined, own: string): string {
   if (place?.state === "offered") return "▶ Your turn! ";
+  if (place?.idles) return "! Your turn ends soon ";
   if (place?.state === "operating") return place.robot === own ? "● Driving " : `● Your turn on ${place.name} runs! `;
   if (place?.state === "missed") return "! Missed turn ";
+  if (place?.state === "ended") return place.turn === null ? "! Place lost " : "! Turn over ";
   return place ? `(${place.ahead + 1}) ` : "";
 }

@@ -4,7 +4,7 @@ import { type Part, say, show } from "./parts.ts";
 import { PersonLine, type Standing, type Wanted } from "./person.ts";
 import { current, shownOf } from "./shown.ts";
 import { SOUND, Teller } from "./tell.ts";
-import { clock, span } from "./words.ts";
+import { clock, timeSaid, waitSaid } from "./words.ts";
 
 const BUSY = "Your last press is on its way.";
 const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
@@ -23,6 +23,7 @@ class TurnBar {
   private leaving: Leaving | null = null;
   private busy = false;
   private fading = 0;
+  private read = new Set<number>(); // tickets whose end this page has told
   private take: (() => void) | null;
   private bar: HTMLElement;
 
@@ -49,8 +50,15 @@ class TurnBar {
       this.draw();
       this.buttons.querySelector<HTMLElement>("button")?.focus();
     });
-    new ResizeObserver(() => document.documentElement.style.setProperty("--bar-height", `${bar.offsetHeight}px`)).observe(bar);
+    document.addEventListener("farhand:acted", () => this.place?.idles && this.line.look());
+    new ResizeObserver(() => this.measure()).observe(bar);
     setInterval(() => this.draw(), 500);
+  }
+
+  /** What stands at the foot of the page makes room for the bar; one about idleness lies over the page's head. */
+  private measure(): void {
+    const height = this.bar.dataset["state"] === "idle" ? 0 : this.bar.offsetHeight;
+    document.documentElement.style.setProperty("--bar-height", `${height}px`);
   }
 
   private draw(): void {
@@ -60,23 +68,41 @@ class TurnBar {
     const now = this.line.now();
     const places = current(this.line.places, now);
     this.teller.tell(places, now, this.own);
+    this.seen(places);
     const [first, ...rest] = shownOf(places, this.own);
     this.place = first;
     if (this.leaving && !this.leaving.operating()) this.leaving = null;
     this.bar.hidden = !first && !this.leaving && !this.said.textContent;
-    this.bar.dataset["state"] = this.leaving ? "leaving" : (first?.state ?? "");
-    show(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now) : []);
+    const state = this.leaving ? "leaving" : first && first.idles ? "idle" : (first?.state ?? "");
+    if (this.bar.dataset["state"] !== state) {
+      this.bar.dataset["state"] = state;
+      this.measure();
+    }
+    show(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now, this.own) : []);
     show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
     const paused = first?.state === "waiting" && this.teller.paused ? ["Sound paused. Press Sound to hear when it is your turn."] : [];
     say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
+  }
+
+  /** How a turn ended was read where the page itself tells it; other pages need not say it again. */
+  private seen(places: readonly Standing[]): void {
+    const told = places.find((p) => p.state === "ended" && p.turn !== null && (p.robot === this.own || location.pathname === `/turns/${p.turn}/`));
+    if (!told || document.hidden || this.read.has(told.ticket)) return;
+    this.read.add(told.ticket);
+    void this.line.ask("dismiss", told);
   }
 
   private buttonsOf(p: Standing): Part[] {
     const ask = (what: string, text: string, more: Partial<Part> = {}): Part =>
       ({ tag: "button", do: ASK + what, text, why: this.busy ? BUSY : "", ...more });
     if (p.state === "offered") return [ask("accept", "Take control", { class: "primary" }), ask("leave", "Not now")];
+    if (p.idles) return [ask("stay", "I'm here", { class: "primary" })];
     if (p.state === "operating") return [{ tag: "a", href: `/robots/${p.robot}/`, text: `Back to ${p.name}`, class: "button primary" }];
     if (p.state === "missed") return [ask("join", "Join again", { class: "primary" }), ask("dismiss", "Dismiss")];
+    if (p.state === "ended") {
+      const page: Part[] = p.turn === null ? [] : [{ tag: "a", href: `/turns/${p.turn}/`, text: "What did you find?", class: "button primary" }];
+      return [...page, ask("dismiss", "Dismiss")];
+    }
     const notify = "Notification" in window && Notification.permission === "default";
     return [
       ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
@@ -85,7 +111,7 @@ class TurnBar {
   }
 
   private async press(wanted: string): Promise<void> {
-    if (wanted === "go" || wanted === "stay") {
+    if (wanted === "go" || wanted === "keep") {
       const leaving = this.leaving;
       this.leaving = null;
       this.draw();
@@ -107,6 +133,7 @@ class TurnBar {
     this.busy = false;
     this.tell(wrong);
     if (!wrong && wanted === "accept") this.lead(place);
+    if (wanted === "stay" && place.robot === this.own) document.getElementById("screen")?.focus({ preventScroll: true }); // where Escape stops
   }
 
   private async notify(): Promise<void> {
@@ -133,7 +160,7 @@ const LEAVE_WORDS: Part[] = [
   { tag: "span", text: "It goes on for 20 s after you leave this page, and ends then unless you come back." },
 ];
 const LEAVE_BUTTONS: Part[] = [
-  { tag: "button", do: `${ASK}stay`, text: "Stay", class: "primary" },
+  { tag: "button", do: `${ASK}keep`, text: "Stay", class: "primary" },
   { tag: "button", do: `${ASK}go`, text: "Leave the page" },
 ];
 
@@ -141,38 +168,36 @@ function left(p: Standing, now: number): string {
   return clock((((p.kept_until_ms ?? p.until_ms) ?? now) - now) / 1000);
 }
 
-function wordsOf(p: Standing, now: number): Part[] {
+function wordsOf(p: Standing, now: number, own: string): Part[] {
   if (p.state === "offered")
     return [{ tag: "b", text: `It is your turn on ${p.name}` }, { tag: "span", class: "turnbar-timer", text: left(p, now), timer: true }];
+  if (p.idles)
+    return [
+      { tag: "b", text: `Your turn ${p.robot === own ? "" : `on ${p.name} `}ends in` },
+      { tag: "span", class: "turnbar-timer", text: `${Math.max(0, Math.ceil(((p.idle_ms ?? now) - now) / 1000))} s`, timer: true },
+      { tag: "span", text: "because nothing was done." },
+    ];
   if (p.state === "operating")
     return [
       { tag: "b", text: p.kept_until_ms === null ? `You operate ${p.name}` : `Go back to ${p.name}, or your turn ends` },
       { tag: "span", class: "turnbar-timer", text: left(p, now), timer: true },
     ];
-  if (p.state === "missed") return [{ tag: "b", text: missed(p) }];
+  if (p.state === "missed" || p.state === "ended") return [{ tag: "b", text: over(p) }];
   return [
     { tag: "b", text: p.ahead === 0 ? "You are next" : `${p.ahead} before you` },
-    { tag: "span", text: " for " }, { tag: "a", href: `/robots/${p.robot}/`, text: p.name }, { tag: "span", class: "quiet", text: ` ${wait(p)}` },
+    { tag: "span", text: " for " }, { tag: "a", href: `/robots/${p.robot}/`, text: p.name }, { tag: "span", class: "quiet", text: ` ${waitSaid(p.wait_s)}` },
   ];
 }
 
-function missed(p: Standing): string {
-  const ended = new Date(p.ended_ms ?? 0);
-  const time = ended.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
-  const at = ended.toDateString() === new Date().toDateString() ? time : `${ended.toLocaleDateString()} ${time}`;
-  return p.away
-    ? `You were away for too long: your place for ${p.name} was given to the next person at ${at}.`
-    : `You missed your turn on ${p.name} at ${at}; the place was given to the next person.`;
-}
-
-function wait(p: Standing): string {
-  if (p.wait_s === null) return "The wait is not known; your place is kept.";
-  return p.wait_s[1] < 10 ? "Any moment now." : `About ${span(p.wait_s[0])} to ${span(p.wait_s[1])}.`;
+/** What was lost or is over, when, why and what it cost. */
+function over(p: Standing): string {
+  const what = p.turn !== null ? `Your turn on ${p.name} ended` : p.away || p.state === "ended" ? `You lost your place for ${p.name}` : `You missed your turn on ${p.name}`;
+  return `${what} at ${timeSaid(p.ended_ms ?? 0)}.${p.end ? ` ${p.end.why} ${p.end.credited}` : ""}`;
 }
 
 function short(p: Standing, now: number): string {
   if (p.state === "waiting") return `${p.name}: ${p.ahead === 0 ? "you are next" : `${p.ahead} before you`}.`;
-  if (p.state === "missed") return missed(p);
+  if (p.state === "missed" || p.state === "ended") return over(p);
   return `${p.name}: ${p.state === "offered" ? "offered to you" : "your turn"}, ${left(p, now)}.`;
 }
 
@@ -186,6 +211,7 @@ function region(live: "polite" | "assertive"): HTMLElement {
   const made = document.createElement("p");
   made.className = "visually-hidden";
   made.setAttribute("aria-live", live);
+  if (live === "assertive") made.setAttribute("role", "alert");
   return made;
 }
 

@@ -6,11 +6,6 @@ export function clock(seconds: number): string {
   return `${Math.floor(s / 60)}:${String(s % 60).padStart(2, "0")}`;
 }
 
-export function span(seconds: number): string {
-  if (seconds < 60) return `${Math.max(1, Math.round(seconds / 10) * 10)} s`;
-  return `${Math.round(seconds / 60)} min`;
-}
-
 export function ago(ms: number): string {
   const s = ms / 1000;
   if (s < 10) return `${Math.max(0, s).toFixed(1)} s`;
@@ -45,8 +40,26 @@ export function waitWords(wait: readonly [number, number] | null): string {
   if (wait === null) return "the wait is not known now";
   const [low, high] = wait;
   if (high < 10) return "any moment now";
+  if (high < 60) return "less than a minute";
   const far = rounded(high);
-  return low < 10 ? `at most ${far}` : rounded(low) === far ? `about ${far}` : `about ${rounded(low)} to ${far}`;
+  return low < 60 ? `at most ${far}` : rounded(low) === far ? `about ${far}` : `about ${rounded(low)} to ${far}`;
+}
+
+/** How long one waits, as a sentence. */
+export function waitSaid(wait: readonly [number, number] | null): string {
+  const words = waitWords(wait);
+  return wait === null ? "The wait is not known now; your place is kept." : `${words.charAt(0).toUpperCase()}${words.slice(1)}.`;
+}
+
+/** How many requests wait, of people and for jobs. */
+export function waitingSaid(count: number): string {
+  return count === 0 ? "Nobody waits." : count === 1 ? "One waits." : `${count} wait.`;
+}
+
+/** When something was, by this browser's clock: the time, and the day unless it is today. */
+export function timeSaid(ms: number): string {
+  const at = new Date(ms), time = at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+  return at.toDateString() === new Date().toDateString() ? time : `${at.toLocaleDateString()} ${time}`;
 }
 
 /** Jobs of a robot after a stop. */
@@ -60,7 +73,7 @@ export function standing(noun: string, ahead: number, wait: readonly [number, nu
 }
 
 function rounded(seconds: number): string {
-  return seconds < 90 ? `${Math.max(10, Math.ceil(seconds / 10) * 10)} s` : `${Math.ceil(seconds / 60)} min`;
+  return seconds < 5400 ? `${Math.ceil(seconds / 60)} min` : `${Math.ceil(seconds / 3600)} h`;
 }
 
 export const STAGES: Record<string, string> = {

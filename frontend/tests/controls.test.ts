@@ -4,7 +4,7 @@ import { forward, nozzlePixel, onSand, reach, target } from "../../robots/driver
 import { type SandFacts as Facts, whyNot } from "../../robots/drivers/mercury/console/rules.ts";
 import { blocked, tooLively } from "../src/controls.ts";
 import { decode } from "../src/protocol.ts";
-import { ago, clock, span } from "../src/words.ts";
+import { ago, clock } from "../src/words.ts";
 
 const D = { arm: { link1: 0.4, link2: 0.25, q2_deg: [0, 160] as [number, number], up: 0.075, down: 0 }, sand: { x: [-0.24, 0.24] as [number, number], y: [0.29, 0.55] as [number, number] } };
 
@@ -94,7 +94,6 @@ test("a picture says which camera took it", () => {
 test("times in words", () => {
   assert.equal(clock(61), "1:01");
   assert.equal(clock(-3), "0:00");
-  assert.equal(span(25), "30 s");
   assert.equal(ago(1500), "1.5 s");
 });
 

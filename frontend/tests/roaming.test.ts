@@ -56,13 +56,13 @@ test("waits in words", () => {
   assert.equal(waitWords(null), "the wait is not known now");
   assert.equal(waitWords([0, 5]), "any moment now");
   assert.equal(waitWords([0, 600]), "at most 10 min");
-  assert.equal(waitWords([21, 38]), "about 30 s to 40 s");
-  assert.equal(waitWords([31, 38]), "about 40 s");
+  assert.equal(waitWords([21, 38]), "less than a minute");
+  assert.equal(waitWords([61, 600]), "about 2 min to 10 min");
 });
 
 test("a job that waits says how many are before it, or that staff have to resume", () => {
   assert.equal(standing("goal", 0, [0, 5], false), "Your goal waits. It is next; any moment now.");
-  assert.equal(standing("goal", 1, [0, 60], false), "Your goal waits. One is before it; at most 60 s.");
+  assert.equal(standing("goal", 1, [0, 60], false), "Your goal waits. One is before it; at most 1 min.");
   assert.equal(standing("goal", 3, null, false), "Your goal waits. 3 are before it; the wait is not known now.");
   const suspended = standing("goal", 0, null, true);
   assert.match(suspended, /keeps its place.*until staff press Resume jobs/);

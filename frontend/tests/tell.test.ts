@@ -55,7 +55,7 @@ function page(): { teller: Told; polite: { textContent: string }; assertive: { t
 }
 
 const place = (state: Standing["state"], seconds: number): Standing =>
-  ({ state, ticket: 7, robot: "mercury", name: "Mercury", ahead: 0, away: false, until_ms: NOW + seconds * 1000, kept_until_ms: null, ended_ms: null, wait_s: null });
+  ({ state, ticket: 7, robot: "mercury", name: "Mercury", ahead: 0, away: false, until_ms: NOW + seconds * 1000, kept_until_ms: null, ended_ms: null, wait_s: null, idle_ms: null, end: null, turn: null });
 
 test("of a turn's end 60 s are said politely, 20 and 10 s at once", () => {
   const { teller, polite, assertive } = page(), turn = place("operating", 61);
@@ -135,4 +135,40 @@ test("a chime that the browser plays at once when it is asked is heard", () => {
   mock.timers.tick(600);
   assert.deepEqual(started, [660, 880]);
   assert.equal(teller.paused, false);
+});
+
+test("idleness is said at once, once, and again only after something was done", () => {
+  const { teller, polite, assertive } = page();
+  const idle = { ...place("operating", 200), idle_ms: NOW + 20_000, idles: true };
+  const said = [[idle, 0], [idle, 5], [{ ...idle, idles: false }, 6], [{ ...idle, idle_ms: NOW + 126_000 }, 106]] as const;
+  const heard = said.map(([turn, after]) => {
+    assertive.textContent = "";
+    teller.tell([turn], NOW + after * 1000, "mercury");
+    return assertive.textContent;
+  });
+  const words = "Your turn on Mercury ends in 20 seconds, because nothing was done. Press I'm here, or give a command.";
+  assert.deepEqual(heard, [words, "", "", words]);
+  assert.equal(polite.textContent, "");
+  assert.match(document.title, /^! Your turn ends soon /);
+});
+
+test("the end of a turn is said once with its reason, and by a notification to who looks elsewhere", () => {
+  const noted: string[] = [];
+  const Note = class {
+    static permission = "granted";
+    constructor(title: string, { body }: { body: string }) {
+      noted.push(`${title}: ${body}`);
+    }
+  };
+  Object.assign(globalThis, { window: { Notification: Note }, Notification: Note });
+  Object.assign(document, { hidden: true });
+  const over = { ...place("ended", 0), ended_ms: NOW, turn: 3, end: { why: "Staff ended it.", credited: "", next: "" } };
+  const { teller, polite } = page();
+  teller.tell([over], NOW, "");
+  assert.equal(polite.textContent, "Your turn on Mercury is over. Staff ended it.");
+  teller.tell([over], NOW + 500, "");
+  page().teller.tell([over], NOW, ""); // another page of this browser
+  assert.deepEqual(noted, ["Your turn on Mercury is over: Staff ended it."]);
+  assert.match(document.title, /^! Turn over /);
+  Object.assign(document, { hidden: false });
 });

@@ -19,9 +19,12 @@ from portal.consoles.console import classic
 from portal.limits.pages import leave_room
 from portal.live.snapshot import shown_still, status_of
 from queueing import services as queue
+from queueing.end_words import End
+from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.errors import QueueError
 from queueing.estimates import place_and_wait
-from queueing.models import Turn
+from queueing.models import Ticket, Turn
+from queueing.turns import idle_at
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
@@ -29,10 +32,12 @@ from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
 from robots.models import Command, Robot
 from robots.services import newest_still, stop_shown
+from robots.web_uptime import up_since
 
 WAIT_S = 20.0
 POLL_S = 0.1
-REFRESH_S = 30
+REFRESH_S, DRIVING_S = 30, 60  # of who drives: before `CLASSIC_PRESENCE_S` is over
+WARN_S, TOLD_S = 30, 3  # before a turn ends because nothing is done; after it
 PIXEL = re.compile(r"[0-9]{1,5}\Z")
 
 
@@ -78,15 +83,19 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     still = shown_still(robot, request.user)
     mine = turn is not None and turn.user_id == request.user.pk
     ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
+    ends = idle_at(turn, now, up_since(now)) if turn is not None and mine else None
+    idle_s = max(0, round((ends - now).total_seconds())) if ends is not None else None
     unwritten = None
     if request.user.is_authenticated:
         unwritten = Turn.objects.filter(user=request.user, robot=robot, entry=None).exclude(ended_at=None).first()
     address = _address(robot, request, now)
     return {
         "robot": robot, "state": state, "label": label, "why": why, "ticket": ticket, "turn": turn, "mine": mine,
-        "ahead": ahead, "wait_min": [round(s / 60) for s in wait] if wait else None, "still": still,
+        "ahead": ahead, "wait": wait, "still": still,
+        "over": _over(robot, request.user, now) if ticket is None else None,
         "address": address, "picture": f"/classic/{robot.slug}/{name_of(robot, still, request.user)}.gif",
-        "cleared": cleared(request.user, robot), "refresh_s": REFRESH_S if ticket is not None and not mine else None,
+        "cleared": cleared(request.user, robot), "refresh_s": _refresh_s(ticket, idle_s if mine else None, mine),
+        "idle_s": idle_s, "warned": idle_s is not None and idle_s <= WARN_S,
         "age_s": round((now - still.taken_at).total_seconds()) if still else None,
         "left_s": round((turn.until - now).total_seconds()) if turn else None,
         "offer_s": round((ticket.offer_until - now).total_seconds()) if ticket and ticket.offer_until else None,
@@ -94,6 +103,23 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
         "buttons": classic(robot.driver), "unwritten": unwritten, "stop": stop_shown(robot, now),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
     }  # fmt: skip
+
+
+def _over(robot: Robot, user: Any, now: datetime) -> End | None:
+    """Return the words for the person's turn here, if it ended lately."""
+    turn = last_turn(robot, user) if user.is_authenticated else None
+    return end_of_turn(turn) if turn is not None and is_news(turn, now) else None
+
+
+def _refresh_s(ticket: Ticket | None, idle_s: int | None, mine: bool) -> int | None:
+    """Return after how long the page asks again: of who drives in time to warn, where nothing is done."""
+    if ticket is None:
+        return None
+    if not mine:
+        return REFRESH_S
+    if idle_s is None:
+        return DRIVING_S
+    return min(DRIVING_S, idle_s + TOLD_S if idle_s <= WARN_S else max(TOLD_S, idle_s - WARN_S + 1))
 
 
 def _act(request: HttpRequest, robot: Robot, panel: Panel, token: str) -> HttpResponse:
@@ -114,15 +140,19 @@ def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: 
     what = request.POST.get("do", "")
     if what == "join":
         queue.join(robot, user, now, classic=True)
+    elif what == "stay":
+        queue.acted(robot, user, now)
     elif what == "leave":
         queue.leave(robot, user, now)
     elif what == "accept":
         queue.accept(robot, user, now)
     elif what == "stop":
         services.stop(robot, user, now)
+        queue.acted(robot, user, now)
         messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
     elif what == "release":
         services.release_stop(robot, user, request.POST.get("checked") == "yes")
+        queue.acted(robot, user, now)
         messages.success(request, "The stop is released. Nothing moves until you give a command.")
     else:
         _press(request, robot, panel, token, now)
@@ -135,6 +165,7 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
         return
     if wanted.kind == "stop":
         services.stop(robot, request.user, now)
+        queue.acted(robot, request.user, now)
         messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
         return
     spent = tokens.spend_token(robot, request.user, token, now)

@@ -114,9 +114,9 @@ class Look(Message, frozen=True, tag="look"):
 
 
 class Do(Message, frozen=True, tag="do"):
-    """Join, leave or accept at a robot, or dismiss the note of a lost place, from any page."""
+    """Join, leave, accept or stay at a robot, or dismiss the note of what has ended, from any page."""
 
-    what: Literal["join", "leave", "accept", "dismiss"]
+    what: Literal["join", "leave", "accept", "stay", "dismiss"]
     robot: Slug = ""
     ticket: Number = 0
 

@@ -123,7 +123,7 @@ class PersonConsumer(Line):
             shown, queues = seen
             subscriber.has_read(queues)
             states = {one["state"] for one in shown["places"]}
-            self.known = bool(states - {"missed"})
+            self.known = bool(states - {"missed", "ended"})
             self._waits = bool(states & {"waiting", "offered"})
             await self.send(json.dumps(shown))
             await asyncio.sleep(LEAST_S)
@@ -147,6 +147,6 @@ class PersonConsumer(Line):
 
 def next_look_s(shown: dict[str, Any], now_ms: float) -> float:
     """Return in how many seconds the page is told again: after a pulse, or at the next moment before an end."""
-    ends = [one["kept_until_ms"] or one["until_ms"] for one in shown["places"]]
+    ends = [end for one in shown["places"] for end in (one["kept_until_ms"] or one["until_ms"], one["idle_ms"])]
     moments: list[float] = [(end - now_ms) / 1000 - before for end in ends if end for before in MOMENTS_S]
     return min([PULSE_S, *(m + 0.05 for m in moments if m > 0)])

@@ -19,6 +19,7 @@ from django.db import Error
 
 from portal.live.people import session_key
 from portal.live.threads import Pool
+from queueing.models import PlaceEnd
 from queueing.sessions import Place
 from robots.clock import SYSTEM
 
@@ -51,8 +52,8 @@ class Ending:
 SIGNED_OUT = Ending(4401, "You have signed out.", "signed out", Place.OTHERS)
 RAN_OUT = Ending(4401, "You were signed out: sign in again.", "the sign-in ran out", Place.OTHERS)
 NEW_PASSWORD = Ending(4401, "The password was changed: sign in again.", "password changed", Place.TURN_ENDS)
-SUSPENDED = Ending(4401, "This account is switched off.", "account suspended", Place.LOST)
-UNCLEARED = Ending(4403, "Your clearance for this robot was withdrawn.", "clearance withdrawn", Place.LOST)
+SUSPENDED = Ending(4401, "This account is switched off.", PlaceEnd.SUSPENDED, Place.LOST)
+UNCLEARED = Ending(4403, "Your clearance for this robot was withdrawn.", PlaceEnd.UNCLEARED, Place.LOST)
 NOT_STAFF = Ending(4403, "The live trace is for staff.", "", Place.KEPT)
 
 

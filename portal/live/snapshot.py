@@ -8,15 +8,18 @@ from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_of, may_see_picture
 from portal.live.jobs import jobs_shown
 from portal.stores import trouble
+from queueing.endings import end_of_turn, is_news, last_turn
 from queueing.estimates import place_and_wait, waiting
 from queueing.jobs.kinds import kinds_for, offers_turns
 from queueing.jobs.suspending import waits_for_staff
+from queueing.models import Turn
 from queueing.services import open_ticket, open_turn
+from queueing.turns import others_wait_since
 from robots.clock import ms_of
 from robots.grants import open_grant, owner_alive, told_result
 from robots.models import Command, Frame, Grant, Lease, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
-from robots.states import Cycle, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 
 RECENT = 8
 BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
@@ -171,6 +174,16 @@ def _turn(turn: Any, grant: Grant | None, mine: bool) -> dict[str, Any] | None:
         "id": turn.pk if turn else None, "grant": grant.pk if grant else None, "mine": mine,
         "until_ms": ms_of(until), "next_seq": (last or 0) + 1,
         "extra": bool(turn and turn.until > turn.base_until), "staff": turn is None,
+        "wanted": turn is not None and others_wait_since(turn) is not None,
+    }  # fmt: skip
+
+
+def _end(turn: Turn) -> dict[str, Any]:
+    """Return what is told of a turn that has ended."""
+    end = end_of_turn(turn)
+    return {
+        "turn": turn.pk, "ended_ms": ms_of(turn.ended_at), "why": end.why, "credited": end.credited, "next": end.next,
+        "own": turn.grant.end_code == GrantEnd.HOLDER, "written": hasattr(turn, "entry"),
     }  # fmt: skip
 
 
@@ -188,9 +201,11 @@ def _me(robot: Robot, user: Any, now: datetime, mine: bool) -> dict[str, Any]:
         shown = {
             "state": ticket.state, "ahead": ahead, "wait_s": wait, "offer_until_ms": ms_of(ticket.offer_until),
         }  # fmt: skip
-    last = user.turns.filter(robot=robot).exclude(ended_at=None).order_by("-id").first()
+    last = last_turn(robot, user)
+    written = last is not None and hasattr(last, "entry")
     return {
         "signed_in": True, "name": user.username, "cleared": cleared(user, robot), "ticket": shown,
         "can": can, "staff": user.has_perm("robots.change_robot"),
-        "last_turn": last.pk if last and not hasattr(last, "entry") else None,
+        "last_turn": last.pk if last is not None and not written else None,
+        "last_end": _end(last) if last is not None and (is_news(last, now) or not written) else None,
     }  # fmt: skip

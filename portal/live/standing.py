@@ -11,15 +11,18 @@ from queueing.presence import dismiss
 from robots.clock import ms_of
 from robots.models import Robot
 
+OVER = "Your turn on this robot is over."
+
 
 def place_info(one: Standing, now: datetime) -> dict[str, Any]:
     """Return the fields of one place for a page; `left_s` is for pages without scripts."""
-    end = one.kept_until or one.until
+    until = min((at for at in (one.kept_until or one.until, one.idle_at) if at), default=None)
+    words = {"why": one.end.why, "credited": one.end.credited, "next": one.end.next} if one.end else None
     return {
         "state": one.state, "ticket": one.ticket, "robot": one.robot.slug, "name": one.robot.name,
         "until_ms": ms_of(one.until), "kept_until_ms": ms_of(one.kept_until), "ahead": one.ahead, "wait_s": one.wait_s,
-        "ended_ms": ms_of(one.ended_at), "away": one.state == "missed" and one.reason != queue.NO_ANSWER,
-        "left_s": max(0, round((end - now).total_seconds())) if end else None,
+        "idle_ms": ms_of(one.idle_at), "ended_ms": ms_of(one.ended_at), "away": one.away, "end": words,
+        "turn": one.turn, "left_s": max(0, round((until - now).total_seconds())) if until else None,
     }  # fmt: skip
 
 
@@ -29,7 +32,7 @@ def places(found: Sequence[Standing], now: datetime) -> dict[str, Any]:
 
 
 def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
-    """Join, leave, accept or dismiss from any page. Return what went wrong as a sentence, or an empty text."""
+    """Join, leave, accept, stay or dismiss from any page. Return what went wrong as a sentence, or an empty text."""
     if wanted == "dismiss":
         dismiss(ticket, user, now)
         return ""
@@ -43,6 +46,8 @@ def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
             queue.join(found, user, now)
         elif wanted == "leave":
             queue.leave(found, user, now)
+        elif wanted == "stay":
+            return "" if queue.acted(found, user, now) else OVER
         else:
             return "That request is unknown; reload the page."
     except QueueError as error:

@@ -1,10 +1,15 @@
-"""The forms that ask for a job without scripts: a field for each value of the kind, with what was written into it."""
+"""The forms that ask for a job without scripts: what can be chosen now, or a field for each value of the kind."""
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from queueing.jobs.asking import packets_of
+from robots.contract.capabilities import JobChoices
+from robots.contract.find import function
 from robots.contract.spec import Argument, CommandKind
+from robots.models import Robot
 
 
 @dataclass(frozen=True)
@@ -17,26 +22,38 @@ class Field:
 
 @dataclass(frozen=True)
 class Form:
-    """The form of one kind. `name`, `mail`: what the person wrote and chose there."""
+    """The form of one kind. `name`, `mail`: what the person wrote and chose there.
+
+    `declared`: the robot offers `choices`, pairs of a value and its words, in place of fields.
+    """
 
     kind: CommandKind
     fields: tuple[Field, ...]
     name: str = ""
     mail: bool = False
+    declared: JobChoices | None = None
+    choices: tuple[tuple[str, str], ...] = ()
+    choice: str = ""
 
 
-def forms(kinds: Iterable[CommandKind], written: Mapping[str, str]) -> list[Form]:
+def forms(robot: Robot, kinds: Iterable[CommandKind], written: Mapping[str, str]) -> list[Form]:
     """Return a form for each kind; the one that was sent, by `written`, keeps what the person wrote."""
-    return [_form(kind, written if written.get("kind") == kind.kind else {}) for kind in kinds]
+    return [_form(robot, kind, written if written.get("kind") == kind.kind else {}) for kind in kinds]
 
 
-def _form(kind: CommandKind, written: Mapping[str, str]) -> Form:
-    fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments)
-    return Form(kind, fields, written.get("name", ""), written.get("mail") == "yes")
+def _form(robot: Robot, kind: CommandKind, written: Mapping[str, str]) -> Form:
+    declared = next((one for one in robot.spec().all_of(JobChoices) if one.kind == kind.kind), None)
+    found = function(declared.function)(packets_of(robot, declared.stream)) if declared is not None else ()
+    choices = tuple((json.dumps(args), words) for words, args in found)
+    fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments) if declared is None else ()
+    name, mail, choice = written.get("name", ""), written.get("mail") == "yes", written.get("choice", "")
+    return Form(kind, fields, name, mail, declared, choices, choice)
 
 
 def values(kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
     """Return the values of a form; text that is not a number stays text, and the robot's check names it."""
+    if "choice" in written:
+        return _chosen(kind, written["choice"])
     found: dict[str, Any] = {}
     for argument in kind.arguments:
         text = written.get(f"arg-{argument.name}", "").strip()
@@ -44,6 +61,16 @@ def values(kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
             continue
         found[argument.name] = text if argument.text else _number(text)
     return found
+
+
+def _chosen(kind: CommandKind, choice: str) -> dict[str, Any]:
+    """Return the arguments of a choice, which the robot's checks judge: anybody may have written it."""
+    try:
+        told = json.loads(choice)
+    except (ValueError, RecursionError):
+        told = None
+    known = told if isinstance(told, dict) else {}
+    return {a.name: known[a.name] for a in kind.arguments if isinstance(known.get(a.name), int | float | str)}
 
 
 def _number(text: str) -> float | str:

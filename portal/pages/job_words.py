@@ -6,6 +6,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from queueing.models import Job
+from robots.contract.ranges import readable
+from robots.grants import INTERRUPTED
 from robots.models import Command
 from robots.states import CommandState
 
@@ -39,7 +41,8 @@ def stages(command: Command) -> list[Stage]:
     if said := _progress(command):
         found.append(Stage(UNDER_WAY, _told_at(command) or found[-1].at, said))
     if command.ended_at is not None:
-        found.append(Stage(command.get_state_display(), command.ended_at, command.reason))
+        cut = command.reason.startswith(INTERRUPTED)
+        found.append(Stage(INTERRUPTED if cut else command.get_state_display(), command.ended_at, command.reason))
     return found
 
 
@@ -91,8 +94,7 @@ def _units(job: Job) -> dict[str, str]:
 def _valued(values: Mapping[str, Any], units: Mapping[str, str], texts: bool) -> Iterator[tuple[str, str]]:
     for name, value in values.items():
         if isinstance(value, int | float):
-            number = f"{value:.10g}" if isinstance(value, float) else str(value)
-            yield name, f"{number} {units.get(name, '')}".strip()
+            yield name, f"{readable(value)} {units.get(name, '')}".strip()
         elif texts or not isinstance(value, str):
             yield name, str(value)
 

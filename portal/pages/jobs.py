@@ -19,6 +19,7 @@ from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, to
 from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
 from portal.pages.once import FIELD_OF_JOBS, press_of, token_of
+from portal.pages.places import back_from
 from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask, made_by
 from queueing.jobs.cancelling import cancel, may_cancel
@@ -62,7 +63,8 @@ def jobs_of(request: HttpRequest, slug: str) -> HttpResponse:
 def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int = 200) -> HttpResponse:
     link = link_of(robot)
     context = {
-        "robot": robot, "forms": forms(kinds_for(robot, request.user), request.POST), "any_kinds": job_kinds(robot),
+        "robot": robot, "any_kinds": job_kinds(robot),
+        "forms": forms(robot, kinds_for(robot, request.user), request.POST),
         "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip
@@ -140,6 +142,9 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     asker, now = asker_of(request), SYSTEM.now()
     if request.method == "POST" and request.POST.get("do") == "survey":
         return _survey(request, job, asker)
+    if request.method == "POST" and request.POST.get("do") == "seen":
+        mark_seen(job, asker, now)
+        return back_from(request)
     if request.method == "POST":
         return _cancel(request, job, asker)
     mark_seen(job, asker, now)

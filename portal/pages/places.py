@@ -49,6 +49,11 @@ def _go_on(request: HttpRequest, wanted: str, robot: str, wrong: str) -> HttpRes
         messages.warning(request, wrong)
     elif wanted in ("accept", "join") and request.POST.get("own") != robot:
         return redirect("robot", slug=robot)
+    return back_from(request)
+
+
+def back_from(request: HttpRequest) -> HttpResponseRedirect:
+    """Redirect to the page of this site from which a form was sent."""
     back = request.POST.get("next", "")
     safe = url_has_allowed_host_and_scheme(back, {request.get_host()}, request.is_secure())
     return HttpResponseRedirect(back if safe else "/")

@@ -5,11 +5,17 @@ from django import template
 from queueing.jobs.kinds import label_of
 from queueing.jobs.suspending import waits_for_staff
 from queueing.models import Job
-from robots.contract.ranges import plain
+from robots.contract.ranges import plain, readable
 from robots.models import Robot
 
 register = template.Library()
 register.filter("bound", plain)
+
+
+@register.filter
+def in_digits(value: object) -> object:
+    """Return a number as people read it; anything else as it is."""
+    return readable(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
 @register.filter

@@ -103,11 +103,15 @@ def made_by(robot: Robot, asker: Asker, form: str) -> Job | None:
 
 def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> None:
     """Let the robot's own check refuse what makes no sense by what it shows, so that nobody waits for it in vain."""
-    declared = spec_of(robot.driver)
-    for own in declared.all_of(JobCheck):
-        kept = kept_stream(robot.slug, [stream.name for stream in declared.streams].index(own.stream))
-        if kept:
-            function(own.function)(kind, args, ((packet.data, packet.key) for packet in map(unpack, kept)))
+    for own in spec_of(robot.driver).all_of(JobCheck):
+        if packets := packets_of(robot, own.stream):
+            function(own.function)(kind, args, packets)
+
+
+def packets_of(robot: Robot, stream: str) -> list[tuple[bytes, bool]]:
+    """Return the packets since the stream's newest key packet, and whether they are one; none while not known."""
+    kept = kept_stream(robot.slug, [one.name for one in spec_of(robot.driver).streams].index(stream))
+    return [(packet.data, packet.key) for packet in map(unpack, kept or ())]
 
 
 def _shown_name(user: Any, name: str) -> str:

@@ -14,13 +14,14 @@ from queueing.jobs.tagging import follow_charge
 from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
 from queueing.rows import announce
 from robots.contract.find import spec_of
-from robots.grants import start_grant
+from robots.grants import interruption, start_grant
 from robots.models import Command, Grant, Robot
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import CommandState, GrantEnd, GrantKind
 
 FAULTS = 3  # a job is started again this often after a fault of the robot
 AGAIN = "It goes on as soon as the robot can."
+PLACE_STAYS = "It keeps its place, has cost nothing so far, and goes on as soon as the robot can."
 
 
 def promote(queue: Queue, job: Job, now: datetime) -> None:
@@ -78,9 +79,8 @@ def _wait_again(queue: Queue, job: Job, grant: Grant, reason: str, now: datetime
     if faults >= FAULTS:
         end(queue, job, JobState.FAILED, f"It was begun {faults} times in vain. {reason}", 0.0, now)
         return
-    if preempted:  # the command knows that its grant ended, but not why
-        reason = f"{grant.end_reason[:1].upper()}{grant.end_reason[1:]}."
-    Job.objects.filter(pk=job.pk).update(state=JobState.WAITING, faults=faults, reason=f"{reason} {AGAIN}"[:300])
+    reason = f"{interruption(grant.pk)} {PLACE_STAYS}" if preempted else f"{reason} {AGAIN}"
+    Job.objects.filter(pk=job.pk).update(state=JobState.WAITING, faults=faults, reason=reason[:300])
     announce(queue)
 
 

@@ -1,11 +1,13 @@
-"""Tells an asker on every page that a job has ended, until they have looked at it."""
+"""Tells an asker on every page that a job has ended, until they have looked at it or dismissed it."""
 
-from datetime import datetime
+from datetime import datetime, timedelta
 
 from django.db.models import QuerySet
 
 from queueing.jobs.asking import Asker
 from queueing.models import OPEN_JOB, Job
+
+LATELY = timedelta(days=1)  # so long a page tells of a job that has ended
 
 
 def own_jobs(asker: Asker) -> QuerySet[Job]:
@@ -15,14 +17,14 @@ def own_jobs(asker: Asker) -> QuerySet[Job]:
     return Job.objects.filter(guest=asker.guest) if asker.guest else Job.objects.none()
 
 
-def unseen_jobs(asker: Asker) -> list[Job]:
-    """Return the asker's ended jobs that they have not looked at."""
-    found = own_jobs(asker).exclude(state__in=OPEN_JOB).filter(told_at=None)
+def unseen_jobs(asker: Asker, now: datetime) -> list[Job]:
+    """Return the asker's jobs that ended within a day and that they have neither looked at nor dismissed."""
+    found = own_jobs(asker).exclude(state__in=OPEN_JOB).filter(told_at=None, ended_at__gt=now - LATELY)
     return list(found.select_related("robot").order_by("-id")[:3])
 
 
 def mark_seen(job: Job, asker: Asker, now: datetime) -> None:
-    """Note that the asker has seen the end of the job."""
+    """Note that the asker has seen the end of the job, on its page or elsewhere."""
     if job.state not in OPEN_JOB:
         own_jobs(asker).filter(pk=job.pk, told_at=None).update(told_at=now)
 

@@ -58,6 +58,22 @@ class JobCheck:
 
 
 @dataclass(frozen=True)
+class JobChoices:
+    """What people can ask for as a job of that `kind` now, in words, by what the byte stream `stream` has shown.
+
+    Forms offer these in place of a field for each argument. `function(packets)` gets what a `JobCheck` gets and
+    returns pairs of words and arguments, in the order in which they are listed. `label` is what is chosen, `nothing`
+    a sentence for when there is no choice yet.
+    """
+
+    kind: str
+    stream: str
+    function: str
+    label: str
+    nothing: str
+
+
+@dataclass(frozen=True)
 class Preview:
     """Where a command would lead, shown before it is given.
 

@@ -6,6 +6,13 @@ def plain(number: float) -> str:
     return f"{number:.12g}"
 
 
+def readable(number: float) -> str:
+    """Return a measured or given number as people read it: whole ones as they are, others to four digits."""
+    if isinstance(number, int) or number == round(number, 9) == int(number):
+        return plain(number)
+    return f"{number:.0f}" if abs(number) >= 1000 else f"{number:.4g}"
+
+
 def from_to(low: float, high: float, unit: str = "") -> str:
     """Return an inclusive range with its unit, as "0.5 to 3 m"."""
     return f"{plain(low)} to {plain(high)} {unit}".rstrip()

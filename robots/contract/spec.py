@@ -11,6 +11,7 @@ from robots.contract.capabilities import (
     GoodWhile,
     Idle,
     JobCheck,
+    JobChoices,
     Need,
     Programs,
     Setting,
@@ -34,7 +35,7 @@ C = TypeVar("C")
 class Argument:
     """One value of a command: name, unit, inclusive range; of a text, the range of its length in characters.
 
-    `whole`: a number without a fraction.
+    `whole`: a number without a fraction. `label` is what forms call it, `help` a sentence that explains it.
     """
 
     name: str
@@ -44,6 +45,13 @@ class Argument:
     required: bool = True
     text: bool = False
     whole: bool = False
+    label: str = ""
+    help: str = ""
+
+    @property
+    def title(self) -> str:
+        """Return what forms call it."""
+        return self.label or self.name.replace("_", " ")
 
     @property
     def bounds(self) -> str:
@@ -218,8 +226,10 @@ def _wrong_with(capability: Any, spec: Spec) -> Iterator[str]:
         yield from _wrong_with_statistics(capability, spec)
     if isinstance(capability, GoodWhile):
         yield from _wrong_with_good_while(capability, spec)
-    if isinstance(capability, JobCheck) and capability.stream not in [s.name for s in spec.streams]:
-        yield f"has no stream {capability.stream!r}, which its JobCheck names"
+    if isinstance(capability, JobCheck | JobChoices) and capability.stream not in [s.name for s in spec.streams]:
+        yield f"has no stream {capability.stream!r}, which its {type(capability).__name__} names"
+    if isinstance(capability, JobChoices) and spec.command(capability.kind) is None:
+        yield f"has no command {capability.kind!r}, which its JobChoices names"
     if not isinstance(capability, Need):
         return
     if capability.channel not in [c.name for c in spec.channels]:

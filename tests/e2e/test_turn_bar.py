@@ -96,7 +96,7 @@ def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(por
     expect(page.locator(BAR)).to_contain_text("It is your turn")
     Ticket.objects.update(offer_until=SYSTEM.now())
     expect(page.locator(BAR)).to_contain_text(
-        re.compile(r"You missed your turn on Mercury at \d+:\d\d.*the place was given to the next person")
+        re.compile(r"You missed your turn on Mercury at \d+:\d\d.*your place is gone\. It costs you nothing")
     )
     ada.axe("missed")
     page.goto("/story/")

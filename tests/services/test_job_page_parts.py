@@ -9,8 +9,10 @@ from django.test import Client
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
+from robots.clock import SYSTEM
+from robots.grants import end_grant
 from robots.models import Command
-from robots.states import CommandState
+from robots.states import CommandState, GrantEnd
 from tests.services.test_jobs import GUEST, settle
 from workers.commands import claim, finish
 
@@ -52,6 +54,7 @@ def test_its_kind_is_called_what_the_robot_calls_it(shuttle, job, people, clock,
     with django_capture_on_commit_callbacks(execute=True):
         settle(clock)
     assert mail.outbox[0].body.startswith("Drive to: done.")
+    Job.objects.update(ended_at=SYSTEM.now())
     ada = Client()
     ada.force_login(people["ada"])
     assert b"Drive to, done" in ada.get("/story/").content
@@ -87,6 +90,27 @@ def test_its_progress_is_shown_in_words_and_as_a_share_and_is_kept(shuttle, job,
     answer = page(job)
     assert [row[1:] for row in rows(answer)][-2:] == [("Under way", "12 s of at most 60 s (20 %)"), ("Settled", "")]
     assert b"<progress" not in answer.content, "it is over"
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(183.5602539, "183.6 m"), (16_777_216.0, "16777216 m"), (0.05, "0.05 m"), (1234.56, "1235 m"), (-2.0, "-2 m")],
+)
+def test_a_measured_number_is_shown_with_few_digits_and_kept_with_all(shuttle, job, clock, value, words):
+    settle(clock, sent={"x": value})
+    assert page(job).context["result"] == [("x", words)]
+    assert Command.objects.order_by("id").first().result["sent"]["x"] == value
+
+
+def test_what_gave_way_to_somebody_else_is_told_calmly(shuttle, job, clock):
+    grant = Command.objects.get().grant
+    end_grant(grant, GrantEnd.PREEMPTED, "somebody's turn comes next", clock.now())
+    command = Command.objects.select_related("robot", "grant").get()
+    assert finish.finish(command, CommandState.CANCELLED, clock.go(1), "The robot's time for this is over.")
+    assert rows(page(job))[-1] == (1, "Interrupted", "Interrupted, because somebody's turn comes next.")
+    queue.tick(clock.now())
+    job.refresh_from_db()
+    assert (job.state, job.faults) == ("running", 0), "it keeps its place, and goes on"
 
 
 @pytest.mark.parametrize("told", [{"text": "on its way", "share": None, "at_ms": 1}, {"text": "on its way"}])

@@ -11,6 +11,7 @@ from django.test import Client
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
 from queueing.models import Job
+from robots.clock import SYSTEM
 from robots.models import Command
 from tests.services.test_jobs import settle
 
@@ -146,6 +147,10 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
         settle(clock)
     assert [m.to for m in mail.outbox] == [["ada@example.org"]]
     assert settings.SITE_ADDRESS + address in mail.outbox[0].body.split()
+    job = Job.objects.get()
+    assert job.ended_at == clock.now()
+    assert b"Your job on" not in ada.get("/story/").content, "months ago"
+    Job.objects.update(ended_at=SYSTEM.now())
     assert b"Your job on Mercury has ended" in ada.get("/story/").content
     assert b"Your job on" not in Client().get("/story/").content
     assert b"Settled" in ada.get(address).content
@@ -221,3 +226,18 @@ def test_older_names_are_freed_of_what_turns_text_round(shuttle, people):
         Job.objects.update(shown_name=old)
         import_module("queueing.migrations.0010_plain_names").clean(apps, None)
         assert Job.objects.get().shown_name == plain
+
+
+def test_the_note_of_an_ended_job_is_dismissed_where_one_is(shuttle, people, clock):
+    ada, bob = Client(), Client()
+    ada.force_login(people["ada"])
+    bob.force_login(people["bob"])
+    address = post(ada)["Location"]
+    queue.tick(clock.now())
+    settle(clock)
+    Job.objects.update(ended_at=SYSTEM.now())
+    seen = {"do": "seen", "next": "/story/"}
+    assert bob.post(address, seen)["Location"] == "/story/"
+    assert b"Your job on" in ada.get("/story/").content, "nobody else dismisses it"
+    assert ada.post(address, {**seen, "next": "https://evil.example/"})["Location"] == "/"
+    assert b"Your job on" not in ada.get("/story/").content

@@ -30,7 +30,10 @@ def test_a_need_comes_before_everybody_and_what_it_cuts_short_waits_again(shuttl
     queue.tick(clock.now())
     job.refresh_from_db()
     assert (job.state, job.start_tag, job.faults) == ("waiting", 0.0, 0)
-    assert job.reason == "The robot's own need comes first: dock. It goes on as soon as the robot can."
+    assert job.reason == (
+        "Interrupted, because the robot's own need comes first: dock. "
+        "It keeps its place, has cost nothing so far, and goes on as soon as the robot can."
+    )
     battery(clock, 0.5)
     finish.finish(dock, CommandState.COMPLETED, clock.go(1))
     queue.tick(clock.now())

@@ -9,7 +9,8 @@ from django.db.models.signals import post_save
 from accounts.models import Clearance
 from portal.live.standing import act
 from queueing import services as queue
-from queueing.models import QueueRobot, Ticket, TicketState, Turn
+from queueing.end_words import PLACE_ENDS
+from queueing.models import PlaceEnd, QueueRobot, Ticket, TicketState, Turn
 from queueing.places import standings
 from queueing.presence import dismiss, present
 from robots.models import Lease, Robot
@@ -122,7 +123,7 @@ def test_a_missed_offer_is_told_until_it_is_dismissed_by_its_owner(stage):
     queue.tick(clock.now())
     queue.tick(clock.go(RULES["OFFER_S"] + 1))
     [missed] = standings(people["ada"], clock.go(86_400))
-    assert (missed.state, missed.ticket, missed.reason) == ("missed", ticket.pk, "did not answer the offer")
+    assert (missed.state, missed.ticket, missed.end) == ("missed", ticket.pk, PLACE_ENDS[PlaceEnd.NO_ANSWER])
     dismiss(ticket.pk, people["bob"], clock.now())
     assert states(people["ada"], clock) == [("missed", robot.slug)]
     dismiss(ticket.pk, people["ada"], clock.now())

@@ -145,7 +145,7 @@ def test_a_classic_operator_needs_no_heartbeat_but_requests(stage):
     assert turn.ended_at is None
     queue.tick(clock.go(11))
     turn.refresh_from_db()
-    assert turn.end_reason == "connection lost"
+    assert turn.end_reason == "no request came"
 
 
 @pytest.mark.parametrize(("classic", "limit"), [(False, 120), (True, 180)])

@@ -9,7 +9,7 @@ from django.db import connection, transaction
 from django.db.models import BigAutoField, CharField, DateTimeField, JSONField
 
 from robots import bus
-from robots.grants import end_with_command, has_own_grant, stage_event
+from robots.grants import end_with_command, has_own_grant, interruption, stage_event
 from robots.models import Command
 from robots.prepared import PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState
@@ -67,6 +67,8 @@ def finish(
 ) -> bool:
     """End a command, and its grant if that was opened for it alone. Return False if it had ended before."""
     alone = has_own_grant(command)
+    if alone and state == CommandState.CANCELLED:  # it knows that its grant is over, but not why
+        reason = interruption(command.grant_id) or reason
     with without_waiting(), transaction.atomic() if alone else nullcontext():
         done = _FINISH(id=command.pk, state=state, reason=reason[:300], now=now, result=result or {})
         if done:

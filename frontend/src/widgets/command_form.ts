@@ -30,7 +30,7 @@ export class CommandForm {
     const args: Record<string, number | string> = {};
     for (const [, input, argument] of fields) {
       if (argument.text ? input.value : Number.isFinite(input.valueAsNumber)) args[argument.name] = argument.text ? input.value : input.valueAsNumber;
-      else if (argument.required) return this.page.refuse(() => (input.value ? "" : `Fill in ${argument.name} first.`));
+      else if (argument.required) return this.page.refuse(() => (input.value ? "" : `Fill in ${titled(argument)} first.`));
     }
     this.page.command(this.spec.kind, args);
   }
@@ -40,12 +40,18 @@ export class CommandForm {
     const input = document.createElement("input");
     const unit = argument.unit ? ` (${argument.unit})` : "";
     const range = argument.text ? "" : `${round(argument.low)} to ${round(argument.high)}`;
-    label.textContent = `${argument.name}${unit} `;
+    label.textContent = `${titled(argument)}${unit} `;
+    label.title = argument.help;
     Object.assign(input, { type: argument.text ? "text" : "number", id: `${this.spec.kind}-${argument.name}`, placeholder: range });
     if (!argument.text) Object.assign(input, { min: String(argument.low), max: String(argument.high), step: argument.whole ? "1" : "any" });
     label.append(input);
     return [label, input, argument];
   }
+}
+
+/** What a value is called. */
+function titled({ label, name }: ArgumentInfo): string {
+  return label || name.replaceAll("_", " ");
 }
 
 function round(value: number): number {

@@ -42,9 +42,14 @@ def chosen(shown: MapShown, which: int, x: float, y: float, experience: int = NO
             raise BadRequest(NO_PLACE)
         row = int(np.argmin(apart))
         found, at = int(shown.ids[row]), shown.places[row]
-    if shown.dock is not None and math.dist(at, shown.dock[:2]) < shown.dock[2]:
+    if at_dock(shown, at[0], at[1]):
         raise BadRequest(IN_DOCK)
     return found
+
+
+def at_dock(shown: MapShown, x: float, y: float) -> bool:
+    """Return whether only docking leads to this place (m)."""
+    return shown.dock is not None and math.dist((x, y), shown.dock[:2]) < shown.dock[2]
 
 
 def check(kind: str, args: JSON, packets: Iterable[tuple[bytes, bool]]) -> None:
@@ -54,11 +59,19 @@ def check(kind: str, args: JSON, packets: Iterable[tuple[bytes, bool]]) -> None:
     """
     if kind != "goal":
         return
+    shown = shown_by(packets)
+    if shown is None:
+        return  # a map that cannot be read refuses nobody
+    wanted = int(number(args, "experience")) if "experience" in args else NONE
+    chosen(shown, int(number(args, "map")), number(args, "x"), number(args, "y"), wanted)
+
+
+def shown_by(packets: Iterable[tuple[bytes, bool]]) -> MapShown | None:
+    """Return the map that these packets tell; None for one that cannot be read."""
     shown = MapShown()
     try:
         for data, key in packets:
             shown = with_map(shown, data, key)
     except ValueError:
-        return  # a map that cannot be read refuses nobody
-    wanted = int(number(args, "experience")) if "experience" in args else NONE
-    chosen(shown, int(number(args, "map")), number(args, "x"), number(args, "y"), wanted)
+        return None
+    return shown

@@ -7,6 +7,7 @@ from robots.contract.capabilities import (
     GoodWhile,
     Idle,
     JobCheck,
+    JobChoices,
     Need,
     Reset,
     Share,
@@ -39,6 +40,10 @@ STATISTICS = Statistics(  # the rows of the paper's Table 1, its figures 8 and 9
     job="goal",
     done="reached",
 )
+PLACES = JobChoices(
+    "goal", "map", "robots.drivers.irat.choices:choices", "Place on its map",
+    "The robot knows no place yet. Come back when it has looked around.",
+)  # fmt: skip
 ON_ITS_MAP = GoodWhile("goal", "map", "map", "map_cleared", "The map was cleared, so this place is no longer known.")
 SCENE = "robots.drivers.irat.composites.scene:Scene"
 COMPOSITES = (Composite("desktop", 780, 460, SCENE), Composite("phone", 320, 480, SCENE))  # the paper's sizes
@@ -56,10 +61,10 @@ def spec() -> Spec:
     description = load("irat")
     battery = description["battery"]
     place = (
-        Argument("map", "", 1, MOST, whole=True),
-        Argument("x", "m", -100.0, 100.0),
-        Argument("y", "m", -100.0, 100.0),
-        Argument("experience", "", 0, MOST, required=False, whole=True),
+        Argument("map", "", 1, MOST, whole=True, label="number of its map"),
+        Argument("x", "m", -100.0, 100.0, label="to the right on the map"),
+        Argument("y", "m", -100.0, 100.0, label="up on the map"),
+        Argument("experience", "", 0, MOST, required=False, whole=True, label="place's number"),
     )
     share = Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)
     return Spec(
@@ -81,7 +86,7 @@ def spec() -> Spec:
         capabilities=(
             Reset("Connect again"),
             Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), ON_ITS_MAP, STATISTICS,
-            JobCheck("map", "robots.drivers.irat.places:check"),
+            JobCheck("map", "robots.drivers.irat.places:check"), PLACES,
             *COMPOSITES,
         ),
         commands=(

@@ -1,0 +1,141 @@
+"""How turns end, in a browser: idleness is said before, and every page says why a turn ended."""
+
+import re
+from datetime import timedelta
+
+import pytest
+from playwright.sync_api import expect
+
+from queueing import services as queue
+from queueing.models import Ticket, Turn
+from queueing.rows import announce
+from robots import services
+from robots.clock import SYSTEM
+from robots.models import Robot
+from tests.conftest import at_length, wait_for
+
+PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
+BAR, ALERT = "#turnbar", "[role=alert][aria-live=assertive]"
+WHERE = (
+    "() => ['#screen', '[data-command=stop]', '#place'].map((s) => document.querySelector(s).getBoundingClientRect().y)"
+)
+
+
+@pytest.fixture
+def driving(portal, visitor):
+    """Ada drives; Bob waits, on a page of his own."""
+
+    def make(**options):
+        ada, bob = visitor(**options).cleared("ada"), visitor().cleared("bob", "/log/")
+        ada.page.click("[data-do=join]")
+        ada.page.locator("[data-do=accept]").press("Enter")
+        expect(ada.page.locator("#robot")).to_have_class(re.compile("operating"))
+        queue.join(portal.robot, bob.user, SYSTEM.now())
+        return ada
+
+    return make
+
+
+def idle(portal, left_s):
+    """As if nothing had been done for so long that so many seconds are left."""
+    from django.conf import settings
+
+    at = SYSTEM.now() - timedelta(seconds=settings.FARHAND["IDLE_S"] - left_s)
+    Turn.objects.filter(ended_at=None).update(started_at=at, until=SYSTEM.now() + timedelta(seconds=200))
+    Ticket.objects.filter(state="waiting").update(joined_at=at)
+    announce(queue.queue_of(portal.robot))
+
+
+@pytest.mark.parametrize("size", [PHONE, at_length(DESKTOP)], ids=["phone", "desktop"])
+def test_who_does_nothing_is_asked_in_time_and_stays_by_the_keyboard(portal, driving, size):
+    ada = driving(viewport=size)
+    page, bar = ada.page, ada.page.locator(BAR)
+    idle(portal, 40)
+    page.wait_for_timeout(1500)
+    expect(bar).to_be_hidden()
+    before = page.evaluate(WHERE)
+    idle(portal, 22)
+    expect(bar).to_contain_text(re.compile(r"Your turn ends in\s*(20|1\d) s\s*because nothing was done"), timeout=8000)
+    assert page.evaluate(WHERE) == before, "nothing is pushed around"
+    expect(page.locator(ALERT)).to_contain_text("because nothing was done")
+    assert bar.bounding_box()["y"] == 0, "it lies over the head of the page, not beside Stop"
+    page.locator("#screen").focus()
+    page.keyboard.press("Shift+Tab")
+    expect(page.get_by_role("button", name="I'm here")).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(bar).to_be_hidden()
+    expect(page.locator("#screen")).to_be_focused(timeout=3000)
+    assert Turn.objects.get().acted_at is not None
+    Turn.objects.update(acted_at=None)
+    idle(portal, 20)
+    expect(bar).to_be_visible(timeout=8000)
+    Turn.objects.update(acted_at=SYSTEM.now() + timedelta(seconds=99))  # the page is told 10 s before
+    ada.axe("idle")
+
+
+def test_the_end_for_idleness_is_told_everywhere_with_its_reason(portal, driving, visitor):
+    ada = driving(viewport=PHONE)
+    page, elsewhere = ada.page, ada.context.new_page()
+    elsewhere.goto(page.url.split("/robots/")[0] + "/log/")
+    idle(portal, 2)
+    why = "Nothing was done for 2 min while others waited."
+    expect(page.locator("#place")).to_contain_text(why, timeout=15_000)
+    expect(page.locator("#place")).to_contain_text("Only the 2 min")
+    expect(page.locator("#notice")).to_contain_text(why)
+    assert "Thank you" not in page.inner_text("body")
+    page.reload()
+    expect(page.locator("#place")).to_contain_text(why)
+    page.goto(f"/turns/{Turn.objects.get().pk}/")
+    expect(page.locator("main")).to_contain_text(why)
+    ada.axe("the turn's page")
+
+
+def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, driving, django_user_model):
+    ada, kim = driving(), django_user_model.objects.create_superuser("kim", "kim@example.org", "correct horse 42")
+    page, phone = ada.page, ada.context.new_page()
+    phone.goto(page.url.split("/robots/")[0] + "/log/")
+    expect(phone.locator(BAR)).to_contain_text("You operate Mercury")
+    page.close()  # in her pocket
+    services.lock_out(Robot.objects.get(), kim, "A leaf lies in the sand.")
+    try:
+        expect(phone.locator(BAR)).to_contain_text(
+            re.compile(
+                r"Your turn on Mercury ended at .*Staff closed the robot to everybody\. Only the .* that you had"
+            )
+        )
+        phone.get_by_role("link", name="What did you find?").click()
+        expect(phone.locator("main")).to_contain_text("Staff closed the robot to everybody.")
+        wait_for(
+            lambda: phone.wait_for_timeout(50) or Ticket.objects.get(user=ada.user).dismissed_at, 10, "it was read"
+        )
+        phone.goto("/robots/mercury/")
+        expect(phone.locator("#place")).to_contain_text("Your turn is over")
+        expect(phone.locator("#place")).to_contain_text("when staff open the robot again")
+    finally:
+        services.lift_lock_out(Robot.objects.get(), kim)
+
+
+def test_without_scripts_the_console_says_the_rule_and_the_reason(portal, visitor):
+    ada, bob = visitor(java_script_enabled=False).cleared("ada", None), visitor().cleared("bob", "/log/")
+    queue.join(portal.robot, ada.user, SYSTEM.now(), classic=True)
+    wait_for(lambda: Ticket.objects.get().state == "offered", 10, "the offer")
+    page = ada.page
+    page.goto("/classic/mercury/")
+    page.locator("main").get_by_role("button", name="Take control").click()
+    expect(page.locator("main")).to_contain_text("Nobody else waits. This page updates by itself after 60 s.")
+    queue.join(portal.robot, bob.user, SYSTEM.now())
+    at = SYSTEM.now() - timedelta(seconds=160)
+    Turn.objects.update(started_at=at, until=SYSTEM.now() + timedelta(seconds=200))
+    Ticket.objects.filter(user=bob.user).update(joined_at=at)
+    page.get_by_role("link", name="Update").click()
+    expect(page.get_by_role("alert")).to_contain_text(
+        re.compile(r"Your turn ends in (20|1\d) s, because nothing was done")
+    )
+    page.get_by_role("button", name="I'm here").click()
+    expect(page.locator("main")).to_contain_text(re.compile(r"Your turn ends in 1[78]\d s"))
+    Turn.objects.update(acted_at=at - timedelta(seconds=30))
+    Ticket.objects.filter(user=bob.user).update(joined_at=at - timedelta(seconds=30))
+    Turn.objects.update(started_at=at - timedelta(seconds=30))
+    wait_for(lambda: Turn.objects.get().ended_at, 10, "the end")
+    page.get_by_role("link", name="Update").click()
+    expect(page.locator("main")).to_contain_text("Your turn is over. Nothing was done for 3 min while others waited.")

@@ -292,7 +292,7 @@ export class RobotPage {
     if (s.still && s.still.id !== hadStill) this.console?.still(s.still);
     if (this.trace && s.me.staff) this.live.send({ t: "trace", on: true });
     const end = wasOperating && !s.me.can.drive ? s.me.last_end : null;
-    if (end) this.notice(`Your turn is over. ${end.why} ${end.credited}`, end.own ? "info" : "warning");
+    if (end) this.notice(`Your turn is over. ${end.why}`, end.own ? "info" : "warning");
     if (!wasOperating && s.me.can.drive) byId("screen").focus({ preventScroll: true });
     this.log.draw(s.log, this.live.now());
     this.stopPress.heard(s); // last, because the result of a Stop matters most

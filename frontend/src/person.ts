@@ -1,7 +1,6 @@
 /** The signed-in person's connection, one per page: their places, by a socket or by a request every ten seconds. */
 
 import { request } from "./request.ts";
-import { idling } from "./shown.ts";
 
 export interface Standing {
   state: "offered" | "operating" | "missed" | "ended" | "waiting";
@@ -28,6 +27,16 @@ const LOOK_MS = 5000; // or if it does not answer when it is asked: the device m
 const POLL_MS = 10_000;
 const ANSWER_MS = 4000;
 export const UNSENT = "That could not be sent: there is no connection. Try again when it is back.";
+
+const WARN_MS = 20_500; // the server tells again 20 s before
+
+/**
+ * Whether the turn ends soon because nothing is done in it, and not before because its page is closed. Judged by when
+ * the server has told it: what was told before may not be true any more.
+ */
+export function idling(p: Standing, told: number): boolean {
+  return p.state === "operating" && p.kept_until_ms === null && p.idle_ms !== null && p.idle_ms - told <= WARN_MS;
+}
 
 export class PersonLine {
   places: Standing[] = [];

@@ -6,16 +6,6 @@ export function current(places: readonly Standing[], now: number): Standing[] {
   return places.filter((p) => !(p.state === "offered" && p.until_ms !== null && p.until_ms <= now));
 }
 
-const WARN_MS = 20_500; // the server tells again 20 s before
-
-/**
- * Whether the turn ends soon because nothing is done in it, and not before because its page is closed. Judged by when
- * the server has told it: what was told before may not be true any more.
- */
-export function idling(p: Standing, told: number): boolean {
-  return p.state === "operating" && p.kept_until_ms === null && p.idle_ms !== null && p.idle_ms - told <= WARN_MS;
-}
-
 /**
  * The places for the bar, the most urgent first. The page of the robot `own` shows a turn there itself, and how it
  * ended, but not that it ends soon because nothing is done.

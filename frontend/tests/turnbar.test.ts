@@ -1,8 +1,8 @@
 /** The bar on every page: its buttons are for the place that it shows. */
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
-import type { Standing } from "../src/person.ts";
-import { current, idling, shownOf } from "../src/shown.ts";
+import { idling, type Standing } from "../src/person.ts";
+import { current, shownOf } from "../src/shown.ts";
 
 const NOW = Date.now();
 const place = (robot: string, ticket: number, more: Partial<Standing>): Standing =>

@@ -169,7 +169,7 @@ def test_it_is_told_again_at_the_moments_that_are_announced():
     from portal.live.person import PULSE_S, next_look_s
 
     def at(left_s):
-        return next_look_s({"places": [{"until_ms": left_s * 1000, "kept_until_ms": None}]}, 0)
+        return next_look_s({"places": [{"until_ms": left_s * 1000, "kept_until_ms": None, "idle_ms": None}]}, 0)
 
     assert next_look_s({"places": []}, 0) == PULSE_S
     assert at(300) == PULSE_S

@@ -55,7 +55,7 @@ def test_jobs_of_a_rail_that_was_taken_away_end_while_it_charges_and_cost_nothin
     queue.tick(clock.go(1))
     assert ended(old, without, new) == [DROPPED, WAITS, WAITS]
     assert Account.objects.get(user=people["ada"]).finish_tag == 0.0
-    assert [job.pk for job in unseen_jobs(ada)] == [old.pk], "its asker is told"
+    assert [job.pk for job in unseen_jobs(ada, clock.now())] == [old.pk], "its asker is told"
     assert Command.objects.count() == 0
 
 

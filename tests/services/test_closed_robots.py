@@ -163,10 +163,10 @@ def test_an_error_in_one_queue_costs_no_other_its_tick(robot, people, owned, clo
     queue.join(robot, people["ada"], clock.now())
     served = tick._tick
 
-    def fails(one, now):
+    def fails(one, now, **more):
         if one == first:
             raise TypeError("a package that does something wrong")
-        served(one, now)
+        served(one, now, **more)
 
     monkeypatch.setattr(tick, "_tick", fails)
     queue.tick(clock.now())

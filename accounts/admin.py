@@ -200,6 +200,11 @@ class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
         """Lock accounts that may do more."""
         return not (obj and may_do_more(obj, request.user)) and super().has_delete_permission(request, obj)
 
+    def get_deleted_objects(self, objs: Any, request: HttpRequest) -> Any:
+        """Let whoever may delete the account delete what goes with it, also what is otherwise kept as history."""
+        shown, counts, needed, protected = super().get_deleted_objects(objs, request)
+        return shown, counts, needed & {self.opts.verbose_name}, protected
+
     def user_change_password(self, request: HttpRequest, id: str, form_url: str = "") -> HttpResponse:
         """Set a password, but not of people who may drive what one may not."""
         person = self.get_object(request, unquote(id))

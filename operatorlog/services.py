@@ -15,6 +15,7 @@ from queueing.models import Job, Turn
 from robots import bus
 from robots.messages import Changed
 from robots.models import Frame, Robot
+from robots.people import is_person
 from robots.recordings import keeping
 
 LONGEST = 2000
@@ -75,7 +76,7 @@ def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime)
 def may_edit(entry: Entry, user: Any, now: datetime) -> bool:
     """Return whether the author may still correct the entry."""
     minutes = timedelta(seconds=settings.FARHAND["LOG_EDIT_S"])
-    return entry.author_id == getattr(user, "pk", None) and now < entry.written_at + minutes
+    return is_person(user, entry.author_id) and now < entry.written_at + minutes
 
 
 def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
@@ -84,7 +85,7 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
     If a moderator featured the entry, changed text or a changed picture is only published until a moderator has looked
     again. An unchanged entry stays featured.
     """
-    if entry.author_id != user.pk:
+    if not is_person(user, entry.author_id):
         raise LogError("Only its author can edit an entry.")
     if not may_edit(entry, user, now):
         raise LogError("The time for corrections is over; an entry can be edited for 15 minutes.")
@@ -146,7 +147,9 @@ def stills_of(robot: Robot, day: date) -> list[str]:
 def may_see_hidden(entry: Entry, user: Any) -> bool:
     """Return whether this person may see the pictures of a hidden entry's turn: staff and the author may."""
     return bool(
-        user.has_perm("operatorlog.view_entry") or user.has_perm("robots.change_robot") or entry.author_id == user.pk
+        user.has_perm("operatorlog.view_entry")
+        or user.has_perm("robots.change_robot")
+        or is_person(user, entry.author_id)
     )
 
 
@@ -163,7 +166,7 @@ def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
 
 
 def _own(turn: Turn, user: Any) -> None:
-    if turn.user_id != getattr(user, "pk", None):
+    if not is_person(user, turn.user_id):
         raise LogError("Only the operator of a turn can write about it.")
     if turn.ended_at is None:
         raise LogError("The turn is still running; write when it has ended.")
@@ -244,5 +247,5 @@ def _checked(answers: dict[int, str], after: SurveyQuestion.After) -> dict[Surve
 
 def _stored(response: SurveyResponse, answers: dict[SurveyQuestion, str]) -> SurveyResponse:
     response.save()
-    SurveyAnswer.objects.bulk_create(SurveyAnswer(response=response, question=q, value=v) for q, v in answers.items())
+    SurveyAnswer.objects.bulk_create(SurveyAnswer(response=response, question=q, value=v, kind=q.kind) for q, v in answers.items())
     return response

@@ -14,6 +14,7 @@ from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, T
 from queueing.rows import announce, locked
 from robots.grants import end_grant
 from robots.models import Grant, Robot
+from robots.people import is_person
 from robots.states import Cycle, GrantEnd
 
 RULES = settings.FARHAND
@@ -28,7 +29,7 @@ def open_turn(robot: Robot) -> Turn | None:
 def turn_of(robot: Robot, user: Any) -> Turn | None:
     """Return the person's running turn on the robot."""
     turn = open_turn(robot)
-    return turn if turn and user is not None and turn.user_id == user.pk else None
+    return turn if turn and is_person(user, turn.user_id) else None
 
 
 def start_countdown(queue: Queue, now: datetime, job: Job | None = None) -> None:
@@ -51,8 +52,11 @@ def set_until(turn: Turn, until: datetime) -> None:
 
 def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
     """End a turn, charge it, and send the robot into handover. Return False if it had ended."""
+    ticket = turn.ticket
+    if ticket is None:  # its person's account was deleted, and it had ended before
+        return False
     with transaction.atomic():
-        queue = locked(turn.ticket.queue)
+        queue = locked(ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
         seconds = fairshare.charged(used, turn.alone_s)
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
@@ -60,8 +64,8 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
             return False
         turn.sessions.all().delete()
         end_grant(turn.grant, code, reason, now)
-        Ticket.objects.filter(pk=turn.ticket_id).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
-        charge(queue, account_of(queue, turn.user), turn.ticket.start_tag, seconds)
+        Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
+        charge(queue, account_of(queue, turn.user), ticket.start_tag, seconds)
         Robot.objects.filter(pk=turn.robot_id, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
         settle(queue)
         announce(queue)

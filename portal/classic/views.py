@@ -28,6 +28,7 @@ from robots.drivers.errors import RobotError
 from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
 from robots.models import Command, Robot
+from robots.people import is_person
 from robots.services import newest_still, stop_shown
 
 WAIT_S = 20.0
@@ -76,7 +77,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     ticket = queue.open_ticket(robot, request.user)
     turn = queue.open_turn(robot)
     still = seen(newest_still(robot), request.user)
-    mine = turn is not None and turn.user_id == request.user.pk
+    mine = turn is not None and is_person(request.user, turn.user_id)
     ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
     unwritten = None
     if request.user.is_authenticated:

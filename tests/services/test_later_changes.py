@@ -26,7 +26,7 @@ ALONE = ("/", "/story/", "/status/", "/me/", "/me/places/", "/log/", "/survey/re
          "/accounts/email/")  # fmt: skip
 OF_A_ROBOT = ("", "programs/", "orientation/", "clearance/", "jobs/", "statistics/", "statistics.json", "recordings/")
 MANY = ("robot", "surveyquestion", "queue")  # their rows differ in kind: all are changed
-ROUNDS = 16
+ROUNDS = 6
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def rows():
     for model in admin.site._registry:
         name = model._meta.model_name
         found = model._default_manager.order_by("pk")
-        yield model, f"/admin/{model._meta.app_label}/{name}/", list(found[: 4 if name in MANY else 1])
+        yield model, f"/admin/{model._meta.app_label}/{name}/", list(found[: 3 if name in MANY else 1])
 
 
 def addresses():
@@ -76,7 +76,7 @@ def broken():
     cache.clear()  # nobody has asked too often
     public, staff = addresses()
     found = []
-    for name, asked in (("root", public + staff), ("ada", public), ("", public)):
+    for name, asked in (("root", public + staff), ("ada", public)):
         client, user = signed_in(name)
         for address in asked:
             answer = client.get(address)
@@ -100,7 +100,7 @@ def changes():
             page = f"{stem}{row.pk}/change/"
             for n, control in enumerate(controls_of(client.get(page)).values()):
                 for m, value in enumerate(other_values(control)):
-                    found[(2 * m + n % 2) % ROUNDS].append((page, control.name, value))
+                    found[(m + n) % ROUNDS].append((page, control.name, value))
     return found
 
 
@@ -123,8 +123,10 @@ def test_no_field_that_staff_change_breaks_a_page(used, number):
     assert broken() == [], taken
 
 
-DELETED_TOGETHER = (("question", "group", "program", "emailaddress", "clearance"), ("user",),
-                    ("surveyquestion", "entry"), ("surveyresponse",), ("account",), ("queue",), ("robot",))  # fmt: skip
+DELETED_TOGETHER = (
+    ("question", "group", "program", "emailaddress", "clearance", "surveyquestion", "entry", "surveyresponse"),
+    ("user",), ("account", "queue", "robot"),
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("names", DELETED_TOGETHER)
@@ -157,11 +159,12 @@ def actions():
 
 def test_no_action_of_staff_breaks_a_page_and_each_says_what_it_did(used):
     client, _ = signed_in("root")
+    silent = []
     for stem, name, pk in [*actions()]:
-        with transaction.atomic():
-            told = {"action": name, "_selected_action": [pk], "note": "It was pushed."}
-            answer = client.post(stem, told, follow=True)
-            assert answer.status_code == 200, (stem, name)
-            assert [str(m) for m in answer.context["messages"]], (stem, name)
-            assert broken() == [], (stem, name)
-            transaction.set_rollback(True)
+        told = {"action": name, "_selected_action": [pk], "note": "It was pushed."}
+        answer = client.post(stem, told, follow=True)
+        assert answer.status_code == 200, (stem, name)
+        if not [*answer.context["messages"]]:
+            silent.append((stem, name))
+    assert silent == []
+    assert broken() == []

@@ -6,7 +6,9 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import Q, QuerySet
+from django.db.models import Exists, OuterRef, Q, QuerySet
+from django.db.models.signals import post_delete
+from django.dispatch import receiver
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from queueing.jobs.asking import Asker
@@ -68,7 +70,7 @@ def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime)
             )
     except IntegrityError:
         raise LogError("You have written about this turn already; edit that entry.") from None
-    _keep(frame)
+    _keep(entry.frame_id)
     bus.publish_on_commit(turn.robot.slug, Changed("log"))
     return entry
 
@@ -94,11 +96,11 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
         kept = Entry.objects.select_for_update().get(pk=entry.pk)
         if (text, frame) == (kept.text, kept.frame):
             return kept
-        kept.text, kept.frame, kept.edited_at = text, frame, now
+        before, kept.text, kept.frame, kept.edited_at = kept.frame_id, text, frame, now
         if kept.visibility == Visibility.FEATURED:
             kept.visibility = Visibility.PUBLISHED
         kept.save(update_fields=["text", "frame", "edited_at", "visibility"])
-        _keep(frame)
+        _keep(before, kept.frame_id)
         bus.publish_on_commit(kept.robot.slug, Changed("log"))
     return kept
 
@@ -190,9 +192,15 @@ def _picture(turn: Turn, frame_id: int | None) -> Frame | None:
     return frame
 
 
-def _keep(frame: Frame | None) -> None:
-    if frame is not None:
-        Frame.objects.filter(pk=frame.pk).update(kept=True)
+def _keep(*frames: int | None) -> None:
+    """Keep these stored pictures (primary keys) as long as an entry shows them, and no longer."""
+    shown = Entry.objects.filter(frame=OuterRef("pk"))
+    Frame.objects.filter(pk__in=[pk for pk in frames if pk is not None]).update(kept=Exists(shown))
+
+
+@receiver(post_delete, sender=Entry)
+def _keep_no_longer(instance: Entry, **_: Any) -> None:
+    _keep(instance.frame_id)
 
 
 def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime) -> SurveyResponse:
@@ -247,5 +255,7 @@ def _checked(answers: dict[int, str], after: SurveyQuestion.After) -> dict[Surve
 
 def _stored(response: SurveyResponse, answers: dict[SurveyQuestion, str]) -> SurveyResponse:
     response.save()
-    SurveyAnswer.objects.bulk_create(SurveyAnswer(response=response, question=q, value=v, kind=q.kind) for q, v in answers.items())
+    SurveyAnswer.objects.bulk_create(
+        SurveyAnswer(response=response, question=q, value=v, kind=q.kind) for q, v in answers.items()
+    )
     return response

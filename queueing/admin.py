@@ -71,9 +71,7 @@ class TurnAdmin(Kept):
     @admin.action(description="End the turn now", permissions=["act"])
     def end(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen running turns."""
-        self.act_on(
-            request, queryset, lambda one: staff.end(one, request.user, SYSTEM.now()), "Ended", "Ended before"
-        )
+        self.act_on(request, queryset, lambda one: staff.end(one, request.user, SYSTEM.now()), "Ended", "Ended before")
 
 
 @admin.register(Job)

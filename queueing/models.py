@@ -162,14 +162,14 @@ class Turn(models.Model):
     def __str__(self) -> str:
         return f"turn {self.pk}: {self.operator_name} on {self.robot}"
 
+    def get_absolute_url(self) -> str:
+        """Return the turn's permanent address."""
+        return f"/turns/{self.pk}/"
+
     @property
     def operator_name(self) -> str:
         """Return the operator's handle, or that the account was deleted."""
         return handle_of(self.user)
-
-    def get_absolute_url(self) -> str:
-        """Return the turn's permanent address."""
-        return f"/turns/{self.pk}/"
 
 
 class TurnSession(models.Model):

@@ -29,7 +29,7 @@ def probe() -> None:
 
 @shared_task(name="robots.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
-    """Remove old pictures that nothing refers to, sessions that ran out, old recordings and old counters. Return how many.
+    """Remove old pictures that nothing refers to, sessions that ran out, old recordings and counters. Return how many.
 
     While the date may be wrong nothing is old; what is too large goes in any case.
     """

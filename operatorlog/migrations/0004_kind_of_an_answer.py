@@ -3,7 +3,7 @@
 import django.db.models.deletion
 from django.conf import settings
 from django.db import migrations, models
-from django.db.models import OuterRef, Subquery
+from django.db.models import Exists, OuterRef, Subquery
 
 
 def fill(apps, schema_editor):
@@ -12,10 +12,18 @@ def fill(apps, schema_editor):
     apps.get_model("operatorlog", "SurveyAnswer").objects.update(kind=Subquery(asked.values("kind")[:1]))
 
 
+def free(apps, schema_editor):
+    """Pictures that no entry shows any more are cleaned away as others are."""
+    Frame, Entry = apps.get_model("robots", "Frame"), apps.get_model("operatorlog", "Entry")
+    shown = Entry.objects.filter(frame=OuterRef("pk"))
+    Frame.objects.filter(~Exists(shown), kept=True).update(kept=False)
+
+
 class Migration(migrations.Migration):
 
     dependencies = [
         ('operatorlog', '0003_hidden_entries'),
+        ('robots', '0021_settings_set_back'),
         migrations.swappable_dependency(settings.AUTH_USER_MODEL),
     ]
 
@@ -31,4 +39,5 @@ class Migration(migrations.Migration):
             field=models.ForeignKey(null=True, on_delete=django.db.models.deletion.SET_NULL, related_name='entries', to=settings.AUTH_USER_MODEL),
         ),
         migrations.RunPython(fill, migrations.RunPython.noop),
+        migrations.RunPython(free, migrations.RunPython.noop),
     ]

@@ -66,13 +66,22 @@ def test_lists_of_the_admin_show_red_only_what_is_bad_and_pictures_with_words(po
     Robot.objects.exclude(pk=portal.robot.pk).update(stop_latched=True)
     one = staff(look)
     one.page.goto("/admin/robots/robot/")
-    cells = {c.inner_text(): c.evaluate("e => getComputedStyle(e.firstElementChild || e).color") for c in one.page.locator(".field-stop").all()}
+    cells = {
+        c.inner_text(): c.evaluate("e => getComputedStyle(e.firstElementChild || e).color")
+        for c in one.page.locator(".field-stop").all()
+    }
     assert set(cells) == {"stopped", "not stopped"}
     assert cells["stopped"] != cells["not stopped"]
     one.axe("robots")
     one.page.goto("/admin/accounts/user/")
-    assert one.page.locator("td img[src*='icon-no']").first.evaluate("e => getComputedStyle(e).filter") == "grayscale(1)"
-    for address in ("/admin/operatorlog/entry/", f"/admin/operatorlog/entry/{entry.pk}/change/", "/admin/robots/frame/"):
+    assert (
+        one.page.locator("td img[src*='icon-no']").first.evaluate("e => getComputedStyle(e).filter") == "grayscale(1)"
+    )
+    for address in (
+        "/admin/operatorlog/entry/",
+        f"/admin/operatorlog/entry/{entry.pk}/change/",
+        "/admin/robots/frame/",
+    ):
         one.page.goto(address)
         picture = one.page.locator("img.farhand-thumbnail").first
         assert picture.get_attribute("alt").startswith("Picture "), address
@@ -84,7 +93,9 @@ def test_lists_of_the_admin_show_red_only_what_is_bad_and_pictures_with_words(po
 
 @pytest.mark.parametrize("look", [LIGHT, DARK])
 def test_no_label_of_the_surveys_results_lies_over_a_number(portal, staff, look):
-    choice = SurveyQuestion.objects.create(prompt="Layout?", kind="choice", options=f"{LONG}\nYes\n{'w' * 200}", position=9)
+    choice = SurveyQuestion.objects.create(
+        prompt="Layout?", kind="choice", options=f"{LONG}\nYes\n{'w' * 200}", position=9
+    )
     for n in range(12):
         turn = portal.end(portal.drive(portal.person(f"p{n:02}", "mercury"), "mercury"))
         log.answer_survey(turn, turn.user, {choice.pk: (LONG, "Yes", "w" * 200)[n % 3]}, SYSTEM.now())

@@ -70,7 +70,12 @@ class Controls(HTMLParser):
                 return
             value = (value or "on") if "checked" in told else None
         self.found[name] = Control(
-            name, kind, value, low=told.get("min", ""), high=told.get("max", ""), longest=int(told.get("maxlength") or 0)
+            name,
+            kind,
+            value,
+            low=told.get("min", ""),
+            high=told.get("max", ""),
+            longest=int(told.get("maxlength") or 0),
         )
 
     def handle_data(self, data):

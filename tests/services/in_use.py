@@ -110,7 +110,13 @@ def in_use(mercury, people, now):
     Clearance.objects.filter(user=bob, robot=mercury).update(revoked_at=now, note="It was pushed.")
     for author, shared in ((ada, True), (None, False)):
         Program.objects.create(
-            robot=pa10, author=author, name=f"a square {shared}", text="home", shared=shared, approved=True, changed_at=now
+            robot=pa10,
+            author=author,
+            name=f"a square {shared}",
+            text="home",
+            shared=shared,
+            approved=True,
+            changed_at=now,
         )
     Movie.objects.create(robot=mercury, day=now.date(), kind="webm", state="failed", asked_at=now, reason="no picture")
     queue.join(mercury, ada, now)

@@ -18,7 +18,6 @@ from queueing.models import Job, Turn
 from robots.clock import SYSTEM
 from robots.models import Recording, Robot
 from tests.services.admin_forms import as_sent, controls_of, other_values
-from tests.services.in_use import in_use
 
 pytestmark = pytest.mark.django_db
 # left out: cameras and /readyz, which ask a worker and Redis, and answer 503 without
@@ -27,15 +26,6 @@ ALONE = ("/", "/story/", "/status/", "/me/", "/me/places/", "/log/", "/survey/re
 OF_A_ROBOT = ("", "programs/", "orientation/", "clearance/", "jobs/", "statistics/", "statistics.json", "recordings/")
 MANY = ("robot", "surveyquestion", "queue")  # their rows differ in kind: all are changed
 ROUNDS = 6
-
-
-@pytest.fixture
-def used(robot, people, django_user_model, settings, tmp_path):
-    """A portal in use, and a superuser."""
-    settings.MEDIA_ROOT = tmp_path
-    people["root"] = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
-    in_use(robot, people, SYSTEM.now())
-    return people
 
 
 def rows():
@@ -149,7 +139,7 @@ def test_every_model_that_can_be_deleted_is_among_them(used):
 
 def actions():
     """Yield address, action and row of each action on a row of the admin, but for deletion."""
-    client, user = signed_in("root")
+    client, _ = signed_in("root")
     for model, stem, found in rows():
         request = client.get(stem).wsgi_request
         for name in admin.site._registry[model].get_actions(request):

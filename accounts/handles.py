@@ -21,8 +21,8 @@ RULES = (
 )
 RESERVED = frozenset({
     "admin", "administrator", "anonymous", "deleted", "everybody", "everyone", "farhand", "guest", "help", "me",
-    "moderator", "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff", "superuser",
-    "support", "system", "undefined", "webmaster",
+    "moderator", "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff",
+    "superuser", "support", "system", "undefined", "webmaster",
 })  # fmt: skip
 ROLES = RESERVED - {
     "anonymous", "deleted", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined",

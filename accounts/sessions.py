@@ -9,9 +9,9 @@ from django.db.models.signals import post_save, pre_delete
 from django.dispatch import receiver
 
 
-def end_sessions(user: Any) -> None:
+def end_sessions(person: Any) -> None:
     """Delete the rows of the person's sessions."""
-    mine = [s.pk for s in Session.objects.iterator() if s.get_decoded().get(auth.SESSION_KEY) == str(user.pk)]
+    mine = [s.pk for s in Session.objects.iterator() if s.get_decoded().get(auth.SESSION_KEY) == str(person.pk)]
     Session.objects.filter(pk__in=mine).delete()
 
 

@@ -73,6 +73,12 @@ class AccountAdapter(DefaultAccountAdapter):  # type: ignore[misc]
         known = people.values_list("pk", flat=True).first() if name else None
         return f"{get_ip(request)} {known or name}"
 
+    def is_open_for_signup(self, request: HttpRequest) -> bool:
+        """Begin a demo's session before the form is sent, so that the link is shown after a double press, too."""
+        if mails_go_to_terminal():
+            request.session.setdefault(LINK, "")
+        return bool(super().is_open_for_signup(request))
+
     def send_confirmation_mail(self, request: HttpRequest, emailconfirmation: Any, signup: bool) -> None:
         """Send the link; a demo also shows it on the next page of this session."""
         super().send_confirmation_mail(request, emailconfirmation, signup)

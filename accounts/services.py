@@ -192,13 +192,24 @@ def questions(attempt: Attempt) -> list[Shown]:
 
 
 def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
-    """Grade an attempt once, on the server.
+    """Grade an attempt once, on the server; the same answers sent again are told the same.
 
     If all answers are right, the person is cleared; otherwise one topic is shown.
 
     Raises:
         NotNow: another person's test, a question left out, graded before, a pause, clearance withdrawn.
     """
+    try:
+        return _graded(attempt, user, answers, now)
+    except NotNow:
+        wrong = _wrong(attempt, answers)
+        sent = Attempt.objects.filter(pk=attempt.pk, user=user.pk, answers=_stored(answers)).exclude(passed=None)
+        if not sent.exists() or not (wrong or cleared(user, attempt.robot)):
+            raise
+        return _told(attempt, wrong)
+
+
+def _graded(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -> Hint | None:
     if attempt.user_id != getattr(user, "pk", None):
         raise NotNow("That test belongs to another person.")
     _need_leave(user, attempt.robot, now)
@@ -208,16 +219,13 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
         raise NotNow("The questions were changed meanwhile; begin the test again.")
     if any(q.id not in answers for q in shown):
         raise NotNow("Answer every question, then send the test.")
-    correct = dict(
-        Choice.objects.filter(question__in=[q.id for q in shown], correct=True).values_list("question", "pk")
-    )
-    wrong = [q for q in shown if answers[q.id] != correct.get(q.id)]
+    wrong = _wrong(attempt, answers)
     with transaction.atomic():
         _lock_clearance(user, attempt.robot)
         _need_clearable(user, attempt.robot)  # staff may have withdrawn it while this was graded
         done = Attempt.objects.filter(pk=attempt.pk, finished_at=None).update(
             finished_at=now,
-            answers={str(k): v for k, v in answers.items()},
+            answers=_stored(answers),
             score=len(shown) - len(wrong),
             passed=not wrong,
         )
@@ -228,6 +236,22 @@ def grade(attempt: Attempt, user: Any, answers: dict[int, int], now: datetime) -
                 user=attempt.user, robot=attempt.robot, level=1,
                 defaults={"granted_at": now, "revoked_at": None, "lifted_at": None, "note": ""},
             )  # fmt: skip
-            return None
+    return _told(attempt, wrong)
+
+
+def _stored(answers: dict[int, int]) -> dict[str, int]:
+    return {str(question): choice for question, choice in answers.items()}
+
+
+def _wrong(attempt: Attempt, answers: dict[int, int]) -> list[Shown]:
+    shown = questions(attempt)
+    right = Choice.objects.filter(question__in=[q.id for q in shown], correct=True)
+    correct = dict(right.values_list("question", "pk"))
+    return [q for q in shown if answers.get(q.id) != correct.get(q.id)]
+
+
+def _told(attempt: Attempt, wrong: list[Shown]) -> Hint | None:
+    if not wrong:
+        return None
     always = random.Random(f"{settings.SECRET_KEY} {attempt.pk}")  # the same at each visit, but unpredictable
     return Hint(*Question.objects.values_list("topic", "section", "paragraph").get(pk=quiz.named(wrong, always).id))

@@ -69,7 +69,10 @@ def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime)
                 turn=turn, author=user, robot=turn.robot, text=text, frame=frame, written_at=now
             )
     except IntegrityError:
-        raise LogError("You have written about this turn already; edit that entry.") from None
+        same = Entry.objects.filter(turn=turn, text=text, frame=frame).first()
+        if same is None:
+            raise LogError("You have written about this turn already; edit that entry.") from None
+        return same  # a double press
     _keep(entry.frame_id)
     bus.publish_on_commit(turn.robot.slug, Changed("log"))
     return entry
@@ -82,7 +85,7 @@ def may_edit(entry: Entry, user: Any, now: datetime) -> bool:
 
 
 def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
-    """Change the author's own entry within 15 minutes. Raises LogError.
+    """Change the author's own entry within 15 minutes; sent again unchanged it stays as it is. Raises LogError.
 
     If a moderator featured the entry, changed text or a changed picture is only published until a moderator has looked
     again. An unchanged entry stays featured.
@@ -215,7 +218,10 @@ def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime)
         with transaction.atomic():
             return _stored(SurveyResponse(turn=turn, at=now), good)
     except IntegrityError:
-        raise LogError("You have answered the survey of this turn already. Thank you!") from None
+        response = SurveyResponse.objects.get(turn=turn)
+        if dict(response.answers.values_list("question", "value")) != {q.pk: value for q, value in good.items()}:
+            raise LogError("You have answered the survey of this turn already. Thank you!") from None
+        return response  # a double press
 
 
 def answer_survey_of_job(job: Job, asker: Asker, answers: dict[int, str], now: datetime) -> SurveyResponse:

@@ -1,9 +1,11 @@
 """`python -m portal.serve`: the web process, uvicorn with the portal's limits."""
 
 import argparse
+import asyncio
 import os
 import resource
 import signal
+import socket
 import sys
 
 os.environ.setdefault("DJANGO_SETTINGS_MODULE", "portal.settings")
@@ -31,6 +33,18 @@ def config(host: str, port: int, app: str = "portal.asgi:application") -> uvicor
     )  # fmt: skip
 
 
+class Server(uvicorn.Server):
+    """uvicorn's server, which tells the queues that people can reach it."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to serve."""
+        await super().startup(sockets)
+        if self.started and self.config.port != settings.OPERATORS_PORT:  # that one serves no pages
+            from portal.up import tell_on  # noqa: PLC0415 - after Django's setup, which came with the application
+
+            self._telling = asyncio.create_task(tell_on())
+
+
 def main() -> None:
     """Serve until stopped."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -41,7 +55,7 @@ def main() -> None:
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))  # each socket needs a file descriptor
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # uvicorn raises it again at its end: the log is written first
-    uvicorn.Server(config(asked.host, asked.port, asked.app)).run()
+    Server(config(asked.host, asked.port, asked.app)).run()
 
 
 if __name__ == "__main__":

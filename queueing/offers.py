@@ -12,12 +12,14 @@ from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn
 from queueing.rows import announce, locked
 from queueing.tickets import open_ticket
+from queueing.turns import ALWAYS
 from robots.drivers.errors import NotPermitted
 from robots.grants import open_grant, owner_alive, start_grant
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 
 RULES = settings.FARHAND
+BACK = timedelta(seconds=40)  # by then a page has connected again, and its person was heard
 CHANGED = "The robot is no longer offered."
 ELSEWHERE = "You operate another robot now; end that turn first."
 IN_USE = {
@@ -109,6 +111,8 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool) -> Turn:
             raise NotYourTurn("The robot is not offered to you now.")
         queue = locked(ticket.queue)
         ticket.refresh_from_db()
+        if ticket.state == TicketState.OPERATING:
+            return Turn.objects.get(ticket=ticket)  # by a click at the same moment
         if ticket.state != TicketState.OFFERED or ticket.offer_until is None or ticket.offer_until <= now:
             raise NotYourTurn("The offer is over; join the queue again.")
         robot = Robot.objects.get(pk=ticket.robot_id or 0)
@@ -145,22 +149,38 @@ def recall(queue: Queue, ticket: Ticket, robot: Robot | None) -> None:
         announce(queue)
 
 
-def head(queue: Queue, robot: Robot, now: datetime) -> Ticket | None:
-    """Return the ticket of the first person who is present, may drive this robot and operates no other."""
+def head(queue: Queue, robot: Robot, now: datetime, up_since: datetime = ALWAYS) -> Ticket | None:
+    """Return the ticket of the first person who is present, may drive this robot and operates no other.
+
+    None while somebody before them may not have come back yet: people can reach the portal only since `up_since`.
+    """
     busy = Turn.objects.filter(ended_at=None).values("user_id")
     present = now - timedelta(seconds=RULES["PRESENCE_S"])
-    there = Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__gte=present)
+    waiting = Ticket.objects.filter(queue=queue, state=TicketState.WAITING)
+    there = waiting.filter(last_seen__gte=present)
+    if now - up_since < BACK:
+        there |= waiting.filter(last_seen__lt=up_since)
     if robot.clearance_required:  # of several robots in a queue
         there = there.filter(user__in=cleared_people(robot))
-    return there.exclude(user__in=busy).exclude(user__is_active=False).order_by("start_tag", "id").first()
+    first = there.exclude(user__in=busy).exclude(user__is_active=False).order_by("start_tag", "id").first()
+    return first if first is not None and first.last_seen >= present else None
 
 
 def make_offer(queue: Queue, robot: Robot, ticket: Ticket, now: datetime) -> None:
     """Offer a robot that is ready to the ticket's person."""
     if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.READY).update(cycle=Cycle.OFFERED):
         return
-    seconds = RULES["CLASSIC_OFFER_S" if ticket.classic else "OFFER_S"]
     Ticket.objects.filter(pk=ticket.pk).update(
-        state=TicketState.OFFERED, robot=robot, offer_until=now + timedelta(seconds=seconds)
+        state=TicketState.OFFERED, robot=robot, offer_until=now + _length(ticket)
     )
     announce(queue)
+
+
+def _length(ticket: Ticket) -> timedelta:
+    return timedelta(seconds=RULES["CLASSIC_OFFER_S" if ticket.classic else "OFFER_S"])
+
+
+def made_at(ticket: Ticket) -> datetime:
+    """Return when the open offer was made."""
+    assert ticket.offer_until is not None
+    return ticket.offer_until - _length(ticket)

@@ -10,6 +10,7 @@ from queueing.jobs.tagging import tag_next
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
 from queueing.rows import announce
+from queueing.turns import ALWAYS
 from robots.grants import end_grant, newest_grant_that_moves, open_grant
 from robots.models import Grant, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -18,21 +19,21 @@ GIVES_WAY = frozenset({GrantKind.IDLE, GrantKind.JOB})
 ASKED = "somebody asked for the robot"
 
 
-def serve_next(queue: Queue, now: datetime) -> None:
-    """Start what comes next on each robot that is ready."""
+def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None:
+    """Start what comes next on each robot that is ready. `up_since`: since when people can reach the portal."""
     tag_next(queue)
     store_watchers(queue, now)
     for link in QueueRobot.objects.select_related("robot").filter(queue=queue).order_by("robot_id"):
-        _serve(queue, link, now)
+        _serve(queue, link, now, up_since)
 
 
-def _serve(queue: Queue, link: QueueRobot, now: datetime) -> None:
+def _serve(queue: Queue, link: QueueRobot, now: datetime, up_since: datetime) -> None:
     robot = link.robot
     grant = open_grant(robot)
     if why_not_ready(robot, now, giving_way=GIVES_WAY):
         return
     idle = grant is None or grant.kind == GrantKind.IDLE
-    ticket = head(queue, robot, now) if idle and link.offers_turns else None
+    ticket = head(queue, robot, now, up_since) if idle and link.offers_turns else None
     if suspended(robot, link):
         if ticket is not None and idle:
             _to_a_person(queue, robot, grant, ticket, now)

@@ -18,6 +18,7 @@ from django.db.models import F, Max, QuerySet
 
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, QueueRobot, Ticket, Turn, TurnSession
 from queueing.rows import announce, locked
+from robots import web_uptime
 from robots.clock_steps import Step
 from robots.models import Command, Grant, Lease, Robot
 
@@ -36,6 +37,7 @@ def carry(step: Step, now: datetime) -> None:
             _Move(step, now).everything()
             for queue in queues:
                 announce(queue)
+        web_uptime.forget()
         cache.clear()  # of attempts: some would be refused until the time that it was before
     except (OperationalError, InterfaceError):
         raise

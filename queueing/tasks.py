@@ -7,7 +7,7 @@ from celery import shared_task
 from queueing.jobs.forgetting import forget_old_jobs
 from queueing.steps import carry
 from queueing.tick import tick_seldom
-from robots import bus
+from robots import bus, web_uptime
 from robots.wall_clock import wall_clock
 
 _TICKING = threading.Lock()
@@ -22,7 +22,8 @@ def queue_tick() -> None:
     if not _TICKING.acquire(blocking=False):
         return
     try:
-        tick_seldom(wall_clock().follow(carry))
+        now = wall_clock().follow(carry)
+        tick_seldom(now, web_uptime.up_since(now))
         bus.make_up()
     finally:
         _TICKING.release()

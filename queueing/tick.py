@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Iterable
 from datetime import datetime, timedelta
+from functools import partial
 
 from django.db import Error, transaction
 from django.db.models import Exists, OuterRef, Q, QuerySet
@@ -10,11 +11,11 @@ from django.db.models import Exists, OuterRef, Q, QuerySet
 from queueing.jobs.judging import judge_waiting
 from queueing.jobs.running import settle as settle_jobs
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, Queue, Ticket, TicketState, Turn
-from queueing.offers import recall_offers
+from queueing.offers import made_at, recall, recall_offers
 from queueing.rows import BadSettings, locked, queue_of, robots_of
 from queueing.serving import serve_next
 from queueing.tickets import dismiss_unfit, withdraw
-from queueing.turns import tick_turn
+from queueing.turns import ALWAYS, tick_turn
 from robots.grants import end_overdue_single
 from robots.models import Grant, Robot
 from robots.states import Cycle
@@ -26,19 +27,22 @@ RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
 NO_ANSWER = "did not answer the offer"
 
 
-def tick(now: datetime) -> None:
-    """Advance every queue: end, expire, extend, offer. Safe to run twice at once."""
+def tick(now: datetime, up_since: datetime = ALWAYS) -> None:
+    """Advance every queue: end, expire, extend, offer. Safe to run twice at once.
+
+    `up_since`: since when people can reach the portal; before, nobody was absent.
+    """
     _give_queues()
-    _tick_all(Queue.objects.all(), now)
+    _each(Queue.objects.all(), partial(_tick, up_since=up_since), now)
 
 
-def tick_seldom(now: datetime) -> None:
+def tick_seldom(now: datetime, up_since: datetime = ALWAYS) -> None:
     """As `tick`, but queues without anything open only every fifth second, so that an idle portal costs little.
 
     In these nothing can end or expire; only the next thing may start.
     """
     busy = list(busy_queues())
-    _tick_all(busy, now)
+    _each(busy, partial(_tick, up_since=up_since), now)
     if now.second % QUIET_S:
         return
     _give_queues()
@@ -70,8 +74,18 @@ def busy_queues() -> QuerySet[Queue]:
     )
 
 
-def _tick_all(queues: Iterable[Queue], now: datetime) -> None:
-    _each(queues, _tick, now)
+def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
+    """End the offers that nobody answered, and the places of who is away."""
+    offers = Ticket.objects.select_related("robot").filter(queue=queue, state=TicketState.OFFERED)
+    for ticket in offers.filter(offer_until__lte=now):
+        if made_at(ticket) < up_since:
+            recall(queue, ticket, ticket.robot)
+        else:
+            withdraw(queue, ticket, TicketState.EXPIRED, NO_ANSWER, now)
+    absent = now - timedelta(seconds=ABSENT_S)
+    if up_since <= absent:
+        for ticket in Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__lte=absent):
+            withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
 
 
 def _each(queues: Iterable[Queue], do: Callable[[Queue, datetime], None], now: datetime) -> None:
@@ -86,22 +100,17 @@ def _each(queues: Iterable[Queue], do: Callable[[Queue, datetime], None], now: d
             log.exception("%s was left out", queue)
 
 
-def _tick(queue: Queue, now: datetime) -> None:
+def _tick(queue: Queue, now: datetime, up_since: datetime) -> None:
     for robot in robots_of(queue):
         end_overdue_single(robot, now)
     dismiss_unfit(queue, now)
     for turn in Turn.objects.select_related("grant", "ticket", "user").filter(
         robot__queue_link__queue=queue, ended_at=None
     ):
-        tick_turn(queue, turn, now)
+        tick_turn(queue, turn, now, up_since)
     recall_offers(queue, now)  # first, so that an offer that could not be accepted does not expire
-    for ticket in Ticket.objects.filter(queue=queue, state=TicketState.OFFERED, offer_until__lte=now):
-        withdraw(queue, ticket, TicketState.EXPIRED, NO_ANSWER, now)
-    for ticket in Ticket.objects.filter(
-        queue=queue, state=TicketState.WAITING, last_seen__lte=now - timedelta(seconds=ABSENT_S)
-    ):
-        withdraw(queue, ticket, TicketState.EXPIRED, "was away too long", now)
+    _expire(queue, now, up_since)
     settle_jobs(queue, now)
     judge_waiting(queue, now)  # after it, for it puts back what was cut short
     if not queue.paused:
-        serve_next(queue, now)
+        serve_next(queue, now, up_since)

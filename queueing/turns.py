@@ -1,6 +1,6 @@
 """Turns: which one runs, until when, and its end."""
 
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from django.conf import settings
@@ -19,6 +19,7 @@ from robots.states import Cycle, GrantEnd
 
 RULES = settings.FARHAND
 SLICE_S = 60
+ALWAYS = datetime.min.replace(tzinfo=UTC)
 
 
 def open_turn(robot: Robot) -> Turn | None:
@@ -72,13 +73,17 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
         return True
 
 
-def tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
-    """Extend the turn while nobody waits; end it if time is up, or its operator is gone or idle while others wait."""
+def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWAYS) -> None:
+    """Extend the turn while nobody waits; end it if time is up, or its operator is gone or idle while others wait.
+
+    `up_since`: since when people can reach the portal; before, nobody was gone or idle.
+    """
     grant = turn.grant
     grant.refresh_from_db()
     others = _others_wait_since(queue, turn)
     silent = (now - turn.last_seen).total_seconds()
-    idle = (now - max(_last_act(turn), others or now)).total_seconds()  # counted while others wait
+    absent = min(silent, (now - up_since).total_seconds())
+    idle = (now - max(_last_act(turn), others or now, up_since)).total_seconds()  # counted while others wait
     if grant.ended_at is not None:
         end_turn(turn, GrantEnd(grant.end_code or GrantEnd.FINISHED), grant.end_reason or "ended", grant.ended_at)
     elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:
@@ -88,8 +93,8 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime) -> None:
         announce(queue)
     elif turn.until <= now:
         end_turn(turn, GrantEnd.TIME_UP, "time is up", now)
-    elif (not turn.classic and not turn.connected and silent > RULES["RECONNECT_S"]) or (
-        turn.classic and silent > RULES["CLASSIC_PRESENCE_S"]
+    elif (not turn.classic and not turn.connected and absent > RULES["RECONNECT_S"]) or (
+        turn.classic and absent > RULES["CLASSIC_PRESENCE_S"]
     ):
         end_turn(turn, GrantEnd.ABSENT, "connection lost", now)
     elif others and idle > RULES["CLASSIC_IDLE_S" if turn.classic else "IDLE_S"]:

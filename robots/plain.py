@@ -15,6 +15,11 @@ def storable(text: str) -> bool:
     return "\0" not in text and not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
+def plain_breaks(text: str) -> str:
+    """Return the text with line breaks of one character, as browsers count them; a form sends two, CR and LF."""
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
 def one_line(name: str) -> str:
     """Return a name as others may read it: without control characters, nor such as are invisible or turn the text."""
     kept = (" " if letter.isspace() else letter for letter in unicodedata.normalize("NFKC", name))

@@ -10,7 +10,7 @@ from django.db.models import Q, QuerySet
 from robots import description
 from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Program, Robot
-from robots.plain import one_line, storable
+from robots.plain import one_line, plain_breaks, storable
 
 MOST = 50  # of one person for one robot
 LONGEST = 6000
@@ -50,12 +50,15 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
         raise NotPermitted("Sign in to save programs.")
     if not storable(name + text):
         raise BadRequest("The program contains characters that cannot be stored; use plain text.")
-    name, text = one_line(name), text.replace("\r\n", "\n").strip()
+    name, text = one_line(name), plain_breaks(text).strip()
     if not 0 < len(name) <= 60:
         raise BadRequest("Give the program a name of at most 60 characters.")
     if not 0 < len(text) <= LONGEST:
         raise BadRequest(f"A program has at least one step, and at most {LONGEST} characters.")
     own = Program.objects.filter(robot=robot, author=user.pk)
+    same = own.filter(name=name, text=text, shared=shared)
+    if pk is None and (saved := same.first()) is not None:  # a double press
+        return saved
     program = own.filter(pk=pk).first() if pk is not None else Program(robot=robot, author=user)
     if program is None:
         raise NotPermitted("That program is not yours; save it under a name of your own.")
@@ -70,6 +73,8 @@ def save(robot: Robot, user: Any, name: str, text: str, shared: bool, now: datet
                 raise NotPermitted(f"You have {MOST} programs for this robot; delete one first.")
             program.save()
     except IntegrityError as error:
+        if pk is None and (saved := same.first()) is not None:  # by a press at the same moment
+            return saved
         raise BadRequest("You have a program of that name already.") from error
     return program
 

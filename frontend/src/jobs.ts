@@ -10,6 +10,9 @@ export interface OwnJob {
 
 const NOT_ARRIVED = "The request did not arrive. Check your connection and try again.";
 
+/** A token that nobody guesses; `crypto.randomUUID` would need HTTPS. */
+const token = (): string => Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+
 export class Jobs {
   /** The newest first; open ones, and those that ended within the hour. */
   own: OwnJob[] = [];
@@ -17,6 +20,7 @@ export class Jobs {
   private again = false;
   private known = false; // an answer has come
   private posted = 0; // requests that changed something and were answered
+  private readonly unanswered = new Map<string, string>(); // what was asked for, and the token of that press
 
   private readonly slug: string;
   private readonly token: string;
@@ -61,10 +65,15 @@ export class Jobs {
     if ((!this.known && !this.busy) || this.own.some((job) => job.open && states.get(job.id) !== job.state)) void this.refresh();
   }
 
-  /** Ask for a job. Returns a sentence that says why not; empty if it waits now. */
+  /** Ask for a job. Returns a sentence that says why not; empty if it waits now. Asked again before an answer came, it is the same job. */
   ask(kind: string, values: Record<string, number | string>): Promise<string> {
     const named = Object.entries(values).map(([name, value]) => [`arg-${name}`, String(value)]);
-    return this.post(this.address, new URLSearchParams([["kind", kind], ...named]));
+    const body = new URLSearchParams([["kind", kind], ...named]);
+    const asked = String(body);
+    const press = this.unanswered.get(asked) ?? token();
+    this.unanswered.set(asked, press);
+    body.set("press", press);
+    return this.post(this.address, body, () => this.unanswered.delete(asked));
   }
 
   /** Cancel an own job. Returns a sentence that says why not; empty if it is cancelled. */
@@ -76,9 +85,10 @@ export class Jobs {
     return request(address, { headers: { Accept: "application/json", "X-CSRFToken": this.token }, ...more });
   }
 
-  private async post(address: string, body: URLSearchParams): Promise<string> {
+  private async post(address: string, body: URLSearchParams, answered?: () => void): Promise<string> {
     try {
       const answer = await this.request(address, { method: "POST", body });
+      answered?.();
       const told = (await answer.json().catch(() => ({}))) as OwnJob & { error?: string };
       if (!answer.ok) return told.error ?? (answer.status === 403 ? "Reload the page, then try again." : "That did not work now; try again in a moment.");
       this.posted += 1;

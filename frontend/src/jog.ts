@@ -1,4 +1,6 @@
 /** A held motion: it goes on while the controls are held, and ends when they are released or the page cannot tell. */
+import { gamepads, type Pad, Pads } from "./gamepad.ts";
+import { say } from "./parts.ts";
 
 /** What a held motion needs from the page. */
 export interface KeepAlive {
@@ -6,7 +8,8 @@ export interface KeepAlive {
   release(seq: number): void;
   /** Whether that command has ended. */
   ended(seq: number): boolean;
-  refused(why: string): void;
+  /** A motion may not start; `again` tells whether that is still so. */
+  refused(why: string, again?: () => string): void;
 }
 
 export interface Jogging<Direction> extends KeepAlive {
@@ -15,7 +18,7 @@ export interface Jogging<Direction> extends KeepAlive {
   /** Keys that jog while the pad has the focus. */
   arrows: Record<string, Direction>;
   /** What a gamepad asks for; null at rest. */
-  stick(pad: Gamepad | null): Direction | null;
+  stick(pad: Pad | null): Direction | null;
   /** Why no motion may start now; empty if one may. */
   whyNot(): string;
   /** Issue the command; returns its sequence number. */
@@ -35,8 +38,14 @@ export class Jog<Direction> {
   private by: "pointer" | "key" | "pad" | "" = "";
   private timer = 0;
   private last = 0;
+  private pads = new Pads();
+  private hint: HTMLElement | null;
+  private advice: string; // the hint's own words
 
   constructor(private pad: HTMLElement, private jogging: Jogging<Direction>) {
+    this.hint = pad.querySelector(".hint");
+    this.hint?.setAttribute("role", "status");
+    this.advice = this.hint?.textContent ?? "";
     for (const button of pad.querySelectorAll<HTMLElement>("[data-jog]")) this.listen(button);
     pad.addEventListener("keydown", (event) => this.keyDown(event));
     pad.addEventListener("keyup", () => this.end("key"));
@@ -76,9 +85,10 @@ export class Jog<Direction> {
   }
 
   private feelPad(): void {
-    if (this.pad.closest("[hidden]")) return this.end("pad");
-    const pads = "getGamepads" in navigator ? [...navigator.getGamepads()] : [];
-    const direction = document.hidden ? null : (pads.map((pad) => this.jogging.stick(pad)).find((d) => d !== null) ?? null);
+    const away = document.hidden || this.pad.closest("[hidden]") !== null;
+    if (away) this.pads.forget();
+    const direction = this.pads.read(away ? [] : gamepads()).map((pad) => this.jogging.stick(pad)).find((d) => d !== null) ?? null;
+    if (this.hint) say(this.hint, [this.advice, this.pads.why].filter(Boolean).join(". "));
     if (this.by === "pad" && !direction) this.end("pad");
     else if (direction && !this.seq && document.hasFocus() && performance.now() - this.last > 250) this.begin(direction, "pad");
   }
@@ -87,7 +97,8 @@ export class Jog<Direction> {
     if (this.seq) return;
     this.last = performance.now();
     const why = this.jogging.whyNot();
-    if (why) return this.jogging.refused(why);
+    if (why && by === "pad") this.pads.forget(); // a stick that stays pushed begins nothing later
+    if (why) return this.jogging.refused(why, () => this.jogging.whyNot());
     this.by = by;
     this.seq = this.jogging.begin(direction);
     this.pad.classList.add("held");
@@ -101,6 +112,7 @@ export class Jog<Direction> {
   end(by = this.by): void {
     if (!this.seq || by !== this.by) return;
     clearInterval(this.timer);
+    if (by === "pad") this.pads.forget();
     this.jogging.release(this.seq);
     this.seq = 0;
     this.by = "";

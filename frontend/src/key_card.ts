@@ -1,20 +1,25 @@
-/** The list of keys: it is part of the page, covers nothing, and all keys work while it is open. */
+/** The list of keys: it lies beside the picture, nothing moves for it, and all keys work while it is open. */
 import { byId } from "./svg.ts";
 
 const card = byId<HTMLDialogElement>("keys");
 const opener = byId("keys-open");
 
-export function openKeys(): void {
-  if (!card.open) card.show();
-  card.scrollIntoView({ block: "end" }); // on a phone picture and Stop lie over the upper half
+function toggle(): void {
+  if (card.open) card.close();
+  else card.show();
 }
 
-opener.addEventListener("click", () => (card.open ? card.close() : openKeys()));
+opener.addEventListener("click", toggle);
 opener.setAttribute("aria-expanded", "false");
 new MutationObserver(() => opener.setAttribute("aria-expanded", String(card.open))).observe(card, { attributeFilter: ["open"] });
+byId("stage").addEventListener("keydown", (event) => {
+  const field = (event.target as HTMLElement).closest("input, textarea, select, [contenteditable]");
+  if (event.key !== "?" || field || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  toggle();
+});
 card.addEventListener("keydown", (event) => {
   if (event.key !== "Escape") return;
   event.stopPropagation(); // it closes the list and must not stop the robot
   card.close();
-  opener.focus();
 });

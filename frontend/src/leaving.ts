@@ -9,6 +9,7 @@ export interface Leaving {
 /** Ask before this page is left, for as long as `operating`. */
 export function guard(operating: () => boolean): void {
   let sure = false;
+  addEventListener("pageshow", () => (sure = false)); // somebody comes back to the page as they left it
   addEventListener("beforeunload", (event) => {
     if (operating() && !sure) event.preventDefault();
   });

@@ -23,6 +23,7 @@ const OPEN_MS = 10_000; // an attempt that takes longer is given up
 const FULL = 4503, FULL_MS = 20_000; // too many watch: the pause before the next attempt
 const OVERDUE_MS = 2000, CHECK_MS = 2000;
 const DEAD_MS = 6000, SPREAD_MS = 3000; // after this long, and a random part of that, another socket is opened
+const WOKEN_MS = 3000; // the same, for a page that ran no more meanwhile
 const HOPELESS = 2; // attempts after which one asks for the operator's stream without everybody's
 const DRAIN_MS = 3000; // for answers to what was asked over the socket before
 const ANSWER = '{"t": "answer"';
@@ -55,6 +56,7 @@ export class Live {
   private probeAfter = PROBE_MS;
   private own: OwnStream;
   private adopted: WebSocket | null = null; // the operator's own stream, if that is the socket
+  private none = false; // there is no such robot
   private known = false; // a snapshot has come over this socket
   private plan: object | null = null; // the preview that was asked for and not answered yet, sent or not
 
@@ -73,6 +75,9 @@ export class Live {
     setInterval(() => this.watch(), 250);
     addEventListener("offline", () => this.probe());
     addEventListener("online", () => (this.up ? this.probe() : this.open()));
+    addEventListener("pageshow", ({ persisted }) => persisted && this.wake());
+    document.addEventListener("visibilitychange", () => document.hidden || this.wake());
+    document.addEventListener("resume", () => this.wake()); // after the browser froze the page
   }
 
   /** Whether the server is not reached: no socket, or no answers on it. */
@@ -151,7 +156,8 @@ export class Live {
       if (this.socket !== socket) return;
       if (event.code === OVER) return this.open(); // the public view, without a pause
       this.set(false);
-      if (event.code === 4404) return;
+      this.none = event.code === 4404;
+      if (this.none) return;
       if (event.code === 4401 || event.code === 4403 || event.code === FULL) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
       const pause = (event.code === FULL ? FULL_MS : Math.min(8000, 400 * 2 ** this.tries++)) * (0.5 + Math.random());
       this.retry = window.setTimeout(() => this.open(), pause);
@@ -251,6 +257,20 @@ export class Live {
     this.deadAfter = DEAD_MS + SPREAD_MS * Math.random();
     this.probeAfter = Math.min(this.probeAfter * 2, this.pingEvery()); // a robot that is off sends nothing for long
     this.ping();
+  }
+
+  /** The page is seen or runs again: its socket may have died without a word, or wait for its next attempt. */
+  private wake(): void {
+    const state = this.socket?.readyState;
+    if (this.none || state === WebSocket.CONNECTING) return;
+    if (state !== WebSocket.OPEN) {
+      this.set(false);
+      this.tries = 0;
+      this.open();
+    } else if (performance.now() - this.heard > PROBE_MS) {
+      this.probe();
+      this.deadAfter = WOKEN_MS;
+    }
   }
 
   private watch(): void {

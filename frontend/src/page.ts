@@ -1,4 +1,5 @@
 /** The part of every robot's page: socket, turn panel, command list, stop and release, log. */
+import { Awake } from "./awake.ts";
 import { bannerWords, unconfirmed } from "./banner.ts";
 import type { Console } from "./console_parts.ts";
 import { blocked, type Facts, tooLively } from "./controls.ts";
@@ -10,6 +11,7 @@ import { Ladder } from "./ladder.ts";
 import { guard } from "./leaving.ts";
 import { type Line, openLine, replaying } from "./line.ts";
 import { LogList } from "./log_list.ts";
+import { Notice } from "./notice.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, StreamPacket, VideoPacket } from "./protocol.ts";
@@ -22,9 +24,10 @@ import { byId } from "./svg.ts";
 import { WireTrace } from "./trace.ts";
 import { Watching } from "./watching.ts";
 import { complete } from "./widgets/basics.ts";
-import { KINDS, latest, pictureAge, SETTINGS } from "./words.ts";
+import { KINDS, latest, pictureAge, SETTINGS, watcherWords } from "./words.ts";
 
 const SILENT_MS = 3000;
+const AWAY_MS = 20_000; // so long a turn is kept without a connection
 const ALONE_MS = 1500; // messages sent together with the robot's last one do not count
 Object.assign(KINDS, facts.labels);
 for (const kind of facts.settings) SETTINGS.add(kind);
@@ -52,7 +55,9 @@ export class RobotPage {
   private stopPress: StopPress;
   private suspended = new Suspended((words, level) => this.notice(words, level));
   private storeDown = "";
-  private noticeTimer = 0;
+  private watchers: number | null = null; // the driver apart
+  private notices = new Notice(byId("notice"));
+  private awake = new Awake();
   private calm = matchMedia("(prefers-reduced-motion: reduce)");
   private log = new LogList(byId("log"));
   private console: Console | null = null;
@@ -82,7 +87,7 @@ export class RobotPage {
     if (document.getElementById("sound"))
       this.sound = new Sound(byId("sound"), byId("sound-said"), byId<HTMLMeterElement>("loudness"), (on) => this.watching.listen(on));
     this.stopPress = new StopPress(this.live, (words, level) => this.notice(words, level));
-    this.place = new Place(byId("place"), (m) => this.live.send(m));
+    this.place = new Place(byId("place"), (m) => this.live.send(m), (why) => this.refuse(why));
     this.trace = document.getElementById("trace") ? new WireTrace(byId("trace"), byId("trace-rate")) : null;
     for (const control of document.querySelectorAll<HTMLElement>("[data-kind]"))
       control.hidden = !facts.commands.some(({ kind }) => kind === control.dataset["kind"]);
@@ -131,8 +136,7 @@ export class RobotPage {
   on(name: string, act: () => void): void {
     for (const button of document.querySelectorAll<HTMLElement>(`[data-command="${name}"]`))
       button.addEventListener("click", () => {
-        const why = refusal(button);
-        if (why) return this.notice(why, "warning");
+        if (refusal(button)) return this.refuse(() => refusal(button));
         act();
       });
   }
@@ -142,11 +146,16 @@ export class RobotPage {
     keep: (seq) => this.live.send({ t: "keep", seq }),
     release: (seq) => this.live.send({ t: "released", seq }),
     ended: (seq) => this.ladder.ended(this.seqGrant, seq),
-    refused: (why) => this.notice(why, "warning"),
+    refused: (why, again = () => why) => this.refuse(again),
   };
 
   get operating(): boolean {
     return this.snapshot?.me.can.drive ?? false;
+  }
+
+  /** The number of the newest command of this grant; 0 if there is none. */
+  get lastSeq(): number {
+    return this.seq;
   }
 
   get grant(): number {
@@ -162,9 +171,8 @@ export class RobotPage {
 
   /** Give a command, or show why not. Returns its sequence number; 0 if it was not given. */
   command(kind: string, args: object = {}, judged = kind): number {
-    const why = this.whyNot(judged);
-    if (why) {
-      this.notice(why, "warning");
+    if (this.whyNot(judged)) {
+      this.refuse(() => this.whyNot(judged));
       return 0;
     }
     return this.issue(kind, args);
@@ -173,6 +181,7 @@ export class RobotPage {
   /** Put the next command into the list and send it. Returns its sequence number. */
   issue(kind: string, args: object): number {
     this.seq += 1;
+    this.settle();
     this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), over: this.live.opened, result: {} });
     performance.mark(`command-${this.seq}`);
     this.live.send({ t: "command", kind, args, seq: this.seq });
@@ -181,12 +190,17 @@ export class RobotPage {
   }
 
   notice(words: string, level: string): void {
-    const box = byId("notice");
-    box.textContent = words;
-    box.className = `notice ${level}`;
-    box.hidden = false;
-    clearTimeout(this.noticeTimer);
-    this.noticeTimer = window.setTimeout(() => (box.hidden = true), level === "info" ? 6000 : 12_000);
+    this.notices.show(words, level);
+  }
+
+  /** Say why something is refused, for as long as `why` says so and nothing else is given. */
+  refuse(why: () => string): void {
+    this.notices.refuse(why);
+  }
+
+  /** Something was chosen: what was refused before is over. */
+  settle(): void {
+    this.notices.settle();
   }
 
   private stopKey(event: KeyboardEvent): void {
@@ -247,12 +261,14 @@ export class RobotPage {
     else if (m.t === "answer") {
       const said = m.to === "stop" && this.stopPress.answered(m.ok);
       if (!m.ok && m.to === "command") this.ladder.refuse(this.seqGrant, m.seq ?? 0, m.text, this.live.now());
-      if (m.text && !said) this.notice(m.text, m.ok ? "info" : "warning");
+      if (m.ok) this.settle();
+      if (m.text && !said && m.ok) this.notice(m.text, "info");
+      else if (m.text && !said) this.refuse(() => m.text);
     } else if (m.t === "notice") this.notice(m.text, m.level);
     else if (m.t === "plan") this.onPlan?.(m);
     else if (m.t === "trace") this.trace?.add(m);
     else if (m.t === "store") this.storeDown = m.text;
-    else if (m.t === "watchers") text("watchers", m.count > 1 ? `, ${m.count} watch` : "");
+    else if (m.t === "watchers") this.watchers = m.count;
     else if (m.t === "pong" && this.snapshot) this.snapshot.link = m.link;
     this.draw();
   }
@@ -291,6 +307,8 @@ export class RobotPage {
     const f = this.facts();
     this.drawBanner(f);
     this.drawAge(f);
+    this.notices.draw();
+    this.awake.keep(this.operating && !replaying() && this.live.lostMs < AWAY_MS);
     const s = this.snapshot;
     this.ladder.lost(this.toldOver, this.live.now());
     if (s ? s.me.can.drive && s.link && !f.busy : this.page.dataset["drives"] !== undefined) this.live.operate?.();
@@ -300,6 +318,7 @@ export class RobotPage {
     text("state", s.robot.label);
     text("why-state", s.robot.why);
     text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
+    text("watchers", this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`);
     text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
     this.place.draw(s, this.live.now(), f.lineUp);
     this.suspended.draw(s, f.lineUp);
@@ -317,7 +336,7 @@ export class RobotPage {
       lost: !f.lineUp, lostMs: this.live.lostMs, offline: !navigator.onLine, snapshot: s, storeDown: this.storeDown,
       stopPending: this.stopPress.pending, robotSilent: this.robotSilent(f), now: f.now,
     });
-    if (words && !banner.textContent) byId("notice").hidden = true; // the banner is newer
+    if (words && !banner.textContent) this.notices.hide(); // the banner is newer
     if (banner.textContent !== words) banner.textContent = words;
     banner.hidden = !words;
   }

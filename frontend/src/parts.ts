@@ -10,7 +10,8 @@ export interface Part {
   do?: string;
   /** A countdown, which is not announced to screen readers every second. */
   timer?: boolean;
-  disabled?: boolean;
+  /** For a button: why it does not work now; place and focus stay. */
+  why?: string;
   pressed?: boolean;
 }
 
@@ -62,7 +63,7 @@ function made(part: Part): HTMLElement {
 
 function update(element: HTMLElement, part: Part): void {
   say(element, part.text);
-  if (part.do) (element as HTMLButtonElement).disabled = part.disabled ?? false;
+  if (part.do) allow(element, part.why ?? "");
   if (part.pressed !== undefined) element.setAttribute("aria-pressed", String(part.pressed));
 }
 

@@ -16,6 +16,7 @@ type Heard = Places | { t: "pulse"; now_ms: number } | { t: "answer"; to: string
 const SIGNED_OUT = 4401;
 const OPEN_MS = 10_000; // an attempt that takes longer is given up
 const DEAD_MS = 50_000; // the server says something every 20 s
+const LOOK_MS = 5000; // or if it does not answer when it is asked: the device may have slept
 const POLL_MS = 10_000;
 const ANSWER_MS = 4000;
 export const UNSENT = "That could not be sent: there is no connection. Try again when it is back.";
@@ -29,6 +30,7 @@ export class PersonLine {
   private socket: WebSocket | null = null;
   private tries = 0;
   private heard = 0;
+  private looked = 0; // when the server was asked for the places, and has not answered since; 0: not
   private asked = 0;
   private waiting: Waiting | null = null;
   private token: string;
@@ -64,8 +66,10 @@ export class PersonLine {
 
   private look(): void {
     if (this.over) return;
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send('{"t":"look"}');
-    else if (this.socket === null) this.open();
+    if (this.socket?.readyState === WebSocket.OPEN) {
+      this.socket.send('{"t":"look"}');
+      this.looked ||= performance.now();
+    } else if (this.socket?.readyState !== WebSocket.CONNECTING) this.open();
   }
 
   private open(): void {
@@ -73,6 +77,7 @@ export class PersonLine {
     const socket = new WebSocket(`${scheme}://${location.host}/ws/me/`);
     this.socket = socket;
     this.heard = performance.now();
+    this.looked = 0;
     setTimeout(() => socket.readyState === WebSocket.CONNECTING && socket.close(), OPEN_MS); // the next attempt follows
     socket.onmessage = (event) => this.take(JSON.parse(event.data as string) as Heard);
     socket.onclose = (event) => {
@@ -86,6 +91,7 @@ export class PersonLine {
 
   private take(m: Heard): void {
     this.heard = performance.now();
+    this.looked = 0;
     this.tries = 0;
     if (m.t === "answer") {
       // the answer to a request that was given up meanwhile is nobody's; one that could not be read is answered as "do"
@@ -114,7 +120,8 @@ export class PersonLine {
   private watch(): void {
     if (this.over) return;
     const open = this.socket?.readyState === WebSocket.OPEN;
-    if (open && performance.now() - this.heard > DEAD_MS) {
+    const now = performance.now();
+    if (open && (now - this.heard > DEAD_MS || (this.looked && now - this.looked > LOOK_MS))) {
       const old = this.socket;
       this.socket = null;
       old?.close();

@@ -1,5 +1,6 @@
 /** The panel that shows whose turn it is and what you can do. */
-import { type Part, show } from "./parts.ts";
+import { type Part, refusal, show } from "./parts.ts";
+import { UNSENT } from "./person.ts";
 import type { Snapshot } from "./protocol.ts";
 import { Twice } from "./twice.ts";
 import { clock, span } from "./words.ts";
@@ -14,9 +15,10 @@ export class Place {
   private driving = false;
   private told = "";
 
-  constructor(private box: HTMLElement, private send: Send) {
+  constructor(private box: HTMLElement, private send: Send, refuse: (why: () => string) => void) {
     box.addEventListener("click", (event) => {
-      const action = (event.target as HTMLElement).closest<HTMLElement>("[data-do]")?.dataset["do"];
+      const button = (event.target as HTMLElement).closest<HTMLElement>("[data-do]"), action = button?.dataset["do"];
+      if (button && refusal(button)) return refuse(() => refusal(button));
       if (action === "leave" && this.driving && !this.ending.press()) return this.ask();
       if (action) this.send({ t: action });
     });
@@ -33,7 +35,7 @@ export class Place {
   /** Draw the panel; called at each snapshot and each second. */
   draw(s: Snapshot, now: number, up: boolean): void {
     this.driving = s.me.can.drive;
-    show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, disabled: !up } : part)));
+    show(this.box, this.parts(s, now).map((part) => (part.do ? { ...part, why: up ? "" : UNSENT } : part)));
   }
 
   /** Make the bar update too when something changed here, so that both show the same. */

@@ -1,3 +1,4 @@
-/** What every page loads: the look, and where one stands. */
+/** What every page loads: the look, where the focus goes, and where one stands. */
 import "./style.css";
+import "./focus.ts";
 import "./turnbar.ts";

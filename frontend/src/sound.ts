@@ -10,6 +10,8 @@ const SILENT_MS = 4000; // nothing comes for so long
 const WAITING = 10; // pieces in the decoder; with more it begins anew
 const QUIET_DB = -60; // the lower end of the scale
 const CANNOT = "This browser cannot play the robot's sound.";
+const BEGINS_MS = 1000; // in which a browser that plays sound has begun to
+const PAUSED = "Sound paused. Press to hear again.";
 
 /** Everything that is open while somebody listens. */
 class Playing {
@@ -21,13 +23,28 @@ class Playing {
   private sources = new Map<AudioBufferSourceNode, number>(); // when each begins, s
   private run = -1;
   private decodedMs = 0;
+  private ranAt = performance.now();
 
-  constructor(failed: () => void) {
+  /** `changed` is called when the browser pauses the sound, for a telephone call say, or plays it again. */
+  constructor(failed: () => void, changed: () => void) {
     this.analyser.fftSize = 2048;
     this.analyser.connect(this.context.destination);
     this.decoder = new AudioDecoder({ output: (data) => this.decoded(data), error: failed });
     this.decoder.configure(CONFIG);
-    void this.context.resume();
+    this.context.addEventListener("statechange", changed);
+    this.resume();
+  }
+
+  /** Ask the browser to play, which may want to be asked from within a press. */
+  resume(): void {
+    if (this.context.state !== "running") this.context.resume().catch(() => undefined);
+  }
+
+  /** Whether the browser plays nothing. */
+  get paused(): boolean {
+    const now = performance.now();
+    if (this.context.state === "running") this.ranAt = now;
+    return now - this.ranAt > BEGINS_MS;
   }
 
   take(packet: SoundPacket): void {
@@ -97,39 +114,74 @@ export class Sound {
   private said = ""; // by the robot's side
   private heardAt = 0; // the last packet, performance.now
   private hiding = 0;
+  private away = false; // nobody has seen the page for a while
+  private paused = false; // the browser plays nothing, and the page says so
+
+  private readonly button: HTMLElement;
+  private readonly words: HTMLElement;
+  private readonly meter: HTMLMeterElement;
+  private readonly ask: (on: boolean) => void;
 
   /** `ask` has sound sent, or no more; true while the person listens and nothing prevents it. */
-  constructor(
-    private button: HTMLElement, private words: HTMLElement, private meter: HTMLMeterElement, private ask: (on: boolean) => void,
-  ) {
+  constructor(button: HTMLElement, words: HTMLElement, meter: HTMLMeterElement, ask: (on: boolean) => void) {
+    [this.button, this.words, this.meter, this.ask] = [button, words, meter, ask];
     button.addEventListener("click", () => this.press());
     document.addEventListener("visibilitychange", () => this.hide());
+    for (const name of ["pageshow", "focus", "pointerdown", "pointerup", "keydown"])
+      addEventListener(name, ({ target }) => this.again(target), { capture: true, passive: true });
     void possible().then((can) => can || this.give(CANNOT));
   }
 
   private press(): void {
     const why = refusal(this.button);
     if (why) say(this.words, why);
+    else if (this.paused) this.anew();
     else this.set(!this.on);
   }
 
+  /** Begin anew from within a press: some browsers play nothing more over what they have paused. */
+  private anew(): void {
+    this.playing?.close();
+    this.playing = null;
+    this.wake();
+  }
+
+  private wake(): void {
+    this.away = false;
+    this.heardAt = performance.now();
+    this.open(!this.why);
+    this.playing?.resume();
+    this.draw(this.why);
+  }
+
+  /** Play on wherever somebody presses, but for the button, which does it itself. */
+  private again(target: EventTarget | null): void {
+    if (!document.hidden && !(target instanceof Node && this.button.contains(target))) this.playing?.resume();
+  }
+
+  /** A page that nobody sees is silent after a while, and plays on when somebody sees it again. */
   private hide(): void {
     clearTimeout(this.hiding);
-    if (document.hidden && this.on) this.hiding = window.setTimeout(() => this.set(false), HIDDEN_MS);
+    if (!this.on) return;
+    if (!document.hidden) return this.wake();
+    this.hiding = window.setTimeout(() => {
+      this.away = true;
+      this.open(false);
+    }, HIDDEN_MS);
   }
 
   private set(on: boolean): void {
     this.on = on;
+    this.away = false;
     this.said = "";
     this.heardAt = performance.now();
-    this.button.setAttribute("aria-pressed", String(on));
     this.open(on && !this.why);
     this.draw(this.why);
   }
 
   private open(on: boolean): void {
     try {
-      if (on && !this.playing) this.playing = new Playing(() => this.give(CANNOT));
+      if (on && !this.playing) this.playing = new Playing(() => this.give(CANNOT), () => this.changed());
     } catch {
       return this.give(CANNOT);
     }
@@ -138,6 +190,11 @@ export class Sound {
       this.playing = null;
     }
     this.ask(on);
+  }
+
+  private changed(): void {
+    if (!document.hidden) this.playing?.resume();
+    this.draw(this.why);
   }
 
   /** This browser plays nothing: say so, and listen no more. */
@@ -163,18 +220,19 @@ export class Sound {
   draw(why: string): void {
     if (why !== this.why) {
       this.why = why;
-      if (this.on) this.open(!why);
+      if (this.on && !this.away) this.open(!why);
       this.heardAt = performance.now();
     }
+    this.paused = this.on && this.playing?.paused === true;
+    this.button.setAttribute("aria-pressed", String(this.on && !this.paused));
     const level = this.playing ? Math.max(0, 1 - this.playing.loudness / QUIET_DB) : 0;
     this.meter.hidden = !this.playing;
     this.meter.value = level;
-    if (!refusal(this.button)) say(this.words, this.on ? why || this.said || this.silence() : "");
+    if (!refusal(this.button)) say(this.words, this.on ? why || (this.paused ? PAUSED : this.said || this.silence()) : "");
   }
 
   private silence(): string {
-    if (performance.now() - this.heardAt > SILENT_MS) return "No sound comes now.";
-    return this.playing?.context.state === "suspended" ? "The browser does not let this page play sound." : "";
+    return performance.now() - this.heardAt > SILENT_MS ? "No sound comes now." : "";
   }
 }
 

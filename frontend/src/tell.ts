@@ -4,6 +4,9 @@ import type { Standing } from "./person.ts";
 import { say } from "./parts.ts";
 
 const MOMENTS_S = [60, 20, 10];
+/** What the bar's button for the sound does, as its `data-do` says. */
+export const SOUND = "ask-sound";
+const READY_MS = 400; // in which a browser begins to play, if it does
 
 export class Teller {
   private title = document.title;
@@ -15,14 +18,15 @@ export class Teller {
   private wantsSound = false;
   private polite: HTMLElement;
   private assertive: HTMLElement;
+  private chimes = 0; // a later chime takes the place of one that still waits
   private open: (place: Standing) => void;
 
   constructor(polite: HTMLElement, assertive: HTMLElement, open: (place: Standing) => void) {
     this.polite = polite;
     this.assertive = assertive;
     this.open = open;
-    for (const name of ["pointerdown", "keydown"])
-      addEventListener(name, () => this.wantsSound && this.prime(), { capture: true, passive: true });
+    for (const name of ["pointerdown", "pointerup", "keydown", "pageshow", "focus"])
+      addEventListener(name, ({ target }) => this.ready(target), { capture: true, passive: true });
   }
 
   get sound(): boolean {
@@ -32,6 +36,11 @@ export class Teller {
   set sound(on: boolean) {
     kept.set("sound", on ? "on" : "off");
     if (on) this.chime();
+  }
+
+  /** Whether the browser would not play the sound now: nobody has pressed anything, or it has paused the page's sound. */
+  get paused(): boolean {
+    return this.sound && this.audio?.state !== "running";
   }
 
   /** Announce what is new, the most urgent first; called at each change and every half second. */
@@ -65,7 +74,7 @@ export class Teller {
   private offer(place: Standing, key: string, left: number): void {
     say(this.assertive, `It is your turn on ${place.name}. You have ${Math.max(0, Math.ceil(left))} seconds to take control.`);
     if (kept.get("told") === key) return; // another page of this browser told it
-    if (this.chime()) kept.set("told", key);
+    this.chime(() => kept.set("told", key));
     if (navigator.userActivation?.hasBeenActive && "vibrate" in navigator) navigator.vibrate([200, 100, 200]);
     if (document.hidden || !document.hasFocus()) this.notify(place, key);
   }
@@ -86,35 +95,49 @@ export class Teller {
     }
   }
 
+  /** Have the sound ready for a chime; a press of the button for it is left to that button. */
+  private ready(target: EventTarget | null): void {
+    const own = target instanceof Element && target.closest(`[data-do="${SOUND}"]`) !== null;
+    if (this.wantsSound && !own && navigator.userActivation?.hasBeenActive) this.prime();
+  }
+
   /** Browsers allow sound only after the page was touched. */
   private prime(): void {
     if (!this.sound) return;
     try {
       this.audio ??= new AudioContext();
-      void this.audio.resume();
+      if (this.audio.state !== "running") this.audio.resume().catch(() => undefined);
     } catch {
       // a browser without sound still shows everything
     }
   }
 
-  /** Play two notes; false if the browser does not allow sound. */
-  private chime(): boolean {
-    if (!this.sound || !navigator.userActivation?.hasBeenActive) return false;
+  /** Play two notes, now or never; `played` is called if the browser does. */
+  private chime(played: () => void = () => undefined): void {
+    if (!this.sound || !navigator.userActivation?.hasBeenActive) return;
     this.prime();
-    const audio = this.audio;
-    if (!audio) return false;
-    for (const [i, frequency] of [660, 880].entries()) {
-      const tone = audio.createOscillator();
-      const volume = audio.createGain();
-      const at = audio.currentTime + i * 0.22;
-      tone.frequency.value = frequency;
-      volume.gain.setValueAtTime(0.15, at);
-      volume.gain.exponentialRampToValueAtTime(0.001, at + 0.4);
-      tone.connect(volume).connect(audio.destination);
-      tone.start(at);
-      tone.stop(at + 0.4);
-    }
-    return audio.state === "running";
+    const chime = ++this.chimes;
+    const now = (): void => {
+      if (!this.audio || this.paused || chime !== this.chimes) return; // what was begun now would sound at some later time
+      play(this.audio);
+      played();
+    };
+    if (this.paused) setTimeout(now, READY_MS);
+    else now();
+  }
+}
+
+function play(audio: AudioContext): void {
+  for (const [i, frequency] of [660, 880].entries()) {
+    const tone = audio.createOscillator();
+    const volume = audio.createGain();
+    const at = audio.currentTime + i * 0.22;
+    tone.frequency.value = frequency;
+    volume.gain.setValueAtTime(0.15, at);
+    volume.gain.exponentialRampToValueAtTime(0.001, at + 0.4);
+    tone.connect(volume).connect(audio.destination);
+    tone.start(at);
+    tone.stop(at + 0.4);
   }
 }
 

@@ -3,9 +3,10 @@ import { LEAVE, type Leaving } from "./leaving.ts";
 import { type Part, say, show } from "./parts.ts";
 import { PersonLine, type Standing, type Wanted } from "./person.ts";
 import { current, shownOf } from "./shown.ts";
-import { Teller } from "./tell.ts";
+import { SOUND, Teller } from "./tell.ts";
 import { clock, span } from "./words.ts";
 
+const BUSY = "Your last press is on its way.";
 const ASK = "ask-"; // names of the bar's own buttons; the page may have others to join and accept
 
 class TurnBar {
@@ -66,19 +67,20 @@ class TurnBar {
     this.bar.dataset["state"] = this.leaving ? "leaving" : (first?.state ?? "");
     show(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now) : []);
     show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
-    say(this.also, this.leaving ? "" : rest.map((p) => short(p, now)).join(" "));
+    const paused = first?.state === "waiting" && this.teller.paused ? ["Sound paused. Press Sound to hear when it is your turn."] : [];
+    say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
   }
 
   private buttonsOf(p: Standing): Part[] {
     const ask = (what: string, text: string, more: Partial<Part> = {}): Part =>
-      ({ tag: "button", do: ASK + what, text, disabled: this.busy, ...more });
+      ({ tag: "button", do: ASK + what, text, why: this.busy ? BUSY : "", ...more });
     if (p.state === "offered") return [ask("accept", "Take control", { class: "primary" }), ask("leave", "Not now")];
     if (p.state === "operating") return [{ tag: "a", href: `/robots/${p.robot}/`, text: `Back to ${p.name}`, class: "button primary" }];
     if (p.state === "missed") return [ask("join", "Join again", { class: "primary" }), ask("dismiss", "Dismiss")];
     const notify = "Notification" in window && Notification.permission === "default";
     return [
       ...(notify ? [ask("notify", "Tell me when it is my turn")] : []),
-      ask("sound", "Sound", { pressed: this.teller.sound }),
+      { tag: "button", do: SOUND, text: "Sound", pressed: this.teller.sound && !this.teller.paused },
     ];
   }
 
@@ -90,7 +92,7 @@ class TurnBar {
       if (wanted === "go") leaving?.go();
       return;
     }
-    if (wanted === "sound") this.teller.sound = !this.teller.sound;
+    if (wanted === "sound") this.teller.sound = this.teller.paused || !this.teller.sound;
     else if (wanted === "notify") await this.notify();
     else await this.carryOut(wanted as Wanted);
     this.draw();

@@ -33,6 +33,13 @@ export function shownLive(ms: number, lost: boolean): boolean {
   return !lost && ms < LIVE_MS && ms >= -AHEAD_MS;
 }
 
+/** How many people watch, the driver apart, in words; `driving`: the person who reads it drives. */
+export function watcherWords(count: number, driving: boolean): string {
+  const others = driving ? count : Math.max(0, count - 1);
+  if (driving) return others === 0 ? "nobody else watches" : others === 1 ? "1 other watches" : `${others} others watch`;
+  return others === 0 ? "only you watch" : others === 1 ? "you and 1 other watch" : `you and ${others} others watch`;
+}
+
 /** The expected wait in words; null where nobody knows. */
 export function waitWords(wait: readonly [number, number] | null): string {
   if (wait === null) return "the wait is not known now";

@@ -3,13 +3,14 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { Jobs } from "../src/jobs.ts";
 
-interface Asked { method: string; answer(body: object, ok?: boolean): void; fail(): void }
+interface Asked { method: string; press: string | null; answer(body: object, ok?: boolean): void; fail(): void }
 let asked: Asked[] = [];
 
 function fetched(_address: string, init: RequestInit): Promise<Response> {
   return new Promise((resolve, reject) => {
     asked.push({
       method: init.method ?? "GET",
+      press: init.body instanceof URLSearchParams ? init.body.get("press") : null,
       answer: (body, ok = true) => resolve({ ok, json: () => Promise.resolve(body) } as Response),
       fail: () => reject(new TypeError("no connection")),
     });
@@ -47,4 +48,27 @@ test("an answer that was read before a job was asked for does not make it vanish
   asked[2]!.answer({ jobs: [job(7)] });
   await settled();
   assert.equal(jobs.own.length, 1);
+});
+
+test("a job that is asked for again before an answer came is the same press, and one after that is another", async () => {
+  const jobs = new Jobs("irat", "", () => undefined);
+  const presses = [jobs.ask("goal", { x: 1 }), jobs.ask("goal", { x: 1 })];
+  assert.match(asked[0]!.press!, /^[\w-]{20,64}$/);
+  assert.equal(asked[1]!.press, asked[0]!.press);
+  void jobs.ask("goal", { x: 2 });
+  assert.notEqual(asked[2]!.press, asked[0]!.press);
+  for (const one of asked) one.answer(job(7));
+  assert.deepEqual(await Promise.all(presses), ["", ""]);
+  assert.equal(jobs.own.length, 1);
+  void jobs.ask("goal", { x: 1 });
+  assert.notEqual(asked[3]!.press, asked[0]!.press);
+});
+
+test("a request that may have arrived is sent again as the same press", async () => {
+  const jobs = new Jobs("irat", "", () => undefined);
+  const lost = jobs.ask("goal", {});
+  asked[0]!.fail();
+  assert.match(await lost, /did not arrive/);
+  void jobs.ask("goal", {});
+  assert.equal(asked[1]!.press, asked[0]!.press);
 });

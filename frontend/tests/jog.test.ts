@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { parse, print } from "../../robots/drivers/pa10/console/program_text.ts";
 import { understood } from "../../robots/drivers/pa10/console/terminal_lines.ts";
-import { stick, twist } from "../src/gamepad.ts";
+import { type Pad, Pads, stick, twist } from "../src/gamepad.ts";
 
 const pad = (axes: number[], pressed: number[] = [], connected = true) => ({
   axes, connected, buttons: Array.from({ length: 17 }, (_, i) => ({ pressed: pressed.includes(i), touched: false, value: 0 })),
@@ -28,6 +28,43 @@ test("two sticks move a tool, and at rest ask for nothing", () => {
   assert.deepEqual(twist(pad([0, -1, 0, 0])), { x: 1 });
   assert.deepEqual(twist(pad([0, 0, 0.8, 1])), { z: -1, yaw: -0.8 });
   assert.equal(twist(pad([0, -1, 0, 0], [], false)), null, "a pad that was unplugged");
+});
+
+/** A gamepad as the browser reports it. */
+const reported = (axes: number[], mapping: GamepadMappingType = "standard", pressed: number[] = []): Pad => ({ ...pad(axes, pressed), mapping, id: "A pad", index: 0 });
+const twists = (pads: Pads, given: Pad): Record<string, number> | null => pads.read([given]).map(twist)[0] ?? null;
+
+test("triggers that rest at -1 turn nothing, whichever axes they are", () => {
+  const pads = new Pads(), firefox = (axes: number[]): Pad => reported(axes, "");
+  for (const rest of [[0, 0, 0, 0, 0, 0], [0, 0, -1, 0, 0, -1], [0, 0, -1, -1, 0, 0], [0, 0, 1, 0, 0, -1]])
+    assert.equal(twists(pads, firefox(rest)), null, "not even one that was reported as 0 before its first press");
+  assert.match(pads.why, /does not know its layout/);
+  assert.deepEqual(twists(pads, firefox([0, -1, -1, 0, 0, -1])), { x: 1 }, "the left stick works");
+  assert.deepEqual(pads.read([{ ...firefox([0, 0]), buttons: reported([], "", [12]).buttons }]).map(stick), [null], "buttons have no known places");
+});
+
+test("an axis counts from when it was seen at rest, and again after another gamepad took its place", () => {
+  const pads = new Pads(), pushed = reported([0, -1, 0, 0]), rest = reported([0, 0, 0, 0]);
+  assert.equal(twists(pads, pushed), null);
+  assert.match(pads.why, /release its sticks/);
+  assert.equal(twists(pads, reported([0, 0.1, 0, 0])), null);
+  assert.equal(pads.why, "");
+  assert.deepEqual(twists(pads, pushed), { x: 1 });
+  assert.equal(twists(pads, { ...pushed, id: "Another pad" }), null, "another one in its place");
+  assert.equal(twists(pads, { ...rest, id: "Another pad" }), null);
+  assert.deepEqual(twists(pads, { ...pushed, id: "Another pad" }), { x: 1 });
+  pads.read([]);
+  assert.equal(twists(pads, { ...pushed, id: "Another pad" }), null, "unplugged, and plugged in again");
+  twists(pads, rest);
+  pads.forget();
+  assert.equal(twists(pads, pushed), null, "the controls were not enabled meanwhile");
+});
+
+test("a cross that is held down as the gamepad is connected gives no direction", () => {
+  const pads = new Pads(), held = reported([0, 0], "standard", [12]);
+  assert.deepEqual(pads.read([held]).map(stick), [null]);
+  pads.read([reported([0, 0])]);
+  assert.deepEqual(pads.read([held]).map(stick), [[0, 1]]);
 });
 
 const AXES = ["S1", "S2", "E1", "E2", "W1", "W2"];

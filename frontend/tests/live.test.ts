@@ -10,6 +10,7 @@ let answers = true; // whether it answers those that it takes
 
 /** A browser's socket; the test is the server. */
 class Socket {
+  static readonly CONNECTING = 0;
   static readonly OPEN = OPEN;
   readyState = 0;
   sent: string[] = [];
@@ -49,9 +50,12 @@ class Socket {
   }
 }
 
+let listeners: [string, (event: object) => void][] = [];
+const heard = (name: string, listener: (event: object) => void): void => void listeners.push([name, listener]);
+const happens = (name: string, event: object = {}): void => listeners.filter(([of]) => of === name).forEach(([, listener]) => listener(event));
 const stubs = {
-  document: { querySelector: () => null }, location: { protocol: "http:", host: "robots.example.org" }, window: globalThis,
-  addEventListener: () => undefined, WebSocket: Socket, performance: { now: () => now },
+  document: { querySelector: () => null, hidden: false, addEventListener: heard }, location: { protocol: "http:", host: "robots.example.org" }, window: globalThis,
+  addEventListener: heard, WebSocket: Socket, performance: { now: () => now },
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
 const { Live } = await import("../src/live.ts");
@@ -89,7 +93,7 @@ mock.method(Math, "random", () => (dice = (dice * 48271) % 2147483647) / 2147483
 beforeEach(() => {
   mock.timers.reset();
   mock.timers.enable({ apis: ["setTimeout", "setInterval"] });
-  [now, sockets, reached, answers, dice] = [0, [], true, true, 1];
+  [now, sockets, reached, answers, dice, listeners] = [0, [], true, true, 1, []];
 });
 
 test("the pages of a process that falls silent do not all come back at once", () => {
@@ -193,4 +197,44 @@ test("a preview that was asked for without a connection is asked for with the ne
   sockets.at(-1)!.end(1006);
   pass(15_000);
   assert.deepEqual(asked(sockets.at(-1)!), [], "it has been answered");
+});
+
+for (const [name, event] of [["pageshow", { persisted: true }], ["visibilitychange", {}], ["resume", {}]] as const)
+  test(`a socket that died while the page slept is given up soon after ${name}`, () => {
+    page();
+    pass(50);
+    now += 5000; // no timer ran: the device slept
+    happens(name, event);
+    pass(3500);
+    assert.equal(sockets.length, 2);
+    assert.equal(sockets[0]!.closed, true);
+  });
+
+test("a page that comes back from the browser's cache with a closed socket opens another at once", () => {
+  const live = page();
+  pass(50);
+  sockets[0]!.readyState = CLOSED; // without a word
+  happens("pageshow", { persisted: true });
+  assert.equal(sockets.length, 2);
+  pass(50);
+  assert.equal(live.lost, false);
+});
+
+test("a page that is seen again does not wait for the pause between two attempts, nor give up a socket that works", () => {
+  page();
+  pass(50);
+  reached = false;
+  sockets[0]!.end(1006);
+  pass(30_000);
+  const before = sockets.length;
+  reached = true;
+  happens("visibilitychange");
+  assert.equal(sockets.length, before + 1);
+  pass(50);
+  for (let i = 0; i < 5; i++) {
+    happens("visibilitychange");
+    sockets.at(-1)!.say({ t: "pong", n: i, now_ms: 0 });
+    pass(1000);
+  }
+  assert.equal(sockets.length, before + 1);
 });

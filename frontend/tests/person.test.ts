@@ -28,11 +28,12 @@ class Socket {
   }
 }
 
+const listeners: Record<string, () => void> = {};
 const stubs = {
   WebSocket: Socket,
   location: { protocol: "http:", host: "localhost" },
   document: { hidden: false, addEventListener: () => undefined },
-  addEventListener: () => undefined,
+  addEventListener: (name: string, heard: () => void) => void (listeners[name] = heard),
   fetch: async () => ({ ok: true, type: "basic", json: async () => ({ t: "places", now_ms: Date.now(), places: [], text: "by request" }) }),
 };
 for (const [name, value] of Object.entries(stubs)) Object.defineProperty(globalThis, name, { value, configurable: true });
@@ -105,4 +106,26 @@ test("a request that nobody answers is given up, and the person is told", async 
   const asked = line.ask("leave", place("mercury"));
   limit.abort(new DOMException("late", "TimeoutError"));
   assert.equal(await Promise.race([asked, new Promise((resolve) => setImmediate(resolve, "waits"))]), UNSENT);
+});
+
+test("a socket that does not answer after the device slept is given up within seconds", (t) => {
+  let now = 0;
+  t.mock.method(performance, "now", () => now);
+  const { socket } = connected(t);
+  const second = (): void => {
+    now += 1000;
+    t.mock.timers.tick(1000);
+  };
+  second();
+  listeners["focus"]!();
+  for (let i = 0; i < 4; i++) second();
+  assert.equal(socket.closed, 0);
+  for (let i = 0; i < 3; i++) second();
+  assert.equal(socket.closed, 1);
+  const next = Socket.last;
+  assert.notEqual(next, socket);
+  listeners["focus"]!();
+  next.says({ t: "places", now_ms: 0, places: [] });
+  for (let i = 0; i < 8; i++) second();
+  assert.equal(next.closed, 0, "one that answers stays");
 });

@@ -1,6 +1,6 @@
 /** Messages for a person who looks elsewhere: what is said, with which urgency, and what sounds. */
 import assert from "node:assert/strict";
-import { beforeEach, test } from "node:test";
+import { beforeEach, mock, test } from "node:test";
 import type { Standing } from "../src/person.ts";
 import type { Teller as Told } from "../src/tell.ts";
 
@@ -9,11 +9,16 @@ const storage = new Map<string, string>();
 let started: number[] = []; // frequencies of the oscillators
 let vibrated: number[][] = [];
 
+let state = "running";
+let obeys = false; // the browser plays when it is asked to
+
 class Sound {
-  state = "running";
+  get state(): string {
+    return state;
+  }
   currentTime = 0;
   destination = {};
-  resume = async (): Promise<void> => undefined;
+  resume = async (): Promise<void> => void (state = obeys ? "running" : state);
   createGain = (): object => ({
     gain: { setValueAtTime: () => undefined, exponentialRampToValueAtTime: () => undefined },
     connect: (to: object) => to,
@@ -38,6 +43,9 @@ beforeEach(() => {
   storage.clear();
   started = [];
   vibrated = [];
+  [state, obeys] = ["running", false];
+  mock.timers.reset();
+  mock.timers.enable({ apis: ["setTimeout"] });
 });
 
 function page(): { teller: Told; polite: { textContent: string }; assertive: { textContent: string } } {
@@ -105,4 +113,26 @@ test("before the page was touched nothing sounds or vibrates", () => {
   page().teller.tell([place("offered", 30)], NOW, "");
   Object.assign(navigator.userActivation, { hasBeenActive: true });
   assert.deepEqual([started, vibrated], [[], []]);
+});
+
+for (const paused of ["suspended", "interrupted"])
+  test(`a chime that the browser does not play (${paused}) is not played later, and no other page is kept from it`, () => {
+    state = paused;
+    const { teller } = page();
+    teller.tell([place("offered", 30)], NOW, "");
+    assert.equal(teller.paused, true);
+    mock.timers.tick(600);
+    state = "running";
+    assert.deepEqual([started, storage.get("farhand-told")], [[], undefined]);
+    page().teller.tell([place("offered", 30)], NOW + 700, "");
+    assert.deepEqual(started, [660, 880]);
+  });
+
+test("a chime that the browser plays at once when it is asked is heard", () => {
+  [state, obeys] = ["suspended", true];
+  const { teller } = page();
+  teller.tell([place("offered", 30)], NOW, "");
+  mock.timers.tick(600);
+  assert.deepEqual(started, [660, 880]);
+  assert.equal(teller.paused, false);
 });

@@ -51,6 +51,9 @@ class Box {
     shown = inner;
   }
   setAttribute(): void {}
+  getAttribute(): null {
+    return null;
+  }
 }
 
 class Socket {

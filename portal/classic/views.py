@@ -17,7 +17,7 @@ from portal.classic import tokens
 from portal.classic.pictures import drawn, name_of
 from portal.consoles.console import classic
 from portal.limits.pages import leave_room
-from portal.live.snapshot import seen, status_of
+from portal.live.snapshot import shown_still, status_of
 from queueing import services as queue
 from queueing.errors import QueueError
 from queueing.estimates import place_and_wait
@@ -76,7 +76,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     state, label, why = status_of(robot, now)
     ticket = queue.open_ticket(robot, request.user)
     turn = queue.open_turn(robot)
-    still = seen(newest_still(robot), request.user)
+    still = shown_still(robot, request.user)
     mine = turn is not None and is_person(request.user, turn.user_id)
     ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
     unwritten = None

@@ -25,6 +25,7 @@ from portal.live.rooms import Cameras, Room, Viewer
 from portal.live.sessions import session_watch
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
+from portal.live.watchers import together, understood
 from robots import bus, stream_store
 from robots.contract.streams import MOST
 from robots.messages import decode
@@ -94,6 +95,12 @@ class Hub:
         room = self._rooms.get(slug)
         return {*room.watched(), *room.keys()} if room is not None else set()
 
+    def seat(self, viewer: Viewer, person: int, drives: bool) -> None:
+        """Count the viewer as a page of this person, who drives or not; 0 for nobody."""
+        if (viewer.person, viewer.drives) != (person, drives):
+            with self._changing(viewer):
+                viewer.person, viewer.drives = person, drives
+
     async def trace(self, viewer: Viewer, on: bool) -> None:
         """Send the viewer the wire trace from now on, or no more."""
         with self._changing(viewer):
@@ -151,7 +158,7 @@ class Hub:
     def watchers(self, slug: str) -> int:
         """Return how many watch the robot in all web processes, as far as this one knows."""
         room = self._rooms.get(slug)
-        return max(room.count, room.pages) if room is not None else 0
+        return room.watching() if room is not None else 0
 
     def strangers(self, slug: str) -> int:
         """Return how many pages of people who are not signed in watch the robot in this process."""
@@ -354,14 +361,14 @@ class Hub:
         with contextlib.suppress(RedisError, OSError):
             now, _ = await store.time()  # of Redis: clocks of hosts differ
             both = store.pipeline(transaction=False)
-            both.hset(key, self._name, f"{room.pages} {now}")
+            both.hset(key, self._name, room.here(now).text())
             both.expire(key, 10 * COUNT_S)
             both.hgetall(key)
             *_, told = await both.execute()
-            counts = {name: _counted(value) for name, value in told.items()}
-            if old := [name for name, (_, at) in counts.items() if now - at > COUNT_S]:
+            counts = {name: understood(value) for name, value in told.items()}
+            if old := [name for name, one in counts.items() if now - one.at > COUNT_S]:
                 await store.hdel(key, *old)
-            room.give_count(sum(count for count, at in counts.values() if now - at <= COUNT_S))
+            room.give_count(together(one for name, one in counts.items() if name not in old))
 
     async def _mark_watched(self, slug: str) -> None:
         room = self._rooms.get(slug)
@@ -380,15 +387,6 @@ class Hub:
             return
         with contextlib.suppress(RedisError, OSError):
             await self._redis.set(key, 1, ex=bus.WATCH_S)
-
-
-def _counted(value: bytes) -> tuple[int, int]:
-    """Return what another process tells: how many watch, and when it counted (s); none, long ago, if not understood."""
-    try:
-        count, at = map(int, value.split())
-    except ValueError:
-        return 0, 0
-    return count, at
 
 
 _hubs: dict[int, Hub] = {}

@@ -12,6 +12,7 @@ from portal.live.audience import Seat, audience
 from portal.live.direct import Connection, binary_frame, text_frames
 from portal.live.messages import CAMERAS, Watch
 from portal.live.video import JOIN_S, LATER, Given, Videos
+from portal.live.watchers import Watchers, together, watchers_text
 from robots import bus
 from robots.contract.video import unpack
 from robots.description import CODING
@@ -24,11 +25,6 @@ K = TypeVar("K")
 Step = tuple[int, bool]  # a camera, and whether its pictures are coarse
 Write = Callable[[bytes], None]
 Group = dict["Viewer", Write | None]  # viewers that want the same; how to write at once to those that are ready for it
-
-
-def watchers_text(count: int) -> str:
-    """Return the message that tells how many watch."""
-    return f'{{"t": "watchers", "count": {count}}}'
 
 
 def _drop_empty(groups: dict[K, Group]) -> None:
@@ -44,8 +40,8 @@ class Viewer:
     """
 
     __slots__ = (
-        "cameras", "coarse", "compact", "connection", "counted", "due", "events", "every_s", "frames",
-        "given", "groups", "joins_from", "newest_from", "page", "resync", "seat", "slug", "sound", "sounds", "state",
+        "cameras", "coarse", "compact", "connection", "counted", "drives", "due", "events", "every_s", "frames",
+        "given", "groups", "joins_from", "newest_from", "person", "resync", "seat", "slug", "sound", "sounds", "state",
         "stranger", "told", "trace", "video", "wake",
     )  # fmt: skip
 
@@ -53,7 +49,8 @@ class Viewer:
         self.slug, self.connection = slug, connection
         self.seat = Seat()  # counts what is sent to it alone
         self.groups: tuple[Group, ...] = ()  # in which it is
-        self.page = self.stranger = False  # a page shows it, of somebody who is not signed in
+        self.stranger = False  # it is a page of somebody who is not signed in
+        self.person, self.drives = 0, False  # whose page it is (key), as far as known; they drive
         self.trace = False
         self.cameras = frozenset({0})  # the cameras that it wants
         self.every_s = 0.0  # between two pictures of a camera, at least
@@ -187,7 +184,8 @@ class Room:
         self.some = defaultdict[int, Group](dict)  # those that want a camera's picture now and then
         self.listeners: Group = {}  # those that want sound
         self.states = defaultdict[bool, Group](dict)  # those that want compact states, or whole ones
-        self.pages = self.strangers = 0  # of these viewers
+        self.strangers = 0  # pages of people who are not signed in
+        self.people = Counter[int]()  # pages of those who are and do not drive
         self.wanted = Counter[str]()  # how many want each camera's pictures, or the trace
         self.newest: dict[int, bytes] = {}  # each camera's picture
         self.videos = {coarse: Videos() for coarse in (False, True)}
@@ -198,8 +196,7 @@ class Room:
     def add(self, viewer: Viewer) -> None:
         """Give a viewer, from now on, what it wants of this robot."""
         self.viewers.add(viewer)
-        self.pages += viewer.page
-        self.strangers += viewer.stranger
+        self._seat(viewer, 1)
         self.wanted.update(self._wants(viewer))
         viewer.enter(self._groups(viewer))
 
@@ -207,13 +204,26 @@ class Room:
         """Give a viewer nothing more; one that is not here is no error."""
         if viewer in self.viewers:
             self.viewers.remove(viewer)
-            self.pages -= viewer.page
-            self.strangers -= viewer.stranger
+            self._seat(viewer, -1)
             self.wanted.subtract(self._wants(viewer))
             viewer.enter(())
             for steps in (self.each, self.film):
                 _drop_empty(steps)
             _drop_empty(self.some)
+
+    def _seat(self, viewer: Viewer, many: int) -> None:
+        self.strangers += many * viewer.stranger
+        if viewer.person and not viewer.drives:
+            self.people[viewer.person] += many
+            self.people += Counter()  # forget those who have no page any more
+
+    def here(self, now: int = 0) -> Watchers:
+        """Return who watches in this process."""
+        return Watchers(self.strangers, frozenset(self.people), now)
+
+    def watching(self) -> int:
+        """Return how many watch in all web processes, as far as this one knows."""
+        return max(self.count, together([self.here()]))
 
     def cut(self, viewer: Viewer) -> None:
         """Leave out cameras, and a coding of video, that the robot does not have; before the viewer is added."""

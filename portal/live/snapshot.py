@@ -89,6 +89,11 @@ def seen(frame: Frame | None, user: Any) -> Frame | None:
     return frame if frame is None or hidden is None or may_see_picture(hidden, frame.file, user) else None
 
 
+def shown_still(robot: Robot, user: Any) -> Frame | None:
+    """Return the newest picture, unless it is hidden from this person."""
+    return seen(newest_still(robot), user)
+
+
 def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
     """Return everything about a robot that `user` may see."""
     robot = Robot.objects.get(slug=slug)

@@ -16,11 +16,12 @@ from portal.live.hub import hub
 from portal.live.line import Line
 from portal.live.messages import Watch
 from portal.live.people import current_user, session_key
-from portal.live.rooms import Cameras, Viewer, watchers_text
+from portal.live.rooms import Cameras, Viewer
 from portal.live.sessions import NOT_STAFF, SESSIONS, UNCLEARED, Ending, SignIn, session_watch, sign_in_of
 from portal.live.shared import snapshots, with_person
 from portal.live.snapshot import of_person, snapshot
 from portal.live.threads import URGENT
+from portal.live.watchers import watchers_text
 from portal.stores import down_text
 from queueing.sessions import LATELY, Place, disconnect, reported_elsewhere, session_over
 from robots import bus
@@ -59,7 +60,7 @@ class Viewing(Line):
         `cameras`: those of the robot, if that was read.
         """
         viewer = self.viewer = Viewer(self.slug, connection_of(self.scope))
-        viewer.page, viewer.stranger = True, self.stranger()
+        viewer.stranger = self.stranger()
         if wish is not None:
             viewer.wish(wish)
         self._leave.callback(hub().detach, viewer)
@@ -137,6 +138,8 @@ class Viewing(Line):
             await self.close(NOT_FOUND)
             return
         self.sign(sign_in)
+        if self.viewer is not None:
+            hub().seat(self.viewer, self.me, self.operating)
         await self.send(shown)
 
     def stranger(self) -> bool:

@@ -18,8 +18,9 @@ from portal.limits.attempts import within
 from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
 from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
+from portal.pages.once import FIELD_OF_JOBS, press_of, token_of
 from queueing.errors import QueueError, TooOften
-from queueing.jobs.asking import Asker, ask
+from queueing.jobs.asking import Asker, ask, made_by
 from queueing.jobs.cancelling import cancel, may_cancel
 from queueing.jobs.foreseeing import foreseen, in_order
 from queueing.jobs.kinds import job_kinds, kinds_for, link_of
@@ -93,17 +94,19 @@ def _refuse_too_often(request: HttpRequest) -> None:
 
 
 def _ask(request: HttpRequest, robot: Robot) -> HttpResponse:
-    _refuse_too_often(request)
     fresh = ""
     if not request.user.is_authenticated and not request.get_signed_cookie(GUEST, default=""):
-        fresh = secrets.token_urlsafe(24)
+        fresh = token_of(request, FIELD_OF_JOBS) or secrets.token_urlsafe(24)  # two presses at once are of one guest
+    asker, form = asker_of(request, fresh), press_of(request, FIELD_OF_JOBS)
+    if made_by(robot, asker, form) is None:
+        _refuse_too_often(request)
     kind = request.POST.get("kind", "")
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
     name = request.POST.get("name", "")
     args = values(spec, request.POST) if spec is not None else {}
     job = ask(
-        robot, asker_of(request, fresh), kind, args, SYSTEM.now(),
-        name=name if storable(name) else "", mail=request.POST.get("mail") == "yes",
+        robot, asker, kind, args, SYSTEM.now(),
+        name=name if storable(name) else "", mail=request.POST.get("mail") == "yes", form=form,
     )  # fmt: skip
     answer: HttpResponse = JsonResponse(told(job), status=201) if wants_json(request) else redirect(job)
     if fresh:

@@ -8,15 +8,26 @@ from django.db import DataError, NotSupportedError, ProgrammingError
 from django.http import HttpRequest, HttpResponse
 
 from portal.pages.errors import bad_request
-from robots.plain import storable
+from robots.plain import plain_breaks, storable
 
 log = logging.getLogger(__name__)
 # of a filter in the address of a list: a number too great, a year that is none, half a range, no pattern
 WRONG = (ArithmeticError, LookupError, TypeError, ValueError, DataError, NotSupportedError, ProgrammingError)
 
 
+def _break_plainly(request: HttpRequest) -> None:
+    form = request.POST.copy()
+    for name, values in request.POST.lists():
+        form.setlist(name, [plain_breaks(value) for value in values])
+    form._mutable = False
+    request.POST = form  # type: ignore[assignment] # a QueryDict, as before
+
+
 class PlainText:
-    """Middleware that refuses NUL and unpaired surrogates in an address, its query or a form, and too many fields."""
+    """Middleware that refuses NUL and unpaired surrogates in an address, its query or a form, and too many fields.
+
+    What a form sends has line breaks of one character from here on, so that no text is longer than its field showed.
+    """
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
         self._get_response = get_response
@@ -32,6 +43,8 @@ class PlainText:
             raise BadRequest("A text contains characters that cannot be stored.")
         if request.path.startswith("/admin/") and any("regex" in name for name in request.GET):
             raise BadRequest("A list is not filtered by patterns, which can take for ever.")
+        if any("\r" in text for text in texts):
+            _break_plainly(request)
         return self._get_response(request)
 
     def process_exception(self, request: HttpRequest, exception: Exception) -> HttpResponse | None:

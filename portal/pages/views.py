@@ -19,7 +19,7 @@ from operatorlog.models import Entry, Visibility
 from operatorlog.services import hidden_with, may_see_picture
 from portal.classic.pictures import drawn
 from portal.consoles.console import console_of
-from portal.live.snapshot import seen, status_of
+from portal.live.snapshot import shown_still, status_of
 from portal.pages.errors import software_missing
 from queueing.estimates import waiting
 from queueing.jobs.kinds import job_kinds, offers_turns
@@ -32,10 +32,9 @@ from robots.contract.capabilities import Composite
 from robots.contract.compact import Layout
 from robots.contract.procedures import offered
 from robots.contract.spec import STAFF, TURN, CommandKind
-from robots.models import Frame, Robot
+from robots.models import Robot
 from robots.people import is_person
 from robots.permissions import reaches
-from robots.services import newest_still
 
 
 def _shown(robot: Robot) -> dict[str, Any]:
@@ -185,8 +184,3 @@ def media(request: HttpRequest, path: str) -> HttpResponse:
     response["Cache-Control"] = "public, max-age=3600" if hidden is None else "private, no-store"
     response["ETag"], response["Last-Modified"] = etag, http_date(at)
     return response
-
-
-def shown_still(robot: Robot, user: Any) -> Frame | None:
-    """Return the newest kept picture, unless it is hidden from this person."""
-    return seen(newest_still(robot), user)

@@ -43,9 +43,10 @@ class Asker:
 
 
 def ask(
-    robot: Robot, asker: Asker, kind: str, args: dict[str, Any], now: datetime, name: str = "", mail: bool = False
-) -> Job:
-    """Create a job that waits for its turn.
+    robot: Robot, asker: Asker, kind: str, args: dict[str, Any], now: datetime, name: str = "", mail: bool = False,
+    form: str = "",
+) -> Job:  # fmt: skip
+    """Create a job that waits for its turn, or return the one that the same `form` has made.
 
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
@@ -54,6 +55,8 @@ def ask(
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
+    if (made := made_by(robot, asker, form)) is not None:
+        return made
     user, link = asker.user, link_of(robot)
     spec = next((k for k in job_kinds(robot) if k.kind == kind), None)
     if spec is None:
@@ -70,6 +73,8 @@ def ask(
     shown = _shown_name(user, name)
     with transaction.atomic():
         queue = locked(queue_of(robot))
+        if (made := made_by(robot, asker, form)) is not None:  # by a press at the same moment
+            return made
         account = account_of(queue, user) if user is not None else account_of_guests(queue, asker.network)
         _refuse_more(queue, account, asker)
         try:
@@ -77,7 +82,7 @@ def ask(
                 job = Job.objects.create(
                     queue=queue, robot=robot, account=account, user=user, guest="" if user else asker.guest,
                     kind=kind, args=args, asked_at=now, mail=mail and user is not None,
-                    shown_name=shown,
+                    shown_name=shown, form=form,
                 )  # fmt: skip
         except IntegrityError as error:  # the same guest asked twice at once
             raise TooManyJobs(ONE_A_GUEST) from error
@@ -87,6 +92,13 @@ def ask(
             start_countdown(queue, now, job)
         announce(queue, user)
         return job
+
+
+def made_by(robot: Robot, asker: Asker, form: str) -> Job | None:
+    """Return the asker's job that this form has made; `form` is empty for what is no form."""
+    if not form:
+        return None
+    return Job.objects.filter(robot=robot, user=asker.user, guest="" if asker.user else asker.guest, form=form).first()
 
 
 def _refuse_by_what_is_shown(robot: Robot, kind: str, args: dict[str, Any]) -> None:

@@ -30,7 +30,7 @@ class Job(models.Model):
     """One command that a person or a guest asked for; each run has a grant.
 
     `start_tag` is empty while another request of the same account is ahead. `guest` is the hash of a guest's cookie,
-    `shown_name` the name that the asker wants on the page.
+    `shown_name` the name that the asker wants on the page, and `form` tells one press from another.
     """
 
     queue = models.ForeignKey("queueing.Queue", models.CASCADE, related_name="jobs")
@@ -39,6 +39,7 @@ class Job(models.Model):
     user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, null=True, blank=True, related_name="jobs")
     guest = models.CharField(max_length=64, blank=True)
     key = models.CharField(max_length=32, unique=True, default=new_key, editable=False)
+    form = models.CharField(max_length=64, blank=True, default="", db_default="", editable=False)
     kind = models.CharField(max_length=30)
     args = models.JSONField(default=dict, blank=True)
     start_tag = models.FloatField(null=True, blank=True)
@@ -65,6 +66,7 @@ class Job(models.Model):
                 fields=["account"], condition=Q(state__in=OPEN_JOB, start_tag__isnull=False),
                 name="one_tagged_job_an_account",
             ),
+            models.UniqueConstraint(fields=["account", "form"], condition=~Q(form=""), name="one_job_a_form"),
             models.UniqueConstraint(
                 fields=["queue", "guest"], condition=Q(state__in=OPEN_JOB) & ~Q(guest=""), name="one_open_job_a_guest"
             ),

@@ -87,9 +87,26 @@ def test_a_slow_line_gets_a_picture_now_and_then_and_a_good_one_live_pictures_ag
 def test_everybody_sees_how_many_watch(portal, visitor):
     first, second = visitor(), visitor()
     first.page.goto("/robots/mercury/")
-    expect(first.page.locator("#watchers")).to_have_text("")
+    expect(first.page.locator("#watchers")).to_have_text(", only you watch")
     second.page.goto("/robots/mercury/")
     for one in (first, second):
-        expect(one.page.locator("#watchers")).to_have_text(", 2 watch")
+        expect(one.page.locator("#watchers")).to_have_text(", you and 1 other watch")
     second.page.close()
-    expect(first.page.locator("#watchers")).to_have_text("")
+    expect(first.page.locator("#watchers")).to_have_text(", only you watch")
+
+
+def test_who_drives_does_not_watch_and_a_person_with_two_pages_is_one(portal, visitor):
+    ada, bob = visitor().cleared("ada"), visitor().cleared("bob", None)
+    ada.page.click("[data-do=join]")
+    ada.page.locator("[data-do=accept]").press("Enter")
+    expect(ada.page.locator("#watchers")).to_have_text(", nobody else watches")
+    again = ada.new_page()
+    again.goto("/robots/mercury/")
+    expect(again.locator("#watchers")).to_have_text(", nobody else watches")
+    for page in (bob.page, bob.new_page()):
+        page.goto("/robots/mercury/")
+        expect(page.locator("#watchers")).to_have_text(", only you watch")
+    expect(ada.page.locator("#watchers")).to_have_text(", 1 other watches")
+    visitor().page.goto("/robots/mercury/")
+    expect(bob.page.locator("#watchers")).to_have_text(", you and 1 other watch")
+    expect(ada.page.locator("#watchers")).to_have_text(", 2 others watch")

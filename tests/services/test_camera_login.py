@@ -155,7 +155,7 @@ def test_wrong_ones_are_said_in_a_sentence(camera, way, place):
     assert len(camera.asked) <= 4
 
 
-@pytest.mark.parametrize("realm", ["x, basic y", "x, Basic realm=y, z", "Basic "])
+@pytest.mark.parametrize("realm", ["x, basic y", "x, Basic realm=y, z", "Basic ", 'x", basic  ="y'])
 def test_a_camera_that_asks_for_digest_alone_never_gets_the_password(camera, tmp_path, realm):
     camera.challenges = [f'Digest realm="{realm}", nonce="{NONCE}", algorithm=SHA-512']
     opened = open_camera(f"http://{WRITTEN}@{camera.at}/a.jpg", tmp_path)

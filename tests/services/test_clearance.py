@@ -266,4 +266,8 @@ def test_a_failed_test_shows_a_paragraph_and_neither_answers_nor_a_score(bank, p
     again = client.get("/robots/mercury/clearance/")
     assert again.status_code == 409
     assert b"you can try again in" in again.content
-    assert client.post("/robots/mercury/clearance/", data).status_code == 409
+    reloaded = client.post("/robots/mercury/clearance/", data)
+    assert (reloaded.status_code, reloaded.context["hint"].section) == (200, first.section), "the same answer"
+    others = data | {f"q{q.id}": q.choices[0][0] for q in services.questions(attempt)}
+    others[f"q{first.pk}"] = next(c for c, _ in services.questions(attempt)[0].choices if c != data[f"q{first.pk}"])
+    assert client.post("/robots/mercury/clearance/", others).status_code == 409

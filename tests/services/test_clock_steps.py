@@ -202,7 +202,7 @@ def test_a_tick_that_has_begun_judges_nothing_that_has_followed_the_clock_since(
     monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
     before = left(clock)
 
-    def meanwhile(now):
+    def meanwhile(now, up_since):
         monkeypatch.undo()
         monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
         change(clock)
@@ -219,7 +219,7 @@ def test_a_tick_that_has_begun_judges_nothing_that_has_followed_the_clock_since(
 def test_a_tick_that_failed_bars_no_other_one(driven, clock, trusted, monkeypatch):
     monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
     with monkeypatch.context() as broken:
-        broken.setattr("queueing.tasks.tick_seldom", lambda now: (_ for _ in ()).throw(OperationalError("away")))
+        broken.setattr("queueing.tasks.tick_seldom", lambda *_: (_ for _ in ()).throw(OperationalError("away")))
         with pytest.raises(OperationalError):
             queue_tick()
     clock.go(1000)

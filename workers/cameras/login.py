@@ -18,7 +18,7 @@ from robots.drivers.errors import CameraFault
 
 HASHES = {"MD5": hashlib.md5, "SHA": hashlib.sha1, "SHA-256": hashlib.sha256}
 
-SCHEME = re.compile(r"([A-Za-z][\w-]*)(?:\s+(?!=)|$)")  # followed by its values; a value's name by "="
+SCHEME = re.compile(r"([A-Za-z][\w-]*)(?:\s++(?!=)|$)")  # followed by its values; a value's name by "="
 PLACE = "http://camera"  # for Python's handler, which may know several
 
 

@@ -4,16 +4,17 @@ import type { RobotPage } from "../page.ts";
 import { allow } from "../parts.ts";
 import type { StatePacket } from "../protocol.ts";
 import { byId } from "../svg.ts";
+import { Edited } from "./edited.ts";
 import { deg, type JointInfo, type Judge, rad, type Target } from "./types.ts";
 
 export class Joints {
   private sliders: HTMLInputElement[] = [];
   private numbers: HTMLInputElement[] = [];
   private marks: HTMLElement[] = [];
-  private touched = false;
+  private edited = new Edited();
   private box = byId("joints");
 
-  constructor(page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number, kind: string) {
+  constructor(private page: RobotPage, private console: Judge, private infos: JointInfo[], private speed: () => number, kind: string) {
     this.box.append(...infos.map((info) => this.row(info)));
     document.querySelector('[data-fill="joints"]')?.addEventListener("click", () => this.take(page.state?.joints ?? []));
     new Jog<Record<string, number>>(this.box, {
@@ -43,14 +44,14 @@ export class Joints {
     mark.setAttribute("aria-hidden", "true");
     track.append(slider, mark);
     const set = (value: string): void => {
-      this.touched = true;
+      this.edited.note(this.page.lastSeq);
       slider.value = number.value = value;
       slider.setAttribute("aria-valuetext", `${value} degrees`);
       this.console.ask();
     };
     slider.addEventListener("input", () => set(slider.value));
     number.addEventListener("input", () => {
-      this.touched = true;
+      this.edited.note(this.page.lastSeq);
       if (number.value !== "") slider.value = number.value;
       this.console.ask();
     });
@@ -67,11 +68,16 @@ export class Joints {
       const share = ((packet.joints[i] ?? 0) - info.low) / (info.high - info.low);
       this.marks[i]?.style.setProperty("inset-inline-start", `${Math.min(100, Math.max(0, share * 100))}%`);
     });
-    if (!this.touched) this.fill(packet.joints);
+    if (!this.edited.now) this.fill(packet.joints);
+  }
+
+  /** A motion has ended: the sliders follow again, unless somebody has moved one since it was given. */
+  arrived(seq: number): void {
+    this.edited.arrived(seq);
   }
 
   take(joints: number[]): void {
-    this.touched = false;
+    this.edited.forget();
     this.fill(joints);
     this.console.ask();
   }

@@ -4,6 +4,7 @@ import { Jog, named } from "../jog.ts";
 import type { RobotPage } from "../page.ts";
 import { allow } from "../parts.ts";
 import { byId } from "../svg.ts";
+import { Edited } from "./edited.ts";
 import { held } from "./joints.ts";
 import { deg, type Judge, rad, type Target } from "./types.ts";
 
@@ -25,11 +26,12 @@ const OVER_M = 0.15;
 
 export class Position {
   private inputs: HTMLInputElement[] = [];
+  private edited = new Edited();
   private straight = byId<HTMLInputElement>("straight");
   private pad = byId("tool-jog");
 
   constructor(
-    page: RobotPage, private console: Judge, private speed: () => number, private tool: () => number[] | null, kind: string,
+    private page: RobotPage, private console: Judge, private speed: () => number, private tool: () => number[] | null, kind: string,
   ) {
     byId("pose").append(...PLACE.map(([name, unit, hint]) => this.field(name, unit, hint)));
     this.straight.addEventListener("change", () => console.ask());
@@ -53,7 +55,10 @@ export class Position {
     const made = document.createElement("input");
     Object.assign(made, { type: "number", step: "any", id: `pose-${name}`, value: "" });
     made.setAttribute("aria-describedby", `pose-${name}-hint`);
-    made.addEventListener("input", () => this.console.ask());
+    made.addEventListener("input", () => {
+      this.edited.note(this.page.lastSeq);
+      this.console.ask();
+    });
     const words = document.createElement("span");
     words.textContent = `${name} (${unit})`;
     const small = document.createElement("small");
@@ -64,15 +69,23 @@ export class Position {
     return label;
   }
 
-  /** Fill in the tool's present pose if nothing is filled in yet. */
-  begin(): void {
-    if (this.inputs.every((field) => field.value === "")) this.take();
+  /** Show the tool's present pose, until somebody fills in another. */
+  follow(): void {
+    const here = this.edited.now ? null : this.tool();
+    if (here) this.fill([...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)]);
+  }
+
+  /** A motion has ended: the fields follow again, unless somebody has filled in something since it was given. */
+  arrived(seq: number): void {
+    this.edited.arrived(seq);
+    this.follow();
   }
 
   /** Fill in the tool's present pose. */
   take(): void {
-    const here = this.tool();
-    if (here) this.set([...here.slice(0, 3).map((v) => v * 1000), ...here.slice(3).map(deg)]);
+    this.edited.forget();
+    this.follow();
+    this.console.ask();
   }
 
   /** Fill in a place on the table (m), some way above it, the tool pointing down. */
@@ -86,11 +99,16 @@ export class Position {
   }
 
   private set(values: number[]): void {
-    this.inputs.forEach((field, i) => {
-      const value = values[i] ?? NaN;
-      if (Number.isFinite(value)) field.value = String(Math.round(value * 10) / 10);
-    });
+    this.edited.note(this.page.lastSeq);
+    this.fill(values);
     this.console.ask();
+  }
+
+  private fill(values: number[]): void {
+    this.inputs.forEach((field, i) => {
+      const value = values[i] ?? NaN, words = String(Math.round(value * 10) / 10);
+      if (Number.isFinite(value) && field.value !== words) field.value = words;
+    });
   }
 
   /** The filled-in pose; null if a value is missing. */

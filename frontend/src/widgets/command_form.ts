@@ -26,12 +26,11 @@ export class CommandForm {
   }
 
   private send(fields: readonly (readonly [HTMLElement, HTMLInputElement, ArgumentInfo])[]): void {
-    const why = refusal(this.button);
-    if (why) return this.page.notice(why, "warning");
+    if (refusal(this.button)) return this.page.refuse(() => refusal(this.button));
     const args: Record<string, number | string> = {};
     for (const [, input, argument] of fields) {
       if (argument.text ? input.value : Number.isFinite(input.valueAsNumber)) args[argument.name] = argument.text ? input.value : input.valueAsNumber;
-      else if (argument.required) return this.page.notice(`Fill in ${argument.name} first.`, "warning");
+      else if (argument.required) return this.page.refuse(() => (input.value ? "" : `Fill in ${argument.name} first.`));
     }
     this.page.command(this.spec.kind, args);
   }

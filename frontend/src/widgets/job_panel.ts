@@ -41,21 +41,22 @@ export class JobPanel {
 
   /** Ask for a job, and tell at once what became of it. */
   async ask(values: Record<string, number>): Promise<void> {
-    const why = this.whyNot();
-    if (why) return this.page.notice(why, "warning");
+    if (this.whyNot()) return this.page.refuse(() => this.whyNot());
+    this.page.settle();
     this.asking = true;
     this.page.draw();
     const refused = await this.jobs.ask(this.words.kind, values);
     this.asking = false;
-    if (refused) this.page.notice(refused, "warning");
+    if (refused) this.page.refuse(() => refused);
     else this.fresh = this.jobs.own[0]?.id ?? 0;
     this.page.draw();
   }
 
   private async cancel(): Promise<void> {
     const job = this.current();
+    this.page.settle();
     const refused = job ? await this.jobs.cancel(job) : "";
-    if (refused) this.page.notice(refused, "warning");
+    if (refused) this.page.refuse(() => refused);
   }
 
   /** One's own jobs were read: say how those ended that were open. */

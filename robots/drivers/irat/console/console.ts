@@ -131,8 +131,8 @@ class RoamingConsole extends Basics<RobotPage> {
 
   private picked(place: number | null): void {
     const at = place === null ? undefined : this.known.spots.get(place);
-    if (!at || place === null) return page.notice(NO_PLACE, "warning");
-    if (!this.known.open().has(place)) return page.notice(AT_DOCK, "warning");
+    if (!at || place === null) return page.refuse(() => NO_PLACE);
+    if (!this.known.open().has(place)) return page.refuse(() => AT_DOCK);
     void this.goals.ask({ map: this.known.number, x: round(at.x), y: round(at.y), experience: place });
   }
 

@@ -5,7 +5,6 @@ import { CameraView } from "../../../../frontend/src/camera.ts";
 import type { Facts } from "../../../../frontend/src/controls.ts";
 import { stick } from "../../../../frontend/src/gamepad.ts";
 import { Jog } from "../../../../frontend/src/jog.ts";
-import { openKeys } from "../../../../frontend/src/key_card.ts";
 import { RobotPage, text } from "../../../../frontend/src/page.ts";
 import type { CommandInfo, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
 import { allow } from "../../../../frontend/src/parts.ts";
@@ -18,6 +17,7 @@ type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; 
 
 const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
 const page = new RobotPage();
+const NOT_YET = "You cannot click in this picture yet: the arm moves, or the picture was not stored. Wait for the next one.";
 
 class SandConsole extends Basics<RobotPage> {
   private aim: Aim | null = null;
@@ -30,7 +30,7 @@ class SandConsole extends Basics<RobotPage> {
       byId("screen"), byId<HTMLCanvasElement>("picture"), byId<SVGSVGElement>("overlay"), (u, v) => this.pickPixel(u, v),
     ));
     page.on("go", () => this.go());
-    for (const kind of ["up", "down", "air"]) page.on(kind, () => page.command(kind));
+    for (const kind of ["up", "down", "air"]) page.on(kind, () => this.give(kind));
     byId("stage").addEventListener("keydown", (event) => this.key(event));
     new Jog<readonly [number, number]>(byId("jog"), {
       read: (words) => {
@@ -40,7 +40,10 @@ class SandConsole extends Basics<RobotPage> {
       arrows: { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] },
       stick,
       whyNot: () => this.whyNot("jog", page.facts()),
-      begin: ([dx, dy]) => page.issue("jog", { dx, dy }),
+      begin: ([dx, dy]) => {
+        this.given();
+        return page.issue("jog", { dx, dy });
+      },
       ...page.keepAlive,
     });
   }
@@ -67,16 +70,19 @@ class SandConsole extends Basics<RobotPage> {
 
   private pickPixel(u: number, v: number): void {
     if (!page.operating) return;
-    if (this.camera.stillId === 0)
-      return page.notice("You cannot click in this picture yet: the arm moves, or the picture was not stored. Wait for the next one.", "info");
-    this.aim = { by: "camera", u, v, still: this.camera.stillId };
+    if (this.camera.stillId === 0) return page.refuse(() => (this.camera.stillId ? "" : NOT_YET));
+    this.choose({ by: "camera", u, v, still: this.camera.stillId });
+  }
+
+  private choose(aim: Aim): void {
+    this.aim = aim;
+    page.settle();
     page.draw();
   }
 
   private pickPoint(x: number, y: number): void {
     if (!page.operating) return;
-    this.aim = { by: "map", x, y };
-    page.draw();
+    this.choose({ by: "map", x, y });
   }
 
   private aimPoint(): [number, number] | null {
@@ -106,9 +112,19 @@ class SandConsole extends Basics<RobotPage> {
     return f.busy ? "The arm is busy." : this.whyNot("go", f) || "Enter or “Move here” sends the arm.";
   }
 
+  private give(kind: string): void {
+    if (!this.whyNot(kind, page.facts())) this.given();
+    page.command(kind);
+  }
+
+  /** Another command than to go there is given: forget a place that it makes untrue, or that was refused. */
+  private given(): void {
+    if (this.aim?.by === "camera" || this.aimState() === "refused") this.aim = null;
+  }
+
   private go(): void {
     const { aim } = this;
-    if (!aim) return page.notice(this.whyNot("go", page.facts()), "warning");
+    if (!aim) return page.refuse(() => this.whyNot("go", page.facts()));
     this.sent = aim;
     if (aim.by === "camera") page.command("click", { still: aim.still, u: aim.u, v: aim.v }, "go");
     else page.command("move", { x: aim.x, y: aim.y }, "go");
@@ -117,12 +133,11 @@ class SandConsole extends Basics<RobotPage> {
   private key(event: KeyboardEvent): void {
     const field = (event.target as HTMLElement).closest("input, textarea, select, button, a");
     if (event.repeat || event.ctrlKey || event.metaKey || event.altKey || field) return;
-    if (event.key === "?") return openKeys();
     const kinds: Record<string, string> = { u: "up", d: "down", a: "air" };
     const kind = kinds[event.key];
     if ((!kind && event.key !== "Enter") || !page.operating) return;
     event.preventDefault();
-    if (kind) page.command(kind);
+    if (kind) this.give(kind);
     else this.go();
   }
 
@@ -146,8 +161,10 @@ class SandConsole extends Basics<RobotPage> {
     const still = page.snapshot?.still ?? null;
     const map = still ? mapFor(still) : null;
     this.schematic.aim(page.operating ? this.aimPoint() : null);
-    const from = still && map && page.operating ? nozzlePixel(map, still.width, still.height) : null;
-    this.camera.aim(this.aim?.by === "camera" && f.aim !== "old" ? [this.aim.u, this.aim.v] : null, from);
+    // the camera is on the arm: in another picture than the one that they are of, cross and nozzle are elsewhere
+    const shown = this.camera.stillId;
+    const from = still?.id === shown && map && page.operating ? nozzlePixel(map, still.width, still.height) : null;
+    this.camera.aim(this.aim?.by === "camera" && this.aim.still === shown && f.aim !== "old" ? [this.aim.u, this.aim.v] : null, from);
     byId("screen").classList.toggle("refused", f.aim === "refused");
   }
 

@@ -81,18 +81,13 @@ class ArmConsole implements Console, Judge {
       for (const button of byId("model").querySelectorAll<HTMLElement>("[data-zoom]"))
         button.addEventListener("click", () => this.view?.zoom(Number(button.dataset["zoom"])));
       if (page.state) this.view.joints(page.state.joints);
-      this.begin();
+      this.position.follow();
+      this.ask();
     } catch (error) {
       byId("model").dataset["broken"] = "yes";
       text("model-said", "The 3D view does not work in this browser; cameras and controls do.");
       console.warn(error);
     }
-  }
-
-  /** A turn may begin before the first state has come, or before the view stands: do then what could not be done at once. */
-  private begin(): void {
-    this.position.begin();
-    this.ask();
   }
 
   /** Each camera has a small canvas; the chosen one fills the screen. */
@@ -135,7 +130,8 @@ class ArmConsole implements Console, Judge {
     this.programs.state(packet);
     text("mode", packet.mode);
     readings(packet);
-    if (!this.known) this.begin();
+    if (this.tabs.open === "position") this.position.follow();
+    if (!this.known) this.ask();
     this.known = true;
   }
 
@@ -150,7 +146,12 @@ class ArmConsole implements Console, Judge {
   }
 
   command(c: CommandInfo): void {
-    if (c.state === "completed" && this.tabs.open !== "program") this.ask();
+    if (!FINAL.has(c.state)) return;
+    if (c.state === "completed" && c.kind !== "gripper") {
+      this.joints.arrived(c.seq);
+      this.position.arrived(c.seq);
+    }
+    if (this.tabs.open !== "program" || this.plan?.ok === false) this.ask(); // a refusal was for the way from elsewhere
   }
 
   /** The target of the open mode; null if it has none. */
@@ -163,8 +164,9 @@ class ArmConsole implements Console, Judge {
   private changed(name: string): void {
     for (const part of document.querySelectorAll<HTMLElement>(".arm-console")) part.dataset["mode"] = name;
     this.plan = null;
-    this.view?.target(null);
-    text("model-said", "");
+    this.noGhost();
+    this.position.follow();
+    page.settle();
     if (name === "program") void this.programs.open();
     this.ask();
   }
@@ -175,10 +177,15 @@ class ArmConsole implements Console, Judge {
     this.planned += 1; // an answer that is still on its way is of an earlier target
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
-      if (!target || !page.state) return this.view?.target(null);
+      if (!target || !page.state) return this.noGhost();
       this.plan = { key: JSON.stringify(target), ok: false, text: "" };
       page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
     }, PLAN_MS);
+  }
+
+  private noGhost(): void {
+    this.view?.target(null);
+    if (!byId("model").dataset["broken"]) text("model-said", "");
   }
 
   /** The target is not valid, so the server is not asked; earlier questions are dropped. */
@@ -186,7 +193,7 @@ class ArmConsole implements Console, Judge {
     clearTimeout(this.planTimer);
     this.planned += 1;
     this.plan = { key: JSON.stringify(this.target()), ok: false, text: why };
-    this.view?.target(null);
+    this.noGhost();
     page.draw();
   }
 
@@ -221,7 +228,7 @@ class ArmConsole implements Console, Judge {
 
   private go(target: Target | null): void {
     if (target) page.command(target.kind, target.args, "go");
-    else page.notice("Fill in every value with a number first.", "warning");
+    else page.refuse(() => this.whyNot("go", page.facts()));
   }
 
   whyNot(kind: string, f: Facts): string {

@@ -8,7 +8,7 @@ from django.db import migrations, models
 class Migration(migrations.Migration):
 
     dependencies = [
-        ('queueing', '0010_plain_names'),
+        ('queueing', '0011_job_forms'),
         migrations.swappable_dependency(settings.AUTH_USER_MODEL),
     ]
 

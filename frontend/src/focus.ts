@@ -1,0 +1,39 @@
+/** Keeps the focus in place when what has it goes away: it moves to the heading of that part, never to the page's top. */
+
+const HEADINGS = "h1, h2, h3, .turnbar-words";
+
+let last: Element | null = null; // that had the focus
+let around: Element[] = []; // its ancestors, the nearest first: once it is removed it has none
+
+function noted(element: Element | null): void {
+  last = element;
+  around = [];
+  for (let box = element?.parentElement; box; box = box.parentElement) around.push(box);
+}
+
+/** The next place for the focus: the part that a part names by `data-then`, or the first heading that is shown. */
+function next(): HTMLElement | null {
+  for (const box of around) {
+    const named = document.getElementById((box as HTMLElement).dataset["then"] ?? "");
+    if (named?.checkVisibility()) return named.querySelector<HTMLElement>(HEADINGS) ?? named;
+    if (!box.isConnected || !box.checkVisibility()) continue;
+    for (const heading of box.querySelectorAll<HTMLElement>(HEADINGS)) if (heading.checkVisibility()) return heading;
+  }
+  return null;
+}
+
+function look(): void {
+  const { activeElement } = document;
+  if (!last || (activeElement && activeElement !== document.body && activeElement !== last)) return;
+  if (last.isConnected && !last.closest("[hidden]")) return;
+  const to = next();
+  noted(null);
+  if (!to) return;
+  if (!to.matches("a[href], button, input, select, textarea, [tabindex]")) to.tabIndex = -1;
+  to.focus({ preventScroll: true });
+}
+
+document.addEventListener("focusin", (event) => noted(event.target as Element));
+// who presses elsewhere has left it
+document.addEventListener("pointerdown", () => noted(null), { capture: true });
+new MutationObserver(look).observe(document, { subtree: true, childList: true, attributeFilter: ["hidden"] });

@@ -1,0 +1,39 @@
+"""How many people watch a robot: whoever drives it is left out, and a person with several pages is one.
+
+Each web process tells the others through Redis who watches there. Each page of somebody who is not signed in counts.
+"""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+
+class Watchers(NamedTuple):
+    """Those of one web process: pages of strangers, people who are signed in (keys), and when that was (s)."""
+
+    strangers: int
+    people: frozenset[int]
+    at: int = 0
+
+    def text(self) -> str:
+        """Return it as one text, for other processes."""
+        return " ".join(map(str, (self.strangers, self.at, *sorted(self.people))))
+
+
+def understood(told: bytes) -> Watchers:
+    """Return what another process tells; nobody, long ago, if that is not understood."""
+    try:
+        strangers, at, *people = map(int, told.split())
+    except ValueError:
+        return Watchers(0, frozenset())
+    return Watchers(strangers, frozenset(people), at)
+
+
+def together(several: Iterable[Watchers]) -> int:
+    """Return how many watch in several processes."""
+    known = list(several)
+    return sum(one.strangers for one in known) + len(frozenset[int]().union(*(one.people for one in known)))
+
+
+def watchers_text(count: int) -> str:
+    """Return the message that tells how many watch."""
+    return f'{{"t": "watchers", "count": {count}}}'

@@ -1,0 +1,38 @@
+"""Tells the queues again and again that people can reach this web process, and what it needs to note them."""
+
+import asyncio
+import logging
+from concurrent.futures import ThreadPoolExecutor
+
+from django.db import Error, close_old_connections, connection
+
+from robots import web_uptime
+from robots.clock import SYSTEM
+
+log = logging.getLogger(__name__)
+
+
+def tell() -> None:
+    """Tell it once, unless the database is away: then nobody can be noted as present."""
+    try:
+        with connection.cursor() as cursor:
+            cursor.execute("SELECT 1")
+    except Error:
+        return
+    web_uptime.tell(SYSTEM.now())
+
+
+def _look() -> None:
+    close_old_connections()
+    tell()
+
+
+async def tell_on() -> None:
+    """Tell it until the process ends; an event loop that stands still tells nothing."""
+    thread = ThreadPoolExecutor(1, "up")  # with a connection of its own
+    while True:
+        try:
+            await asyncio.get_running_loop().run_in_executor(thread, _look)
+        except Exception:
+            log.exception("the queues could not be told that the web process runs")
+        await asyncio.sleep(web_uptime.TELL_S)

@@ -200,6 +200,11 @@ class PersonAdmin(FormFieldsAdmin, UserAdmin):  # type: ignore[type-arg]
         """Lock accounts that may do more."""
         return not (obj and may_do_more(obj, request.user)) and super().has_delete_permission(request, obj)
 
+    def get_deleted_objects(self, objs: Any, request: HttpRequest) -> Any:
+        """Let whoever may delete the account delete what goes with it, also what is otherwise kept as history."""
+        shown, counts, needed, protected = super().get_deleted_objects(objs, request)
+        return shown, counts, needed & {self.opts.verbose_name}, protected
+
     def user_change_password(self, request: HttpRequest, id: str, form_url: str = "") -> HttpResponse:
         """Set a password, but not of people who may drive what one may not."""
         person = self.get_object(request, unquote(id))
@@ -244,3 +249,10 @@ class RightsAdmin(ForSuperusers, GroupAdmin):
 @admin.register(EmailAddress)
 class AddressAdmin(ForSuperusers, EmailAddressAdmin):  # type: ignore[misc]
     """Verified addresses. A link to a new password goes to them, so one's own at another account would open it."""
+
+    @admin.action(description="Mark as verified")
+    def make_verified(self, request: HttpRequest, queryset: Any) -> None:
+        """Mark the chosen addresses; allauth says so of each that was not marked before."""
+        if before := queryset.filter(verified=True).count():
+            messages.info(request, f"Verified before: {before}.")
+        super().make_verified(request, queryset)

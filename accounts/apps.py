@@ -8,3 +8,7 @@ class AccountsConfig(AppConfig):
 
     name = "accounts"
     verbose_name = "People and clearance"
+
+    def ready(self) -> None:
+        """Have sessions end with their account."""
+        from accounts import sessions  # noqa: F401, PLC0415 - after the models

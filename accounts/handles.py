@@ -20,11 +20,13 @@ RULES = (
     "Not the name of a robot or of a role, such as admin or staff."
 )
 RESERVED = frozenset({
-    "admin", "administrator", "anonymous", "everybody", "everyone", "farhand", "guest", "help", "me", "moderator",
-    "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff", "superuser",
-    "support", "system", "undefined", "webmaster",
+    "admin", "administrator", "anonymous", "deleted", "everybody", "everyone", "farhand", "guest", "help", "me",
+    "moderator", "moderators", "nobody", "null", "operator", "portal", "robot", "robots", "root", "security", "staff",
+    "superuser", "support", "system", "undefined", "webmaster",
 })  # fmt: skip
-ROLES = RESERVED - {"anonymous", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined"}
+ROLES = RESERVED - {
+    "anonymous", "deleted", "everybody", "everyone", "guest", "help", "me", "nobody", "null", "undefined",
+}  # fmt: skip
 JOINED = (
     {"HIRAGANA", "KATAKANA", "CJK", "KATAKANA-HIRAGANA"},
     {"HANGUL", "CJK"},

@@ -6,12 +6,15 @@ from django import forms
 from django.contrib import admin
 from django.db.models import F, QuerySet
 from django.http import HttpRequest
+from django.utils.html import format_html
+from django.utils.safestring import SafeString
 
 from operatorlog import services
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from robots.clock import SYSTEM
 from robots.history import Guarded
 from robots.inlines import NamedInline, NamedRowsAdmin
+from robots.thumbnails import thumbnail
 
 
 class ModerationForm(forms.ModelForm):  # type: ignore[type-arg]
@@ -48,12 +51,13 @@ class EditedSince(admin.SimpleListFilter):
 class EntryAdmin(Guarded):
     """Publish, feature, or hide entries with a reason."""
 
-    list_display = ("written_at", "author", "robot", "text", "visibility", "hidden_reason", "edited_at")
+    list_display = ("written_at", "picture", "author", "robot", "text", "visibility", "hidden_reason", "edited_at")
+    list_select_related = ("author", "robot", "frame__robot")
     list_filter = ("visibility", EditedSince, "robot")
     form = ModerationForm
     search_fields = ("text", "author__username")
-    fields = ("author", "robot", "text", "written_at", "edited_at", "visibility", "hidden_reason")
-    readonly_fields = ("author", "robot", "text", "written_at", "edited_at")
+    fields = ("author", "robot", "text", "picture", "page", "written_at", "edited_at", "visibility", "hidden_reason")
+    readonly_fields = ("author", "robot", "text", "picture", "page", "written_at", "edited_at")
     actions = ("publish", "feature")
 
     def has_add_permission(self, request: HttpRequest) -> bool:
@@ -73,14 +77,30 @@ class EntryAdmin(Guarded):
     @admin.action(description="Publish", permissions=["change"])
     def publish(self, request: HttpRequest, queryset: Any) -> None:
         """Publish the chosen entries."""
-        for entry in queryset:
-            services.moderate(entry, request.user, Visibility.PUBLISHED, "", SYSTEM.now())
+        self._moderate(request, queryset, Visibility.PUBLISHED)
 
     @admin.action(description="Feature", permissions=["change"])
     def feature(self, request: HttpRequest, queryset: Any) -> None:
         """Feature the chosen entries."""
-        for entry in queryset:
-            services.moderate(entry, request.user, Visibility.FEATURED, "", SYSTEM.now())
+        self._moderate(request, queryset, Visibility.FEATURED)
+
+    def _moderate(self, request: HttpRequest, queryset: Any, wanted: Visibility) -> None:
+        def moderated(entry: Entry) -> bool:
+            changed = entry.visibility != wanted
+            services.moderate(entry, request.user, wanted, "", SYSTEM.now())  # also that a moderator has looked
+            return changed
+
+        self.act_on(request, queryset, moderated, wanted.label, f"{wanted.label} before, looked at again")
+
+    @admin.display(description="Picture")
+    def picture(self, entry: Entry) -> SafeString | str:
+        """Return the entry's picture."""
+        return thumbnail(entry.frame, f"Picture from the turn of {entry.author_name} on {entry.robot}")
+
+    @admin.display(description="Page")
+    def page(self, entry: Entry) -> SafeString:
+        """Return a link to the turn, which shows all its pictures."""
+        return format_html('<a href="{}">The whole turn</a>', entry.turn.get_absolute_url())
 
 
 @admin.register(SurveyQuestion)

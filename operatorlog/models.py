@@ -5,6 +5,7 @@ from django.db import models
 from django.db.models import Q
 
 from queueing.models import Turn
+from robots.people import handle_of
 
 
 class Visibility(models.TextChoices):
@@ -16,10 +17,10 @@ class Visibility(models.TextChoices):
 
 
 class Entry(models.Model):
-    """The text of an operator after a turn, with one picture of that turn."""
+    """The text of an operator after a turn, with one picture of that turn; it outlives the author's account."""
 
     turn = models.OneToOneField(Turn, models.CASCADE, related_name="entry")
-    author = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="entries")
+    author = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="entries")
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="entries")
     text = models.TextField(max_length=2000)
     frame = models.ForeignKey("robots.Frame", models.SET_NULL, null=True, blank=True, related_name="entries")
@@ -39,7 +40,12 @@ class Entry(models.Model):
         indexes = [models.Index(fields=["turn"], condition=Q(visibility="hidden"), name="hidden_entries")]
 
     def __str__(self) -> str:
-        return f"{self.author}: {self.text[:60]}"
+        return f"{self.author_name}: {self.text[:60]}"
+
+    @property
+    def author_name(self) -> str:
+        """Return the author's handle, or that the account was deleted."""
+        return handle_of(self.author)
 
 
 class SurveyQuestion(models.Model):
@@ -109,6 +115,8 @@ class SurveyAnswer(models.Model):
     response = models.ForeignKey(SurveyResponse, models.CASCADE, related_name="answers")
     question = models.ForeignKey(SurveyQuestion, models.CASCADE, related_name="answers")
     value = models.TextField(max_length=1000)
+    # the question's at that time, so that results stay what they were; empty: of a backup that did not keep it
+    kind = models.CharField(max_length=6, choices=SurveyQuestion.Kind, blank=True, default="", db_default="")
 
     class Meta:
         constraints = [models.UniqueConstraint(fields=["response", "question"], name="one_answer_a_question")]

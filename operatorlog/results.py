@@ -1,7 +1,7 @@
 """The results of the survey for staff: plots, and all answers as CSV."""
 
-import csv
-from collections import Counter
+from collections import Counter, defaultdict
+from collections.abc import Iterator
 from typing import Any
 
 from django.contrib.auth.decorators import permission_required
@@ -11,21 +11,11 @@ from django.utils.translation import ngettext
 from django.views.decorators.cache import never_cache
 
 from operatorlog.models import SurveyQuestion, SurveyResponse
+from operatorlog.spreadsheets import csv_response
+from robots.clock import SYSTEM
 
-# characters that start a formula in some spreadsheet
-RUN = (
-    "=",
-    "+",
-    "-",
-    "@",
-    "\t",
-    "\r",
-    "\n",
-    "＝",
-    "＋",
-    "－",
-    "＠",
-)
+NEWEST = 100  # texts
+SCALE = SurveyQuestion.Kind.SCALE
 
 
 def counted(count: int) -> str:
@@ -33,54 +23,49 @@ def counted(count: int) -> str:
     return ngettext("%d answer", "%d answers", count) % count
 
 
-def cell(text: str) -> str:
-    """Return the text as a cell that no spreadsheet executes: a quote is put before the start of a formula."""
-    return f"'{text}" if text.startswith(RUN) or text.lstrip().startswith(RUN) else text
-
-
 @never_cache
 @permission_required("operatorlog.view_surveyresponse", raise_exception=True)
 def results(request: HttpRequest) -> HttpResponse:
     """Show the answers to staff."""
-    shown = [plot(q) for q in SurveyQuestion.objects.all()]
+    shown = [{"prompt": q.prompt, "plots": plots(q)} for q in SurveyQuestion.objects.all()]
     return render(request, "operatorlog/results.html", {"questions": shown, "total": SurveyResponse.objects.count()})
 
 
-def plot(question: SurveyQuestion) -> dict[str, Any]:
-    """Return the plot of a question: bars in pixels, or texts."""
-    values = list(question.answers.values_list("value", flat=True))
-    if question.kind == question.Kind.TEXT:
-        return {"prompt": question.prompt, "texts": values[-100:]}
+def plots(question: SurveyQuestion) -> list[dict[str, Any]]:
+    """Return what is shown of a question: its answers as what it is now, and those of before, when it was another."""
+    values: dict[str, list[str]] = defaultdict(list)
+    for kind, value in question.answers.order_by("id").values_list("kind", "value"):
+        values[kind or question.kind].append(value)
+    now = {"before": "", **_plot(question.kind, values.pop(question.kind, []), question.choices())}
+    labels = dict(SurveyQuestion.Kind.choices)
+    return [now, *({"before": labels[kind], **_plot(kind, values[kind], [])} for kind in sorted(values))]
+
+
+def _plot(kind: str, values: list[str], choices: list[str]) -> dict[str, Any]:
+    """Return the answers as bars, in percent of the longest, or as texts."""
+    if kind == SurveyQuestion.Kind.TEXT:
+        return {"texts": values[-NEWEST:]}
     counts = Counter(values)
-    labels = question.choices() + sorted(set(counts) - set(question.choices()))
+    labels = choices + sorted(set(counts) - set(choices))
     most = max([*counts.values(), 1])
-    bars = [
-        {
-            "label": label, "count": counts[label], "y": 28 * i + 4, "text_y": 28 * i + 19,
-            "width": round(300 * counts[label] / most), "text_x": 158 + round(300 * counts[label] / most),
-        }
-        for i, label in enumerate(labels)
-    ]  # fmt: skip
-    summary = counted(len(values))
-    if question.kind == question.Kind.SCALE and values:
-        summary += f", mean {sum(map(int, values)) / len(values):.1f} of 5"
-    return {"prompt": question.prompt, "bars": bars, "height": 28 * len(bars) + 8, "summary": summary}
+    bars = [{"label": label, "count": counts[label], "share": round(100 * counts[label] / most)} for label in labels]
+    numbers = [int(value) for value in values if value in SurveyQuestion(kind=SCALE).choices()] if kind == SCALE else []
+    mean = f", mean {sum(numbers) / len(numbers):.1f} of 5" if numbers else ""
+    return {"bars": bars, "summary": counted(len(values)) + mean}
 
 
 @never_cache
 @permission_required("operatorlog.view_surveyresponse", raise_exception=True)
 def results_csv(request: HttpRequest) -> HttpResponse:
-    """Return all answers as CSV; cells that a spreadsheet might execute are quoted."""
-    response = HttpResponse(content_type="text/csv; charset=utf-8")
-    response["Content-Disposition"] = 'attachment; filename="survey.csv"'
-    writer = csv.writer(response)
+    """Return all answers as CSV."""
+    return csv_response(f"farhand-survey-{SYSTEM.now():%Y-%m-%d}", _rows())
+
+
+def _rows() -> Iterator[list[object]]:
     questions = list(SurveyQuestion.objects.all())
-    writer.writerow(["turn", "robot", "at", *(cell(q.prompt) for q in questions)])
+    yield ["turn", "robot", "at", *(q.prompt for q in questions)]
     for one in SurveyResponse.objects.select_related("turn__robot", "robot").prefetch_related("answers"):
         given = {a.question_id: a.value for a in one.answers.all()}
         robot = one.robot or (one.turn.robot if one.turn else None)
-        writer.writerow(
-            [cell(str(v)) for v in (one.turn_id or "", robot.slug if robot else "", one.at.isoformat())]
-            + [cell(given.get(q.pk, "")) for q in questions]
-        )
-    return response
+        about = [one.turn_id or "", robot.slug if robot else "", one.at.isoformat()]
+        yield [*about, *(given.get(q.pk, "") for q in questions)]

@@ -6,7 +6,9 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import Q, QuerySet
+from django.db.models import Exists, OuterRef, Q, QuerySet
+from django.db.models.signals import post_delete
+from django.dispatch import receiver
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse, Visibility
 from queueing.jobs.asking import Asker
@@ -15,6 +17,7 @@ from queueing.models import Job, Turn
 from robots import bus
 from robots.messages import Changed
 from robots.models import Frame, Robot
+from robots.people import is_person
 from robots.recordings import keeping
 
 LONGEST = 2000
@@ -70,7 +73,7 @@ def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime)
         if same is None:
             raise LogError("You have written about this turn already; edit that entry.") from None
         return same  # a double press
-    _keep(frame)
+    _keep(entry.frame_id)
     bus.publish_on_commit(turn.robot.slug, Changed("log"))
     return entry
 
@@ -78,7 +81,7 @@ def write(turn: Turn, user: Any, text: str, frame_id: int | None, now: datetime)
 def may_edit(entry: Entry, user: Any, now: datetime) -> bool:
     """Return whether the author may still correct the entry."""
     minutes = timedelta(seconds=settings.FARHAND["LOG_EDIT_S"])
-    return entry.author_id == getattr(user, "pk", None) and now < entry.written_at + minutes
+    return is_person(user, entry.author_id) and now < entry.written_at + minutes
 
 
 def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime) -> Entry:
@@ -87,7 +90,7 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
     If a moderator featured the entry, changed text or a changed picture is only published until a moderator has looked
     again. An unchanged entry stays featured.
     """
-    if entry.author_id != user.pk:
+    if not is_person(user, entry.author_id):
         raise LogError("Only its author can edit an entry.")
     if not may_edit(entry, user, now):
         raise LogError("The time for corrections is over; an entry can be edited for 15 minutes.")
@@ -96,11 +99,11 @@ def edit(entry: Entry, user: Any, text: str, frame_id: int | None, now: datetime
         kept = Entry.objects.select_for_update().get(pk=entry.pk)
         if (text, frame) == (kept.text, kept.frame):
             return kept
-        kept.text, kept.frame, kept.edited_at = text, frame, now
+        before, kept.text, kept.frame, kept.edited_at = kept.frame_id, text, frame, now
         if kept.visibility == Visibility.FEATURED:
             kept.visibility = Visibility.PUBLISHED
         kept.save(update_fields=["text", "frame", "edited_at", "visibility"])
-        _keep(frame)
+        _keep(before, kept.frame_id)
         bus.publish_on_commit(kept.robot.slug, Changed("log"))
     return kept
 
@@ -149,7 +152,9 @@ def stills_of(robot: Robot, day: date) -> list[str]:
 def may_see_hidden(entry: Entry, user: Any) -> bool:
     """Return whether this person may see the pictures of a hidden entry's turn: staff and the author may."""
     return bool(
-        user.has_perm("operatorlog.view_entry") or user.has_perm("robots.change_robot") or entry.author_id == user.pk
+        user.has_perm("operatorlog.view_entry")
+        or user.has_perm("robots.change_robot")
+        or is_person(user, entry.author_id)
     )
 
 
@@ -166,7 +171,7 @@ def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
 
 
 def _own(turn: Turn, user: Any) -> None:
-    if turn.user_id != getattr(user, "pk", None):
+    if not is_person(user, turn.user_id):
         raise LogError("Only the operator of a turn can write about it.")
     if turn.ended_at is None:
         raise LogError("The turn is still running; write when it has ended.")
@@ -190,9 +195,15 @@ def _picture(turn: Turn, frame_id: int | None) -> Frame | None:
     return frame
 
 
-def _keep(frame: Frame | None) -> None:
-    if frame is not None:
-        Frame.objects.filter(pk=frame.pk).update(kept=True)
+def _keep(*frames: int | None) -> None:
+    """Keep these stored pictures (primary keys) as long as an entry shows them, and no longer."""
+    shown = Entry.objects.filter(frame=OuterRef("pk"))
+    Frame.objects.filter(pk__in=[pk for pk in frames if pk is not None]).update(kept=Exists(shown))
+
+
+@receiver(post_delete, sender=Entry)
+def _keep_no_longer(instance: Entry, **_: Any) -> None:
+    _keep(instance.frame_id)
 
 
 def answer_survey(turn: Turn, user: Any, answers: dict[int, str], now: datetime) -> SurveyResponse:
@@ -250,5 +261,7 @@ def _checked(answers: dict[int, str], after: SurveyQuestion.After) -> dict[Surve
 
 def _stored(response: SurveyResponse, answers: dict[SurveyQuestion, str]) -> SurveyResponse:
     response.save()
-    SurveyAnswer.objects.bulk_create(SurveyAnswer(response=response, question=q, value=v) for q, v in answers.items())
+    SurveyAnswer.objects.bulk_create(
+        SurveyAnswer(response=response, question=q, value=v, kind=q.kind) for q, v in answers.items()
+    )
     return response

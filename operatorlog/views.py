@@ -13,6 +13,7 @@ from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
 from operatorlog.services import may_see_hidden
 from queueing.models import Turn
 from robots.clock import SYSTEM
+from robots.people import is_person
 from robots.plain import whole
 
 PAGE = 20
@@ -49,7 +50,7 @@ def _save(request: HttpRequest, turn: Turn) -> HttpResponse:
             turn, request.user, text, whole(request.POST.get("frame", "")), survey_answers(request), SYSTEM.now()
         )
     except services.LogError as error:
-        return _show(request, turn, str(error), status=403 if turn.user_id != request.user.pk else 422)
+        return _show(request, turn, str(error), status=422 if is_person(request.user, turn.user_id) else 403)
     if written and answered:
         messages.success(request, "It is in the log, and your answers are kept. Thank you!")
     else:
@@ -66,7 +67,7 @@ def survey_answers(request: HttpRequest) -> dict[int, str]:
 def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200) -> HttpResponse:
     """Show the turn; after a problem with everything that was typed."""
     entry = Entry.objects.select_related("author", "robot", "frame", "turn").filter(turn=turn).first()
-    mine = request.user.pk == turn.user_id
+    mine = is_person(request.user, turn.user_id)
     may_edit = entry is not None and services.may_edit(entry, request.user, SYSTEM.now())
     typed = request.POST.get("text", "")
     editing = may_edit and ("edit" in request.GET or bool(problem and "text" in request.POST))

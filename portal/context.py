@@ -6,6 +6,7 @@ from django.db import Error
 from django.http import HttpRequest
 from django.utils.functional import SimpleLazyObject
 
+from accounts.adapter import mails_go_to_terminal
 from portal.live.standing import place_info
 from portal.pages.jobs import asker_of
 from portal.stores import trouble
@@ -38,6 +39,7 @@ def site(request: HttpRequest) -> dict[str, object]:
     return {
         "menu_robots": Robot.objects.filter(enabled=True).only("slug", "name"),
         "store_trouble": trouble(),
+        "mails_to_terminal": mails_go_to_terminal(),
         "ended_jobs": SimpleLazyObject(lambda: _ended_jobs(request)),
         "my_places": SimpleLazyObject(lambda: _my_places(user)),
     }

@@ -9,10 +9,10 @@ from queueing import staff
 from queueing.jobs.asking import Asker
 from queueing.jobs.cancelling import cancel
 from queueing.jobs.suspending import RESUMED, resume
-from queueing.models import OPEN_JOB, Account, Job, Queue, QueueRobot, Ticket, Turn
+from queueing.models import Account, Job, Queue, QueueRobot, Ticket, Turn
 from robots.clock import SYSTEM
 from robots.history import Kept
-from robots.inlines import NamedInline, NamedRowsAdmin
+from robots.inlines import NamedInline, NamedRowsAdmin, NamedValues
 from robots.models import Robot
 from robots.saving import FormFieldsAdmin
 from robots.verbs import add, staff_only
@@ -54,8 +54,10 @@ class TicketAdmin(Kept):
     @admin.action(description="Take out of the queue", permissions=["act"])
     def remove(self, request: HttpRequest, queryset: Any) -> None:
         """Take the chosen people out; a running turn is ended."""
-        for ticket in queryset:
-            staff.remove(ticket, request.user, SYSTEM.now())
+        self.act_on(
+            request, queryset, lambda one: staff.remove(one, request.user, SYSTEM.now()),
+            "Taken out of the queue", "Place ended before",
+        )  # fmt: skip
 
 
 @admin.register(Turn)
@@ -63,14 +65,13 @@ class TurnAdmin(Kept):
     """Turns, running and ended."""
 
     list_display = ("id", "robot", "user", "started_at", "ended_at", "end_reason", "charged_s")
-    list_filter = ("robot", "end_reason")
+    list_filter = ("robot", ("end_reason", NamedValues))
     actions = ("end",)
 
     @admin.action(description="End the turn now", permissions=["act"])
     def end(self, request: HttpRequest, queryset: Any) -> None:
         """End the chosen running turns."""
-        for turn in queryset.filter(ended_at=None):
-            staff.end(turn, request.user, SYSTEM.now())
+        self.act_on(request, queryset, lambda one: staff.end(one, request.user, SYSTEM.now()), "Ended", "Ended before")
 
 
 @admin.register(Job)
@@ -84,8 +85,8 @@ class JobAdmin(Kept):
     @admin.action(description="Cancel", permissions=["act"])
     def cancel(self, request: HttpRequest, queryset: Any) -> None:
         """Cancel the chosen open jobs; the robot holds."""
-        for job in queryset.filter(state__in=OPEN_JOB):
-            cancel(job, Asker(user=request.user), SYSTEM.now())
+        asker = Asker(user=request.user)
+        self.act_on(request, queryset, lambda one: cancel(one, asker, SYSTEM.now()), "Cancelled", "Ended before")
 
 
 @admin.register(Account)

@@ -8,3 +8,7 @@ class QueueingConfig(AppConfig):
 
     name = "queueing"
     verbose_name = "Queue and turns"
+
+    def ready(self) -> None:
+        """Have what is open end with its account."""
+        from queueing import leaving  # noqa: F401, PLC0415 - after the models

@@ -49,5 +49,6 @@ PLACE_ENDS: dict[PlaceEnd, End] = {
     PlaceEnd.REMOVED: End("Staff took you out of the queue.", FREE, JOIN),
     PlaceEnd.SUSPENDED: End("Your account was switched off.", FREE, ASK),
     PlaceEnd.UNCLEARED: End("Your clearance for this robot was withdrawn.", FREE, ASK),
+    PlaceEnd.DELETED: End("Your account was deleted.", FREE, ASK),
 }
 OWN_WISH = (GrantEnd.HOLDER, PlaceEnd.LEFT)  # whoever wanted it need not be told

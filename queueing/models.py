@@ -5,6 +5,7 @@ from django.db import models
 from django.db.models import Q
 
 from queueing.jobs.models import OPEN_JOB, Job, JobRun, JobState
+from robots.people import handle_of
 from robots.rules import positive
 
 __all__ = (
@@ -37,6 +38,7 @@ class PlaceEnd(models.TextChoices):
     REMOVED = "removed by staff"
     SUSPENDED = "account suspended"
     UNCLEARED = "clearance withdrawn"
+    DELETED = "account deleted"
 
 
 class Charge(models.TextChoices):
@@ -145,11 +147,11 @@ class Ticket(models.Model):
 
 
 class Turn(models.Model):
-    """A turn of a person on a robot; it has a permanent page."""
+    """A turn of a person on a robot; it has a permanent page, which outlives the person's account and its ticket."""
 
     robot = models.ForeignKey("robots.Robot", models.CASCADE, related_name="turns")
-    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.CASCADE, related_name="turns")
-    ticket = models.OneToOneField(Ticket, models.CASCADE, related_name="turn")
+    user = models.ForeignKey(settings.AUTH_USER_MODEL, models.SET_NULL, null=True, related_name="turns")
+    ticket = models.OneToOneField(Ticket, models.SET_NULL, null=True, related_name="turn")
     grant = models.OneToOneField("robots.Grant", models.CASCADE, related_name="turn")
     classic = models.BooleanField(default=False)
     started_at = models.DateTimeField()
@@ -173,11 +175,16 @@ class Turn(models.Model):
         ]
 
     def __str__(self) -> str:
-        return f"turn {self.pk}: {self.user} on {self.robot}"
+        return f"turn {self.pk}: {self.operator_name} on {self.robot}"
 
     def get_absolute_url(self) -> str:
         """Return the turn's permanent address."""
         return f"/turns/{self.pk}/"
+
+    @property
+    def operator_name(self) -> str:
+        """Return the operator's handle, or that the account was deleted."""
+        return handle_of(self.user)
 
 
 class TurnSession(models.Model):

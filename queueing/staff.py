@@ -9,10 +9,10 @@ from robots.permissions import need_staff
 from robots.states import GrantEnd
 
 
-def remove(ticket: Ticket, user: Any, now: datetime) -> None:
-    """Remove a person from the queue; a running turn is ended. Raises NotStaff."""
+def remove(ticket: Ticket, user: Any, now: datetime) -> bool:
+    """Remove a person from the queue; a running turn is ended. Return False if the place had ended. Raises NotStaff."""
     need_staff(user)
-    tickets.remove(ticket, now)
+    return tickets.remove(ticket, now)
 
 
 def end(turn: Turn, user: Any, now: datetime) -> bool:

@@ -92,12 +92,14 @@ def dismiss_unfit(queue: Queue, now: datetime) -> None:
         remove(ticket, now, why, GrantEnd.UNFIT)
 
 
-def remove(ticket: Ticket, now: datetime, reason: PlaceEnd = PlaceEnd.REMOVED, code: GrantEnd = GrantEnd.STAFF) -> None:
-    """Remove a person from the queue (staff)."""
+def remove(ticket: Ticket, now: datetime, reason: PlaceEnd = PlaceEnd.REMOVED, code: GrantEnd = GrantEnd.STAFF) -> bool:
+    """Remove a person from the queue (staff). Return False if the place had ended."""
     with transaction.atomic():
         queue = locked(ticket.queue)
         ticket.refresh_from_db()
         if ticket.state == TicketState.OPERATING:
-            end_turn(Turn.objects.get(ticket=ticket), code, reason, now)
-        elif ticket.state in OPEN_TICKET:
+            return end_turn(Turn.objects.get(ticket=ticket), code, reason, now)
+        if ticket.state in OPEN_TICKET:
             withdraw(queue, ticket, TicketState.LEFT, reason, now)
+            return True
+        return False

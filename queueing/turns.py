@@ -16,6 +16,7 @@ from robots import bus
 from robots.grants import end_grant
 from robots.messages import StandingChanged
 from robots.models import Grant, Robot
+from robots.people import is_person
 from robots.states import Cycle, GrantEnd
 
 RULES = settings.FARHAND
@@ -31,7 +32,7 @@ def open_turn(robot: Robot) -> Turn | None:
 def turn_of(robot: Robot, user: Any) -> Turn | None:
     """Return the person's running turn on the robot."""
     turn = open_turn(robot)
-    return turn if turn and user is not None and turn.user_id == user.pk else None
+    return turn if turn and is_person(user, turn.user_id) else None
 
 
 def start_countdown(queue: Queue, now: datetime, job: Job | None = None) -> None:
@@ -54,8 +55,11 @@ def set_until(turn: Turn, until: datetime) -> None:
 
 def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
     """End a turn, charge it, and send the robot into handover. Return False if it had ended."""
+    ticket = turn.ticket
+    if ticket is None:  # its person's account was deleted, and it had ended before
+        return False
     with transaction.atomic():
-        queue = locked(turn.ticket.queue)
+        queue = locked(ticket.queue)
         used = (min(now, turn.until) - turn.started_at).total_seconds()
         seconds = fairshare.charged(used, turn.alone_s)
         done = Turn.objects.filter(pk=turn.pk, ended_at=None).update(ended_at=now, end_reason=reason, charged_s=seconds)
@@ -63,8 +67,8 @@ def end_turn(turn: Turn, code: GrantEnd, reason: str, now: datetime) -> bool:
             return False
         turn.sessions.all().delete()
         end_grant(turn.grant, code, reason, now)
-        Ticket.objects.filter(pk=turn.ticket_id).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
-        charge(queue, account_of(queue, turn.user), turn.ticket.start_tag, seconds)
+        Ticket.objects.filter(pk=ticket.pk).update(state=TicketState.DONE, ended_at=now, end_reason=reason)
+        charge(queue, account_of(queue, turn.user), ticket.start_tag, seconds)
         Robot.objects.filter(pk=turn.robot_id, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
         settle(queue)
         announce(queue)
@@ -123,10 +127,12 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
     Return False if they have no turn, or it has ended.
     """
     turn = turn_of(robot, user)
+    ticket = turn.ticket if turn is not None else None
+    if turn is None or ticket is None:
+        return False
     with transaction.atomic():
-        if turn is not None:
-            locked(turn.ticket.queue)  # a tick that has judged the turn ends it before, or judges after
-        if turn is None or not Turn.objects.filter(pk=turn.pk, ended_at=None).update(acted_at=now):
+        locked(ticket.queue)  # a tick that has judged the turn ends it before, or judges after
+        if not Turn.objects.filter(pk=turn.pk, ended_at=None).update(acted_at=now):
             return False
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
         return True
@@ -134,6 +140,8 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
 
 def others_wait_since(turn: Turn) -> datetime | None:
     """Return since when somebody else waits for the robot, in the queue or for a job; None if nobody does."""
+    if turn.ticket is None:  # its person's account was deleted
+        return None
     queued = Ticket.objects.filter(queue=turn.ticket.queue_id, state__in=NOT_YET)
     jobs = Job.objects.filter(robot=turn.robot_id, state=JobState.WAITING, start_tag__isnull=False)
     people = queued.order_by("joined_at").values_list("joined_at", flat=True).first()

@@ -18,11 +18,13 @@ from robots.contract.capabilities import Calibration
 from robots.drivers.errors import RobotError
 from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
 from robots.history import Guarded, Kept
+from robots.inlines import NamedValues
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
 from robots.permissions import NotStaff
 from robots.plain import whole
 from robots.recordings.admin import MovieAdmin, RecordingAdmin
 from robots.saving import FormFieldsAdmin
+from robots.thumbnails import thumbnail
 from robots.verbs import VERBS
 
 __all__ = (
@@ -37,9 +39,9 @@ class RobotAdmin(FormFieldsAdmin):
 
     form = RobotForm
     search_fields = ("name", "slug")
-    list_display = ("name", "state", "address", "enabled", "stop_latched", "calibrated_at")
+    list_display = ("name", "state", "address", "switched", "stop", "calibrated_at")
     prepopulated_fields = {"slug": ("name",)}
-    readonly_fields = ("cycle", "reason", "enabled", "lockout_note")
+    readonly_fields = ("cycle", "reason", "switched", "lockout_note")
     actions = ("load_brought",)
     also_saved = ("settings",)
     change_form_template = "admin/robots/robot/change_form.html"
@@ -48,7 +50,7 @@ class RobotAdmin(FormFieldsAdmin):
         ("Connection", {"fields": ("driver", "address", "camera", "microphone")}),
         ("Settings", {"fields": TURNS}),
         ("Recording", {"fields": RECORDING}),
-        ("State", {"fields": ("enabled", "cycle", "reason", "lockout_note")}),
+        ("State", {"fields": ("switched", "cycle", "reason", "lockout_note")}),
     )
 
     @admin.display(description="State")
@@ -57,6 +59,16 @@ class RobotAdmin(FormFieldsAdmin):
         alive = grants.owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
         worker = "" if alive or not robot.enabled else " (worker silent)"
         return f"{robot.get_cycle_display()}{worker}"
+
+    @admin.display(description="Switched", ordering="enabled")
+    def switched(self, robot: Robot) -> str:
+        """Return whether staff have switched it on."""
+        return "on" if robot.enabled else "off"
+
+    @admin.display(description="Stop", ordering="stop_latched")
+    def stop(self, robot: Robot) -> SafeString | str:
+        """Return whether somebody stopped it; told in red, for nothing moves until staff release it."""
+        return format_html('<b class="farhand-bad">{}</b>', "stopped") if robot.stop_latched else "not stopped"
 
     def get_urls(self) -> list[URLPattern]:
         """Add the status part and the verbs."""
@@ -230,11 +242,8 @@ class ProgramAdmin(FormFieldsAdmin, Guarded):
         self._decide(request, queryset, False)
 
     def _decide(self, request: HttpRequest, queryset: Any, approved: bool) -> None:
-        for program in queryset:
-            try:
-                programs.approve(program, request.user, approved)
-            except RobotError as error:
-                messages.warning(request, f"{program}: {error}")
+        words = ("In the gallery", "There before") if approved else ("Out of the gallery", "Not there before")
+        self.act_on(request, queryset, lambda one: programs.approve(one, request.user, approved), *words)
 
 
 @admin.register(Command)
@@ -265,8 +274,9 @@ class IncidentAdmin(Kept):
     @admin.action(description="Mark as dealt with", permissions=["act"])
     def close(self, request: HttpRequest, queryset: Any) -> None:
         """Close the chosen incidents."""
-        for incident in queryset:
-            services.close_incident(incident, request.user)
+        self.act_on(
+            request, queryset, lambda one: services.close_incident(one, request.user), "Dealt with", "Dealt with before"
+        )
 
 
 @admin.register(Frame)
@@ -274,7 +284,8 @@ class FrameAdmin(Kept):
     """Kept pictures."""
 
     list_display = ("id", "robot", "taken_at", "verdict", "difference", "tries", "shown")
-    list_filter = ("robot", "verdict")
+    list_filter = ("robot", ("verdict", NamedValues))
+    list_select_related = ("robot",)
     actions = ("take_down",)
 
     @admin.action(description="Take down: from entries, recordings and addresses", permissions=["act"])
@@ -291,6 +302,6 @@ class FrameAdmin(Kept):
                 messages.success(request, f"{name} was taken down; recordings changed: {changed}.")
 
     @admin.display(description="Picture")
-    def shown(self, frame: Frame) -> SafeString:
+    def shown(self, frame: Frame) -> SafeString | str:
         """Return the picture itself."""
-        return format_html('<img src="{}" width="96" height="82" alt="">', frame.url)
+        return thumbnail(frame, f"Picture of {frame.robot}, {frame.taken_at:%-d %B %Y, %H:%M:%S} UTC")

@@ -13,6 +13,7 @@ from robots.contract.procedures import PICTURE
 from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
+from robots.people import is_person
 from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
@@ -62,7 +63,7 @@ def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
 
 def held(grant: Grant | None, user: Any, now: datetime) -> Grant:
     """Return the grant if it belongs to the user and is open. Raises GrantOver."""
-    if grant is None or user is None or grant.holder_id != user.pk:
+    if grant is None or not is_person(user, grant.holder_id):
         raise GrantOver("It is not your turn on this robot.")
     if grant.until and grant.until <= now:
         raise GrantOver("Your turn on this robot is over.")

@@ -1,10 +1,14 @@
-"""Base classes of admin pages: actions with permissions, and read-only records."""
+"""Base classes of admin pages: actions with permissions that say what they did, and read-only records."""
 
+from collections.abc import Callable, Iterable
 from typing import Any
 
-from django.contrib import admin
+from django.contrib import admin, messages
+from django.contrib.admin.utils import model_ngettext
 from django.core.exceptions import PermissionDenied
 from django.http import HttpRequest, HttpResponse
+
+from robots.drivers.errors import RobotError
 
 
 class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
@@ -17,6 +21,28 @@ class Guarded(admin.ModelAdmin):  # type: ignore[type-arg]
         if wanted in known and wanted not in self.get_actions(request):
             raise PermissionDenied
         return super().changelist_view(request, extra_context)
+
+    def act_on(
+        self, request: HttpRequest, chosen: Iterable[Any], verb: Callable[[Any], bool], word: str, rest: str
+    ) -> None:
+        """Carry out a verb on each chosen row, note it in the row's history, and say on how many.
+
+        `verb` returns whether it did anything; `rest` says why it had nothing to do. A refusal is told by row.
+        """
+        done = others = 0
+        for one in chosen:
+            try:
+                changed = verb(one)
+            except RobotError as error:
+                messages.warning(request, f"{one}: {error}")
+                continue
+            if changed:
+                self.log_change(request, one, word)
+            done, others = done + changed, others + (not changed)
+        counts = [(count, text) for count, text in ((done, word), (others, rest)) if count]
+        told = [f"{text}: {count} {model_ngettext(self.opts, count)}." for count, text in counts]
+        if told:
+            messages.add_message(request, messages.SUCCESS if done else messages.INFO, " ".join(told))
 
 
 class Kept(Guarded):

@@ -1,4 +1,4 @@
-"""Admin tables whose fields have accessible names.
+"""Admin tables and filters whose parts have accessible names.
 
 Django's tables have only column headings, which screen readers do not read with a field.
 """
@@ -49,3 +49,11 @@ class NamedInline(admin.TabularInline):  # type: ignore[type-arg]
 
     formset = NamedRows
     template = "admin/edit_inline/named.html"
+
+
+class NamedValues(admin.AllValuesFieldListFilter):
+    """A filter by the values of a text, in which the empty one has a name too."""
+
+    def choices(self, changelist: Any) -> Any:
+        """Return the choices with their words."""
+        return [{**one, "display": one["display"] or "(none)"} for one in super().choices(changelist)]

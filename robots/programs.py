@@ -86,10 +86,14 @@ def delete(robot: Robot, user: Any, pk: int) -> None:
         raise NotPermitted("That program is not yours.")
 
 
-def approve(program: Program, user: Any, approved: bool) -> None:
-    """Put a shared program into the gallery, or take it out. Raises NotPermitted, BadRequest."""
+def approve(program: Program, user: Any, approved: bool) -> bool:
+    """Put a shared program into the gallery, or take it out. Return False if that was done before.
+
+    Raises NotPermitted, BadRequest.
+    """
     if not user.has_perm("robots.change_program"):
         raise NotPermitted("Only staff can approve programs.")
     if approved and not program.shared and program.author_id is not None:
         raise BadRequest("Its author has not shared it.")
-    Program.objects.filter(pk=program.pk).update(approved=approved, approved_by=user.pk if approved else None)
+    others = Program.objects.filter(pk=program.pk).exclude(approved=approved)
+    return bool(others.update(approved=approved, approved_by=user.pk if approved else None))

@@ -8,7 +8,7 @@ from robots.clock import SYSTEM
 from robots.recordings import keeping
 from robots.wall_clock import wall_clock
 from workers import bootstep
-from workers.housekeeping.clean import old_frames
+from workers.housekeeping.clean import old_frames, old_sessions
 
 
 @shared_task(name="robots.wake", ignore_result=True, max_retries=0)
@@ -29,12 +29,12 @@ def probe() -> None:
 
 @shared_task(name="robots.clean", ignore_result=True, max_retries=0)
 def clean() -> int:
-    """Remove old pictures that nothing refers to, old recordings and old counters. Return how many.
+    """Remove old pictures that nothing refers to, sessions that ran out, old recordings and counters. Return how many.
 
     While the date may be wrong nothing is old; what is too large goes in any case.
     """
     now = wall_clock().age_now
-    return old_frames(now) + keeping.clean(now) + services.forget_old_usage(now)
+    return old_frames(now) + old_sessions(now) + keeping.clean(now) + services.forget_old_usage(now)
 
 
 @shared_task(name="robots.online", ignore_result=True, max_retries=0)

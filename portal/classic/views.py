@@ -31,6 +31,7 @@ from robots.drivers.errors import RobotError
 from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
 from robots.models import Command, Robot
+from robots.people import is_person
 from robots.services import newest_still, stop_shown
 from robots.web_uptime import up_since
 
@@ -81,7 +82,7 @@ def _context(request: HttpRequest, robot: Robot, panel: Panel, now: datetime) ->
     ticket = queue.open_ticket(robot, request.user)
     turn = queue.open_turn(robot)
     still = shown_still(robot, request.user)
-    mine = turn is not None and turn.user_id == request.user.pk
+    mine = turn is not None and is_person(request.user, turn.user_id)
     ahead, wait = place_and_wait(robot, ticket, now) if ticket else (0, None)
     ends = idle_at(turn, now, up_since(now)) if turn is not None and mine else None
     idle_s = max(0, round((ends - now).total_seconds())) if ends is not None else None

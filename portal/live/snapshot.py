@@ -81,7 +81,7 @@ def command_info(command: Command) -> dict[str, Any]:
 def entry_info(entry: Entry) -> dict[str, Any]:
     """Return a log entry for the page."""
     return {
-        "id": entry.pk, "author": entry.author.username, "text": entry.text, "at_ms": ms_of(entry.written_at),
+        "id": entry.pk, "author": entry.author_name, "text": entry.text, "at_ms": ms_of(entry.written_at),
         "picture": entry.frame.url if entry.frame else None, "featured": entry.visibility == Visibility.FEATURED,
     }  # fmt: skip
 
@@ -124,7 +124,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "stopped": robot.stop_latched,
         "suspended": waits_for_staff(robot),
         "stop": _stop(stop_shown(robot, now)),
-        "operator": turn.user.username if turn else ("staff" if _by_staff(grant) else None),
+        "operator": turn.operator_name if turn else ("staff" if _by_staff(grant) else None),
         "queue": waiting(robot),
         "jobs": jobs_shown(robot, now),
         "turn": _turn(turn, grant, mine),

@@ -33,6 +33,7 @@ from robots.contract.compact import Layout
 from robots.contract.procedures import offered
 from robots.contract.spec import STAFF, TURN, CommandKind
 from robots.models import Robot
+from robots.people import is_person
 from robots.permissions import reaches
 
 
@@ -77,8 +78,8 @@ def robot_page(request: HttpRequest, slug: str) -> HttpResponse:
     context = {
         **_shown(robot),
         **asdict(console),
-        "operator": turn.user.username if turn else "",
-        "drives": turn is not None and turn.user_id == request.user.pk,
+        "operator": turn.operator_name if turn else "",
+        "drives": turn is not None and is_person(request.user, turn.user_id),
         "still": shown_still(robot, request.user),
         "entries": Entry.objects.filter(robot=robot).exclude(visibility=Visibility.HIDDEN).select_related("author")[:5],
         "description_json": facts,

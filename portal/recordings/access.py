@@ -9,6 +9,7 @@ from operatorlog.models import Entry, Visibility
 from queueing.jobs.kinds import label_of
 from queueing.models import Job, Turn
 from robots.models import Recording, RecordingState
+from robots.people import is_person
 
 NONE = "There is no such recording."
 
@@ -29,7 +30,7 @@ def about(recording: Recording) -> About | None:
     turn = Turn.objects.select_related("user").filter(grant=recording.grant_id).first()
     if turn is not None:
         hidden = Entry.objects.filter(turn=turn, visibility=Visibility.HIDDEN).exists()
-        name = turn.user.get_username()
+        name = turn.operator_name
         return About(f"Turn of {name}", name, turn.get_absolute_url(), False, hidden)
     job = Job.objects.select_related("user", "robot").filter(runs__grant=recording.grant_id).first()
     if job is not None:
@@ -48,7 +49,7 @@ def may_see(recording: Recording, found: About | None, user: Any) -> bool:
         return True
     if found is None:
         return False
-    return not found.hidden or recording.grant.holder_id == getattr(user, "pk", 0)
+    return not found.hidden or is_person(user, recording.grant.holder_id)
 
 
 def visible(key: str, user: Any, shown: bool = True) -> tuple[Recording, About | None]:

@@ -1,4 +1,4 @@
-"""The plots of a page of statistics, in the units of their SVG: left 46, bottom 206, 640 wide."""
+"""The plots of a page of statistics, in the units of their SVG: left 60, bottom 206, 640 wide."""
 
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -6,7 +6,8 @@ from math import isfinite
 
 from portal.statistics.counting import Bin, round_step
 
-LEFT, RIGHT, TOP, BOTTOM = 46.0, 634.0, 26.0, 206.0
+LEFT, RIGHT, TOP, BOTTOM = 60.0, 634.0, 26.0, 206.0
+BELOW = 32.0  # so that on a phone, whose letters are larger here, the first time of day is clear of the least number
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,14 @@ class Plot:
     tops: tuple[Mark, ...] = ()
 
 
+def short(value: float) -> str:
+    """Return a number as short as beside an axis: 7.9, 250, 2.5k, 10M."""
+    for size, unit in ((1e6, "M"), (1e3, "k")):
+        if abs(value) >= size:
+            return f"{value / size:.3g}{unit}"
+    return f"{value:.3g}"
+
+
 def clock_of(start: datetime, hour: int) -> str:
     """Return the time of day so many hours after `start`."""
     return f"{start + timedelta(hours=hour):%H:%M}"
@@ -59,7 +68,7 @@ def hours(counts: list[tuple[int, int]], start: datetime, job: str, done: str) -
             words = f"from {clock_of(start, n)}: {asked} {job}{'s' * (asked != 1)}, {reached} {done}"
             bars.append(Bar(LEFT + n * wide + 2, BOTTOM - high, wide - 4, high, css, words))
         if n % 4 == 0:
-            across.append(Mark(LEFT + (n + 0.5) * wide, BOTTOM + 26, clock_of(start, n)))
+            across.append(Mark(LEFT + (n + 0.5) * wide, BOTTOM + BELOW, clock_of(start, n)))
     return Plot(tuple(bars), "", tuple(across), _up(0.0, top, step))
 
 
@@ -74,7 +83,7 @@ def success(bins: list[Bin], done: str) -> Plot:
         bars.append(Bar(x + 3, BOTTOM - high, wide - 6, high, "done", words))
         if one.attempted:
             tops.append(Mark(x + wide / 2, BOTTOM - high - 6, f"{100 * share:.0f}"))
-        across.append(Mark(x + wide / 2, BOTTOM + 26, f"{one.low:g}"))
+        across.append(Mark(x + wide / 2, BOTTOM + BELOW, short(one.low)))
     return Plot(tuple(bars), "", tuple(across), _up(0.0, 100.0, 25.0), tuple(tops))
 
 
@@ -83,7 +92,7 @@ def line(points: list[tuple[float, float]], low: float, high: float, start: date
     span = high - low
     inside = [(h, min(max(v, low), high)) for h, v in points if isfinite(v)] if 0 < span < float("inf") else []
     drawn = " ".join(f"{_across(h):.1f},{BOTTOM - (BOTTOM - TOP) * (v - low) / span:.1f}" for h, v in inside)
-    marks = tuple(Mark(_across(h), BOTTOM + 26, clock_of(start, h)) for h in range(0, 24, 4))
+    marks = tuple(Mark(_across(h), BOTTOM + BELOW, clock_of(start, h)) for h in range(0, 24, 4))
     return Plot((), drawn, marks, _up(low, high, span / 4) if inside else ())
 
 
@@ -93,6 +102,6 @@ def _across(hour: float) -> float:
 
 def _up(low: float, high: float, step: float) -> tuple[Mark, ...]:
     return tuple(
-        Mark(LEFT - 8, BOTTOM - (BOTTOM - TOP) * n * step / (high - low), f"{low + n * step:.3g}")
+        Mark(LEFT - 8, BOTTOM - (BOTTOM - TOP) * n * step / (high - low), short(low + n * step))
         for n in range(round((high - low) / step) + 1)
     )

@@ -7,7 +7,7 @@ from django.db import transaction
 from queueing.errors import NotYourJob
 from queueing.jobs.asking import Asker
 from queueing.jobs.running import end
-from queueing.models import Job, JobState
+from queueing.models import OPEN_JOB, Job, JobState
 from queueing.rows import locked
 from robots.grants import end_grant
 from robots.states import GrantEnd
@@ -20,8 +20,10 @@ def may_cancel(job: Job, asker: Asker) -> bool:
     return bool(job.guest) and job.guest == asker.guest
 
 
-def cancel(job: Job, asker: Asker, now: datetime) -> None:
+def cancel(job: Job, asker: Asker, now: datetime) -> bool:
     """Cancel a job. A waiting job ends at once; the grant of a running job ends, so the robot holds.
+
+    Return False if it had ended.
 
     Raises:
         NotYourJob: neither its asker nor staff.
@@ -31,6 +33,7 @@ def cancel(job: Job, asker: Asker, now: datetime) -> None:
     with transaction.atomic():
         queue = locked(job.queue)
         job.refresh_from_db()
+        was_open = job.state in OPEN_JOB
         if job.state == JobState.WAITING:
             end(queue, job, JobState.CANCELLED, "Cancelled.", 0.0, now)
         elif job.state == JobState.RUNNING:
@@ -38,3 +41,4 @@ def cancel(job: Job, asker: Asker, now: datetime) -> None:
             run = job.runs.select_related("grant__robot").order_by("-id").first()
             if run is not None:
                 end_grant(run.grant, GrantEnd.HOLDER, "cancelled by its asker", now)
+        return was_open

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from django.contrib import admin, messages
+from django.contrib import admin
 from django.http import HttpRequest
 from django.template.defaultfilters import filesizeformat
 from django.utils.html import format_html
@@ -41,12 +41,9 @@ class RecordingAdmin(Kept):
     @admin.action(description="Remove the recording", permissions=["act"])
     def remove(self, request: HttpRequest, queryset: Any) -> None:
         """Remove files and movies; the rows say so."""
-        done = 0
-        for recording in queryset:
-            if services.remove_recording(recording, request.user):
-                done += 1
-                self.log_change(request, recording, "removed")
-        messages.success(request, f"{done} removed.")
+        self.act_on(
+            request, queryset, lambda one: services.remove_recording(one, request.user), "Removed", "Removed before"
+        )
 
 
 @admin.register(Movie)

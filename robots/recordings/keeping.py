@@ -15,7 +15,7 @@ from django.conf import settings
 from django.db import IntegrityError, connection, transaction
 from django.db.models import F, Q, Sum
 
-from robots.clock import ms_of
+from robots.clock import SYSTEM, ms_of
 from robots.files import beside
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
 from robots.recordings.models import SHOWN, keep_days
@@ -138,11 +138,16 @@ def salvage(recording: Recording) -> None:
     finish(recording, RecordingState.CUT, "The recorder was interrupted.", ended)
 
 
+def _dated(reason: str) -> str:
+    """Return why a recording was removed, with the day, as its page says it."""
+    return f"{SYSTEM.now():%-d %B %Y}: {reason}"[:200]
+
+
 def remove(recording: Recording, reason: str) -> bool:
-    """Remove the file and all movies of a recording; the row stays and says why. Return False if that was done."""
+    """Remove the file and all movies of a recording; the row says when and why. Return False if that was done."""
     with transaction.atomic():
         changed = Recording.objects.filter(pk=recording.pk).exclude(state=RecordingState.REMOVED)
-        if not changed.update(state=RecordingState.REMOVED, reason=reason[:200], size=0):
+        if not changed.update(state=RecordingState.REMOVED, reason=_dated(reason), size=0):
             return False
     for suffix in (".mcap", LIVE, OLD, BUSY):
         path_of(recording).with_suffix(suffix).unlink(missing_ok=True)
@@ -156,12 +161,12 @@ def remove(recording: Recording, reason: str) -> bool:
 def settle_restored(now: datetime) -> None:
     """After a restore: what was being recorded, or whose file was left out of the backup, has no file, and no movie."""
     Recording.objects.filter(state=RecordingState.RUNNING).update(
-        state=RecordingState.REMOVED, ended_at=now, reason="It was being recorded when the backup was made."
+        state=RecordingState.REMOVED, ended_at=now, reason=_dated("It was being recorded when the backup was made.")
     )
     for recording in Recording.objects.filter(state__in=SHOWN):
         if not path_of(recording).exists():
             Recording.objects.filter(pk=recording.pk).update(
-                state=RecordingState.REMOVED, size=0, reason="Its file was not in the backup."
+                state=RecordingState.REMOVED, size=0, reason=_dated("Its file was not in the backup.")
             )
     forget_movies(movie for movie in Movie.objects.filter(state=Movie.State.READY) if not movie_path(movie).exists())
 

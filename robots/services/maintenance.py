@@ -24,7 +24,7 @@ def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
     return start_grant(robot, GrantKind.STAFF, now, user, now + timedelta(minutes=minutes))
 
 
-def close_incident(incident: Incident, user: Any) -> None:
-    """Mark an incident as dealt with."""
+def close_incident(incident: Incident, user: Any) -> bool:
+    """Mark an incident as dealt with. Return False if it was before."""
     need_staff(user)
-    Incident.objects.filter(pk=incident.pk, closed_at=None).update(closed_at=SYSTEM.now())
+    return bool(Incident.objects.filter(pk=incident.pk, closed_at=None).update(closed_at=SYSTEM.now()))

@@ -55,3 +55,15 @@ def shuttle(robot, people, clock, monkeypatch):
         )
         monkeypatch.setattr("robots.bus.may_be_watched", lambda slug: False)
         yield robot
+
+
+@pytest.fixture
+def used(robot, people, django_user_model, settings, tmp_path):
+    """A portal in use, with a superuser among its people."""
+    from robots.clock import SYSTEM
+    from tests.services.in_use import in_use
+
+    settings.MEDIA_ROOT = tmp_path
+    people["root"] = django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
+    in_use(robot, people, SYSTEM.now())
+    return people

@@ -124,14 +124,21 @@ def test_a_hidden_entry_is_not_deleted_for_its_pictures_would_be_shown_again(rol
     assert not Entry.objects.exists()
 
 
-def test_the_account_of_a_hidden_entrys_author_is_not_deleted(roles, frames):
-    """Its turns would go with it, and with them what hides the pictures."""
+def test_what_was_hidden_stays_hidden_when_the_authors_account_is_deleted(roles, frames):
+    """Nobody who is not signed in passes for the author, who is nobody now."""
     hide(roles)
     author, client = roles["operator"], as_role(roles, "superuser")
-    assert client.post(f"/admin/accounts/user/{author.pk}/delete/", {"post": "yes"}).status_code == 403
-    chosen = {"action": "delete_selected", "_selected_action": [author.pk], "post": "yes"}
-    client.post("/admin/accounts/user/", chosen)
-    assert Client().get(frames[0].url).status_code == 404
+    client.post(f"/admin/accounts/user/{author.pk}/delete/", {"post": "yes"})
+    entry = Entry.objects.select_related("turn").get()
+    assert (entry.author, entry.visibility, entry.turn.user) == (None, Visibility.HIDDEN, None)
+    for visitor in (Client(), as_role(roles, "signed_in")):
+        assert [visitor.get(frame.url).status_code for frame in frames] == [404, 404]
+        page = visitor.get(entry.turn.get_absolute_url()).text
+        assert "Deleted account on" in page
+        assert "This entry was hidden by a moderator." in page
+        assert entry.text not in page
+        assert visitor.post(entry.turn.get_absolute_url(), {"text": "x"}).status_code in (302, 403)
+    assert as_role(roles, "superuser").get(frames[0].url).status_code == 200
 
 
 def test_a_way_out_of_the_folder_is_404_without_traceback(client, caplog):

@@ -118,5 +118,5 @@ def test_results_are_for_staff_and_csv_runs_nothing(ended, people, client, clock
     assert client.get("/survey/results/").status_code == 403
     client.force_login(people["mod"])
     assert client.get("/survey/results/").status_code == 200
-    body = client.get("/survey/results.csv").content.decode()
+    body = client.get("/survey/results.csv").content.decode("utf-8-sig")
     assert "'=cmd()" in body

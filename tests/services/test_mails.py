@@ -55,6 +55,34 @@ def test_no_old_link_stands_beside_a_new_sign_up(client, demo, robot, people):
     assert LINK.search(sign_up(client, "third", "ada@example.org")) is None
 
 
+TERMINAL = "This is a demo: your mail is in the terminal"
+
+
+def test_a_demo_tells_where_the_mail_for_a_new_password_is_and_shows_its_link_to_nobody(client, demo, people, capfd):
+    """Who asks for it has not shown yet that the account is theirs."""
+    for email in ("ada@example.org", "nobody@example.org"):
+        html = client.post("/accounts/password/reset/", {"email": email}, follow=True).content.decode()
+        assert TERMINAL in html
+        assert "/password/reset/key/" not in html
+    assert "/accounts/password/reset/key/" in capfd.readouterr().out
+
+
+def test_a_demo_tells_where_the_mail_is_that_has_no_link(client, demo, people):
+    assert TERMINAL in sign_up(client, "third", "ada@example.org")
+
+
+def test_a_demo_shows_the_link_of_an_address_that_is_added(client, demo, people):
+    client.force_login(people["ada"])
+    html = client.post("/accounts/email/", {"action_add": "", "email": "new@example.org"}, follow=True).content.decode()
+    assert LINK.search(html)
+
+
+def test_with_a_mail_server_nothing_is_said_of_a_terminal(client, people):
+    html = client.post("/accounts/password/reset/", {"email": "ada@example.org"}, follow=True).content.decode()
+    assert "We have sent you an e-mail." in html
+    assert "terminal" not in html
+
+
 @pytest.mark.asvs("6.4.3")
 @pytest.mark.parametrize(("public", "backend"), [(True, CONSOLE), (False, "django.core.mail.backends.locmem.EmailBackend"), (False, "django.core.mail.backends.smtp.EmailBackend")])  # fmt: skip
 def test_nobody_else_shows_it(client, settings, demo, robot, public, backend, monkeypatch):

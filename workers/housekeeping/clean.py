@@ -1,10 +1,11 @@
-"""Removes old pictures that nothing refers to."""
+"""Removes old pictures that nothing refers to, and sessions that ran out."""
 
 import shutil
 from datetime import datetime, timedelta
 from pathlib import Path
 
 from django.conf import settings
+from django.contrib.sessions.models import Session
 
 from robots.models import Frame
 from robots.wall_clock import FIRST
@@ -22,3 +23,8 @@ def old_frames(now: datetime) -> int:
         if folder.is_dir() and not any(folder.iterdir()):
             shutil.rmtree(folder, ignore_errors=True)
     return removed
+
+
+def old_sessions(now: datetime) -> int:
+    """Remove the rows of sessions that ran out; nobody can use them any more. Return how many."""
+    return Session.objects.filter(expire_date__lt=now).delete()[0]

@@ -1,0 +1,28 @@
+"""Ends the sessions of accounts that are switched off or deleted."""
+
+from typing import Any
+
+from django.conf import settings
+from django.contrib import auth
+from django.contrib.sessions.models import Session
+from django.db.models.signals import post_save, pre_delete
+from django.dispatch import receiver
+
+
+def end_sessions(person: Any) -> None:
+    """Delete the rows of the person's sessions."""
+    mine = [s.pk for s in Session.objects.iterator() if s.get_decoded().get(auth.SESSION_KEY) == str(person.pk)]
+    Session.objects.filter(pk__in=mine).delete()
+
+
+@receiver(pre_delete, sender=settings.AUTH_USER_MODEL)
+def end_of_deleted(instance: Any, **_: Any) -> None:
+    """End the sessions of an account with it."""
+    end_sessions(instance)
+
+
+@receiver(post_save, sender=settings.AUTH_USER_MODEL)
+def end_of_switched_off(instance: Any, **_: Any) -> None:
+    """End the sessions of an account that is switched off, so that none goes on when it is switched on again."""
+    if not instance.is_active:
+        end_sessions(instance)

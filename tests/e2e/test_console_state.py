@@ -47,13 +47,14 @@ def driving(portal, visitor):
         session(one, one.user)
         one.page.goto(portal.robots[robot].get_absolute_url())
         one.page.wait_for_selector(".operating")
+        expect(one.page.locator("#why")).not_to_contain_text("not known")  # a state has come
         return one
 
     return make
 
 
 def axes(page, *values):
-    page.evaluate("(axes) => { pad.axes = axes; }", list(values))
+    page.evaluate("(axes) => { pad.axes = [...axes, 0, 0, 0, 0, 0, 0].slice(0, 6); }", list(values))
     page.wait_for_timeout(TICKS)
 
 

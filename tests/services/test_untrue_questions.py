@@ -26,4 +26,3 @@ def test_an_update_retires_what_the_package_brought_and_leaves_what_staff_wrote(
     finally:
         MigrationExecutor(connection).migrate(newest)
     assert active == {explanation: False, "Our camera is switched on by hand.": True, "On the arm.": True}
-

@@ -89,7 +89,7 @@ export class Place {
         { tag: "h2", text: "It is your turn" },
         { tag: "p", class: "timer", text: clock(left), timer: true },
         { tag: "button", do: "accept", text: "Take control", class: "primary" },
-        { tag: "button", do: "leave", text: "Not now" },
+        { tag: "button", do: "leave", text: "Not now", class: "later" },
       ];
     }
     if (t?.state === "waiting")

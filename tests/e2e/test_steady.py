@@ -71,7 +71,7 @@ def press(page, control):
 @contextmanager
 def still(one):
     """Do something to the page during the body of a `with` statement, by which nothing may move."""
-    assert one.page.evaluate(NOTE) > 5
+    assert one.page.evaluate(NOTE) > 1
     yield
     settle(one.page)
     assert one.page.evaluate(MOVED) == []

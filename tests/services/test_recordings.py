@@ -1,9 +1,13 @@
 """Recordings: who sees them, for how long they are kept, what is taken out of them, and their place in a backup."""
 
-from datetime import timedelta
+import os
+import threading
+from datetime import UTC, datetime, timedelta
 
 import pytest
 from django.contrib.auth.models import AnonymousUser
+from django.core.cache import cache
+from django.db import connection
 
 from accounts.models import User
 from operatorlog.models import Entry, Visibility
@@ -18,9 +22,10 @@ from robots.grants import end_grant, start_grant
 from robots.messages import picture_packet, state_packet
 from robots.models import Frame, Movie, Recording, RecordingState, Records, Robot
 from robots.permissions import NotStaff
-from robots.recordings import keeping
-from robots.recordings.container import STATE, Tape, messages, taken_ms
+from robots.recordings import cleaning, keeping
+from robots.recordings.container import STATE, Tape, taken_ms
 from robots.recordings.packets import picture_of, state_told
+from robots.recordings.reading import messages
 from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -124,10 +129,14 @@ def test_addresses_that_are_guessed_wrongly_or_out_of_date_are_not_found(roles, 
     assert client.post(at).status_code == 405
 
 
-def test_a_file_that_is_gone_or_damaged_is_not_found_and_no_page_fails(roles, client):
+def test_a_file_that_is_gone_or_damaged_is_said_to_be_and_no_page_fails(roles, client):
     recording = of_turn()
     keeping.path_of(recording).write_bytes(b"\x00" * 100)
-    assert statuses(client, recording) == [200, 200, 404, 404]
+    assert statuses(client, recording) == [200, 200, 200, 404]
+    told = client.get(addresses(recording)[2]).json()
+    assert told["needs"] == [] and "nothing in the file" in told["end"]
+    assert not {"places", "topics"} & told.keys()
+    cache.clear()
     keeping.path_of(recording).unlink()
     assert statuses(client, recording) == [200, 404, 404, 404]
 
@@ -168,11 +177,11 @@ def test_people_are_told_that_they_are_recorded_and_for_how_long(roles, client):
 def test_old_recordings_are_removed_and_their_pages_say_so(roles, client, settings):
     recording = of_turn(age=timedelta(days=31))
     path = keeping.path_of(recording)
-    assert keeping.clean(SYSTEM.now()) == 1
+    assert cleaning.clean(SYSTEM.now()) == 1
     assert not path.exists() and not path.parent.exists()
     assert "kept for 30 days" in client.get(recording.get_absolute_url()).content.decode()
     assert statuses(client, recording) == [200, 404, 404, 404]
-    assert keeping.clean(SYSTEM.now()) == 0
+    assert cleaning.clean(SYSTEM.now()) == 0
 
 
 def test_the_oldest_are_removed_where_a_robot_has_too_many(roles, robot):
@@ -184,19 +193,48 @@ def test_the_oldest_are_removed_where_a_robot_has_too_many(roles, robot):
         end_grant(grant, GrantEnd.FINISHED, "", SYSTEM.now())
     Recording.objects.update(size=900_000)
     Robot.objects.update(recordings_limit_mb=2)
-    assert keeping.clean(SYSTEM.now()) == 1
+    assert cleaning.clean(SYSTEM.now()) == 1
     assert list(Recording.objects.order_by("began_at").values_list("state", flat=True)) == ["removed", "ready", "ready"]
     Robot.objects.update(recordings_limit_mb=0)
-    assert keeping.clean(SYSTEM.now()) == 2
+    assert cleaning.clean(SYSTEM.now()) == 2
 
 
-def test_files_that_no_row_names_are_removed_when_they_are_old(roles, media):
+@pytest.mark.parametrize("year", [1970, 2001, 2100])
+def test_files_that_no_row_names_are_removed_whatever_their_own_times_are(roles, media, year):
     recording = of_turn()
     stray = keeping.path_of(recording).with_name("stray.tape")
-    stray.write_bytes(b"x")
-    assert keeping.clean(SYSTEM.now()) == 0
-    assert keeping.clean(SYSTEM.now() + timedelta(hours=2)) == 1
-    assert not stray.exists() and keeping.path_of(recording).exists()
+    left = keeping.path_of(recording).with_name(f"{keeping.path_of(recording).stem}-0a1b2c3d{keeping.BUSY}")
+    for path in (stray, left, keeping.path_of(recording)):
+        path.touch()
+        os.utime(path, (datetime(year, 2, 1, tzinfo=UTC).timestamp(),) * 2)
+    assert cleaning.clean(SYSTEM.now()) == 2
+    assert [path.name for path in stray.parent.iterdir()] == [keeping.path_of(recording).name]
+
+
+@pytest.mark.skipif(not connection.features.has_select_for_update, reason="the database holds rows")
+@pytest.mark.django_db(transaction=True)
+def test_a_file_that_is_written_again_at_this_moment_is_left_alone_until_it_is_done(roles, media):
+    recording = of_turn()
+    new = keeping.path_of(recording).with_name(f"{keeping.path_of(recording).stem}-0a1b2c3d{keeping.BUSY}")
+    held, over = threading.Event(), threading.Event()
+
+    def write():
+        with keeping.hold(recording):
+            new.write_bytes(b"part")
+            held.set()
+            over.wait(60)
+            new.replace(keeping.path_of(recording))
+        connection.close()
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    assert held.wait(60)
+    cleaner = threading.Thread(target=lambda: (cleaning.clean(SYSTEM.now()), connection.close()))
+    cleaner.start()
+    over.set()
+    for thread in (writer, cleaner):
+        thread.join(60)
+    assert keeping.path_of(recording).read_bytes() == b"part"
 
 
 @pytest.mark.parametrize("left", [True, False])
@@ -209,10 +247,10 @@ def test_what_a_recorder_left_that_never_came_back_is_finished_by_housekeeping(r
         keeping.live_path(recording).write_bytes(whole[: len(whole) // 2 * 2 - 40])  # without its end
         keeping.path_of(recording).unlink()
     end_grant(turn.grant, GrantEnd.FINISHED, "", SYSTEM.now())
-    keeping.clean(SYSTEM.now())
+    cleaning.clean(SYSTEM.now())
     recording.refresh_from_db()
     assert recording.state == RecordingState.RUNNING, "its recorder may come back"
-    keeping.clean(SYSTEM.now() + timedelta(hours=2))
+    cleaning.clean(SYSTEM.now() + timedelta(hours=2))
     recording.refresh_from_db()
     assert recording.state == (RecordingState.CUT if left else RecordingState.REMOVED)
     assert "interrupted" in recording.reason

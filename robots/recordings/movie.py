@@ -78,7 +78,7 @@ def _of_file(path: Path, began_ms: int, cameras: Sequence[int]) -> Iterator[tupl
     axis = Axis()
     for message in messages(path):
         at_ms, camera = began_ms + axis.place(message.at_ns) // 10**6, camera_of(message.topic)
-        if camera not in cameras:
+        if camera is None or camera not in cameras:
             continue
         with contextlib.suppress(ValueError):
             yield at_ms, camera, jpeg_of(message.told())

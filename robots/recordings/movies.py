@@ -82,8 +82,8 @@ def plan_of(movie: Movie) -> dict[str, Any]:
     """Return what the process that makes movies has to read; no files if nothing is left."""
     if movie.recording is not None:
         path = keeping.path_of(movie.recording)
-        there = movie.recording.shown and path.exists()
-        return {"hz": 5, "files": [(str(path), ms_of(movie.recording.began_at))] if there else []}
+        shown = movie.recording.shown and path.exists()
+        return {"hz": 5, "files": [(str(path), ms_of(movie.recording.began_at))] if shown else []}
     assert movie.day is not None
     recordings = [source for source in movie.sources if isinstance(source, int)]
     pictures = [source for source in movie.sources if isinstance(source, str)]

@@ -33,6 +33,7 @@ TORN = (
     KeyError,
     IndexError,
     MemoryError,
+    OverflowError,
 )
 HEAD = struct.Struct("<BQ")  # of each record: what it is, and its length
 FOOTER = struct.Struct("<BQQQI")  # its head; where the summary begins, and its offsets; the checksum of all before it
@@ -47,7 +48,7 @@ NOTHING = "There is nothing in the file."
 
 @dataclass(frozen=True)
 class Part:
-    """A chunk: where it is in the file, and its messages. `fault`: in words, why it has none, or why nothing follows."""
+    """A chunk: where it is in the file, and its messages. `fault`: in words, why it has none or nothing follows."""
 
     offset: int
     messages: tuple[Message, ...] = ()
@@ -104,7 +105,7 @@ def _summary(file: IO[bytes], topics: dict[int, str]) -> list[int] | None:
             return None
         file.seek(0)
         summary = SeekingReader(file, record_size_limit=LARGEST).get_summary()
-    except (*TORN, OSError, OverflowError):
+    except (*TORN, OSError):
         return None
     if summary is None or summary.statistics is None or summary.statistics.chunk_count != len(summary.chunk_indexes):
         return None
@@ -113,7 +114,7 @@ def _summary(file: IO[bytes], topics: dict[int, str]) -> list[int] | None:
 
 
 def _head(file: IO[bytes], size: int, at: int) -> tuple[int, int] | None:
-    """Return what the record at a place is, and its length; None if it is not whole. The file stands behind its head."""
+    """Return what the record at a place is, and its length; None if it is not whole. The file is read up to that."""
     if at + HEAD.size > size:
         return None
     file.seek(at)

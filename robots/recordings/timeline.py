@@ -30,8 +30,8 @@ class Index:
 
     `needs` names for each slice the earliest slice that has to be read to know everything at its beginning: the last
     state, the last picture of each camera, and each byte stream since its last key packet. `end`: in words, why it
-    ends where it does, if its file is not whole. `places`: for each slice, where the file is read from; `topics`: of the
-    file's channels.
+    ends where it does, if its file is not whole. `places`: for each slice, where the file is read from. `topics`: of
+    the file's channels.
     """
 
     began_ms: int = 0

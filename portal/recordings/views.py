@@ -15,7 +15,7 @@ from portal.consoles.console import console_of
 from portal.pages.errors import software_missing
 from portal.pages.views import console_facts
 from portal.recordings import access
-from portal.recordings.exports import offered
+from portal.recordings.exports import arriving, offered
 from portal.recordings.serving import limited, ranged
 from robots import description
 from robots.models import Recording, Robot
@@ -36,9 +36,10 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     """Show a recording: the robot's console without controls, and a bar to move in time."""
     recording, about = access.visible(key, request.user, shown=False)
     robot = recording.robot
+    movies = offered(recording)
     context: dict[str, Any] = {
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
-        "view": recording.shown, "movies": offered(recording), "replaying": True,
+        "view": recording.shown, "movies": movies, "arriving": arriving(movies), "replaying": True,
     }  # fmt: skip
     if recording.shown:
         try:

@@ -14,7 +14,7 @@ import math
 import os
 import resource
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ import numpy as np
 
 from robots.recordings.axis import Axis
 from robots.recordings.container import camera_of, jpeg_of
-from robots.recordings.reading import messages
+from robots.recordings.reading import messages, parts
 
 CODECS = {"mp4": ("libx264", {"preset": "veryfast", "crf": "24"}),
           "webm": ("libvpx-vp9", {"deadline": "realtime", "cpu-used": "8", "crf": "34", "b": "0"})}  # fmt: skip
@@ -70,33 +70,54 @@ def cameras_of(plan: dict[str, Any]) -> list[int]:
     return sorted(camera for camera in found if camera is not None)
 
 
-def _of_file(path: Path, began_ms: int, cameras: Sequence[int]) -> Iterator[tuple[int, int, bytes]]:
-    """Yield when each picture of these cameras arrived (ms), its camera, and its JPEG."""
+def _of_file(path: Path, began_ms: int, cameras: Sequence[int]) -> Iterator[tuple[float, int, int, bytes]]:
+    """Yield for each picture of these cameras how far the file is read, when it arrived (ms), its camera, its JPEG."""
     if path.suffix == ".jpg":
-        yield began_ms, 0, path.read_bytes()
+        yield 1.0, began_ms, 0, path.read_bytes()
         return
-    axis = Axis()
-    for message in messages(path):
-        at_ms, camera = began_ms + axis.place(message.at_ns) // 10**6, camera_of(message.topic)
-        if camera is None or camera not in cameras:
-            continue
-        with contextlib.suppress(ValueError):
-            yield at_ms, camera, jpeg_of(message.told())
+    axis, size = Axis(), path.stat().st_size
+    for part in parts(path):
+        for message in part.messages:
+            at_ms, camera = began_ms + axis.place(message.at_ns) // 10**6, camera_of(message.topic)
+            if camera is None or camera not in cameras:
+                continue
+            with contextlib.suppress(ValueError):
+                yield part.offset / size, at_ms, camera, jpeg_of(message.told())
 
 
-def chosen(plan: dict[str, Any], cameras: Sequence[int]) -> Iterator[tuple[int, int, bytes]]:
-    """Yield the time of each picture in the movie (ms), never earlier than the one before, its camera, and its JPEG."""
+def chosen(
+    plan: dict[str, Any], cameras: Sequence[int], tell: Callable[[float], None] = lambda _: None
+) -> Iterator[tuple[int, int, bytes]]:
+    """Yield the time of each picture in the movie (ms), never earlier than the one before, its camera, and its JPEG.
+
+    `tell` is given how far the files are read, from 0 to 1.
+    """
     every_ms, begun, last, at = int(1000 * plan.get("every_s", 0)), False, -(10**15), 0
-    for name, began_ms in plan["files"]:
+    for number, (name, began_ms) in enumerate(plan["files"]):
         if not name.endswith(".jpg"):
             last = min(last, began_ms - every_ms)  # the time of day may have been set back since the file before
-        for taken, camera, jpeg in _of_file(Path(name), began_ms, cameras):
+        for read, taken, camera, jpeg in _of_file(Path(name), began_ms, cameras):
+            tell((number + read) / len(plan["files"]))
             if every_ms and taken - last < every_ms:
                 continue
             if begun:
                 at += int(1000 / plan["hz"]) if every_ms else min(HOLD_MS, max(0, taken - last))
             last, begun = max(taken, last), True
             yield at, camera, jpeg
+
+
+class Told:
+    """Prints how far it is, each percent once."""
+
+    def __init__(self) -> None:
+        self._percent = 0
+
+    def __call__(self, share: float) -> None:
+        """Take a share from 0 to 1."""
+        if int(100 * share) > self._percent:
+            self._percent = int(100 * share)
+            sys.stdout.write(f"{self._percent} %\n")
+            sys.stdout.flush()
 
 
 def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
@@ -110,7 +131,7 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
         stream: Any = None
         sheet = Sheet(cameras)
         decoder: Any = av.CodecContext.create("mjpeg", "r")
-        for at, camera, jpeg in chosen(plan, cameras):
+        for at, camera, jpeg in chosen(plan, cameras, Told()):
             try:
                 pictures = decoder.decode(av.Packet(jpeg))
             except av.FFmpegError:

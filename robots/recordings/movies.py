@@ -68,7 +68,9 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
 def claim(now: datetime) -> Movie | None:
     """Return the next movie to make, and note that it is being made."""
     for movie in Movie.objects.filter(state=State.WAITING).select_related("recording", "robot").order_by("id"):
-        if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(state=State.MAKING, begun_at=now):
+        if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(
+            state=State.MAKING, begun_at=now, progress=0
+        ):
             return movie
     return None
 
@@ -93,6 +95,11 @@ def plan_of(movie: Movie) -> dict[str, Any]:
     timed += [(frame.taken_at, Path(settings.MEDIA_ROOT) / frame.file) for frame in stills]
     there = [(str(path), ms_of(at)) for at, path in sorted(timed) if path.exists()]
     return {"hz": LAPSE_HZ, "every_s": LAPSE_S, "files": there}
+
+
+def progress(movie: Movie, percent: int) -> None:
+    """Note how far a movie is."""
+    Movie.objects.filter(pk=movie.pk, state=State.MAKING).update(progress=min(100, max(0, percent)))
 
 
 def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:

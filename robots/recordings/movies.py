@@ -68,9 +68,7 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
 def claim(now: datetime) -> Movie | None:
     """Return the next movie to make, and note that it is being made."""
     for movie in Movie.objects.filter(state=State.WAITING).select_related("recording", "robot").order_by("id"):
-        if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(
-            state=State.MAKING, begun_at=now, progress=0
-        ):
+        if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(state=State.MAKING, begun_at=now, progress=0):
             return movie
     return None
 

@@ -152,9 +152,6 @@ def _packet(message: Message, joints: Sequence[str], channels: Sequence[str]) ->
             return state_packed(message.told(), joints, channels)
         if camera is not None:
             return picture_packed(message.told(), camera)
-        if message.topic.startswith(STREAM):
-            unpack(message.data)
-            return message.data
     except ValueError:
-        pass
-    return b""
+        return b""
+    return message.data if message.topic.startswith(STREAM) else b""

@@ -1,7 +1,6 @@
 """The iRat's map before this one: a page can tell why and when it was cleared, and show it, also after a restart."""
 
 import numpy as np
-import pytest
 
 from robots.clock import SYSTEM, ms_of
 from robots.drivers.irat.brain.messages import Clear, Key, Packet

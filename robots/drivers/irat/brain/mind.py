@@ -116,7 +116,8 @@ class Mind:
                 self.save()
                 yield Answer(number)
             case messages.Key(stream):
-                {"map": self._map_stream, "cells": self._cell_stream, "earlier": self._earlier}[stream].key = True
+                told = self._earlier if stream == "earlier" else self._map_stream if stream == "map" else self._cell_stream
+                told.key = True
 
     def _aimed(self, wanted: messages.Aim) -> Answer:
         stands = self.slam.standing(wanted.experience)

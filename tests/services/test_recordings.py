@@ -398,3 +398,11 @@ def test_many_jobs_of_guests_do_not_hide_the_other_recordings(shuttle, client, m
 def test_a_robot_that_is_recorded_keeps_for_a_day_at_least_and_says_so(roles, client):
     Robot.objects.update(records=Records.WORK, recordings_keep_days=0)
     assert "for 1 day at most" in client.get("/robots/mercury/", follow=True).content.decode()
+
+
+def test_a_recording_during_which_the_time_of_day_was_set_has_no_wrong_length_in_the_list(roles, client):
+    recording = of_turn()
+    for by in (timedelta(days=1), -timedelta(days=1)):
+        Recording.objects.update(ended_at=recording.began_at + by)
+        page = client.get("/robots/mercury/recordings/").content.decode()
+        assert "not known: the time of day was set" in page

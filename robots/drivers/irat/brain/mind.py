@@ -116,7 +116,9 @@ class Mind:
                 self.save()
                 yield Answer(number)
             case messages.Key(stream):
-                told = self._earlier if stream == "earlier" else self._map_stream if stream == "map" else self._cell_stream
+                told = (
+                    self._earlier if stream == "earlier" else self._map_stream if stream == "map" else self._cell_stream
+                )
                 told.key = True
 
     def _aimed(self, wanted: messages.Aim) -> Answer:
@@ -191,7 +193,7 @@ class Mind:
         return Guided(self._guide.goal, look.reached, look.bearing, look.distance), look.route.ids
 
     def _packets(self, route: tuple[int, ...]) -> Iterator[Packet]:
-        if (earlier := self._earlier.next()) is not None:  # before the first of the new map, so that a page can tell
+        if (earlier := self._earlier.next()) is not None:
             yield Packet("earlier", earlier, True)
         for name, packet in (
             ("map", self._map_stream.next(self.slam, route, self._dock_at, IN_DOCK_M)),

@@ -31,6 +31,7 @@ class RoamingConsole extends Basics<RobotPage> {
   private known = new ExperienceMap();
   private whole = { map: false, cells: false };
   private earlier: Earlier | null = null;
+  private last = 0; // the number of the map before
   private past = false; // the earlier map is shown
   private cells = new PoseCells();
   private grid: CellGrid | null = null;
@@ -93,6 +94,7 @@ class RoamingConsole extends Basics<RobotPage> {
     } else if (name === "map") {
       const before = this.known.number;
       this.whole.map = (key || this.whole.map) && this.known.take(data, key);
+      if (this.known.number !== before) this.last = before;
       if (!this.past) this.map.show(this.known, this.known.number !== before);
       this.marks();
     } else if (name === "earlier") this.ended(earlierOf(data));
@@ -106,7 +108,7 @@ class RoamingConsole extends Basics<RobotPage> {
     text("earlier-said", words);
     byId("earlier").hidden = false;
     byId("earlier-show").hidden = !earlier.map.spots.size;
-    if (this.known.number === earlier.map.number) page.notice(words, "info");
+    if ([this.known.number, this.last].includes(earlier.map.number)) page.notice(words, "info");
     if (this.past) this.turnBack(earlier.map.spots.size > 0);
   }
 

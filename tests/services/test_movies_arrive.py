@@ -120,3 +120,9 @@ def test_two_who_ask_at_once_have_one_movie_made(recording, failed):
         one.join(60)
     assert len(found) == 4 and set(found) == {Movie.objects.get().pk}
     assert movies.claim(SYSTEM.now()) is not None and movies.claim(SYSTEM.now()) is None
+
+
+def test_where_nobody_makes_movies_the_page_says_so(recording, client):
+    movies.ask(recording, "mp4", SYSTEM.now() - timedelta(minutes=16))
+    page = client.get(recording.get_absolute_url()).content.decode()
+    assert "The server makes no movies now." in page and "It is next" not in page

@@ -263,6 +263,7 @@ def test_a_movie_arrives_by_itself_with_its_progress_and_a_failure_offers_again(
     movies = page.locator("#movies")
     expect(movies).to_contain_text("A movie as MP4 (H.264) is being made.")
     page.evaluate("() => { window.stayed = true; }")
+    expect(page.locator("#replay-at")).to_be_enabled()
     page.locator("#replay-at").focus()
     bar = movies.get_by_role("progressbar", name="The movie as MP4 (H.264)")
     Movie.objects.update(state=Movie.State.MAKING, progress=40)

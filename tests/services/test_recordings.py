@@ -1,13 +1,10 @@
 """Recordings: who sees them, for how long they are kept, what is taken out of them, and their place in a backup."""
 
-import os
-import threading
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 from django.contrib.auth.models import AnonymousUser
 from django.core.cache import cache
-from django.db import connection
 
 from accounts.models import User
 from operatorlog.models import Entry, Visibility
@@ -197,44 +194,6 @@ def test_the_oldest_are_removed_where_a_robot_has_too_many(roles, robot):
     assert list(Recording.objects.order_by("began_at").values_list("state", flat=True)) == ["removed", "ready", "ready"]
     Robot.objects.update(recordings_limit_mb=0)
     assert cleaning.clean(SYSTEM.now()) == 2
-
-
-@pytest.mark.parametrize("year", [1970, 2001, 2100])
-def test_files_that_no_row_names_are_removed_whatever_their_own_times_are(roles, media, year):
-    recording = of_turn()
-    stray = keeping.path_of(recording).with_name("stray.tape")
-    left = keeping.path_of(recording).with_name(f"{keeping.path_of(recording).stem}-0a1b2c3d{keeping.BUSY}")
-    for path in (stray, left, keeping.path_of(recording)):
-        path.touch()
-        os.utime(path, (datetime(year, 2, 1, tzinfo=UTC).timestamp(),) * 2)
-    assert cleaning.clean(SYSTEM.now()) == 2
-    assert [path.name for path in stray.parent.iterdir()] == [keeping.path_of(recording).name]
-
-
-@pytest.mark.skipif(not connection.features.has_select_for_update, reason="the database holds rows")
-@pytest.mark.django_db(transaction=True)
-def test_a_file_that_is_written_again_at_this_moment_is_left_alone_until_it_is_done(roles, media):
-    recording = of_turn()
-    new = keeping.path_of(recording).with_name(f"{keeping.path_of(recording).stem}-0a1b2c3d{keeping.BUSY}")
-    held, over = threading.Event(), threading.Event()
-
-    def write():
-        with keeping.hold(recording):
-            new.write_bytes(b"part")
-            held.set()
-            over.wait(60)
-            new.replace(keeping.path_of(recording))
-        connection.close()
-
-    writer = threading.Thread(target=write)
-    writer.start()
-    assert held.wait(60)
-    cleaner = threading.Thread(target=lambda: (cleaning.clean(SYSTEM.now()), connection.close()))
-    cleaner.start()
-    over.set()
-    for thread in (writer, cleaner):
-        thread.join(60)
-    assert keeping.path_of(recording).read_bytes() == b"part"
 
 
 @pytest.mark.parametrize("left", [True, False])

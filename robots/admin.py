@@ -10,7 +10,7 @@ from django.urls import URLPattern, path
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
-from robots import addresses, bus, grants, programs, services
+from robots import addresses, bus, grants, probes, programs, services
 from robots.added import ADDED
 from robots.clock import SYSTEM
 from robots.contract import procedures
@@ -96,6 +96,7 @@ class RobotAdmin(FormFieldsAdmin):
             "stop": services.stop_shown(robot, SYSTEM.now()),
             "incidents": incidents[:5] if user.has_perm("robots.view_incident") else None,
             "commands": commands[:8] if user.has_perm("robots.view_command") else None,
+            "probe_lost": probes.lost(robot, SYSTEM.now()),
             "readings": robot.readings(lease.state) if lease else (),
             **self._offered(robot),
         }  # fmt: skip

@@ -5,7 +5,7 @@ from celery.worker import state
 
 from robots import bus, probes, services
 from robots.clock import SYSTEM
-from robots.recordings import keeping
+from robots.recordings import cleaning
 from robots.wall_clock import wall_clock
 from workers import bootstep
 from workers.housekeeping.clean import old_frames, old_sessions
@@ -34,7 +34,7 @@ def clean() -> int:
     While the date may be wrong nothing is old; what is too large goes in any case.
     """
     now = wall_clock().age_now
-    return old_frames(now) + old_sessions(now) + keeping.clean(now) + services.forget_old_usage(now)
+    return old_frames(now) + old_sessions(now) + cleaning.clean(now) + services.forget_old_usage(now)
 
 
 @shared_task(name="robots.online", ignore_result=True, max_retries=0)

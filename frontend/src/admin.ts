@@ -1,5 +1,6 @@
 /** The admin's robot page: live status without a reload. */
 import "./admin.css";
+import { adopt } from "./arrives.ts";
 import { request } from "./request.ts";
 
 const box = document.querySelector<HTMLElement>("[data-status-url]");
@@ -9,7 +10,10 @@ async function refresh(): Promise<void> {
     const answer = await request(box.dataset["statusUrl"] ?? "", { headers: { Accept: "text/html" } });
     if (answer.ok) {
       const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
-      box.replaceChildren(...fresh.body.childNodes);
+      const next = box.cloneNode() as HTMLElement;
+      next.replaceChildren(...fresh.body.childNodes);
+      delete next.dataset["stale"];
+      adopt(box, next);
     }
   } catch {
     box.dataset["stale"] = "true";

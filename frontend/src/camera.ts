@@ -36,6 +36,7 @@ export class CameraView {
       );
     });
     screen.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
       const step = event.shiftKey ? 20 : 4;
       const by: Record<string, [number, number]> = {
         ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step],

@@ -26,6 +26,7 @@ export class Tabs {
   }
 
   private key(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
     const at = this.tabs.findIndex((tab) => nameOf(tab) === this.open);
     const to: Record<string, number> = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: this.tabs.length - 1 };
     const next = to[event.key];

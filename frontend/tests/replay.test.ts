@@ -56,7 +56,7 @@ const stage = (after_ms: number, id: number, state: string, more: object = {}): 
   id, seq: id, grant: 1, kind: "up", state, reason: "", at_ms: 0, result: {}, after_ms, ...more,
 });
 const INDEX: Index = {
-  began_ms: 1000, ended_ms: 9000, needs: [0, 0], cameras: [0], pictures: 2,
+  began_ms: 1000, ended_ms: 9000, end: "", needs: [0, 0], cameras: [0], pictures: 2,
   commands: [
     stage(100, 1, "queued", { args: { x: 1 }, by: "ada" }), stage(300, 1, "completed"), stage(350, 1, "sent"),
     stage(500, 2, "queued"), stage(700, 2, "failed", { reason: "It slipped." }),

@@ -21,7 +21,7 @@ from robots.recordings.models import SHOWN
 
 MEDIA = {"mp4": "video/mp4", "webm": "video/webm"}
 TOO_OFTEN = "Your network asks for too many movies; ask again in an hour."
-SOON = "The movie is being made. This takes up to some minutes; reload this page then."
+SOON = "The movie is being made. This takes up to some minutes; this page shows how far it is, and then the movie."
 
 
 def _said(request: HttpRequest, movie: Movie) -> None:
@@ -117,3 +117,8 @@ def offered(recording: Recording) -> list[dict[str, Any]]:
     """Return each kind of movie with how it stands."""
     found = {one.kind: one for one in recording.movies.filter(version=recording.version)}
     return [{"kind": kind, "label": label, "movie": found.get(kind)} for kind, label in Movie.Kind.choices]
+
+
+def arriving(found: list[dict[str, Any]]) -> bool:
+    """Return whether one of the movies that `offered` gives is still to be made."""
+    return any(one["movie"] is not None and one["movie"].open for one in found)

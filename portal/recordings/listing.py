@@ -17,6 +17,7 @@ from robots.models import Movie, Recording, Robot
 from robots.recordings.models import SHOWN
 
 LISTED, LOOKED = 20, 60
+LONGEST = timedelta(hours=12)  # of a turn or a job
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,10 @@ class Listed:
     def length(self) -> str:
         """Return its length as minutes and seconds."""
         ended = self.recording.ended_at or self.recording.began_at
-        minutes, seconds = divmod(int((ended - self.recording.began_at).total_seconds()), 60)
+        passed = ended - self.recording.began_at
+        if not timedelta() <= passed < LONGEST:
+            return "not known: the time of day was set"
+        minutes, seconds = divmod(int(passed.total_seconds()), 60)
         return f"{minutes}:{seconds:02}"
 
 
@@ -51,7 +55,7 @@ def recordings_of(request: HttpRequest, slug: str) -> HttpResponse:
             found.append(Listed(recording, about))
     lapses = Movie.objects.filter(robot=robot, day__isnull=False).order_by("-day", "kind")[:LISTED]
     yesterday = (SYSTEM.now() - timedelta(days=1)).date()
-    context = {"lapses": lapses, "yesterday": yesterday} | {
+    context = {"lapses": lapses, "arriving": any(one.open for one in lapses), "yesterday": yesterday} | {
         "robot": robot,
         "found": found[:LISTED],
         "turns": offers_turns(robot),

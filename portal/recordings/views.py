@@ -2,7 +2,7 @@
 
 import threading
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 from django.core.cache import cache
@@ -15,11 +15,14 @@ from portal.consoles.console import console_of
 from portal.pages.errors import software_missing
 from portal.pages.views import console_facts
 from portal.recordings import access
-from portal.recordings.exports import offered
+from portal.recordings.exports import arriving, offered
 from portal.recordings.serving import limited, ranged
 from robots import description
 from robots.models import Recording, Robot
 from robots.recordings import keeping
+
+if TYPE_CHECKING:
+    from robots.recordings.timeline import Index
 
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
@@ -33,9 +36,10 @@ def replay(request: HttpRequest, key: str) -> HttpResponse:
     """Show a recording: the robot's console without controls, and a bar to move in time."""
     recording, about = access.visible(key, request.user, shown=False)
     robot = recording.robot
+    movies = offered(recording)
     context: dict[str, Any] = {
         "recording": recording, "about": about, "robot": robot, "words": access.words_for(recording),
-        "view": recording.shown, "movies": offered(recording), "replaying": True,
+        "view": recording.shown, "movies": movies, "arriving": arriving(movies), "replaying": True,
     }  # fmt: skip
     if recording.shown:
         try:
@@ -65,7 +69,7 @@ def _readable(request: HttpRequest, key: str, version: int) -> Recording:
     return recording
 
 
-def _index(recording: Recording) -> Any:
+def _index(recording: Recording) -> "Index | None":
     """Return the index of a recording, kept for a while; None if too many are read now. Raises Http404."""
     name = f"recording-index:{recording.pk}:{recording.version}"
     kept = cache.get(name)
@@ -77,16 +81,18 @@ def _index(recording: Recording) -> Any:
         finally:
             COLD.release()
         cache.set(name, kept, 600)
-    return msgspec.json.decode(kept)
+    from robots.recordings.timeline import Index  # noqa: PLC0415 - the reader is loaded when it is needed
+
+    return msgspec.json.decode(kept, type=Index)
 
 
 def _read(recording: Recording) -> str:
-    from robots.recordings.timeline import read_index  # noqa: PLC0415 - the reader is loaded when it is needed
+    from robots.recordings.timeline import read_index  # noqa: PLC0415 - see _index
 
     try:
         return msgspec.json.encode(read_index(keeping.path_of(recording))).decode()
-    except (OSError, ValueError) as error:
-        raise Http404("The recording cannot be read.") from error
+    except OSError as error:
+        raise Http404("The recording's file is gone.") from error
 
 
 def _busy() -> HttpResponse:
@@ -102,7 +108,9 @@ def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
     found = _index(_readable(request, key, version))
     if found is None:
         return _busy()
-    answer = HttpResponse(msgspec.json.encode(found), content_type="application/json")
+    told = msgspec.to_builtins(found)
+    del told["places"], told["topics"]  # they are for `part`
+    answer = HttpResponse(msgspec.json.encode(told), content_type="application/json")
     answer["Cache-Control"] = FOR_GOOD
     return answer
 
@@ -110,7 +118,7 @@ def index(request: HttpRequest, key: str, version: int) -> HttpResponse:
 @require_safe
 def part(request: HttpRequest, key: str, version: int, number: int) -> HttpResponse:
     """Return a slice: the packets of five seconds."""
-    from robots.recordings.timeline import read_slice  # noqa: PLC0415 - see _read
+    from robots.recordings.timeline import read_slice  # noqa: PLC0415 - see _index
 
     refused = limited(request, "slices")
     if refused is not None:
@@ -119,12 +127,12 @@ def part(request: HttpRequest, key: str, version: int, number: int) -> HttpRespo
     known = _index(recording)
     if known is None:
         return _busy()
-    if number >= len(known["needs"]):
+    if number >= len(known.needs):
         raise Http404("The recording is shorter.")
     joints, channels = _names(recording.robot)
     try:
-        data = read_slice(keeping.path_of(recording), known["began_ms"], number, joints, channels)
-    except (OSError, ValueError) as error:
+        data = read_slice(keeping.path_of(recording), known, number, joints, channels)
+    except OSError as error:
         raise Http404("The recording cannot be read.") from error
     return HttpResponse(data, content_type=MCAP, headers={"Cache-Control": FOR_GOOD})
 

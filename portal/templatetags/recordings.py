@@ -5,7 +5,9 @@ from typing import Any
 from django import template
 
 from portal.recordings import access
-from robots.models import Recording, Robot
+from robots.clock import SYSTEM
+from robots.models import Movie, Recording, Robot
+from robots.recordings import movies
 from robots.recordings.keeping import recorded
 from robots.recordings.models import keep_days
 
@@ -24,6 +26,12 @@ def recordings_of(context: Any, grants: Any) -> list[Recording]:
 def recording_words(recording: Recording) -> str:
     """Say how a recording stands, in a sentence."""
     return access.words_for(recording)
+
+
+@register.filter
+def stale(movie: Movie) -> bool:
+    """Return whether nobody seems to make movies now."""
+    return movies.stale(movie, SYSTEM.now())
 
 
 @register.filter

@@ -50,5 +50,5 @@ class RecordingAdmin(Kept):
 class MovieAdmin(Kept):
     """Movies made of recordings."""
 
-    list_display = ("id", "robot", "recording", "day", "kind", "state", "reason", "asked_at", "ready_at")
+    list_display = ("id", "robot", "recording", "day", "kind", "state", "progress", "reason", "asked_at", "ready_at")
     list_filter = ("robot", "state", "kind")

@@ -1,23 +1,19 @@
 """The file of a recording: MCAP with one channel a camera, and channels for states, commands, events and byte streams.
 
-`docs/reference/recordings.md` says the format. No Django. All times are ns since 1970, by the database's clock.
+`docs/reference/recordings.md` says the format; `reading` reads it. No Django. All times are ns since 1970, by the
+database's clock.
 """
 
 import base64
 import json
 import os
-import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
-from zlib import error as ZlibError
 
 import msgspec
-from mcap.exceptions import McapError
-from mcap.reader import NonSeekingReader, SeekingReader
 from mcap.writer import Writer
-from zstandard import ZstdError
 
 from robots.recordings.schemas import SCHEMAS
 
@@ -26,7 +22,6 @@ PROFILE = "farhand"
 STATE, COMMANDS, EVENTS = "state", "commands", "events"
 CAMERA, STREAM = "camera/", "stream/"
 RAW = "farhand.stream"  # the encoding of byte streams: their packets, unchanged
-TORN = (McapError, ValueError, struct.error, ZstdError, ZlibError, EOFError, KeyError, IndexError)
 _encode = msgspec.json.Encoder().encode
 
 
@@ -41,7 +36,10 @@ class Message:
 
     def told(self) -> dict[str, Any]:
         """Return the object of a JSON channel. Raises ValueError."""
-        found = json.loads(self.data)
+        try:
+            found = json.loads(self.data)
+        except RecursionError as error:
+            raise ValueError("not an object") from error
         if not isinstance(found, dict):
             raise ValueError("not an object")
         return found
@@ -53,6 +51,12 @@ def picture_told(camera: int, taken_ms: int, number: int, still: int, joints: tu
         "timestamp": {"sec": taken_ms // 1000, "nsec": taken_ms % 1000 * 1_000_000}, "frame_id": f"camera{camera}",
         "format": "jpeg", "data": base64.b64encode(jpeg).decode(), "number": number, "still": still, "joints": joints,
     }  # fmt: skip
+
+
+def camera_of(topic: str) -> int | None:
+    """Return the camera of a topic; None for another topic."""
+    number = topic.removeprefix(CAMERA)
+    return int(number) if topic.startswith(CAMERA) and number.isascii() and number.isdigit() else None
 
 
 def jpeg_of(told: Mapping[str, Any]) -> bytes:
@@ -67,7 +71,7 @@ def taken_ms(told: Mapping[str, Any]) -> int:
     """Return when the picture of an object was taken, in ms since 1970. Raises ValueError."""
     try:
         return int(told["timestamp"]["sec"]) * 1000 + int(told["timestamp"]["nsec"]) // 1_000_000
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, OverflowError) as error:
         raise ValueError("not a picture") from error
 
 
@@ -142,67 +146,3 @@ class Tape:
             pass
         finally:
             os.truncate(self._out.name, self.whole)
-
-
-def messages(
-    path: Path, topics: Iterable[str] | None = None, from_ns: int | None = None, before_ns: int | None = None
-) -> Iterator[Message]:
-    """Yield messages in the order of arrival; of a file that was cut off, everything up to its last whole chunk.
-
-    Raises OSError; ValueError if it is no such file.
-    """
-    wanted = None if topics is None else list(topics)
-    with path.open("rb") as file:
-        if not _complete(file):
-            yield from _torn(file, wanted, from_ns, before_ns)
-            return
-        reader = SeekingReader(file)
-        try:
-            for _, channel, one in reader.iter_messages(wanted, starting_at=from_ns, ending_before=before_ns):
-                yield Message(channel.topic, one.log_time, one.publish_time, one.data)
-        except TORN as error:
-            raise ValueError(f"a damaged recording: {error}") from error
-
-
-def topics(path: Path) -> set[str]:
-    """Return the topics of its messages. Raises OSError; ValueError if it is no such file."""
-    with path.open("rb") as file:
-        if _complete(file):
-            summary = SeekingReader(file).get_summary()
-            assert summary is not None
-            return {channel.topic for channel in summary.channels.values()}
-    return {message.topic for message in messages(path)}
-
-
-def about(path: Path) -> dict[str, str]:
-    """Return what the file says of itself: robot, driver, kind. Raises OSError, ValueError."""
-    with path.open("rb") as file:
-        try:
-            return dict(next(iter(NonSeekingReader(file).iter_metadata())).metadata)
-        except (*TORN, StopIteration) as error:
-            raise ValueError("not a recording") from error
-
-
-def _complete(file: IO[bytes]) -> bool:
-    """Tell whether the file has its index. Raises ValueError if it is no MCAP file."""
-    try:
-        reader = SeekingReader(file)
-    except TORN as error:
-        raise ValueError("not a recording") from error
-    try:
-        summary = reader.get_summary()
-    except (*TORN, OSError):  # too short to have one
-        return False
-    return summary is not None and bool(summary.chunk_indexes)
-
-
-def _torn(file: IO[bytes], topics: list[str] | None, from_ns: int | None, before_ns: int | None) -> Iterator[Message]:
-    file.seek(0)
-    found = NonSeekingReader(file).iter_messages(topics, log_time_order=False)
-    while True:
-        try:
-            _, channel, one = next(found)
-        except (*TORN, StopIteration):
-            return
-        if (from_ns is None or one.log_time >= from_ns) and (before_ns is None or one.log_time < before_ns):
-            yield Message(channel.topic, one.log_time, one.publish_time, one.data)

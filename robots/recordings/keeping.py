@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from django.conf import settings
 from django.db import IntegrityError, connection, transaction
-from django.db.models import F, Q, Sum
+from django.db.models import F, Q
 
 from robots.clock import SYSTEM, ms_of
 from robots.files import beside
 from robots.models import Grant, Movie, Recording, RecordingState, Records, Robot
-from robots.recordings.models import SHOWN, keep_days
+from robots.recordings.models import SHOWN
 from robots.states import GrantKind
-from robots.wall_clock import FIRST
 
 if TYPE_CHECKING:
     from robots.recordings.container import Message
@@ -32,7 +31,6 @@ RECORDED = (GrantKind.TURN, GrantKind.JOB)
 LIVE = ".tape"  # while it is written
 BUSY = ".new"  # while it is written again
 OLD = ".old"  # what a recorder that was killed has left, while it is copied
-ALONE = timedelta(hours=1)  # after which nobody waits for a recorder any more that has not finished
 LATE_MS = 2000  # around a picture that is taken out, as much is taken out of the camera's other pictures
 MARGIN = timedelta(seconds=10)  # a recording may go on so long after its grant, and its pictures may be so late
 NOT_TAKEN_OUT = "A picture of it was taken down, and the file could not be written without it."
@@ -92,7 +90,7 @@ def left_by(host: str) -> list[Recording]:
 
 
 @contextlib.contextmanager
-def _held(recording: Recording) -> Iterator[Recording]:
+def hold(recording: Recording) -> Iterator[Recording]:
     """Hold a recording, so that nobody else changes its row and file; yield its row as it is now."""
     if connection.features.has_select_for_update:
         with transaction.atomic():
@@ -112,7 +110,7 @@ def finish(recording: Recording, state: RecordingState, reason: str, now: dateti
     What was taken down meanwhile is taken out before anybody can see the file; if that fails, the file goes.
     """
     path = path_of(recording)
-    with _held(recording) as row:
+    with hold(recording) as row:
         if row.state == RecordingState.RUNNING:
             if row.taken_out and path.exists() and not _written_again(row):
                 reason = NOT_TAKEN_OUT
@@ -198,7 +196,7 @@ def take_out_pictures(robot: Robot, at: datetime, still: int, camera: int = 0) -
     meant = _around(robot, at)
     meant += [one for one in _beginning_with(robot, at, still, camera) if one not in meant] if still else []
     for recording in meant:
-        with _held(recording) as row:
+        with hold(recording) as row:
             row.taken_out = [*row.taken_out, span]
             Recording.objects.filter(pk=row.pk).update(taken_out=row.taken_out)
             if row.shown:
@@ -234,13 +232,16 @@ def _beginning_with(robot: Robot, at: datetime, still: int, camera: int) -> list
 
 def _first_still(path: Path, camera: int) -> int:
     """Return the first stored picture that a file shows, 0 if none."""
-    from robots.recordings import container  # noqa: PLC0415 - see copy
+    from robots.recordings import container, reading  # noqa: PLC0415 - see copy
 
     try:
-        shown = (message.told().get("still") for message in container.messages(path, [f"{container.CAMERA}{camera}"]))
-        return next((int(still) for still in shown if still), 0)
-    except (OSError, ValueError):
-        return 0  # nobody can replay it
+        for message in reading.messages(path, [f"{container.CAMERA}{camera}"]):
+            with contextlib.suppress(ValueError, TypeError, OverflowError):  # what cannot be read shows nothing
+                if still := int(message.told().get("still", 0)):
+                    return still
+    except OSError:
+        log.warning("%s cannot be read", path)  # nor replayed
+    return 0
 
 
 def _rewrite(row: Recording) -> None:
@@ -270,15 +271,17 @@ def _written_again(row: Recording) -> bool:
 
 
 def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
-    """Copy the messages that `wanted` accepts to a whole new file. Return how many. Raises OSError, ValueError."""
-    from robots.recordings import container  # noqa: PLC0415 - the libraries of files; few processes need them
+    """Copy what can be read and `wanted` accepts to a whole new file. Return how many messages. Raises OSError."""
+    from robots.recordings import container, reading  # noqa: PLC0415 - the libraries of files; few processes need them
 
-    count, tape = 0, container.Tape(new, container.about(path))
+    count, tape = 0, container.Tape(new, reading.about(path))
     try:
-        for message in container.messages(path):
-            if wanted(message):
+        for part in reading.parts(path):
+            for message in filter(wanted, part.messages):
                 tape.copy(message)
-                count += 1
+                last, count = message.at_ns, count + 1
+            if part.fault and count:  # the copy is whole, so it has to tell itself what is missing
+                tape.put(container.EVENTS, last, {"what": "fault", "text": part.fault, "level": "warning"})
         tape.close()
     except BaseException:
         tape.abandon()
@@ -310,81 +313,3 @@ def room() -> bool:
         return shutil.disk_usage(settings.MEDIA_ROOT).free > int(settings.RECORDING["FREE_MB"]) * MB
     except OSError:
         return False
-
-
-def clean(now: datetime) -> int:
-    """Remove recordings that are too old, or the oldest where a robot has too many; old movies; and files of nobody.
-
-    Return how many.
-    """
-    removed = 0
-    gone = Recording.objects.filter(state=RecordingState.RUNNING, grant__ended_at__lt=now - ALONE)
-    for recording in gone.select_related("grant", "robot"):
-        try:
-            salvage(recording)
-        except (OSError, ValueError):  # one bad file is no reason to keep all others
-            log.exception("%s could not be finished", recording)
-    for robot in Robot.objects.filter(recordings__state__in=SHOWN).distinct():
-        removed += _clean_robot(robot, now)
-    ages = settings.RECORDING["MOVIE_KEEP_DAYS"] * 86_400
-    old = Movie.objects.filter(asked_at__gte=FIRST, asked_at__lt=now - timedelta(seconds=ages))
-    removed += forget_movies(old)
-    return removed + _clean_movies(now) + _unknown_files(now)
-
-
-def _clean_movies(now: datetime) -> int:
-    """Remove the oldest movies where all together are too large, and files of movies that no row names."""
-    removed, total = 0, 0
-    for movie in Movie.objects.filter(state=Movie.State.READY).order_by("-ready_at", "-id"):
-        total += movie.size
-        if total > settings.RECORDING["MOVIES_MB"] * MB:
-            removed += forget_movies([movie])
-    known = {movie_path(movie).name for movie in Movie.objects.filter(state=Movie.State.READY)}
-    for path in (Path(settings.MEDIA_ROOT) / MOVIES).glob("*"):
-        with contextlib.suppress(OSError):
-            if path.name not in known and now.timestamp() - path.stat().st_mtime > 3600:
-                path.unlink()
-                removed += 1
-    return removed
-
-
-def _clean_robot(robot: Robot, now: datetime) -> int:
-    days, removed = keep_days(robot), 0
-    kept = Recording.objects.filter(robot=robot, state__in=SHOWN).order_by("began_at")
-    for recording in kept:
-        if (now - recording.began_at).days >= days and recording.began_at >= FIRST:
-            removed += _removed(recording, f"Recordings are kept for {days} days.")
-    limit = robot.recordings_limit_mb
-    most = (settings.RECORDING["LIMIT_MB"] if limit is None else limit) * MB
-    total = kept.aggregate(total=Sum("size"))["total"] or 0
-    for recording in kept.all() if total > most else ():
-        if total <= most:
-            break
-        total -= recording.size
-        removed += _removed(recording, "Removed to make room for newer recordings.")
-    return removed
-
-
-def _removed(recording: Recording, reason: str) -> bool:
-    try:
-        return remove(recording, reason)
-    except OSError:
-        log.exception("the files of %s could not be removed", recording)
-        return False
-
-
-def _unknown_files(now: datetime) -> int:
-    """Remove files that no row names: of a robot that was deleted, or of a write that was cut off."""
-    removed, media = 0, Path(settings.MEDIA_ROOT)
-    known = set(Recording.objects.exclude(state=RecordingState.REMOVED).values_list("file", flat=True))
-    for path in (media / FOLDER).glob("*/*/*"):
-        name = str(path.with_suffix(".mcap").relative_to(media))
-        with contextlib.suppress(OSError):
-            old = now.timestamp() - path.stat().st_mtime > 3600
-            if old and (name not in known or path.suffix == BUSY):
-                path.unlink()
-                removed += 1
-    for folder in (media / FOLDER).glob("*/*"):
-        with contextlib.suppress(OSError):
-            folder.rmdir()
-    return removed

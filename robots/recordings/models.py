@@ -107,6 +107,7 @@ class Movie(models.Model):
     begun_at = models.DateTimeField(null=True, blank=True)
     ready_at = models.DateTimeField(null=True, blank=True)
     size = models.BigIntegerField(default=0)
+    progress = models.PositiveSmallIntegerField(default=0, help_text="Percent, while it is made.")
 
     class Meta:
         ordering = ("-id",)
@@ -121,3 +122,14 @@ class Movie(models.Model):
 
     def __str__(self) -> str:
         return f"{self.kind} {self.pk}"
+
+    @property
+    def open(self) -> bool:
+        """Return whether it is still to be made."""
+        return self.state in (self.State.WAITING, self.State.MAKING)
+
+    @property
+    def ahead(self) -> int:
+        """Return how many movies are made before it."""
+        earlier = Movie.objects.filter(state=self.State.WAITING, pk__lt=self.pk or 0).count()
+        return earlier + Movie.objects.filter(state=self.State.MAKING).exclude(pk=self.pk).count()

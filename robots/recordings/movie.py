@@ -3,23 +3,27 @@
     python -m robots.recordings.movie KIND OUT < plan.json
 
 The plan: pictures a second, whether the pictures come `every_s` seconds (of a time-lapse, which shows the first
-camera) or as they were taken (by all cameras, side by side), and files: recordings, or single JPEGs. It runs with the
-lowest priority and ends by itself at its limits. No Django.
+camera) or as they were taken (by all cameras, side by side), and files with their times (ms since 1970): recordings, or
+single JPEGs. What of a file cannot be read is left out. It prints how far it is, in percent, and at last of how many
+pictures the movie is. It runs with the lowest priority and ends by itself at its limits. No Django.
 """
 
+import contextlib
 import json
 import math
 import os
 import resource
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from robots.recordings.container import CAMERA, jpeg_of, messages, taken_ms, topics
+from robots.recordings.axis import Axis
+from robots.recordings.container import camera_of, jpeg_of
+from robots.recordings.reading import messages, parts
 
 CODECS = {"mp4": ("libx264", {"preset": "veryfast", "crf": "24"}),
           "webm": ("libvpx-vp9", {"deadline": "realtime", "cpu-used": "8", "crf": "34", "b": "0"})}  # fmt: skip
@@ -62,31 +66,58 @@ def cameras_of(plan: dict[str, Any]) -> list[int]:
     """Return the cameras that the movie shows. Raises OSError, ValueError."""
     if plan.get("every_s"):
         return [0]
-    found = {topic for name in plan["files"] for topic in topics(Path(name)) if topic.startswith(CAMERA)}
-    return sorted(int(topic.removeprefix(CAMERA)) for topic in found)
+    found = {camera_of(one.topic) for name, _ in plan["files"] for one in messages(Path(name))}
+    return sorted(camera for camera in found if camera is not None)
 
 
-def _of_file(path: Path, cameras: Sequence[int]) -> Iterator[tuple[int, int, bytes]]:
-    """Yield when each picture of these cameras was taken (ms), its camera, and its JPEG."""
+def _of_file(path: Path, began_ms: int, cameras: Sequence[int]) -> Iterator[tuple[float, int, int, bytes]]:
+    """Yield for each picture of these cameras how far the file is read, when it arrived (ms), its camera, its JPEG."""
     if path.suffix == ".jpg":
-        yield int(path.stat().st_mtime * 1000), 0, path.read_bytes()
+        yield 1.0, began_ms, 0, path.read_bytes()
         return
-    for message in messages(path, [f"{CAMERA}{camera}" for camera in cameras]):
-        told = message.told()
-        yield taken_ms(told), int(message.topic.removeprefix(CAMERA)), jpeg_of(told)
+    axis, size = Axis(), path.stat().st_size
+    for part in parts(path):
+        for message in part.messages:
+            at_ms, camera = began_ms + axis.place(message.at_ns) // 10**6, camera_of(message.topic)
+            if camera is None or camera not in cameras:
+                continue
+            with contextlib.suppress(ValueError):
+                yield part.offset / size, at_ms, camera, jpeg_of(message.told())
 
 
-def chosen(plan: dict[str, Any], cameras: Sequence[int]) -> Iterator[tuple[int, int, bytes]]:
-    """Yield the time of each picture in the movie (ms), never earlier than the one before, its camera, and its JPEG."""
+def chosen(
+    plan: dict[str, Any], cameras: Sequence[int], tell: Callable[[float], None] = lambda _: None
+) -> Iterator[tuple[int, int, bytes]]:
+    """Yield the time of each picture in the movie (ms), never earlier than the one before, its camera, and its JPEG.
+
+    `tell` is given how far the files are read, from 0 to 1.
+    """
     every_ms, begun, last, at = int(1000 * plan.get("every_s", 0)), False, -(10**15), 0
-    for name in plan["files"]:
-        for taken, camera, jpeg in _of_file(Path(name), cameras):
+    for number, (name, began_ms) in enumerate(plan["files"]):
+        if not name.endswith(".jpg"):
+            last = min(last, began_ms - every_ms)  # the time of day may have been set back since the file before
+        for read, taken, camera, jpeg in _of_file(Path(name), began_ms, cameras):
+            tell((number + read) / len(plan["files"]))
             if every_ms and taken - last < every_ms:
                 continue
             if begun:
                 at += int(1000 / plan["hz"]) if every_ms else min(HOLD_MS, max(0, taken - last))
             last, begun = max(taken, last), True
             yield at, camera, jpeg
+
+
+class Told:
+    """Prints how far it is, each percent once."""
+
+    def __init__(self) -> None:
+        self._percent = 0
+
+    def __call__(self, share: float) -> None:
+        """Take a share from 0 to 1."""
+        if int(100 * share) > self._percent:
+            self._percent = int(100 * share)
+            sys.stdout.write(f"{self._percent} %\n")
+            sys.stdout.flush()
 
 
 def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
@@ -100,7 +131,7 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
         stream: Any = None
         sheet = Sheet(cameras)
         decoder: Any = av.CodecContext.create("mjpeg", "r")
-        for at, camera, jpeg in chosen(plan, cameras):
+        for at, camera, jpeg in chosen(plan, cameras, Told()):
             try:
                 pictures = decoder.decode(av.Packet(jpeg))
             except av.FFmpegError:

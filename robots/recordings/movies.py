@@ -7,6 +7,7 @@ from typing import Any
 from django.conf import settings
 from django.db import IntegrityError, transaction
 
+from robots.clock import ms_of
 from robots.drivers.errors import BadRequest
 from robots.models import Frame, Movie, Recording, Robot
 from robots.recordings import keeping
@@ -67,7 +68,7 @@ def _asked(same: dict[str, Any], new: Movie) -> Movie:
 def claim(now: datetime) -> Movie | None:
     """Return the next movie to make, and note that it is being made."""
     for movie in Movie.objects.filter(state=State.WAITING).select_related("recording", "robot").order_by("id"):
-        if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(state=State.MAKING, begun_at=now):
+        if Movie.objects.filter(pk=movie.pk, state=State.WAITING).update(state=State.MAKING, begun_at=now, progress=0):
             return movie
     return None
 
@@ -80,8 +81,9 @@ def again() -> None:
 def plan_of(movie: Movie) -> dict[str, Any]:
     """Return what the process that makes movies has to read; no files if nothing is left."""
     if movie.recording is not None:
-        files = [keeping.path_of(movie.recording)] if movie.recording.shown else []
-        return {"hz": 5, "files": [str(path) for path in files if path.exists()]}
+        path = keeping.path_of(movie.recording)
+        shown = movie.recording.shown and path.exists()
+        return {"hz": 5, "files": [(str(path), ms_of(movie.recording.began_at))] if shown else []}
     assert movie.day is not None
     recordings = [source for source in movie.sources if isinstance(source, int)]
     pictures = [source for source in movie.sources if isinstance(source, str)]
@@ -89,8 +91,13 @@ def plan_of(movie: Movie) -> dict[str, Any]:
     timed = [(recording.began_at, keeping.path_of(recording)) for recording in kept]
     stills = Frame.objects.filter(robot=movie.robot, taken_at__date=movie.day, file__in=pictures)
     timed += [(frame.taken_at, Path(settings.MEDIA_ROOT) / frame.file) for frame in stills]
-    there = [str(path) for _, path in sorted(timed) if path.exists()]
+    there = [(str(path), ms_of(at)) for at, path in sorted(timed) if path.exists()]
     return {"hz": LAPSE_HZ, "every_s": LAPSE_S, "files": there}
+
+
+def progress(movie: Movie, percent: int) -> None:
+    """Note how far a movie is."""
+    Movie.objects.filter(pk=movie.pk, state=State.MAKING).update(progress=min(100, max(0, percent)))
 
 
 def finish(movie: Movie, made: Path | None, reason: str, now: datetime) -> None:

@@ -80,5 +80,5 @@ def picture_packed(told: Mapping[str, Any], camera: int) -> bytes:
     try:
         joints = tuple(nan if value is None else float(value) for value in told["joints"])
         return picture_packet(int(told["number"]), taken_ms(told), int(told["still"]), joints, jpeg_of(told), camera)
-    except (KeyError, TypeError, struct.error) as error:
+    except (KeyError, TypeError, struct.error, OverflowError) as error:
         raise ValueError("not a picture") from error

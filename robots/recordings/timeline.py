@@ -11,29 +11,39 @@ from pathlib import Path
 from typing import Any
 
 from robots.contract.streams import unpack
-from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, messages
+from robots.recordings import reading
+from robots.recordings.axis import Axis, words_of
+from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, camera_of
 from robots.recordings.packets import picture_packed, state_packed
 
 SLICE_MS = 5000
 HEAD = struct.Struct("<II")  # of each packet in a slice: its length, ms since the beginning of the recording
-LONGEST_MS = 24 * 3600 * 1000
+MS = 10**6  # ns
+MOST = 24 * 3600 * 1000 // SLICE_MS  # slices
+TOO_LONG = "It is longer than a day; no more of it is shown."
+Place = tuple[int, int | None, int]  # a chunk, and the axis before it: its newest time and where that is (ns)
 
 
 @dataclass
 class Index:
-    """When a recording begins and ends (ms since 1970), and what is in it.
+    """When a recording begins (ms since 1970) and ends, as the player counts the time, and what is in it.
 
     `needs` names for each slice the earliest slice that has to be read to know everything at its beginning: the last
-    state, the last picture of each camera, and each byte stream since its last key packet.
+    state, the last picture of each camera, and each byte stream since its last key packet. `end`: in words, why it
+    ends where it does, if its file is not whole. `places`: for each slice, where the file is read from. `topics`: of
+    the file's channels.
     """
 
     began_ms: int = 0
     ended_ms: int = 0
+    end: str = ""
     needs: list[int] = field(default_factory=list)
     cameras: list[int] = field(default_factory=list)
     pictures: int = 0
     commands: list[dict[str, Any]] = field(default_factory=list)
     events: list[dict[str, Any]] = field(default_factory=list)
+    places: list[Place] = field(default_factory=list)
+    topics: dict[int, str] = field(default_factory=dict)
 
 
 def slice_of(at_ms: int) -> int:
@@ -56,26 +66,53 @@ def needed(starts: Iterable[Sequence[int]], slices: int) -> list[int]:
 
 
 def read_index(path: Path) -> Index:
-    """Return the index of a file. Raises OSError, ValueError."""
-    index, starts = Index(), dict[str, list[int]]()
-    for message in messages(path):
-        now_ms = message.at_ns // 1_000_000
-        index.began_ms, index.ended_ms = index.began_ms or now_ms, max(index.ended_ms, now_ms)
-        at_ms = now_ms - index.began_ms
-        if _begins_anew(message):
-            starts.setdefault(message.topic, []).append(at_ms)
-        if message.topic in (COMMANDS, EVENTS):
-            told = index.commands if message.topic == COMMANDS else index.events
-            told.append(message.told() | {"after_ms": at_ms})
-    if not index.began_ms:
-        return index
-    if index.ended_ms - index.began_ms > LONGEST_MS:
-        raise ValueError("a recording of more than a day")
-    cameras = [topic.removeprefix(CAMERA) for topic in starts if topic.startswith(CAMERA)]
-    index.cameras = sorted(int(camera) for camera in cameras if camera.isdigit())
+    """Return the index of a file, of as much of it as can be read. Raises OSError."""
+    index, starts, axis, at_ms = Index(), dict[str, list[int]](), Axis(), 0
+    end = ""
+    for part in reading.parts(path, 0, index.topics):
+        place = part.offset, axis.newest_ns, axis.at_ns
+        for message in part.messages:
+            index.began_ms = index.began_ms or message.at_ns // MS
+            at_ms = axis.place(message.at_ns) // MS
+            if slice_of(at_ms) >= MOST:
+                return _ended(index, starts, MOST * SLICE_MS - 1, TOO_LONG)
+            index.places += [place] * (slice_of(at_ms) + 1 - len(index.places))
+            if axis.set_ns:
+                index.events.append(_event(at_ms, words_of(axis.set_ns)))
+            if _begins_anew(message):
+                starts.setdefault(message.topic, []).append(at_ms)
+            _note(index, message, at_ms)
+        end = part.fault or ("" if part.messages else end)
+        if part.fault:
+            index.events.append(_event(at_ms, part.fault))
+    return _ended(index, starts, at_ms, end)
+
+
+def _ended(index: Index, starts: dict[str, list[int]], at_ms: int, end: str) -> Index:
+    index.ended_ms = index.began_ms + at_ms
+    index.end = end if index.places else f"{reading.NOTHING} {end}".strip()
+    index.cameras = sorted(camera for topic in starts if (camera := camera_of(topic)) is not None)
     index.pictures = sum(len(times) for topic, times in starts.items() if topic.startswith(CAMERA))
-    index.needs = needed(starts.values(), slice_of(index.ended_ms - index.began_ms) + 1)
+    index.needs = needed(starts.values(), len(index.places))
     return index
+
+
+def _event(at_ms: int, text: str) -> dict[str, Any]:
+    return {"what": "fault", "text": text, "level": "warning", "after_ms": at_ms}
+
+
+def _note(index: Index, message: Message, at_ms: int) -> None:
+    """Take a command or an event in, if it is one that a page can tell."""
+    try:
+        if message.topic == COMMANDS:
+            told = message.told()
+            if isinstance(told["id"], int) and {"kind", "state"} <= told.keys():
+                index.commands.append({"reason": "", "result": {}, **told, "after_ms": at_ms})
+        elif message.topic == EVENTS:
+            told = message.told()
+            index.events.append({"what": "", "level": "info", **told, "text": str(told["text"]), "after_ms": at_ms})
+    except (ValueError, KeyError):
+        return
 
 
 def _begins_anew(message: Message) -> bool:
@@ -88,24 +125,33 @@ def _begins_anew(message: Message) -> bool:
     return message.topic == STATE or message.topic.startswith(CAMERA)
 
 
-def read_slice(
-    path: Path, began_ms: int, number: int, joints: Sequence[str], channels: Sequence[str]
-) -> bytes:  # fmt: skip
-    """Return the packets of a slice, each after its length and its time. Raises OSError, ValueError."""
-    first = (began_ms + number * SLICE_MS) * 1_000_000
-    return b"".join(_packets(path, began_ms, first, joints, channels))
+def read_slice(path: Path, index: Index, number: int, joints: Sequence[str], channels: Sequence[str]) -> bytes:
+    """Return the packets of a slice, each after its length and its time. Raises OSError."""
+    return b"".join(_packets(path, index, number, joints, channels)) if number < len(index.places) else b""
 
 
 def _packets(
-    path: Path, began_ms: int, first: int, joints: Sequence[str], channels: Sequence[str]
+    path: Path, index: Index, number: int, joints: Sequence[str], channels: Sequence[str]
 ) -> Iterator[bytes]:  # fmt: skip
-    for message in messages(path, None, first, first + SLICE_MS * 1_000_000):
+    offset, newest_ns, at_ns = index.places[number]
+    axis = Axis(newest_ns, at_ns)
+    for part in reading.parts(path, offset, dict(index.topics)):
+        for message in part.messages:
+            at_ms = axis.place(message.at_ns) // MS
+            if slice_of(at_ms) > number:
+                return
+            if slice_of(at_ms) == number and (packet := _packet(message, joints, channels)):
+                yield HEAD.pack(len(packet), at_ms) + packet
+
+
+def _packet(message: Message, joints: Sequence[str], channels: Sequence[str]) -> bytes:
+    """Return a message as a packet of the live path; nothing for one that is none, or that cannot be read."""
+    camera = camera_of(message.topic)
+    try:
         if message.topic == STATE:
-            packet = state_packed(message.told(), joints, channels)
-        elif message.topic.startswith(CAMERA):
-            packet = picture_packed(message.told(), int(message.topic.removeprefix(CAMERA)))
-        elif message.topic.startswith(STREAM):
-            packet = message.data
-        else:
-            continue
-        yield HEAD.pack(len(packet), message.at_ns // 1_000_000 - began_ms) + packet
+            return state_packed(message.told(), joints, channels)
+        if camera is not None:
+            return picture_packed(message.told(), camera)
+    except ValueError:
+        return b""
+    return message.data if message.topic.startswith(STREAM) else b""

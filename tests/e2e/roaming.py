@@ -7,8 +7,9 @@ from datetime import timedelta
 
 from portal.seeding import add_robot
 from robots import bus
-from robots.clock import SYSTEM
+from robots.clock import SYSTEM, ms_of
 from robots.contract.session import RobotState
+from robots.drivers.irat.brain.packets import EARLIER
 from robots.messages import state_packet
 from robots.models import Lease, Robot
 from robots.states import Cycle
@@ -36,12 +37,13 @@ class RoamingPortal:
         Robot.objects.update(cycle=Cycle.READY)
         self.web, self.url = web, web.url
         self._over = threading.Event()
+        self._streams = Streams(self.robot.slug, self.robot.spec().streams, SYSTEM)
         self._teller = threading.Thread(target=self._tell, daemon=True)
         self._teller.start()
 
     def _tell(self):
         spec = self.robot.spec()
-        streams = Streams(self.robot.slug, spec.streams, SYSTEM)
+        streams = self._streams
         cells = {str(18 * 225 + 7 * 15 + x): value for x, value in ((6, 0.4), (7, 1.0), (8, 0.5))}
         for name, packets in (("map", map_packets([TOLD])[0]), ("cells", cell_packets([cells])[0])):
             streams.take(name, bytes.fromhex(packets[0]["hex"]), True)
@@ -54,6 +56,15 @@ class RoamingPortal:
             packet = state_packet(number, int(time.time() * 1000), state, False, spec.packed(), spec.named(state))
             bus.publish_state(self.robot.slug, packet)
             bus.publish_compact(self.robot.slug, packet)  # a page on a busy machine asks for these
+
+    def clear(self, why):
+        """Let the map be cleared as the robot's brain does; the next one has three places."""
+        (old,) = map_packets([TOLD])[0]
+        ids, poses, links = list(range(3)), RING[:3], [[0, 1], [1, 2]]
+        (new,) = map_packets([TOLD | {"map": MAP + 1, "ids": ids, "poses": poses, "links": links, "docks": []}])[0]
+        earlier = EARLIER.pack(1, why, 660.0, ms_of(SYSTEM.now())) + bytes.fromhex(old["hex"])
+        self._streams.take("earlier", earlier, True)
+        self._streams.take("map", bytes.fromhex(new["hex"]), True)
 
     def stop(self):
         self._over.set()

@@ -1,5 +1,8 @@
 """A recording in the browser: play, move in time by mouse and keyboard, jump to a command; two widths, both schemes."""
 
+import re
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -8,10 +11,11 @@ from playwright.sync_api import expect
 from robots.clock import SYSTEM
 from robots.contract.session import RobotState
 from robots.messages import picture_packet, state_packet
-from robots.models import RecordingState
+from robots.models import Movie, RecordingState
 from robots.recordings import keeping
 from robots.recordings.container import Tape
 from robots.recordings.packets import picture_of, state_told
+from robots.recordings.reading import messages
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT, OTHERS
@@ -45,16 +49,20 @@ def recording(portal):
     path, began = keeping.path_of(row), int(row.began_at.timestamp() * 1000)
     path.parent.mkdir(parents=True, exist_ok=True)
     tape = Tape(path, {})
+    stages = {5000: ("queued", ""), 8000: ("failed", "It slipped.")}
     for tick in range(SECONDS * 4):
         ms, second = began + 250 * tick, tick // 4
+        if tick % 8 == 7:
+            tape.flush()  # as the recorder does
         state = RobotState(0.0, (0.1 * second, 1.8, 0.0, 0.0), (), False, True, mode=f"second {second}")
         tape.put("state", ms * 10**6, state_told(state_packet(tick, ms, state, False), NAMES, ()))
         if tick % 4 == 0:
             tape.put("camera/0", ms * 10**6, picture_of(picture_packet(second, ms, 0, (), jpeg(grey(second)))))
-    for ms, stage, reason in ((5000, "queued", ""), (8000, "failed", "It slipped.")):
-        told = {"id": 7, "seq": 1, "grant": turn.grant_id, "kind": "down", "state": stage, "reason": reason,
-                "at_ms": began + ms, "result": {}, "progress": {}}  # fmt: skip
-        tape.put("commands", (began + ms) * 10**6, told)
+        if (ms - began) in stages:
+            stage, reason = stages[ms - began]
+            told = {"id": 7, "seq": 1, "grant": turn.grant_id, "kind": "down", "state": stage, "reason": reason,
+                    "at_ms": ms, "result": {}, "progress": {}}  # fmt: skip
+            tape.put("commands", ms * 10**6, told)
     tape.close()
     keeping.finish(row, RecordingState.READY, "", SYSTEM.now())
     row.turn = turn
@@ -176,3 +184,101 @@ def test_without_its_slices_the_page_says_so_and_tries_again(portal, visitor, re
     page.locator("#replay-at").fill("17500")
     shows(page, 17)
     expect(page.locator("#replay-said")).to_be_empty()
+
+
+def test_the_keyboard_plays_and_moves_wherever_the_focus_is(portal, visitor, recording):
+    page = visitor().page
+    page.goto(recording.get_absolute_url())
+    shows(page, 0)
+    play, bar = page.locator("#replay-play"), page.locator("#replay-at")
+    bar.focus()
+    page.keyboard.press("Space")
+    expect(play).to_have_text("Pause")
+    page.keyboard.press("Space")
+    expect(play).to_have_text("Play")
+    page.keyboard.press("End")
+    shows(page, 23)
+    page.keyboard.press("Home")
+    shows(page, 0)
+    for _ in range(4):
+        page.keyboard.press("ArrowRight")
+    shows(page, 2)
+    expect(play).to_have_text("Play")
+    page.evaluate("() => { window.texts = []; new MutationObserver(() => texts.push(document.getElementById('replay-play').textContent))"
+                  ".observe(document.getElementById('replay-play'), { childList: true, characterData: true, subtree: true }); }")  # fmt: skip
+    play.focus()
+    for key, text in (("Space", "Pause"), ("Enter", "Play")):
+        page.keyboard.press(key)
+        expect(play).to_have_text(text)
+    assert page.evaluate("texts") == ["Pause", "Play"], "each press counts once"
+
+
+def test_a_recording_that_was_cut_off_plays_to_there_and_says_why_it_ends(portal, visitor, recording):
+    path = keeping.path_of(recording)
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    page = visitor().page
+    page.goto(recording.get_absolute_url())
+    expect(page.locator("#replay-end")).to_have_text(re.compile(r"It ends at 0:1\d\. The file was cut off here\."))
+    expect(page.locator("#replay-list")).to_contain_text("The file was cut off here.")
+    bar = page.locator("#replay-at")
+    bar.focus()
+    page.keyboard.press("End")
+    wait_for(lambda: page.evaluate(GREY) > grey(9) - 6, 15, "the last picture")
+    path.unlink()
+    recording.version += 1
+    recording.save()
+    other = visitor()
+    other.allowed = ("404",)
+    other.page.goto(recording.get_absolute_url())
+    expect(other.page.locator("#replay-said")).to_contain_text("is gone")
+
+
+@pytest.mark.parametrize("hours", [24, -24])
+def test_a_recording_during_which_the_time_of_day_was_set_plays_through(portal, visitor, recording, hours):
+    path = keeping.path_of(recording)
+    new = Tape(path.with_suffix(".other"), {})
+    began = int(recording.began_at.timestamp() * 1000)
+    for message in list(messages(path)):
+        late = message.at_ns >= (began + 12_000) * 10**6
+        new.copy(replace(message, at_ns=message.at_ns + late * hours * 3600 * 10**9))
+    new.close()
+    path.with_suffix(".other").replace(path)
+    page = visitor().page
+    page.goto(recording.get_absolute_url())
+    shows(page, 0)
+    expect(page.locator("#replay-list")).to_contain_text(
+        f"The time of day was set {'ahead' if hours > 0 else 'back'} by about 1 day here."
+    )
+    expect(page.locator("#replay-end")).to_be_hidden()
+    page.locator("#replay-speed").select_option("8")
+    page.locator("#replay-play").click()
+    wait_for(lambda: page.evaluate(GREY) > grey(22) - 6, 30, "the last picture")
+
+
+def test_a_movie_arrives_by_itself_with_its_progress_and_a_failure_offers_again(portal, visitor, recording):
+    page = visitor().page
+    page.goto(recording.get_absolute_url())
+    page.get_by_role("button", name="Make a movie as MP4").click()
+    movies = page.locator("#movies")
+    expect(movies).to_contain_text("A movie as MP4 (H.264) is being made.")
+    page.evaluate("() => { window.stayed = true; }")
+    expect(page.locator("#replay-at")).to_be_enabled()
+    page.locator("#replay-at").focus()
+    bar = movies.get_by_role("progressbar", name="The movie as MP4 (H.264)")
+    Movie.objects.update(state=Movie.State.MAKING, progress=40)
+    expect(bar).to_have_attribute("value", "40", timeout=20_000)
+    expect(movies).to_contain_text("40 %")
+    Movie.objects.update(state=Movie.State.FAILED, reason="It has no pictures.")
+    expect(movies.get_by_role("button", name="Try again")).to_be_visible(timeout=20_000)
+    expect(movies).to_contain_text("could not be made. It has no pictures.")
+    assert page.evaluate("stayed && document.activeElement.id") == "replay-at"
+    movies.get_by_role("button", name="Try again").click()
+    expect(movies).to_contain_text("is being made")
+    page.evaluate("() => { window.stayed = true; }")
+    movie = Movie.objects.get()
+    keeping.movie_path(movie).parent.mkdir(parents=True, exist_ok=True)
+    keeping.movie_path(movie).write_bytes(b"movie")
+    Movie.objects.update(state=Movie.State.READY, size=5, ready_at=SYSTEM.now())
+    expect(movies.get_by_role("link", name="Movie as MP4")).to_be_visible(timeout=20_000)
+    assert page.evaluate("stayed"), "without a reload"

@@ -17,7 +17,7 @@ from queueing.models import Ticket
 from robots.grants import end_grant
 from robots.models import Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
-from robots.recordings.container import messages
+from robots.recordings.reading import messages
 from robots.states import GrantEnd
 from tests.conftest import at_length, wait_for
 from tests.crowd import MANY, Crowd

@@ -14,7 +14,7 @@ from robots.clock import SYSTEM
 from robots.grants import end_grant
 from robots.models import Recording, RecordingState, Records, Robot
 from robots.recordings import keeping
-from robots.recordings.container import messages
+from robots.recordings.reading import messages
 from robots.states import GrantEnd
 from tests.conftest import wait_for
 from tests.rig import Child

@@ -86,19 +86,17 @@ def test_what_was_stored_while_it_was_1970_is_kept(kept, clock, trusted, monkeyp
 
 def test_no_file_is_taken_for_old_because_the_time_of_day_was_set_ahead(kept, clock, trusted, settings, monkeypatch):
     """As one that is being written at this moment."""
-    new = settings.MEDIA_ROOT / keeping.FOLDER / "mercury" / "20260101" / "120000-abc.new"
+    new = keeping.live_path(Recording.objects.get())
     new.parent.mkdir(parents=True, exist_ok=True)
     new.write_bytes(b"part")
     os.utime(new, (clock.now().timestamp(),) * 2)
     clock.step(5 * HOUR)
-    trusted.follow(carry)
     monkeypatch.setattr(tasks, "wall_clock", lambda: trusted)
-    tasks.clean()
-    assert new.exists()
-    clock.go(SETTLED_S)
-    trusted.follow(carry)
-    tasks.clean()
-    assert not new.exists()
+    for _ in range(2):
+        trusted.follow(carry)
+        tasks.clean()
+        assert new.exists()
+        clock.go(SETTLED_S)
 
 
 def test_a_picture_is_taken_out_of_a_recording_during_which_the_time_of_day_was_set_back(kept, robot, clock):

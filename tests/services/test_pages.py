@@ -1,6 +1,7 @@
 """Every address by every kind of person: status, headers, no key, no scripts inline."""
 
 import re
+from datetime import timedelta
 
 import pytest
 from django.contrib.auth.models import Permission
@@ -320,3 +321,14 @@ def test_a_stored_picture_that_a_cache_has_is_not_sent_again(db, client, setting
     assert again["Cache-Control"] == shown["Cache-Control"]
     assert client.get("/media/frames/a.jpg", headers={"If-Modified-Since": shown["Last-Modified"]}).status_code == 304
     assert client.get("/media/frames/a.jpg", headers={"If-None-Match": '"another"'}).status_code == 200
+
+
+def test_a_test_of_the_connection_shows_that_it_runs_and_one_that_died_offers_again(client, robot, people):
+    client.force_login(people["kim"])
+    page, now = f"/admin/robots/robot/{robot.pk}/change/", SYSTEM.now()
+    refresh = '<noscript><meta http-equiv="refresh"'
+    for begun, words, runs in ((None, "waits for the tests before it", True), (now, "running since", True),
+                               (now - timedelta(minutes=5), "test the connection again", False)):  # fmt: skip
+        Robot.objects.update(probe_asked_at=now - timedelta(minutes=5), probe_begun_at=begun)
+        told = client.get(page).content.decode()
+        assert words in told and ("<progress" in told, refresh in told) == (runs, runs), words

@@ -7,7 +7,8 @@ from robots.clock import SYSTEM
 from robots.contract.spec import Spec
 from robots.grants import stage_event, start_grant
 from robots.models import Command, Grant, Recording
-from robots.recordings.container import COMMANDS, messages
+from robots.recordings.container import COMMANDS
+from robots.recordings.reading import messages
 from robots.services import clicks
 from robots.states import GrantKind
 from tests.waiting import CEILING_S

@@ -58,11 +58,11 @@ def recorded(seconds=5):
     row = Recording.objects.get()
     assert row.state == RecordingState.RUNNING
     path = keeping.live_path(row)
-    return given(path, read_index(path).began_ms)
+    return given(path)
 
 
-def given(path, began_ms):
-    data, found, at = read_slice(path, began_ms, 0, (), ()), [], 0
+def given(path):
+    data, found, at = read_slice(path, read_index(path), 0, (), ()), [], 0
     while at < len(data):
         length, ms = HEAD.unpack_from(data, at)
         found.append((ms, data[at + HEAD.size : at + HEAD.size + length]))
@@ -101,7 +101,7 @@ def test_what_a_broken_link_has_hidden_of_the_map_is_read_when_it_is_back(turn):
 
     recorder.run(over)
     path = keeping.live_path(Recording.objects.get())
-    numbers = [unpack(data).number for _, data in given(path, read_index(path).began_ms) if data[0] == 3]
+    numbers = [unpack(data).number for _, data in given(path) if data[0] == 3]
     assert numbers == [7, 7, 8]
 
 
@@ -129,7 +129,7 @@ def test_a_recording_that_ends_beside_the_next_of_the_same_robot_leaves_that_one
     recorder.run(over)
     assert "heard" in steps, steps
     path = keeping.live_path(Recording.objects.get(grant__holder=people["bob"]))
-    assert 9 in [unpack(data).number for _, data in given(path, read_index(path).began_ms) if data[0] == 3]
+    assert 9 in [unpack(data).number for _, data in given(path) if data[0] == 3]
 
 
 def test_no_more_pictures_are_asked_for_than_the_recording_takes(turn, monkeypatch):

@@ -4,6 +4,7 @@ from datetime import timedelta
 
 import pytest
 from django.contrib.auth.models import AnonymousUser
+from django.core.cache import cache
 
 from accounts.models import User
 from operatorlog.models import Entry, Visibility
@@ -18,9 +19,10 @@ from robots.grants import end_grant, start_grant
 from robots.messages import picture_packet, state_packet
 from robots.models import Frame, Movie, Recording, RecordingState, Records, Robot
 from robots.permissions import NotStaff
-from robots.recordings import keeping
-from robots.recordings.container import STATE, Tape, messages, taken_ms
+from robots.recordings import cleaning, keeping
+from robots.recordings.container import STATE, Tape, taken_ms
 from robots.recordings.packets import picture_of, state_told
+from robots.recordings.reading import messages
 from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -124,10 +126,14 @@ def test_addresses_that_are_guessed_wrongly_or_out_of_date_are_not_found(roles, 
     assert client.post(at).status_code == 405
 
 
-def test_a_file_that_is_gone_or_damaged_is_not_found_and_no_page_fails(roles, client):
+def test_a_file_that_is_gone_or_damaged_is_said_to_be_and_no_page_fails(roles, client):
     recording = of_turn()
     keeping.path_of(recording).write_bytes(b"\x00" * 100)
-    assert statuses(client, recording) == [200, 200, 404, 404]
+    assert statuses(client, recording) == [200, 200, 200, 404]
+    told = client.get(addresses(recording)[2]).json()
+    assert told["needs"] == [] and "nothing in the file" in told["end"]
+    assert not {"places", "topics"} & told.keys()
+    cache.clear()
     keeping.path_of(recording).unlink()
     assert statuses(client, recording) == [200, 404, 404, 404]
 
@@ -168,11 +174,11 @@ def test_people_are_told_that_they_are_recorded_and_for_how_long(roles, client):
 def test_old_recordings_are_removed_and_their_pages_say_so(roles, client, settings):
     recording = of_turn(age=timedelta(days=31))
     path = keeping.path_of(recording)
-    assert keeping.clean(SYSTEM.now()) == 1
+    assert cleaning.clean(SYSTEM.now()) == 1
     assert not path.exists() and not path.parent.exists()
     assert "kept for 30 days" in client.get(recording.get_absolute_url()).content.decode()
     assert statuses(client, recording) == [200, 404, 404, 404]
-    assert keeping.clean(SYSTEM.now()) == 0
+    assert cleaning.clean(SYSTEM.now()) == 0
 
 
 def test_the_oldest_are_removed_where_a_robot_has_too_many(roles, robot):
@@ -184,19 +190,10 @@ def test_the_oldest_are_removed_where_a_robot_has_too_many(roles, robot):
         end_grant(grant, GrantEnd.FINISHED, "", SYSTEM.now())
     Recording.objects.update(size=900_000)
     Robot.objects.update(recordings_limit_mb=2)
-    assert keeping.clean(SYSTEM.now()) == 1
+    assert cleaning.clean(SYSTEM.now()) == 1
     assert list(Recording.objects.order_by("began_at").values_list("state", flat=True)) == ["removed", "ready", "ready"]
     Robot.objects.update(recordings_limit_mb=0)
-    assert keeping.clean(SYSTEM.now()) == 2
-
-
-def test_files_that_no_row_names_are_removed_when_they_are_old(roles, media):
-    recording = of_turn()
-    stray = keeping.path_of(recording).with_name("stray.tape")
-    stray.write_bytes(b"x")
-    assert keeping.clean(SYSTEM.now()) == 0
-    assert keeping.clean(SYSTEM.now() + timedelta(hours=2)) == 1
-    assert not stray.exists() and keeping.path_of(recording).exists()
+    assert cleaning.clean(SYSTEM.now()) == 2
 
 
 @pytest.mark.parametrize("left", [True, False])
@@ -209,10 +206,10 @@ def test_what_a_recorder_left_that_never_came_back_is_finished_by_housekeeping(r
         keeping.live_path(recording).write_bytes(whole[: len(whole) // 2 * 2 - 40])  # without its end
         keeping.path_of(recording).unlink()
     end_grant(turn.grant, GrantEnd.FINISHED, "", SYSTEM.now())
-    keeping.clean(SYSTEM.now())
+    cleaning.clean(SYSTEM.now())
     recording.refresh_from_db()
     assert recording.state == RecordingState.RUNNING, "its recorder may come back"
-    keeping.clean(SYSTEM.now() + timedelta(hours=2))
+    cleaning.clean(SYSTEM.now() + timedelta(hours=2))
     recording.refresh_from_db()
     assert recording.state == (RecordingState.CUT if left else RecordingState.REMOVED)
     assert "interrupted" in recording.reason
@@ -360,3 +357,11 @@ def test_many_jobs_of_guests_do_not_hide_the_other_recordings(shuttle, client, m
 def test_a_robot_that_is_recorded_keeps_for_a_day_at_least_and_says_so(roles, client):
     Robot.objects.update(records=Records.WORK, recordings_keep_days=0)
     assert "for 1 day at most" in client.get("/robots/mercury/", follow=True).content.decode()
+
+
+def test_a_recording_during_which_the_time_of_day_was_set_has_no_wrong_length_in_the_list(roles, client):
+    recording = of_turn()
+    for by in (timedelta(days=1), -timedelta(days=1)):
+        Recording.objects.update(ended_at=recording.began_at + by)
+        page = client.get("/robots/mercury/recordings/").content.decode()
+        assert "not known: the time of day was set" in page

@@ -9,9 +9,10 @@ from robots.clock import SYSTEM
 from robots.grants import end_grant, start_grant
 from robots.messages import picture_packet
 from robots.models import Movie, RecordingState
-from robots.recordings import keeping
-from robots.recordings.container import Tape, messages
+from robots.recordings import cleaning, keeping
+from robots.recordings.container import Tape
 from robots.recordings.packets import picture_of
+from robots.recordings.reading import messages
 from robots.states import GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -77,7 +78,8 @@ def test_pictures_at_the_edges_of_a_recording_are_taken_out(of_turns, late):
 def test_a_file_that_cannot_be_written_again_is_never_shown(of_turns):
     recording = begun(of_turns, SYSTEM.now(), [0] * 4)
     keeping.take_out_pictures(of_turns, recording.began_at, 0)
-    keeping.path_of(recording).write_bytes(b"no recording at all")
+    keeping.path_of(recording).unlink()
+    keeping.path_of(recording).symlink_to(keeping.path_of(recording).parent)  # whoever opens it gets an error
     keeping.finish(recording, RecordingState.READY, "", SYSTEM.now())
     assert recording.state == RecordingState.REMOVED and "taken down" in recording.reason
     assert not keeping.path_of(recording).exists()
@@ -91,7 +93,7 @@ def test_one_bad_file_does_not_stop_cleaning(of_turns):
     (keeping.path_of(bad) / "x").touch()
     keeping.path_of(good).rename(keeping.live_path(good))
     keeping.live_path(bad).write_bytes(keeping.live_path(good).read_bytes())
-    keeping.clean(SYSTEM.now() + timedelta(hours=2))
+    cleaning.clean(SYSTEM.now() + timedelta(hours=2))
     good.refresh_from_db()
     assert good.state == RecordingState.CUT
 
@@ -117,6 +119,16 @@ def test_movies_have_a_limit_together_and_files_of_none_are_removed(of_turns, se
         keeping.movie_path(movie).parent.mkdir(parents=True, exist_ok=True)
         keeping.movie_path(movie).touch()
     keeping.movie_path(movie).with_name("99.part").touch()
-    assert keeping.clean(now) == 1 and not Movie.objects.filter(pk=movie.pk).exists()
-    assert keeping.clean(now + timedelta(hours=2)) == 1
+    Movie.objects.filter(pk=Movie.objects.latest("day").pk).update(size=1)
+    making = Movie.objects.create(
+        robot=of_turns, day=(now - timedelta(days=9)).date(), kind="mp4", asked_at=now, state=Movie.State.MAKING
+    )
+    part = keeping.movie_path(movie).with_name(f"{making.pk}-0a1b.part")
+    part.touch()
+    assert cleaning.clean(now) == 1, "99.part"
+    Movie.objects.exclude(pk=making.pk).update(size=900_000)
+    assert cleaning.clean(now) == 1 and not Movie.objects.filter(pk=movie.pk).exists()
+    assert part.exists(), "it is being made"
+    making.delete()
+    assert cleaning.clean(now) == 1 and not part.exists()
     assert len(list(keeping.movie_path(movie).parent.iterdir())) == 2

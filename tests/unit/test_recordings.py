@@ -14,8 +14,9 @@ from robots.contract.session import RobotState
 from robots.contract.streams import StreamPacket, pack
 from robots.messages import picture_packet, state_packet
 from robots.recordings.budget import picture_every_s
-from robots.recordings.container import COMMANDS, EVENTS, STATE, Message, Tape, about, messages
+from robots.recordings.container import COMMANDS, EVENTS, STATE, Message, Tape
 from robots.recordings.packets import picture_of, picture_packed, state_packed, state_told
+from robots.recordings.reading import about, messages
 from robots.recordings.timeline import HEAD, SLICE_MS, needed, read_index, read_slice, slice_of
 
 NAMES, CHANNELS = ("base", "elbow"), ["charge", "x"]
@@ -92,23 +93,10 @@ def test_a_file_that_was_cut_off_anywhere_is_readable_up_to_its_last_whole_chunk
     cut = written.path.with_suffix(".cut")
     cut.write_bytes(data[: int(share * len(data))])
     whole = [m.data for m in messages(written.path)]
-    try:
-        found = [m.data for m in messages(cut)]
-    except ValueError:
-        assert share * len(data) < 8  # not even the beginning that names the format
-        return
+    found = [m.data for m in messages(cut)]
     assert found == whole[: len(found)]
     if share > 0.5:
         assert len(found) > len(whole) * 0.25
-
-
-def test_a_file_of_another_kind_is_refused(tmp_path):
-    other = tmp_path / "b.mcap"
-    other.write_bytes(b"\xff\xd8 no recording" * 100)
-    with pytest.raises(ValueError, match="recording"):
-        list(messages(other))
-    with pytest.raises(ValueError, match="recording"):
-        about(other)
 
 
 def test_a_disk_that_refuses_leaves_a_file_that_is_readable(tmp_path):
@@ -185,7 +173,7 @@ def test_the_index_and_the_slices_tell_everything_once(written):
     assert [e["text"] for e in index.events] == ["The end."]
     kinds, times = [], []
     for number in range(len(index.needs)):
-        data, at = read_slice(written.path, index.began_ms, number, NAMES, CHANNELS), 0
+        data, at = read_slice(written.path, index, number, NAMES, CHANNELS), 0
         while at < len(data):
             length, ms = HEAD.unpack_from(data, at)
             kinds.append(data[at + HEAD.size])
@@ -194,7 +182,7 @@ def test_the_index_and_the_slices_tell_everything_once(written):
             at += HEAD.size + length
     assert (kinds.count(1), kinds.count(2), kinds.count(3)) == (92, 92, 92)
     assert times == sorted(times)
-    assert read_slice(written.path, index.began_ms, 99, NAMES, CHANNELS) == b""
+    assert read_slice(written.path, index, 99, NAMES, CHANNELS) == b""
 
 
 def test_an_empty_recording_has_an_index_too(tmp_path):

@@ -9,7 +9,8 @@ import pytest
 from robots.contract.session import RobotState
 from robots.contract.streams import Stream, StreamPacket, pack
 from robots.messages import picture_packet, state_packet
-from robots.recordings.container import Tape, messages
+from robots.recordings.container import Tape
+from robots.recordings.reading import messages
 from tests.conftest import wait_for
 from workers.recorder.taping import FLUSH_S, Taping
 

@@ -124,7 +124,7 @@ def test_a_recording_is_sliced_as_the_browser_reads_it(tmp_path):
     tape.close()
     index = read_index(path)
     assert (index.began_ms, index.needs) == (vectors["began_ms"], vectors["needs"])
-    slices = [read_slice(path, index.began_ms, n, joints, ()).hex() for n in range(len(index.needs))]
+    slices = [read_slice(path, index, n, joints, ()).hex() for n in range(len(index.needs))]
     assert slices == vectors["slices"]
 
 

@@ -2,11 +2,13 @@
 
 import json
 import logging
+import os
 import secrets
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import IO
 
 from django.conf import settings
 
@@ -26,7 +28,8 @@ class MovieMaker:
         self._clock = clock
         self._movie: Movie | None = None
         self._process: subprocess.Popen[str] | None = None
-        self._part, self._count = Path(), ""  # of the movie that is made: its file, and how many pictures it has
+        self._part, self._percent = Path(), 0  # of the movie that is made: its file, and how far it is
+        self._said: IO[str] | None = None  # what its process has printed
         self._begun = 0.0
         movies.again()  # of who made movies here before
 
@@ -36,9 +39,13 @@ class MovieMaker:
             if self._process.poll() is None:
                 if self._clock.monotonic() - self._begun > LONGEST_S:
                     self._process.kill()
+                self._tell(self._movie)
                 return
             self._take(self._movie, self._process)  # again at the next look, if it could not be noted
             self._movie = self._process = None
+            if self._said is not None:
+                self._said.close()
+                self._said = None
         movie = movies.claim(self._clock.now())
         if movie is not None:
             self._begin(movie)
@@ -56,8 +63,9 @@ class MovieMaker:
             with tempfile.TemporaryFile("w+") as plan_in:  # a pipe takes only 64 kB before somebody reads it
                 json.dump(plan, plan_in)
                 plan_in.seek(0)
+                self._said, self._percent = tempfile.TemporaryFile("w+"), 0  # noqa: SIM115 - closed when it is made
                 self._process = subprocess.Popen(  # noqa: S603 - our own module
-                    [*COMMAND, movie.kind, str(self._part)], stdin=plan_in, stdout=subprocess.PIPE,
+                    [*COMMAND, movie.kind, str(self._part)], stdin=plan_in, stdout=self._said,
                     stderr=subprocess.DEVNULL, text=True, cwd=settings.BASE_DIR,
                 )  # fmt: skip
         except OSError as error:
@@ -67,15 +75,26 @@ class MovieMaker:
         self._movie, self._begun = movie, self._clock.monotonic()
 
     def _take(self, movie: Movie, process: "subprocess.Popen[str]") -> None:
-        if process.stdout is not None and not process.stdout.closed:
-            with process.stdout as said:
-                self._count = said.read().strip()
-        count = self._count
+        count = self._last_line()
         good = process.returncode == 0 and count.isdigit() and int(count) > 0
         why = "It has no pictures." if process.returncode == 0 else "It could not be made."
         there = self._part.exists() or keeping.movie_path(movie).exists()
         movies.finish(movie, self._part if good and there else None, why, self._clock.now())
         self._part.unlink(missing_ok=True)
+
+    def _last_line(self) -> str:
+        """Return what its process has printed last."""
+        if self._said is None:
+            return ""
+        said = os.pread(self._said.fileno(), 10_000, 0)  # it shares its place in the file with its process
+        return (said.decode().splitlines() or [""])[-1]
+
+    def _tell(self, movie: Movie) -> None:
+        """Note how far it is."""
+        percent, _, unit = self._last_line().partition(" ")
+        if unit == "%" and percent.isdigit() and int(percent) != self._percent:
+            movies.progress(movie, int(percent))
+            self._percent = int(percent)
 
     def close(self) -> None:
         """End what is being made; it is begun again later."""
@@ -83,6 +102,6 @@ class MovieMaker:
             return
         self._process.kill()
         self._process.wait(5)
-        if self._process.stdout is not None:
-            self._process.stdout.close()
+        if self._said is not None:
+            self._said.close()
         self._part.unlink(missing_ok=True)

@@ -17,8 +17,9 @@ from robots.contract.spec import Spec
 from robots.contract.streams import unpack
 from robots.messages import PICTURE_HEAD
 from robots.recordings.budget import picture_every_s
-from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, Tape, messages
+from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, Tape
 from robots.recordings.packets import picture_of, state_told
+from robots.recordings.reading import messages
 
 log = logging.getLogger(__name__)
 FLUSH_S = 2.0  # a recorder that is killed loses no more
@@ -150,10 +151,9 @@ class Taping:
                 return Tape(self._live, self._about)
             self._live.replace(old)
         tape, last = Tape(self._live, self._about), 0
-        with contextlib.suppress(ValueError):
-            for message in messages(old):
-                tape.copy(message)
-                last = max(last, message.at_ns)
+        for message in messages(old):
+            tape.copy(message)
+            last = message.at_ns
         if last:
             tape.put(EVENTS, last, {"what": "gap", "text": "The recorder was interrupted here.", "level": "warning"})
             self.end.reason = "The recorder was interrupted; a part is missing."
@@ -179,7 +179,7 @@ class Taping:
                 if at_ns - flushed >= FLUSH_S * 1e9:
                     flushed = at_ns
                     tape.flush()
-                    self._judge(tape)
+                    self._judge(tape, at_ns)
             if closing and not items:
                 return
             if not self.end.whole:
@@ -207,15 +207,14 @@ class Taping:
         else:
             tape.put(topic, at_ns, told, _sent_ns(topic, told))
 
-    def _judge(self, tape: Tape) -> None:
+    def _judge(self, tape: Tape, now_ns: int) -> None:
         """Thin pictures out as the file grows, and end at its greatest size."""
         every_s = picture_every_s(tape.size, self._limit, self._cameras)
         if every_s != self.every_s:
             words = f"one in {every_s:g} s of each camera" if every_s < inf else "none any more"
             text = f"The recording has become large. Pictures from now on: {words}."
-            now = max(self._pictured.values(), default=0)
-            if now:
-                tape.put(EVENTS, now, {"what": "thinned", "text": text, "level": "info"})
+            if self._pictured:
+                tape.put(EVENTS, now_ns, {"what": "thinned", "text": text, "level": "info"})
             self.every_s = every_s
         if tape.size >= self._limit:
             self._cut(TOO_LARGE)

@@ -10,6 +10,7 @@ import { Player } from "./player.ts";
 import { type About, type Index, type Mark, Story } from "./story.ts";
 
 const FAILED = "The recording could not be read. Check your connection, and choose a time again.";
+const GONE = "The file of this recording is gone, so it cannot be replayed.";
 const LOADING = "Loading…", LONG_MS = 500;
 const WIDE = 1000; // of the drawing of marks
 const STEP_MS = 500;
@@ -79,20 +80,33 @@ function show(marks: readonly Mark[], length: number): void {
 
 async function begin(handlers: Handlers, opened: (player: Player) => void): Promise<void> {
   const answer = await request(about.index, {}, FILE_MS);
+  if (answer.status === 404) return say(said, GONE);
   if (!answer.ok) throw new Error(`index: ${answer.status}`);
   const index = (await answer.json()) as Index, story = new Story(index, about);
   player = new Player(index, about.slices, story, draw, () => say(said, FAILED));
   opened(player);
   range.max = String(Math.ceil(player.length / STEP_MS) * STEP_MS); // the last step is the end itself
   show(story.marks(), player.length);
+  if (index.end) {
+    say(byId("replay-end"), `It ends at ${clock(Math.floor(player.length / 1000))}. ${index.end}`);
+    byId("replay-end").hidden = false;
+  }
   for (const control of [button, range, speed]) control.disabled = false;
   player.attach(handlers);
   draw();
 }
 
-button.addEventListener("click", () => {
+function toggle(): void {
   say(said, "");
   player?.play(!player.playing);
+}
+
+button.addEventListener("click", toggle);
+// a range input has no use for Space, and Home, End and the arrows move it; buttons and lists keep their own keys
+range.addEventListener("keydown", (event) => {
+  if (event.key !== " " || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  if (!event.repeat) toggle();
 });
 range.addEventListener("input", () => {
   say(said, "");

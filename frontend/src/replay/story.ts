@@ -5,7 +5,7 @@ import { FINAL, KINDS, stageOf } from "../words.ts";
 type Stage = CommandInfo & { after_ms: number; args?: Record<string, number> };
 interface Told { after_ms: number; what: string; text: string; level: string }
 export interface Index {
-  began_ms: number; ended_ms: number; needs: number[]; cameras: number[]; pictures: number; commands: Stage[]; events: Told[];
+  began_ms: number; ended_ms: number; end: string; needs: number[]; cameras: number[]; pictures: number; commands: Stage[]; events: Told[];
 }
 export interface About { index: string; slices: string; slug: string; name: string; who: string }
 /** A moment that people jump to. `bad`: something failed, or is missing. */

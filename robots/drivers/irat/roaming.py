@@ -8,6 +8,7 @@ from robots.contract.values import number
 from robots.description import load
 from robots.drivers.errors import BadRequest, GaveUp, HardwareFault, RobotError
 from robots.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
+from robots.drivers.irat.brain.packets import Why
 from robots.drivers.irat.brain.process import ANSWER_S
 from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.places import MapCleared
@@ -53,14 +54,14 @@ class Roaming:
 
     def clear_if_due(self) -> None:
         """Clear a map that is not pruned and old enough, where no goal waits; see `_clear_after`."""
-        self._clear_after(self._clear_s)
+        self._clear_after(self._clear_s, Why.AGE)
 
     def _clear_between_goals(self) -> None:
         """Clear a map that is so old that it goes although others may wait, unless these have just waited long."""
         if self._clock.monotonic() >= self._served_until:
-            self._clear_after(self._latest_s)
+            self._clear_after(self._latest_s, Why.OLDEST)
 
-    def _clear_after(self, seconds: float) -> None:
+    def _clear_after(self, seconds: float, why: Why) -> None:
         """Clear a map of this age (s), unless a goal that was cut short needs it.
 
         A brain that does not answer clears it another time.
@@ -70,7 +71,7 @@ class Roaming:
             return
         if self._clock.monotonic() >= self._kept_until:
             with contextlib.suppress(HardwareFault):
-                self._brain.call(Clear)
+                self._brain.call(lambda n: Clear(n, why))
                 self._cleared = seen.map_number
 
     def charged(self) -> None:

@@ -82,7 +82,8 @@ def spec() -> Spec:
             Scalar("docks", "", 0.0, 10_000.0),
             Scalar("driven", "m", 0.0, 1e6),
         ),
-        streams=(Stream("map", "application/x-irat-map"), Stream("cells", "application/x-irat-cells")),
+        streams=(Stream("map", "application/x-irat-map"), Stream("cells", "application/x-irat-cells"),
+                 Stream("earlier", "application/x-irat-earlier-map")),
         capabilities=(
             Reset("Connect again"),
             Idle("explore", SLICE_S), Need("charge", "charge", 100 * battery["low"], FULL), ON_ITS_MAP, STATISTICS,

@@ -9,6 +9,7 @@ from typing import IO
 import msgspec
 
 from robots.autonomy.docking import Sighting
+from robots.drivers.irat.brain.packets import Why
 
 HEAD = struct.Struct("<I")
 MOST_BYTES = 8 << 20
@@ -57,6 +58,7 @@ class Clear(msgspec.Struct, frozen=True, tag=True, array_like=True):
     """Begin a new map."""
 
     number: int
+    why: Why = Why.STAFF
 
 
 class Care(msgspec.Struct, frozen=True, tag=True, array_like=True):

@@ -21,6 +21,7 @@ from robots.description import load as described
 from robots.drivers.errors import BadRequest
 from robots.drivers.irat import markers as dock
 from robots.drivers.irat.brain import messages
+from robots.drivers.irat.brain.earlier import EarlierMap
 from robots.drivers.irat.brain.messages import Answer, FromBrain, Guided, Packet, Seen, ToBrain
 from robots.drivers.irat.brain.streams import CellStream, MapStream
 from robots.drivers.irat.composites.decoding import MapShown
@@ -46,6 +47,7 @@ class Mind:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock, self._saving = folder, clock, threading.Lock()
         self._number, self._age, self._pruning = self._kept()
+        self._earlier = EarlierMap(folder / "earlier")
         self.slam = self._restored()
         self._guide: Guide | None = None
         self._map_stream, self._cell_stream = MapStream(), CellStream()
@@ -62,7 +64,7 @@ class Mind:
             return 0, 0.0, False
 
     def _restored(self) -> RatSlam:
-        path = self._folder / "map.npz"
+        path, lost = self._folder / "map.npz", False
         for pruning in (self._pruning, not self._pruning):
             try:
                 slam = load(path, Settings(pruning=pruning))
@@ -70,11 +72,15 @@ class Mind:
                 break
             except BadMap as error:
                 log.warning("%s", error)
+                lost = True
                 continue
             slam.settings = Settings(pruning=self._pruning)
             if slam.map_number == self._number:
                 slam.skip_ids()
                 return slam
+            lost = False  # it is the one before, which was cleared
+        if lost:
+            self._earlier.was_lost(self._number, self._age)
         self._number, self._age = self._number + 1, 0.0
         self._keep()
         return RatSlam(Settings(pruning=self._pruning), self._number)
@@ -96,7 +102,8 @@ class Mind:
             case messages.Forget(missed):
                 self._guide, self.slam.keep = None, frozenset()
                 self.slam.docks.missed(missed)
-            case messages.Clear(number):
+            case messages.Clear(number, why):
+                self._earlier.was(self.slam, self._where(), IN_DOCK_M, self._age, why)
                 self._guide, self._age = None, 0.0
                 self._number = self.slam.clear()
                 self._keep()
@@ -109,7 +116,10 @@ class Mind:
                 self.save()
                 yield Answer(number)
             case messages.Key(stream):
-                (self._map_stream if stream == "map" else self._cell_stream).key = True
+                told = (
+                    self._earlier if stream == "earlier" else self._map_stream if stream == "map" else self._cell_stream
+                )
+                told.key = True
 
     def _aimed(self, wanted: messages.Aim) -> Answer:
         stands = self.slam.standing(wanted.experience)
@@ -183,6 +193,8 @@ class Mind:
         return Guided(self._guide.goal, look.reached, look.bearing, look.distance), look.route.ids
 
     def _packets(self, route: tuple[int, ...]) -> Iterator[Packet]:
+        if (earlier := self._earlier.next()) is not None:
+            yield Packet("earlier", earlier, True)
         for name, packet in (
             ("map", self._map_stream.next(self.slam, route, self._dock_at, IN_DOCK_M)),
             ("cells", self._cell_stream.next(self.slam.cells.cells)),

@@ -14,12 +14,14 @@ import { JobPanel } from "../../../../frontend/src/widgets/job_panel.ts";
 import { landmarks, whereabouts } from "../../../../frontend/src/widgets/plane.ts";
 import { SpotList } from "../../../../frontend/src/widgets/spot_list.ts";
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
+import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
 
 const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
 const NO_PLACE = "The robot knows no place there. Click on one of the dots, or use the list of places.";
 const AT_DOCK = "This place is at the dock, where the robot goes only to charge. Choose one farther away from it.";
+const PAST = "This is an earlier map, where the robot cannot be sent. Show the map of now first.";
 const HOW = "Click on a dot of the map, or choose a place here; you need no account.";
 const OWN_BUTTONS = ["explore", "charge", "clear_map"];
 type Values = Record<string, number | string>;
@@ -28,6 +30,9 @@ const page = new RobotPage();
 class RoamingConsole extends Basics<RobotPage> {
   private known = new ExperienceMap();
   private whole = { map: false, cells: false };
+  private earlier: Earlier | null = null;
+  private last = 0; // the number of the map before
+  private past = false; // the earlier map is shown
   private cells = new PoseCells();
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
@@ -43,6 +48,7 @@ class RoamingConsole extends Basics<RobotPage> {
     const words = { kind: GOAL, noun: "goal", how: HOW, where: (args: Values) => this.where(args) };
     this.goals = new JobPanel(page, token, words, () => this.marks());
     this.list = new SpotList(byId("spots"), (place) => this.picked(place));
+    byId("earlier-show").addEventListener("click", () => this.turnBack(!this.past));
     for (const name of OWN_BUTTONS) page.on(name, () => page.command(name));
     new Jog<Record<string, number>>(byId("drive"), {
       read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
@@ -76,7 +82,8 @@ class RoamingConsole extends Basics<RobotPage> {
   override state(packet: StatePacket): void {
     super.state(packet);
     const [x, y, heading] = ["x", "y", "heading"].map((name) => page.value(name));
-    this.map.place(x === undefined || y === undefined || heading === undefined ? null : { x, y, heading });
+    const known = x !== undefined && y !== undefined && heading !== undefined && !this.past;
+    this.map.place(known ? { x, y, heading } : null);
     readings();
   }
 
@@ -87,9 +94,31 @@ class RoamingConsole extends Basics<RobotPage> {
     } else if (name === "map") {
       const before = this.known.number;
       this.whole.map = (key || this.whole.map) && this.known.take(data, key);
-      this.map.show(this.known, this.known.number !== before);
+      if (this.known.number !== before) this.last = before;
+      if (!this.past) this.map.show(this.known, this.known.number !== before);
       this.marks();
-    }
+    } else if (name === "earlier") this.ended(earlierOf(data));
+  }
+
+  /** A map was cleared: it is said, and can be looked at. */
+  private ended(earlier: Earlier | null): void {
+    if (!earlier) return;
+    this.earlier = earlier;
+    const words = endOf(earlier, new Date(earlier.endedMs).toLocaleString([], { dateStyle: "medium", timeStyle: "short" }));
+    text("earlier-said", words);
+    byId("earlier").hidden = false;
+    byId("earlier-show").hidden = !earlier.map.spots.size;
+    if ([this.known.number, this.last].includes(earlier.map.number)) page.notice(words, "info");
+    if (this.past) this.turnBack(earlier.map.spots.size > 0);
+  }
+
+  /** Show the earlier map, or the map of now. */
+  private turnBack(past: boolean): void {
+    this.past = past && this.earlier !== null;
+    byId("earlier-show").setAttribute("aria-pressed", String(this.past));
+    this.map.show(this.past ? this.earlier!.map : this.known, true);
+    this.map.place(null);
+    this.marks();
   }
 
   /** Letters for well-spread places, and the marks of goals: both move with the map. */
@@ -104,11 +133,12 @@ class RoamingConsole extends Basics<RobotPage> {
       const at = this.placeOf(job.args);
       return at ? [{ ...at, text: String(job.ahead), own, now: job.state === "running" }] : [];
     });
-    this.map.mark(marks, new Map([...this.letters].flatMap(([letter, id]) => {
+    if (this.past) this.map.mark([], new Map());
+    else this.map.mark(marks, new Map([...this.letters].flatMap(([letter, id]) => {
       const at = spots.get(id);
       return at ? [[letter, at] as const] : [];
     })));
-    text("map-said", spots.size ? "" : "No map yet.");
+    text("map-said", this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.");
   }
 
   private inWords(id: number): string {
@@ -130,6 +160,7 @@ class RoamingConsole extends Basics<RobotPage> {
   }
 
   private picked(place: number | null): void {
+    if (this.past) return page.notice(PAST, "warning");
     const at = place === null ? undefined : this.known.spots.get(place);
     if (!at || place === null) return page.refuse(() => NO_PLACE);
     if (!this.known.open().has(place)) return page.refuse(() => AT_DOCK);

@@ -55,6 +55,7 @@ export class Schematic {
   }
 
   private key(event: KeyboardEvent, onPick: (x: number, y: number) => void): void {
+    if (event.ctrlKey || event.metaKey || event.altKey) return; // the browser's own, as Alt and an arrow
     const step = event.shiftKey ? 0.05 : 0.01;
     const by: Record<string, [number, number]> = {
       ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step],

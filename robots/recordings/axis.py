@@ -1,0 +1,33 @@
+"""The player's time: it never goes back, also where the time of day was set while a robot was recorded. No Django."""
+
+LONGEST_NS = 3600 * 10**9  # longer than nothing is heard while a robot is recorded: else the time of day was set ahead
+LATE_NS = 15 * 10**9  # a message may be noted so late: by more, the time of day was set back
+SET = "The time of day was set {} by {} here."
+
+
+class Axis:
+    """Turns the times of messages, in the order of the file, into ns since the first."""
+
+    def __init__(self, newest_ns: int | None = None, at_ns: int = 0) -> None:
+        self.newest_ns, self.at_ns = newest_ns, at_ns
+        self.set_ns = 0  # by how much the time of day was set before the newest message
+
+    def place(self, time_ns: int) -> int:
+        """Return where a message is, in ns since the first."""
+        passed = 0 if self.newest_ns is None else time_ns - self.newest_ns
+        self.set_ns = 0 if -LATE_NS <= passed <= LONGEST_NS else passed
+        if self.newest_ns is None or self.set_ns:
+            self.newest_ns = time_ns
+        elif passed > 0:
+            self.newest_ns, self.at_ns = time_ns, self.at_ns + passed
+        return self.at_ns
+
+
+def words_of(set_ns: int) -> str:
+    """Say by how much the time of day was set."""
+    seconds = round(abs(set_ns) / 10**9)
+    for unit, length in (("day", 86_400), ("hour", 3600), ("minute", 60), ("second", 1)):
+        if seconds >= length:
+            count = round(seconds / length)
+            return SET.format("ahead" if set_ns > 0 else "back", f"about {count} {unit}{'s' if count != 1 else ''}")
+    return SET.format("ahead" if set_ns > 0 else "back", "less than a second")

@@ -1,0 +1,61 @@
+"""The iRat's map is cleared: the page says why and when, and the earlier map can still be looked at."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+from robots import bus
+from robots.drivers.irat.brain.packets import Why
+from tests.e2e.roaming import MAP, RoamingPortal, place_on
+from tests.e2e.test_axe import DARK, LIGHT
+
+PAINTED = """() => { const c = document.getElementById('map'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+  let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; }"""
+
+OTHER = "() => Math.abs(({})() / {} - 1) > 0.05"
+
+
+@pytest.fixture
+def portal(transactional_db, redis_server, house):
+    bus.connection().flushall()
+    made = RoamingPortal(house.web_process())
+    yield made
+    made.stop()
+
+
+@pytest.mark.parametrize("look", [LIGHT, DARK])
+def test_a_cleared_map_is_told_of_and_can_be_shown(portal, visitor, look):
+    one = visitor(**look)
+    page = one.page
+    page.goto("/robots/irat/")
+    expect(page.locator("#spots button").first).to_have_attribute("aria-disabled", "false", timeout=30_000)
+    expect(page.locator("#earlier")).to_be_hidden()
+    page.wait_for_function(f"() => ({PAINTED})() > 500")
+    whole = page.evaluate(PAINTED)
+    portal.clear(Why.AGE)
+    words = re.compile(
+        f"^Map {MAP} ended at .*, because it was 11 minutes old and nobody's goal waited; a new map was begun"
+    )
+    expect(page.locator("#notice")).to_have_text(words)
+    expect(page.locator("#earlier-said")).to_have_text(words)
+    page.wait_for_function(OTHER.format(PAINTED, whole))
+    new = page.evaluate(PAINTED)
+    button = page.get_by_role("button", name="Show the earlier map")
+    assert button.bounding_box()["height"] >= 44
+    button.focus()
+    page.keyboard.press("Enter")
+    expect(button).to_have_attribute("aria-pressed", "true")
+    expect(page.locator("#map-said")).to_have_text(f"Earlier map, number {MAP}")
+    page.wait_for_function(OTHER.format(PAINTED, new))
+    page.locator("#map").click(position=place_on(page, 15))
+    expect(page.locator("#notice")).to_contain_text("This is an earlier map")
+    one.axe("earlier map")
+    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+    button.press("Space")
+    expect(button).to_have_attribute("aria-pressed", "false")
+    page.wait_for_function(f"() => !({OTHER.format(PAINTED, new)})()")
+    late = visitor(**look)
+    late.page.goto("/robots/irat/")
+    expect(late.page.locator("#earlier-said")).to_have_text(words, timeout=30_000)
+    expect(late.page.locator("#notice")).to_be_hidden()

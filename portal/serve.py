@@ -40,7 +40,7 @@ class Server(uvicorn.Server):
         """Begin to serve."""
         await super().startup(sockets)
         if self.started and self.config.port != settings.OPERATORS_PORT:  # that one serves no pages
-            from portal.up import tell_on  # noqa: PLC0415 - after Django's setup, which came with the application
+            from portal.uptime import tell_on  # noqa: PLC0415 - after Django's setup, which came with the application
 
             self._telling = asyncio.create_task(tell_on())
 

@@ -6,7 +6,7 @@ import pytest
 from django.conf import settings
 from django.db import OperationalError
 
-from portal import up
+from portal import uptime
 from queueing import services as queue
 from queueing.models import Queue, Ticket, Turn
 from queueing.steps import carry
@@ -34,7 +34,7 @@ class Portal:
             now = self.clock.go(each)
             Lease.objects.update(expires_at=now + timedelta(seconds=30))
             if self.web:
-                up.tell()
+                uptime.tell()
                 for person in present:
                     queue.present(person, now)
                     queue.seen(robot, person, now, session="s")
@@ -56,7 +56,7 @@ class Portal:
 @pytest.fixture
 def portal(clock, trusted, redis_server, monkeypatch):
     monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
-    monkeypatch.setattr("portal.up.SYSTEM", clock)
+    monkeypatch.setattr("portal.uptime.SYSTEM", clock)
     web_uptime.forget()
     yield Portal(clock, trusted)
     web_uptime.forget()
@@ -111,9 +111,9 @@ def test_nobody_loses_a_place_because_the_scheduler_alone_was_off_but_who_went_a
 
 def test_nobody_loses_a_place_because_the_database_was_away(waiting, portal, monkeypatch):
     with monkeypatch.context() as away:
-        away.setattr("portal.up.connection.cursor", lambda: (_ for _ in ()).throw(OperationalError("away")))
+        away.setattr("portal.uptime.connection.cursor", lambda: (_ for _ in ()).throw(OperationalError("away")))
         web_uptime.forget()  # Redis's own clock
-        up.tell()
+        uptime.tell()
         assert web_uptime.up_since(portal.clock.now()) == portal.clock.now(), "a page could not be noted"
         portal.clock.go(ABSENT_S)
     queue_tick()  # the first one that the database answers
@@ -126,7 +126,7 @@ def test_nobody_loses_a_place_because_redis_was_away(waiting, portal, monkeypatc
     portal.clock.go(ABSENT_S)  # nothing is sent to the worker meanwhile
     with monkeypatch.context() as gone:
         gone.setattr("robots.bus.connection", lambda: (_ for _ in ()).throw(OSError("away")))
-        up.tell()
+        uptime.tell()
         queue_tick()
         assert states() == WAITS
     portal.forgets()  # a Redis that began anew
@@ -208,7 +208,7 @@ def test_who_does_not_come_back_to_a_turn_loses_it(driving, people, portal):
 
 def test_an_outage_just_before_the_time_of_day_is_set_counts_against_nobody(waiting, portal):
     portal.off(ABSENT_S)
-    up.tell()
+    uptime.tell()
     for by in (HOUR, -2 * HOUR):
         portal.clock.step(by)
         portal.looks.follow(carry)
@@ -219,5 +219,5 @@ def test_an_outage_just_before_the_time_of_day_is_set_counts_against_nobody(wait
 
 def test_what_is_told_ends_after_some_seconds_without_a_web_process(portal):
     for _ in range(2):
-        up.tell()
+        uptime.tell()
         assert 0 < bus.connection().ttl(web_uptime.KEY) <= web_uptime.LASTS_S

@@ -8,7 +8,7 @@ from django.test import Client
 from queueing.models import Turn
 from robots.clock import SYSTEM
 from robots.models import Recording
-from robots.recordings import keeping
+from robots.recordings import cleaning
 from tests.services.admin_forms import as_sent, controls_of
 from tests.services.test_recordings import made, media, statuses  # noqa: F401
 
@@ -49,8 +49,8 @@ def test_a_recording_is_kept_for_the_days_that_staff_or_the_settings_say(roles, 
     recording = made(Turn.objects.get().grant)
     recording.robot.refresh_from_db()
     assert f"{recording.kept_until:%-d %B %Y}" in removed_page(recording)
-    assert keeping.clean(recording.began_at + days * DAY - timedelta(minutes=1)) == 0
-    assert keeping.clean(recording.began_at + days * DAY) == 1
+    assert cleaning.clean(recording.began_at + days * DAY - timedelta(minutes=1)) == 0
+    assert cleaning.clean(recording.began_at + days * DAY) == 1
     assert f"{today()}: Recordings are kept for {days} days." in removed_page(recording)
 
 
@@ -59,7 +59,7 @@ def test_the_oldest_go_first_where_staff_set_a_limit(roles, robot, admin_client)
     recording = made(Turn.objects.get().grant)
     Recording.objects.update(size=2_000_000)
     set_in_admin(admin_client, robot, recordings_limit_mb="1")
-    assert keeping.clean(SYSTEM.now()) == 1
+    assert cleaning.clean(SYSTEM.now()) == 1
     assert f"{today()}: Removed to make room for newer recordings." in removed_page(recording)
 
 

@@ -29,7 +29,7 @@ def _look() -> None:
 
 async def tell_on() -> None:
     """Tell it until the process ends; an event loop that stands still tells nothing."""
-    thread = ThreadPoolExecutor(1, "up")  # with a connection of its own
+    thread = ThreadPoolExecutor(1, "uptime")  # with a connection of its own
     while True:
         try:
             await asyncio.get_running_loop().run_in_executor(thread, _look)

@@ -14,6 +14,12 @@ from robots.models import Lease, Robot
 from robots.permissions import need_staff
 
 Verb = Callable[[Robot, HttpRequest], str]
+STOPPED = "The robot is stopped: look at the newest picture, then release the stop."
+
+
+def _stays_stopped(robot: Robot) -> str:
+    robot.refresh_from_db()
+    return STOPPED if robot.stop_latched else ""
 
 
 def staff_only(verb: Verb) -> Verb:
@@ -31,7 +37,7 @@ def staff_only(verb: Verb) -> Verb:
 def enable(robot: Robot, request: HttpRequest) -> str:
     """Switch the robot on."""
     services.set_enabled(robot, request.user, True)
-    return "Switched on; the supervisor starts its worker."
+    return f"Switched on; the supervisor starts its worker. {_stays_stopped(robot)}".strip()
 
 
 @staff_only
@@ -64,9 +70,9 @@ def lock_out(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def lift(robot: Robot, request: HttpRequest) -> str:
-    """Let people drive again after a handover."""
+    """Let people drive again, after the release of the stop."""
     services.lift_lock_out(robot, request.user)
-    return "The lock-out is lifted; the robot is put in order, then offered."
+    return f"The lock-out is lifted. {STOPPED}"
 
 
 @staff_only

@@ -4,10 +4,11 @@ import logging
 
 from robots import bus
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault, LineSilent, NotPermitted, RobotError, Stopped
+from robots.drivers.errors import HardwareFault, LineSilent, NotPermitted, RobotError
 from robots.grants import open_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot
+from robots.services import asked_since_stop
 from robots.states import Cycle
 from workers.incidents import incident
 from workers.owned import OwnedRobot
@@ -32,7 +33,6 @@ class Connection:
         self._incident_at: float | None = None  # that it does not answer is an incident then; None: at once
         self._answers = False  # the line is open and the robot answers; it is only not permitted to mend it
         self._silent = False  # the line is open, and the robot was silent: it may boot because the line was opened
-        self._stopped = False  # a stop has kept it from being mended, and the release of a stop moves nothing
 
     def _ask(self, answers: bool = False) -> RobotState:
         """Open the line, unless the robot `answers` over it, and ask for the state; a robot that moves is held."""
@@ -138,16 +138,15 @@ class Connection:
         try:
             state = self._ask(answers)
             grant = Grant.objects.filter(robot=owned.robot, ended_at=None).first()
-            released = self._stopped and not self._lane.gate.latch.latched
+            released = not self._lane.gate.latch.latched and not asked_since_stop(owned.robot)
             if not state.ready and grant is not None and released:
-                told = NEXT
+                told = NEXT  # the release of a stop moves nothing
             elif not state.ready and grant is not None:
                 self._lane.gate.open_for(grant)
                 self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.bound(self._lease.epoch))
                 told = self._recovery.told
         except NotPermitted as error:
-            self._stopped = self._stopped or isinstance(error, Stopped)
             self._unready(str(error))
             self.later(AGAIN_S, answers=True)  # a stop that is latched is confirmed over the open line
             return
@@ -157,7 +156,7 @@ class Connection:
                 self._incident_at, owned.robot.reason = None, ""
             self._unready(str(error), code="" if owned.robot.reason else error.code)  # once, not at each attempt
             return
-        self.connected, self._stopped, self._incident_at = True, False, None
+        self.connected, self._incident_at = True, None
         owned.remember(state)
         self._clear_reason()
         owned.set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)

@@ -10,7 +10,7 @@ from robots.services.commands import START_S, Issued, RobotOffline, issue, next_
 from robots.services.configuring import configure, restore, to_restore
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled
 from robots.services.maintenance import close_incident, start_maintenance
-from robots.services.stopping import StopShown, may_stop, release_stop, stop, stop_shown
+from robots.services.stopping import StopShown, asked_since_stop, may_stop, release_stop, stop, stop_shown
 from robots.services.takedown import remove_recording, take_down
 from robots.services.usage import forget_old_usage, note_online, note_usage, slot_of
 
@@ -22,7 +22,7 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     # settings
     "configure", "restore", "to_restore",
     # the stop
-    "StopShown", "may_stop", "release_stop", "stop", "stop_shown",
+    "StopShown", "asked_since_stop", "may_stop", "release_stop", "stop", "stop_shown",
     # the lock-out and the switch
     "lift_lock_out", "lock_out", "set_enabled",
     # maintenance

@@ -110,7 +110,11 @@ def test_a_stop_that_nobody_heard_is_kept_from_the_beginning_and_its_release_mov
     assert mended(owner) == []
     assert owner.connection.connected
     assert told[-1].startswith("The robot is not ready. Your next command resets it")
-    owner.connection.later(0.0)  # another fault, without a stop
+    owner.connection.later(0.0)
+    assert mended(owner) == [], "nobody has given a command since"
+    command = services.issue(owner.owned.robot.slug, people["ada"], "home", {}, 1, owner.owned.now()).command
+    type(command).objects.filter(pk=command.pk).update(accepted_at=command.created_at)
+    owner.connection.later(0.0)  # another fault, after that command
     assert mended(owner) == ["moved"]
 
 

@@ -279,7 +279,9 @@ def test_promise_35_admin_verbs_by_roles(world, verb, enabled, monkeypatch):
     sent = []
     monkeypatch.setattr(bus, "wake_probes", lambda: sent.append("probe") or True)
     over(world)
-    type(world.robot).objects.update(enabled=enabled, **({"cycle": "locked_out"} if verb in ("maintenance", "lift") else {}))
+    type(world.robot).objects.update(
+        enabled=enabled, **({"cycle": "locked_out"} if verb in ("maintenance", "lift") else {})
+    )
     before = type(world.robot).objects.values().get(), Command.objects.count()
 
     def press(w):

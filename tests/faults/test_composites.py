@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import pytest
 import redis
+from django.conf import settings
 
 from portal.composites.drawn import drawn
 from portal.composites.parts import watchers
@@ -23,7 +24,7 @@ from robots.contract.find import spec_of
 from robots.contract.session import RobotState
 from robots.contract.streams import StreamPacket, pack
 from robots.messages import picture_packet, state_packet
-from robots.models import Lease
+from robots.models import Frame, Lease, Robot
 from tests.conftest import wait_for
 from tests.rig import Web
 from tests.unit.test_irat_composites import RING
@@ -101,7 +102,9 @@ def part(answer):
     assert boundary == b"--farhand"
     head = b""
     while not head.endswith(b"\r\n\r\n"):
-        head += answer.readline()
+        if (line := answer.readline()) in (b"--farhand--\r\n", b""):
+            return None
+        head += line
     jpeg = answer.read(int(re.search(rb"Content-Length: (\d+)", head)[1]))
     assert answer.read(2) == b"\r\n"
     return jpeg
@@ -321,6 +324,24 @@ def test_a_camera_s_own_pictures_are_passed_on_unchanged_to_all(served):
     assert watch("/robots/nobody/camera/0.mjpg").status == 404
     leave(one, other)
     wait_for(lambda: not bus.watched("irat", "frames"), 15, "nobody watches any more")
+
+
+def test_a_stream_begins_at_once_with_the_newest_still_and_each_part_with_its_boundary(served):
+    """A browser shows a part when it has read the boundary after it."""
+    watch, teller = served
+    teller.stop()  # the camera sends nothing
+    still = cv2.imencode(".jpg", np.full((60, 80, 3), 200, np.uint8))[1].tobytes()
+    file = settings.MEDIA_ROOT / "frames" / "irat" / "still.jpg"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(still)
+    Frame.objects.create(robot=Robot.objects.get(), taken_at=SYSTEM.now(), file="frames/irat/still.jpg")
+    answer = watch(CAMERA)
+    begun = time.monotonic()
+    assert answer.readline() == b"--farhand\r\n"
+    head = b"".join(iter(answer.readline, b"\r\n"))
+    assert answer.read(int(re.search(rb"Content-Length: (\d+)", head)[1])) == still
+    assert answer.readline() + answer.readline() == b"\r\n--farhand\r\n"
+    assert time.monotonic() - begun < 4.0, "it does not wait for the next one, nor for the end of the stream"
 
 
 def test_the_newest_picture_has_an_address_of_its_own_that_caches_may_keep(served):

@@ -13,13 +13,14 @@ log = logging.getLogger(__name__)
 GONE_S = 5.0  # without a state: the robot's owner is gone; without a picture: its camera is
 BOUNDARY = b"farhand"
 TYPE = f"multipart/x-mixed-replace; boundary={BOUNDARY.decode()}"
-# A browser shows a part when it has read the boundary after it: so that comes with the part, and one before the first.
-BEGIN, END = b"--" + BOUNDARY + b"\r\n", b"--" + BOUNDARY + b"--\r\n"
+# A browser shows a part when it has read the head of the next: so that comes with the part, and one before the first.
+HEAD = b"--" + BOUNDARY + b"\r\nContent-Type: image/jpeg\r\n\r\n"
+END = b"\r\n--" + BOUNDARY + b"--\r\n"
 
 
 def part_of(jpeg: bytes) -> bytes:
-    """Return a picture as one part of an answer that has begun with `BEGIN`."""
-    return b"Content-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n%s\r\n%s" % (len(jpeg), jpeg, BEGIN)
+    """Return a picture as one part of an answer that has begun with `HEAD`."""
+    return jpeg + b"\r\n" + HEAD
 
 
 class Parts(ABC):

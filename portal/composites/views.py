@@ -19,7 +19,7 @@ from django.utils.http import http_date
 
 from portal.composites.cameras import newest, passed
 from portal.composites.drawn import drawn
-from portal.composites.parts import BEGIN, END, TYPE, Parts, watchers
+from portal.composites.parts import END, HEAD, TYPE, Parts, watchers
 from portal.limits.counts import AddressCount
 from portal.limits.pages import leave_room
 from portal.live.audience import audience
@@ -165,7 +165,7 @@ async def _parts(slug: str, make: Callable[[], Parts], address: str, still: byte
     """Count the reader from the first part to the last, whatever ends it."""
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
-            yield BEGIN
+            yield HEAD
             shown = make()
             with shown.watched(), audience().one(slug) as seat:
                 async for part in shown.parts(still):

@@ -152,12 +152,11 @@ class CameraServer:
         request.send_header("Connection", "close")
         request.end_headers()
         request.close_connection = True
-        brownout, begin = Brownout(), f"--{BOUNDARY}\r\n".encode()
-        request.wfile.write(begin)
+        brownout = Brownout()
         while not self._faults.value("cam_gone"):
             body = self.picture(exposure)
-            head = f"Content-Type: image/jpeg\r\nContent-Length: {len(body)}\r\n\r\n"
-            request.wfile.write(head.encode() + body + b"\r\n" + begin)  # a browser shows a part at its boundary
+            head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(body)}\r\n\r\n"
+            request.wfile.write(head.encode() + body + b"\r\n")
             request.wfile.flush()
             wait = min(brownout.every_s(STREAM_S), LEAST_OFTEN_S)
             begun = self._real.monotonic()  # it is the machine's lateness that is felt

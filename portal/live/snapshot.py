@@ -111,6 +111,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "robot": {
             "slug": robot.slug,
             "name": robot.name,
+            "simulated": robot.simulated,
             "state": state,
             "label": label,
             "why": why,

@@ -146,7 +146,7 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
         settle(clock)
     assert [m.to for m in mail.outbox] == [["ada@example.org"]]
     assert settings.SITE_ADDRESS + address in mail.outbox[0].body.split()
-    assert b"Your job on Mercury has ended" in ada.get("/story/").content
+    assert b"Your job on Mercury (simulated) has ended" in ada.get("/story/").content
     assert b"Your job on" not in Client().get("/story/").content
     assert b"Settled" in ada.get(address).content
     assert b"Your job on" not in ada.get("/story/").content

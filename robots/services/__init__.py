@@ -6,7 +6,7 @@ send events. Services create rows; only the owner changes them.
 
 from robots.grants import end_grant, open_grant, start_grant
 from robots.services.clicks import newest_still, resolve
-from robots.services.commands import START_S, Issued, RobotOffline, issue, next_seq, staff_command
+from robots.services.commands import START_S, Issued, RobotOffline, issue, need_worker, next_seq, staff_command
 from robots.services.configuring import configure, restore, to_restore
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled
 from robots.services.maintenance import close_incident, start_maintenance
@@ -18,7 +18,7 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     # grants: who may move a robot now
     "end_grant", "open_grant", "start_grant",
     # commands
-    "START_S", "Issued", "RobotOffline", "issue", "newest_still", "next_seq", "resolve", "staff_command",
+    "START_S", "Issued", "RobotOffline", "issue", "need_worker", "newest_still", "next_seq", "resolve", "staff_command",
     # settings
     "configure", "restore", "to_restore",
     # the stop

@@ -35,6 +35,8 @@ LIMIT_S = 60.0  # if the kind of command names none
 AFTER_S = 20.0  # so long after its limit a command and its grant have ended
 IS_PUT_IN_ORDER = "The robot is being put in order; try again when that is done."
 USED = "This was not carried out: another page of yours has given a command at the same moment. Look, then try again."
+OFF = "The robot is switched off. Switch it on first."
+SILENT = "The robot's worker does not answer now. It is started again by itself; try again in some seconds."
 ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
 
 
@@ -142,7 +144,7 @@ def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) 
     if robot.stop_latched:
         raise Stopped("The robot is stopped. Look at the picture, then release the stop.")
     if not owner_alive(getattr(robot, "lease", None), now):
-        raise RobotOffline("The robot's worker does not answer now; your place is kept.")
+        raise RobotOffline(SILENT)
     if staff_only and not user.has_perm("robots.change_robot"):
         raise NotPermitted(f"The command {kind} is for staff.")
 
@@ -179,6 +181,14 @@ def next_seq(grant: Grant) -> int:
     return (last or 0) + 1
 
 
+def need_worker(robot: Robot, now: datetime) -> None:
+    """Return if a worker can do what staff ask. Raises RobotOffline: the robot is off, or its worker is silent."""
+    if not robot.enabled:
+        raise RobotOffline(OFF)
+    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+        raise RobotOffline(SILENT)
+
+
 def staff_command(robot: Robot, user: Any, kind: str) -> Command:
     """Run one command of staff (a procedure of the robot) in their maintenance turn, or alone.
 
@@ -193,6 +203,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
     now = SYSTEM.now()
     with transaction.atomic():
         robot.refresh_from_db()
+        need_worker(robot, now)
         grant = open_grant(robot)
         if grant is not None and grant.kind == GrantKind.IDLE:
             end_grant(grant, GrantEnd.PREEMPTED, "staff run a command", now)

@@ -68,7 +68,7 @@ def test_an_overdue_grant_commands_nothing(robot, people, grant):
 def test_a_robot_without_a_worker_takes_nothing(robot, people, grant, owned):
     owned.expires_at = now() - timedelta(seconds=1)
     owned.save()
-    with pytest.raises(services.RobotOffline, match="your place is kept"):
+    with pytest.raises(services.RobotOffline, match="worker does not answer now"):
         services.issue(robot.slug, people["ada"], "up", {}, 1)
 
 

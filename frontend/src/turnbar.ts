@@ -64,7 +64,7 @@ class TurnBar {
     if (this.leaving && !this.leaving.operating()) this.leaving = null;
     this.bar.hidden = !first && !this.leaving && !this.said.textContent;
     this.bar.dataset["state"] = this.leaving ? "leaving" : (first?.state ?? "");
-    show(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now) : []);
+    show(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now), ...badge(first)] : []);
     show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
     say(this.also, this.leaving ? "" : rest.map((p) => short(p, now)).join(" "));
   }
@@ -137,6 +137,10 @@ const LEAVE_BUTTONS: Part[] = [
 
 function left(p: Standing, now: number): string {
   return clock((((p.kept_until_ms ?? p.until_ms) ?? now) - now) / 1000);
+}
+
+function badge(p: Standing): Part[] {
+  return p.simulated ? [{ tag: "span", class: "simulated", text: "Simulated" }] : [];
 }
 
 function wordsOf(p: Standing, now: number): Part[] {

@@ -46,7 +46,7 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."
     if robot.stop_latched and robot.cycle in (Cycle.READY, Cycle.OFFERED):
-        return robot.cycle, "Stopped", STOPPED
+        return "stopped", "Stopped", STOPPED
     grant = open_grant(robot) if robot.cycle in (Cycle.READY, Cycle.OFFERED) else None
     if grant is not None and grant.kind in BY_ITSELF:
         return BY_ITSELF[GrantKind(grant.kind)] if grant.holder_id is None else STAFF_COMMAND

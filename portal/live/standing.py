@@ -16,7 +16,8 @@ def place_info(one: Standing, now: datetime) -> dict[str, Any]:
     """Return the fields of one place for a page; `left_s` is for pages without scripts."""
     end = one.kept_until or one.until
     return {
-        "state": one.state, "ticket": one.ticket, "robot": one.robot.slug, "name": one.robot.full_name,
+        "state": one.state, "ticket": one.ticket, "robot": one.robot.slug, "name": one.robot.name,
+        "simulated": one.robot.simulated,
         "until_ms": ms_of(one.until), "kept_until_ms": ms_of(one.kept_until), "ahead": one.ahead, "wait_s": one.wait_s,
         "ended_ms": ms_of(one.ended_at), "away": one.state == "missed" and one.reason != queue.NO_ANSWER,
         "left_s": max(0, round((end - now).total_seconds())) if end else None,

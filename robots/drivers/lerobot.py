@@ -20,8 +20,8 @@ from robots.contract.values import check, number
 from robots.description import load
 from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent, why
 from robots.drivers.lerobot_spec import REST_S, features
-from robots.drivers.opening import is_in_use, why_not
 from robots.drivers.permits import unless_held, until_held
+from robots.opening import is_in_use, why_not
 
 STEP_S = 1 / 30  # between two goals of a path
 TRIES = 3  # goals and questions can be repeated

@@ -20,8 +20,8 @@ from websockets.sync.client import ClientConnection, connect
 from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
 from robots.drivers.errors import ControllerRefused, LineGone, LineSilent, why
-from robots.drivers.opening import why_not
 from robots.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
+from robots.opening import why_not
 
 log = logging.getLogger(__name__)
 ANSWER_S = 1.0

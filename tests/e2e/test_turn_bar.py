@@ -96,7 +96,7 @@ def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(por
     expect(page.locator(BAR)).to_contain_text("It is your turn")
     Ticket.objects.update(offer_until=SYSTEM.now())
     expect(page.locator(BAR)).to_contain_text(
-        re.compile(r"You missed your turn on Mercury \(simulated\) at \d+:\d\d.*the place was given to the next person")
+        re.compile(r"You missed your turn on Mercury at \d+:\d\d.*the place was given to the next person")
     )
     ada.axe("missed")
     page.goto("/story/")
@@ -219,7 +219,7 @@ def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_
     bob.axe("waiting")
     queue.leave(portal.robot, ada.user, SYSTEM.now())
     wait_for(lambda: page.wait_for_timeout(50) or page.evaluate("noted"), 15, "the notification")
-    assert page.evaluate("noted") == ["It is your turn on Mercury (simulated)"]
+    assert page.evaluate("noted") == ["It is your turn on Mercury"]
 
 
 def test_without_the_socket_the_page_asks_by_itself(portal, cast):
@@ -241,7 +241,7 @@ def test_without_scripts_a_line_of_the_page_leads_to_the_robot(portal, cast):
     queue.join(portal.robot, ada.user, SYSTEM.now())
     wait_for(lambda: Ticket.objects.get().state == "offered", 10, "the offer")
     ada.page.goto("/log/")
-    expect(ada.page.locator(BAR)).to_contain_text("It is your turn on Mercury (simulated).")
+    expect(ada.page.locator(BAR)).to_contain_text("It is your turn on Mercury.")
     ada.page.get_by_role("button", name="Take control").click()
     ada.page.wait_for_url("**/robots/mercury/")
     assert Turn.objects.get().ended_at is None

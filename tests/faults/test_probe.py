@@ -17,8 +17,8 @@ from queueing.models import Ticket, TicketState
 from robots import bus, probes
 from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
-from robots.drivers.opening import ABSENT, REFUSED
 from robots.models import Robot
+from robots.opening import ABSENT, REFUSED
 from tests.conftest import wait_for
 from tests.rig import Simulator, housekeeping
 

@@ -6,6 +6,7 @@ from django.test import Client
 from portal.classic.pictures import drawn
 from portal.live.actions import act
 from portal.live.messages import Release
+from portal.live.snapshot import status_of
 from queueing.jobs.suspending import resume
 from robots import services
 from robots.drivers.errors import NotPermitted
@@ -195,6 +196,9 @@ def test_a_stop_outlives_it_and_nothing_moves(world, verb):
     assert row.stop_latched, "a release needs the look at the picture"
     assert world.owner.latch.latched
     assert row.cycle == (Cycle.LOCKED_OUT if verb is maintenance_runs_out else Cycle.READY)
+    if row.cycle == Cycle.READY:
+        said = ("stopped", "Stopped", "Stopped. Release needs a look at the picture.")
+        assert status_of(row, world.clock.now()) == said
 
 
 def by_the_console(world):

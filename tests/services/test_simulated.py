@@ -68,7 +68,10 @@ def test_what_other_software_reads_says_so(robot, roles, client):
         assert told["robot"]["simulated"] is (address == SIM)
         assert address not in json.dumps(told, default=str)
         place = places(standings(roles["operator"], SYSTEM.now()), SYSTEM.now())["places"][0]
-        assert place["name"] == ("Mercury (simulated)" if address == SIM else "Mercury")
+        assert (place["name"], place["simulated"]) == ("Mercury", address == SIM)
+        client.force_login(roles["operator"])
+        bar = client.get("/story/").content.decode().partition('id="turnbar"')[2]
+        assert bool(BADGE.search(bar)) is (address == SIM)
 
 
 def test_mails_and_the_admin_say_so(robot, people, shuttle, client, admin_user, django_capture_on_commit_callbacks):

@@ -11,12 +11,12 @@ import serial
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.drivers import opening
+from robots import opening
 from robots.drivers.errors import CameraFault, LineBusy, LineGone
 from robots.drivers.mercury.line import HostLine
-from robots.drivers.opening import is_in_use, why_not
 from robots.drivers.pa10.line import ArmLine
 from robots.drivers.rosbridge_client import Bridge
+from robots.opening import is_in_use, why_not
 from workers.cameras.source import SnapshotCamera, StreamCamera
 
 

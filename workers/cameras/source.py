@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from robots import addresses
 from robots.drivers.errors import CameraFault
-from robots.drivers.opening import why_not
+from robots.opening import why_not
 from workers.cameras.login import Login
 from workers.cameras.response import answer_within
 

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 from robots import addresses
 from robots.contract.sound import RATE
-from robots.drivers.opening import why_not
+from robots.opening import why_not
 
 TIMEOUT_S = 2.0  # for opening, and between two pieces
 PIECE_MS = 60

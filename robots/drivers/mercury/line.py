@@ -28,7 +28,7 @@ from robots.drivers.errors import (
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
-from robots.drivers.opening import is_in_use, why_not
+from robots.opening import is_in_use, why_not
 
 log = logging.getLogger(__name__)
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin

@@ -11,8 +11,8 @@ from robots.addresses import HIDDEN
 from robots.clock import TIMER, Limit
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
-from robots.drivers.opening import why_not
 from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
+from robots.opening import why_not
 
 ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
 CHECKED_S = 60.0  # a whole program

@@ -40,7 +40,7 @@ def clearance(request: HttpRequest, slug: str) -> HttpResponse:
     """Show the drawn questions, or grade them."""
     robot = get_object_or_404(Robot, slug=slug)
     if services.cleared(request.user, robot):
-        messages.success(request, f"You are cleared for {robot.name}.")
+        messages.success(request, f"You are cleared for {robot.full_name}.")
         return redirect(robot)
     if not services.has_read(request.user, robot):
         messages.warning(request, "Read the orientation first; the test asks about it.")
@@ -74,7 +74,7 @@ def _grade(request: HttpRequest, robot: Robot) -> HttpResponse:
             context.pop("questions")
         return render(request, "accounts/clearance.html", context, status=409)
     if hint is None:
-        messages.success(request, f"Passed. You are cleared for {robot.name}: join the queue.")
+        messages.success(request, f"Passed. You are cleared for {robot.full_name}: join the queue.")
         return redirect(robot)
     pause_s = services.pause_left(request.user, robot, SYSTEM.now())
     context = {

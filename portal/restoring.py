@@ -175,7 +175,10 @@ def _move_settings(path: Path) -> None:
 
 
 def _close_what_was_open() -> None:
-    """End everything that was open: robots are verified again, epochs start far ahead."""
+    """End everything that was open: robots are stopped and verified again, epochs start far ahead.
+
+    Stopped, because the backup does not know of a stop or a lock-out that came after it.
+    """
     now = SYSTEM.now()
     Command.objects.filter(state__in=[*COMMAND_RUNNING, CommandState.QUEUED]).update(
         state=CommandState.UNKNOWN, reason=RESTORED, ended_at=now
@@ -183,4 +186,5 @@ def _close_what_was_open() -> None:
     for grant in Grant.objects.select_related("robot").filter(ended_at=None):
         end_grant(grant, GrantEnd.RESTORED, "restored from a backup", now)
     Lease.objects.update(epoch=F("epoch") + EPOCHS_AHEAD, expires_at=None, pid=0)
+    Robot.objects.update(stop_latched=True, stopped_at=now, stop_confirmed=False)
     Robot.objects.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE)

@@ -39,7 +39,7 @@ class RobotAdmin(FormFieldsAdmin):
 
     form = RobotForm
     search_fields = ("name", "slug")
-    list_display = ("name", "state", "address", "switched", "stop", "calibrated_at")
+    list_display = ("name", "state", "address", "simulated", "switched", "stop", "calibrated_at")
     prepopulated_fields = {"slug": ("name",)}
     readonly_fields = ("cycle", "reason", "switched", "lockout_note")
     actions = ("load_brought",)
@@ -52,6 +52,11 @@ class RobotAdmin(FormFieldsAdmin):
         ("Recording", {"fields": RECORDING}),
         ("State", {"fields": ("switched", "cycle", "reason", "lockout_note")}),
     )
+
+    @admin.display(description="Simulated", boolean=True)
+    def simulated(self, robot: Robot) -> bool:
+        """Return whether a program answers in the robot's place."""
+        return robot.simulated
 
     @admin.display(description="State")
     def state(self, robot: Robot) -> str:

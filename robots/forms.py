@@ -12,6 +12,7 @@ from robots.contract.find import function, spec_of, spec_or_none
 from robots.contract.ranges import from_to
 from robots.contract.spec import TURN
 from robots.drivers.errors import RobotError
+from robots.installed import simulators
 from robots.models import Robot
 
 PREFIX = "setting_"  # so that no setting can take the place of a field of every robot
@@ -123,6 +124,7 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
             spec_of(cleaned.get("driver", ""))
         except LookupError as error:
             raise forms.ValidationError({"driver": str(error)}) from error
+        _check_simulator(cleaned["driver"], cleaned.get("address", ""))
         return cleaned
 
     def save(self, commit: bool = True) -> Any:
@@ -134,6 +136,20 @@ class RobotForm(forms.ModelForm):  # type: ignore[type-arg]
                 kept[setting.name] = _accepted(setting, kept[setting.name])
         self.instance.settings = {name: value for name, value in kept.items() if value is not None}
         return super().save(commit)
+
+
+def _check_simulator(driver: str, address: str) -> None:
+    """Refuse a simulator that is not installed, or that speaks as another robot. Raises ValidationError."""
+    kind, _, name = address.partition(":")
+    if kind != "sim":
+        return
+    installed = simulators()
+    if name not in installed:
+        listed = ", ".join(f"sim:{one}" for one in installed)
+        raise forms.ValidationError({"address": f"There is no simulator {name!r}. Installed are: {listed}."})
+    if name != driver and driver in installed:
+        told = f"The simulator {name!r} speaks as another robot than {driver!r}. Write sim:{driver}."
+        raise forms.ValidationError({"address": told})
 
 
 def form_for(robot: Robot) -> type[RobotForm]:

@@ -6,6 +6,8 @@ A robot is a package whose entry point in the group `farhand.drivers` names its 
 
 from functools import cache
 from importlib.metadata import entry_points
+from importlib.util import find_spec
+from pathlib import Path
 
 
 @cache
@@ -28,6 +30,14 @@ def package(name: str) -> str:
 def simulator_module(name: str) -> str:
     """Return the module to run for the address `sim:NAME`, from an installed package or from this project."""
     return _named("farhand.simulators", name) or f"simulators.{name}"
+
+
+def simulators() -> list[str]:
+    """Return the names of installed simulators, of this project and of packages."""
+    ours = find_spec("simulators")
+    folders = ours.submodule_search_locations or () if ours else ()
+    found = {p.parent.name for folder in folders for p in Path(folder).glob("*/__main__.py")}
+    return sorted(found | {point.name for point in entry_points(group="farhand.simulators")})
 
 
 def packaged() -> list[str]:

@@ -97,6 +97,16 @@ class Robot(models.Model):
         """Return the address of the robot's page."""
         return f"/robots/{self.slug}/"
 
+    @property
+    def simulated(self) -> bool:
+        """Return whether a program answers in the robot's place; everybody is told, but not by what address."""
+        return self.address.startswith("sim:")
+
+    @property
+    def full_name(self) -> str:
+        """Return the name for texts, where no badge can stand."""
+        return f"{self.name} (simulated)" if self.simulated else self.name
+
     def description(self) -> dict[str, Any]:
         """Return the parsed robot.toml."""
         return description.load(self.driver)

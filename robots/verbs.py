@@ -9,11 +9,17 @@ from robots import probes, services
 from robots.clock import SYSTEM
 from robots.contract import procedures
 from robots.drivers.errors import BadRequest
-from robots.grants import owner_alive
-from robots.models import Lease, Robot
+from robots.models import Robot
 from robots.permissions import need_staff
+from robots.states import Cycle
 
 Verb = Callable[[Robot, HttpRequest], str]
+STOPPED = "The robot is stopped: look at the newest picture, then release the stop."
+
+
+def _stays_stopped(robot: Robot) -> str:
+    robot.refresh_from_db()
+    return STOPPED if robot.stop_latched else ""
 
 
 def staff_only(verb: Verb) -> Verb:
@@ -30,8 +36,10 @@ def staff_only(verb: Verb) -> Verb:
 @staff_only
 def enable(robot: Robot, request: HttpRequest) -> str:
     """Switch the robot on."""
+    if robot.enabled:
+        return "The robot is on already."
     services.set_enabled(robot, request.user, True)
-    return "Switched on; the supervisor starts its worker."
+    return f"Switched on; the supervisor starts its worker. {_stays_stopped(robot)}".strip()
 
 
 @staff_only
@@ -45,12 +53,14 @@ def disable(robot: Robot, request: HttpRequest) -> str:
 def stop(robot: Robot, request: HttpRequest) -> str:
     """Hold the robot at once; nothing moves until the stop is released."""
     services.stop(robot, request.user)
-    return "Stop was sent."
+    return "Stop was sent." if robot.enabled else "The robot is off; it stays stopped when it is switched on."
 
 
 @staff_only
 def release(robot: Robot, request: HttpRequest) -> str:
     """Release the stop after a look at the robot."""
+    if not robot.stop_latched:
+        return "The robot is not stopped."
     services.release_stop(robot, request.user, request.POST.get("checked") == "yes")
     return "The stop is released; nothing moves until somebody gives a command."
 
@@ -64,9 +74,9 @@ def lock_out(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def lift(robot: Robot, request: HttpRequest) -> str:
-    """Let people drive again after a handover."""
+    """Let people drive again, after the release of the stop."""
     services.lift_lock_out(robot, request.user)
-    return "The lock-out is lifted; the robot is put in order, then offered."
+    return f"The lock-out is lifted. {STOPPED}"
 
 
 @staff_only
@@ -88,16 +98,19 @@ def procedure(robot: Robot, request: HttpRequest) -> str:
 
 @staff_only
 def test(robot: Robot, request: HttpRequest) -> str:
-    """Test the connection; a robot that is switched on takes a picture, if it has a camera."""
-    if robot.enabled and procedures.PICTURE in procedures.offered(robot.driver):
-        services.staff_command(robot, request.user, procedures.PICTURE.kind)
-        return "The robot is on: a new picture was asked for; see the command history."
-    if robot.enabled:
-        if not owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now()):
-            raise services.RobotOffline("The robot is on, but its worker does not answer now.")
-        return "The robot is on, and its worker answers."
-    probes.ask(robot, request.user, SYSTEM.now())
-    return "The connection is being tested; the result appears below in some seconds."
+    """Test the connection; a robot that is on and at nobody's disposal takes a picture, if it has a camera."""
+    if not robot.enabled:
+        probes.ask(robot, request.user, SYSTEM.now())
+        return "The connection is being tested; the result appears below in some seconds."
+    services.need_worker(robot, SYSTEM.now())
+    if robot.cycle == Cycle.FAULT:
+        return f"The robot is on, and its worker answers, but has a fault: {robot.reason}"
+    in_use = services.open_grant(robot)
+    if robot.stop_latched or in_use is not None or procedures.PICTURE not in procedures.offered(robot.driver):
+        why = "it is stopped" if robot.stop_latched else "it is in use" if in_use is not None else ""
+        return f"The robot is on, and its worker answers{f'; {why}, so no picture was taken' if why else ''}."
+    services.staff_command(robot, request.user, procedures.PICTURE.kind)
+    return "The robot is on: a new picture was asked for; see the command history."
 
 
 def add(verb: Verb) -> Verb:

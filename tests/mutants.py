@@ -37,7 +37,7 @@ MUTANTS = (
            "filter(pk=ID, deadline__gt=NOW)",
            "tests/services/test_claim.py::test_a_command_is_claimed_once_however_often_it_is_delivered"),
     Mutant(1, "the same sequence number makes a new row", "robots/services/commands.py",
-           "        return Issued(Command.objects.get(pk=counted.same), created=False)\n    if (counted",
+           "        return _same(Command.objects.get(pk=counted.same), robot, user, kind, args)\n    if (counted",
            "        client_seq = next_seq(grant)\n    if (counted",
            f"{COMMANDS}::test_promise_01_one_command_at_most_one_motion[mercury]"),
     Mutant(2, "an interrupted command is queued again", "workers/commands/claim.py",

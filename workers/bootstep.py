@@ -15,6 +15,7 @@ from celery.worker import state
 
 from robots import bus
 from workers.housekeeping.schedule import Schedule
+from workers.queues import forget_earlier
 
 if TYPE_CHECKING:
     from workers.wiring import Owner
@@ -35,7 +36,7 @@ def listen(worker: Any, queue: str, on: bool) -> None:
             (consumer.add_task_queue if on else consumer.cancel_task_queue)(queue)
 
     queues = worker.app.amqp.queues
-    (queues.select_add if on else queues.deselect)(queue)
+    queues.select_add(queues[queue]) if on else queues.deselect(queue)
     worker.consumer.call_soon(follow)
 
 
@@ -58,7 +59,10 @@ class OwnRobot(bootsteps.StartStopStep):
         if not made.own(lambda: state.should_stop is not None or state.should_terminate is not None):
             raise SystemExit(0)
         made.threads.end_with_any()
-        worker.app.amqp.queues.select_add(bus.queue_name(self.slug, made.lease.epoch))
+        forget_earlier(self.slug, made.lease.epoch)
+        queues = worker.app.amqp.queues
+        # by its own exchange, not by the one that all share, which would remember the queue of each epoch for ever
+        queues.select_add(queues[bus.queue_name(self.slug, made.lease.epoch)])
         made.start()
         owner = made
 

@@ -4,10 +4,11 @@ import logging
 
 from robots import bus
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault, LineSilent, NotPermitted, RobotError, Stopped
+from robots.drivers.errors import HardwareFault, LineGone, LineSilent, NotPermitted, RobotError
 from robots.grants import open_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot
+from robots.services import asked_since_stop
 from robots.states import Cycle
 from workers.incidents import incident
 from workers.owned import OwnedRobot
@@ -18,6 +19,7 @@ from workers.safety.lease import OwnerLease
 log = logging.getLogger(__name__)
 AGAIN_S, REFUSED_S = 3.0, 10.0
 BEGINS_S = 15.0  # the robot may be switched on together with its owner
+STARTS = "The robot's simulator is starting."
 AGAIN = "The robot answers again. Look at the picture, then go on."
 NEXT = "The robot is not ready. Your next command resets it, and is not carried out; give it again then."
 
@@ -32,7 +34,6 @@ class Connection:
         self._incident_at: float | None = None  # that it does not answer is an incident then; None: at once
         self._answers = False  # the line is open and the robot answers; it is only not permitted to mend it
         self._silent = False  # the line is open, and the robot was silent: it may boot because the line was opened
-        self._stopped = False  # a stop has kept it from being mended, and the release of a stop moves nothing
 
     def _ask(self, answers: bool = False) -> RobotState:
         """Open the line, unless the robot `answers` over it, and ask for the state; a robot that moves is held."""
@@ -57,8 +58,9 @@ class Connection:
         except RobotError as error:
             if owned.robot.reason == str(error):  # as the owner before this one has told
                 self._incident_at = None
-            log.info("no connection: %s (%s)", error, error.__cause__)
-            self._unready(str(error), code=error.code if self._incident_at is None else "")
+            begins = self._incident_at is not None
+            log.log(logging.DEBUG if begins else logging.INFO, "no connection: %s (%s)", error, error.__cause__)
+            self._unready(self._said(error), code="" if begins else error.code)
             self.later(2.0)
             self._leave(error)
             return
@@ -73,6 +75,11 @@ class Connection:
             self.later(0.0, answers=True)
         elif cycle == Cycle.OPERATING and reason:
             self._clear_reason()
+
+    def _said(self, error: RobotError) -> str:
+        """Return the words for an error; a simulator that is started together with its owner is no fault yet."""
+        starts = self._incident_at is not None and isinstance(error, LineGone)
+        return STARTS if starts and self._owned.robot.simulated else str(error)
 
     def later(self, seconds: float, answers: bool = False) -> None:
         """Try to mend the connection again in `seconds` (s); the line stays open where the robot `answers`."""
@@ -138,16 +145,15 @@ class Connection:
         try:
             state = self._ask(answers)
             grant = Grant.objects.filter(robot=owned.robot, ended_at=None).first()
-            released = self._stopped and not self._lane.gate.latch.latched
+            released = not self._lane.gate.latch.latched and not asked_since_stop(owned.robot)
             if not state.ready and grant is not None and released:
-                told = NEXT
+                told = NEXT  # the release of a stop moves nothing
             elif not state.ready and grant is not None:
                 self._lane.gate.open_for(grant)
                 self._recovery.moves()
                 state = owned.driver.recover(self._lane.gate.bound(self._lease.epoch))
                 told = self._recovery.told
         except NotPermitted as error:
-            self._stopped = self._stopped or isinstance(error, Stopped)
             self._unready(str(error))
             self.later(AGAIN_S, answers=True)  # a stop that is latched is confirmed over the open line
             return
@@ -155,9 +161,10 @@ class Connection:
             self._leave(error)
             if self._incident_at is not None and owned.clock.monotonic() >= self._incident_at:
                 self._incident_at, owned.robot.reason = None, ""
-            self._unready(str(error), code="" if owned.robot.reason else error.code)  # once, not at each attempt
+            told = self._said(error)
+            self._unready(told, code="" if owned.robot.reason else error.code)  # once, not at each attempt
             return
-        self.connected, self._stopped, self._incident_at = True, False, None
+        self.connected, self._incident_at = True, None
         owned.remember(state)
         self._clear_reason()
         owned.set_cycle(Cycle.HANDOVER, "", Cycle.FAULT)

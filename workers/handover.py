@@ -1,4 +1,7 @@
-"""Handover between two turns: home the robot, verify it by state and camera, then make it ready. Fails closed."""
+"""Handover between two turns: home the robot, verify it by state and camera, then make it ready. Fails closed.
+
+A robot that was stopped is not homed before somebody has released the stop and given a command.
+"""
 
 import logging
 
@@ -7,6 +10,7 @@ from robots.contract.session import Permit, RobotState
 from robots.drivers.errors import CameraFault, HardwareFault, RobotError, StaleEpoch
 from robots.grants import AnotherGrant, end_grant, granted, open_grant
 from robots.models import Grant
+from robots.services import asked_since_stop
 from robots.states import IN_ORDER, Cycle, GrantEnd, GrantKind
 from workers.calibrate import calibrate_and_keep
 from workers.cameras.pictures import Pictures
@@ -61,14 +65,16 @@ class Handover:
         permit = self._gate.bound(self._lease.epoch)
         pictures.still_id = 0
         state = owned.driver.state()
-        if self._latch.latched:
-            # A stop outlives the turn: nothing moves, and the next operator must look and
-            # release it. Only rest and picture are verified; settings are set back at the release.
-            self._restoring.put_off()
-            if state.moving:
-                raise HardwareFault("The robot moves although it is stopped.")
-        else:
+        latched = self._latch.latched
+        if not latched and asked_since_stop(owned.robot):
             state = self._homed(state, permit)
+        elif state.moving:
+            # A stop outlives the turn, and its release starts no motion: until somebody gives a command, only rest
+            # and picture are verified.
+            raise HardwareFault("The robot moves although it is stopped.")
+        if latched:
+            self._restoring.put_off()  # settings are set back at the release
+        else:
             self._restoring.restore(grant)
         owned.remember(state)
         if not pictures.cameras:

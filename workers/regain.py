@@ -9,6 +9,7 @@ from robots.messages import Notice
 from workers.commands import claim
 from workers.connection import Connection
 from workers.owned import OwnedRobot
+from workers.queues import forget_earlier
 from workers.safety.lane import Lane
 from workers.safety.lease import OwnerLease
 from workers.safety.watch import Watch
@@ -54,6 +55,7 @@ class Regain:
         owned.renew_driver()
         self._connection.connect(untouched=not (moved or interrupted))
         claim.tidy(owned.robot, lease.epoch, owned.now(), self._lane.name)
+        forget_earlier(slug, lease.epoch)
         self._listen(bus.queue_name(slug, lease.epoch), True)
         if interrupted or moved:
             bus.publish(slug, Notice(BACK, "warning"))

@@ -68,7 +68,8 @@ export class Ladder {
 
   /** Show that the server refused it, and why. */
   refuse(grant: number, seq: number, reason: string, at: number): void {
-    const kind = this.rows.get(`${grant}/${seq}`)?.kind ?? "";
+    const known = this.rows.get(`${grant}/${seq}`), kind = known?.kind ?? "";
+    if (known?.id) return; // another page's command has that number; the row tells of that one
     this.update({ id: 0, seq, grant, kind, state: "rejected", reason, at_ms: at, result: {} });
   }
 

@@ -4,7 +4,7 @@ import { request } from "./request.ts";
 
 export interface Standing {
   state: "offered" | "operating" | "missed" | "ended" | "waiting";
-  ticket: number; robot: string; name: string; ahead: number; away: boolean;
+  ticket: number; robot: string; name: string; simulated?: boolean; ahead: number; away: boolean;
   until_ms: number | null; kept_until_ms: number | null; ended_ms: number | null; wait_s: [number, number] | null;
   /** When the turn ends unless something is done; null while nobody waits for it. */
   idle_ms: number | null;

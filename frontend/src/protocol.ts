@@ -31,7 +31,7 @@ export interface Snapshot {
   t: "snapshot"; now_ms: number; link: boolean; store: string;
   /** It is of a recording: nothing can be commanded. */
   replay?: boolean;
-  robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean };
+  robot: { slug: string; name: string; state: string; label: string; why: string; turns: boolean; simulated?: boolean };
   stopped: boolean; operator: string | null; queue: number;
   /** After a stop, jobs and the robot's own behaviour wait until staff resume them. */
   suspended: boolean;

@@ -78,7 +78,7 @@ class TurnBar {
       this.bar.dataset["state"] = state;
       this.measure();
     }
-    show(this.words, this.leaving ? LEAVE_WORDS : first ? wordsOf(first, now, this.own) : []);
+    show(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now, this.own), ...badge(first)] : []);
     show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
     const paused = first?.state === "waiting" && this.teller.paused ? ["Sound paused. Press Sound to hear when it is your turn."] : [];
     say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
@@ -166,6 +166,10 @@ const LEAVE_BUTTONS: Part[] = [
 
 function left(p: Standing, now: number): string {
   return clock((((p.kept_until_ms ?? p.until_ms) ?? now) - now) / 1000);
+}
+
+function badge(p: Standing): Part[] {
+  return p.simulated ? [{ tag: "span", class: "simulated", text: "Simulated" }] : [];
 }
 
 function wordsOf(p: Standing, now: number, own: string): Part[] {

@@ -85,3 +85,15 @@ test("what the server never had stands where it was given, and not above everyth
   list.update({ ...command("sent", 9), seq: 4 });
   assert.deepEqual(states(), ["sent", "failed", "rejected", "completed"]);
 });
+
+test("a refusal of this page's command leaves another page's command with the same number as it is", () => {
+  const { list, rows } = ladder();
+  list.update({ ...command("sending", 0), kind: "down" });
+  list.update(command("acknowledged"));
+  list.refuse(3, 1, "This was not carried out: another page of yours has given a command.", 5);
+  assert.equal(rows.children[0]?.dataset["state"], "acknowledged");
+  assert.equal(list.ended(3, 1), false);
+  list.update({ ...command("sending", 0), seq: 2 });
+  list.refuse(3, 2, "Too late.", 5);
+  assert.equal(list.ended(3, 2), true, "its own command is refused");
+});

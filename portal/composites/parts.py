@@ -13,7 +13,14 @@ log = logging.getLogger(__name__)
 GONE_S = 5.0  # without a state: the robot's owner is gone; without a picture: its camera is
 BOUNDARY = b"farhand"
 TYPE = f"multipart/x-mixed-replace; boundary={BOUNDARY.decode()}"
-END = b"--" + BOUNDARY + b"--\r\n"
+# A browser shows a part when it has read the head of the next: so that comes with the part, and one before the first.
+HEAD = b"--" + BOUNDARY + b"\r\nContent-Type: image/jpeg\r\n\r\n"
+END = b"\r\n--" + BOUNDARY + b"--\r\n"
+
+
+def part_of(jpeg: bytes) -> bytes:
+    """Return a picture as one part of an answer that has begun with `HEAD`."""
+    return jpeg + b"\r\n" + HEAD
 
 
 class Parts(ABC):
@@ -44,13 +51,14 @@ class Parts(ABC):
                 self._end()
                 task.cancel()
 
-    async def parts(self) -> AsyncIterator[bytes]:
+    async def parts(self, still: bytes = b"") -> AsyncIterator[bytes]:
         """Yield the newest picture as a part of the answer, again and again; who reads slowly skips some.
 
-        Ends when the robot's owner is gone, or the camera whose pictures they are.
+        The first one comes at once: `still`, a JPEG, until there is another. Ends when the robot's owner is gone, or
+        the camera whose pictures they are.
         """
-        if self._part:
-            yield self._part
+        if self._part or still:
+            yield self._part or part_of(still)
         while not self.over:
             await self._next.wait()
             if not self.over:
@@ -59,8 +67,7 @@ class Parts(ABC):
     def tell(self, jpeg: bytes) -> None:
         """Give everybody who watches the next picture."""
         self.frames += 1
-        head = b"--%s\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % (BOUNDARY, len(jpeg))
-        self._part = head + jpeg + b"\r\n"
+        self._part = part_of(jpeg)
         told, self._next = self._next, asyncio.Event()
         told.set()
 

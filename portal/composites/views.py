@@ -6,10 +6,12 @@
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 from asgiref.sync import sync_to_async
 from django.conf import settings
-from django.db import connection
+from django.contrib.auth.models import AnonymousUser
+from django.db import Error, connection
 from django.http import HttpRequest, HttpResponse, HttpResponseBase, HttpResponseRedirect, StreamingHttpResponse
 from django.urls import reverse
 from django.utils.cache import get_conditional_response
@@ -17,11 +19,12 @@ from django.utils.http import http_date
 
 from portal.composites.cameras import newest, passed
 from portal.composites.drawn import drawn
-from portal.composites.parts import END, TYPE, Parts, watchers
+from portal.composites.parts import END, HEAD, TYPE, Parts, watchers
 from portal.limits.counts import AddressCount
 from portal.limits.pages import leave_room
 from portal.live.audience import audience
 from portal.live.messages import CAMERAS
+from portal.live.snapshot import seen
 from portal.live.threads import Pool
 from robots import description, shots
 from robots.clock import SYSTEM
@@ -29,6 +32,7 @@ from robots.contract.capabilities import Composite
 from robots.contract.spec import Spec
 from robots.grants import owner_alive
 from robots.models import Lease, Robot
+from robots.services import newest_still
 
 ABSENT = "There is no such picture.\n"
 PICTURES = Pool("pictures", 2)
@@ -59,7 +63,8 @@ async def camera(request: HttpRequest, slug: str, number: int) -> HttpResponseBa
     robot = await sync_to_async(_look)(slug)
     if robot is None or number >= robot.cameras:
         return _refused(404, ABSENT)
-    return _stream(request, robot, lambda: passed(slug, number))
+    still = await PICTURES.run(_newest_still, slug) if number == 0 and robot.alive else b""
+    return _stream(request, robot, lambda: passed(slug, number), still)
 
 
 async def snapshot(request: HttpRequest, slug: str, number: int) -> HttpResponseBase:
@@ -127,7 +132,19 @@ def _look(slug: str) -> Looked | None:
             connection.close()
 
 
-def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts]) -> HttpResponseBase:
+def _newest_still(slug: str) -> bytes:
+    """Return the robot's newest kept picture, which its first camera took; empty if there is none for everybody."""
+    try:
+        frame = seen(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())
+        return (Path(settings.MEDIA_ROOT) / frame.file).read_bytes() if frame is not None else b""
+    except (OSError, Error, Robot.DoesNotExist):
+        return b""
+    finally:
+        if not connection.in_atomic_block:
+            connection.close()
+
+
+def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts], still: bytes = b"") -> HttpResponseBase:
     """Return the stream of a moving picture, or why there is none now."""
     if request.method not in ("GET", "HEAD"):
         return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
@@ -141,16 +158,17 @@ def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts]) -> H
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
     if request.method == "HEAD":
         return HttpResponse(content_type=TYPE, headers=headers)
-    return StreamingHttpResponse(_parts(robot.slug, make, address), content_type=TYPE, headers=headers)
+    return StreamingHttpResponse(_parts(robot.slug, make, address, still), content_type=TYPE, headers=headers)
 
 
-async def _parts(slug: str, make: Callable[[], Parts], address: str) -> AsyncIterator[bytes]:
+async def _parts(slug: str, make: Callable[[], Parts], address: str, still: bytes) -> AsyncIterator[bytes]:
     """Count the reader from the first part to the last, whatever ends it."""
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
+            yield HEAD
             shown = make()
             with shown.watched(), audience().one(slug) as seat:
-                async for part in shown.parts():
+                async for part in shown.parts(still):
                     seat.sent_bytes += len(part)
                     yield part
     yield END

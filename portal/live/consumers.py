@@ -239,6 +239,8 @@ class RobotConsumer(Viewing):
                 answer = Answer(False, OUR_FAULT, "error")
             if answer.trace is not None and self.viewer is not None:
                 await hub().trace(self.viewer, answer.trace)
+            if isinstance(message, Command) and not answer.ok and message.seq == self._jog:
+                self._jog = 0  # what was refused is not held: another page's command may have the same number
             await self._answer(message, answer)
 
     def planned(self, said: str) -> None:

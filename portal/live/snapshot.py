@@ -26,6 +26,7 @@ BY_STAFF = (GrantKind.STAFF, GrantKind.UPKEEP)
 STAFF_COMMAND = (
     "handover", "Staff command running", "Staff run a command now; the robot is offered again after that.",
 )  # fmt: skip
+STOPPED = "Stopped. Release needs a look at the picture."
 BY_ITSELF = {
     GrantKind.UPKEEP: (
         "handover",
@@ -47,6 +48,8 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
         return "offline", "Offline", "Its worker does not answer and is restarted automatically. Places are kept."
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."
+    if robot.stop_latched and robot.cycle in (Cycle.READY, Cycle.OFFERED):
+        return "stopped", "Stopped", STOPPED
     grant = open_grant(robot) if robot.cycle in (Cycle.READY, Cycle.OFFERED) else None
     if grant is not None and grant.kind in BY_ITSELF:
         return BY_ITSELF[GrantKind(grant.kind)] if grant.holder_id is None else STAFF_COMMAND
@@ -116,6 +119,7 @@ def snapshot(slug: str, user: Any, now: datetime, link: bool) -> dict[str, Any]:
         "robot": {
             "slug": robot.slug,
             "name": robot.name,
+            "simulated": robot.simulated,
             "state": state,
             "label": label,
             "why": why,

@@ -20,6 +20,7 @@ def place_info(one: Standing, now: datetime) -> dict[str, Any]:
     words = {"why": one.end.why, "credited": one.end.credited, "next": one.end.next} if one.end else None
     return {
         "state": one.state, "ticket": one.ticket, "robot": one.robot.slug, "name": one.robot.name,
+        "simulated": one.robot.simulated,
         "until_ms": ms_of(one.until), "kept_until_ms": ms_of(one.kept_until), "ahead": one.ahead, "wait_s": one.wait_s,
         "idle_ms": ms_of(one.idle_at), "ended_ms": ms_of(one.ended_at), "away": one.away, "end": words,
         "turn": one.turn, "left_s": max(0, round((until - now).total_seconds())) if until else None,

@@ -58,7 +58,7 @@ def _facts(recording: Recording, about: access.About | None) -> dict[str, Any]:
     return {
         "index": f"{recording.get_absolute_url()}{recording.version}/index.json",
         "slices": f"{recording.get_absolute_url()}{recording.version}/",
-        "slug": recording.robot.slug, "name": recording.robot.name, "who": about.who if about else "",
+        "slug": recording.robot.slug, "name": recording.robot.full_name, "who": about.who if about else "",
     }  # fmt: skip
 
 

@@ -90,5 +90,10 @@ def statistics_json(request: HttpRequest, slug: str) -> JsonResponse:
         span = _span(request, now)
     except _Refused as error:
         return JsonResponse({"error": str(error)}, status=error.status, headers={"Cache-Control": "no-store"})
-    found = {"robot": robot.slug, "name": robot.name, **_told(robot, span, now).as_json(span)}
+    found = {
+        "robot": robot.slug,
+        "name": robot.name,
+        "simulated": robot.simulated,
+        **_told(robot, span, now).as_json(span),
+    }
     return JsonResponse(found, headers={"Cache-Control": "public, max-age=60"})

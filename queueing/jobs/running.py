@@ -113,5 +113,5 @@ def end(
 def _mail_on_commit(job: Job, text: str) -> None:
     address = settings.SITE_ADDRESS + job.get_absolute_url()
     to = [job.user.email] if job.user is not None else []
-    message = EmailMessage(f"Your job on {job.robot.name} has ended", f"{text}\n\n{address}\n", to=to)
+    message = EmailMessage(f"Your job on {job.robot.full_name} has ended", f"{text}\n\n{address}\n", to=to)
     transaction.on_commit(lambda: send_in_background(message), robust=True)

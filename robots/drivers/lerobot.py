@@ -18,9 +18,10 @@ from robots.clock import Limit
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
-from robots.drivers.errors import HardwareFault, LineGone, LineSilent, why
+from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent, why
 from robots.drivers.lerobot_spec import REST_S, features
 from robots.drivers.permits import unless_held, until_held
+from robots.opening import is_in_use, why_not
 
 STEP_S = 1 / 30  # between two goals of a path
 TRIES = 3  # goals and questions can be repeated
@@ -76,7 +77,11 @@ class LeRobotDriver(Session):
             if told != {f.key for f in self._listed}:
                 self.close()
                 raise HardwareFault(f"LeRobot's class has the features {sorted(told)}; describe each in robot.toml.")
-            self._ask(lambda robot: robot.connect(calibrate=False))
+            try:
+                self._ask(lambda robot: robot.connect(calibrate=False))
+            except (LineGone, LineSilent) as error:
+                fault = LineBusy if is_in_use(error) else LineGone
+                raise fault(f"The robot's serial port cannot be opened: {why_not(error, self._address)}") from error
             if not self._ask(lambda robot: robot.is_calibrated):
                 self.close()
                 raise HardwareFault(

@@ -21,6 +21,7 @@ from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
 from robots.drivers.errors import ControllerRefused, LineGone, LineSilent, why
 from robots.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
+from robots.opening import why_not
 
 log = logging.getLogger(__name__)
 ANSWER_S = 1.0
@@ -71,7 +72,7 @@ class Bridge:
                 ).__enter__()  # fmt: skip
                 line.socket.settimeout(SEND_S)  # reading waits by itself
             except Exception as error:  # the library asserts where it does not expect an answer
-                raise LineGone(f"The robot's rosbridge cannot be reached: {why(error)}.") from error
+                raise LineGone(f"The robot's rosbridge cannot be reached: {why_not(error)}") from error
             self._line, self.heard_at = line, self._clock.monotonic()
             reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
             reader.start()  # raises where the system has no thread left; it is closed before the next attempt

@@ -6,11 +6,11 @@ send events. Services create rows; only the owner changes them.
 
 from robots.grants import end_grant, open_grant, start_grant
 from robots.services.clicks import newest_still, resolve
-from robots.services.commands import START_S, Issued, RobotOffline, issue, next_seq, staff_command
+from robots.services.commands import START_S, Issued, RobotOffline, issue, need_worker, next_seq, staff_command
 from robots.services.configuring import configure, restore, to_restore
 from robots.services.lockout import lift_lock_out, lock_out, set_enabled
 from robots.services.maintenance import close_incident, start_maintenance
-from robots.services.stopping import StopShown, may_stop, release_stop, stop, stop_shown
+from robots.services.stopping import StopShown, asked_since_stop, may_stop, release_stop, stop, stop_shown
 from robots.services.takedown import remove_recording, take_down
 from robots.services.usage import forget_old_usage, note_online, note_usage, slot_of
 
@@ -18,11 +18,11 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     # grants: who may move a robot now
     "end_grant", "open_grant", "start_grant",
     # commands
-    "START_S", "Issued", "RobotOffline", "issue", "newest_still", "next_seq", "resolve", "staff_command",
+    "START_S", "Issued", "RobotOffline", "issue", "need_worker", "newest_still", "next_seq", "resolve", "staff_command",
     # settings
     "configure", "restore", "to_restore",
     # the stop
-    "StopShown", "may_stop", "release_stop", "stop", "stop_shown",
+    "StopShown", "asked_since_stop", "may_stop", "release_stop", "stop", "stop_shown",
     # the lock-out and the switch
     "lift_lock_out", "lock_out", "set_enabled",
     # maintenance

@@ -14,8 +14,12 @@ def newest_still(robot: Robot) -> Frame | None:
     return Frame.objects.filter(robot=robot).order_by("-id").first()
 
 
-def resolve(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+def resolve(
+    robot: Robot, user: Any, kind: str, args: dict[str, Any], again: bool = False
+) -> tuple[str, dict[str, Any]]:
     """Return the command for a click, by the robot's own rule, or for a saved program.
+
+    `again`: for a click that was carried out already, so that its picture need not be the newest.
 
     Raises:
         BadRequest: unknown or old picture, a point outside it, or the robot's rule refuses it.
@@ -29,8 +33,8 @@ def resolve(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> tuple[s
     frame = Frame.objects.filter(robot=robot, pk=_integer(args, "still")).first()
     if frame is None:
         raise BadRequest("That picture is unknown; wait for the next one and click there.")
-    newest = newest_still(robot)
-    if newest is None or newest.pk != frame.pk:
+    newest = None if again else newest_still(robot)
+    if not again and (newest is None or newest.pk != frame.pk):
         raise BadRequest("The robot has moved since that picture; click in the newest one.")
     u, v = _real(args, "u"), _real(args, "v")
     if not (0 <= u <= frame.width - 1 and 0 <= v <= frame.height - 1):

@@ -1,6 +1,6 @@
 """Requests of one command: checked here first, and again by the owner and the driver."""
 
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
@@ -14,7 +14,7 @@ from robots.contract.find import spec_of
 from robots.contract.procedures import procedure
 from robots.contract.spec import TURN
 from robots.contract.values import check
-from robots.drivers.errors import BadRequest, NotPermitted, Stopped
+from robots.drivers.errors import BadRequest, NotPermitted, RobotError, Stopped
 from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_level, need_staff
@@ -34,6 +34,9 @@ REFERENCES = {"program", "still"}  # values that name a row: a saved program, th
 LIMIT_S = 60.0  # if the kind of command names none
 AFTER_S = 20.0  # so long after its limit a command and its grant have ended
 IS_PUT_IN_ORDER = "The robot is being put in order; try again when that is done."
+USED = "This was not carried out: another page of yours has given a command at the same moment. Look, then try again."
+OFF = "The robot is switched off. Switch it on first."
+SILENT = "The robot's worker does not answer now. It is started again by itself; try again in some seconds."
 ONE_COMMAND = "A command of staff runs on the robot; wait until it has ended."
 
 
@@ -60,6 +63,12 @@ class RobotOffline(NotPermitted):
     code = "offline"
 
 
+class NumberUsed(NotPermitted):
+    """Another command has that sequence number under the grant."""
+
+    code = "number_used"
+
+
 @dataclass(frozen=True)
 class Issued:
     """A command's row, and whether this call created it."""
@@ -73,9 +82,11 @@ def issue(
 ) -> Issued:
     """Write one command under the user's open grant on the robot `slug` and wake its owner.
 
-    The same sequence number returns the same row again. The owner and the driver repeat every check.
+    The same command with the same sequence number returns the same row again. The owner and the driver repeat every
+    check.
 
     Raises:
+        NumberUsed: another command has that sequence number.
         NotPermitted: no grant, grant over, stop latched, robot offline, too many waiting, clearance too low.
         BadRequest, OutOfWorkspace: the command itself is wrong.
     """
@@ -97,7 +108,7 @@ def _issue(
 ) -> Issued:
     robot = grant.robot
     if counted.same is not None:
-        return Issued(Command.objects.get(pk=counted.same), created=False)
+        return _same(Command.objects.get(pk=counted.same), robot, user, kind, args)
     if (counted.waiting or 0) >= PENDING:
         raise NotPermitted("Too many commands are waiting; let the robot catch up.")
     if not isinstance(args, dict):
@@ -119,11 +130,21 @@ def _issue(
     return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane)
 
 
+def _same(command: Command, robot: Robot, user: Any, kind: str, args: Any) -> Issued:
+    """Return the row that has the number already, if it is of this command. Raises NumberUsed."""
+    if isinstance(args, dict) and (command.kind, command.args) != (kind, args):
+        with suppress(RobotError):
+            kind, args = resolve(robot, user, kind, args, again=True)
+    if (command.kind, command.args) != (kind, args):
+        raise NumberUsed(USED)
+    return Issued(command, created=False)
+
+
 def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) -> None:
     if robot.stop_latched:
         raise Stopped("The robot is stopped. Look at the picture, then release the stop.")
     if not owner_alive(getattr(robot, "lease", None), now):
-        raise RobotOffline("The robot's worker does not answer now; your place is kept.")
+        raise RobotOffline(SILENT)
     if staff_only and not user.has_perm("robots.change_robot"):
         raise NotPermitted(f"The command {kind} is for staff.")
 
@@ -142,7 +163,7 @@ def _write(
             )  # fmt: skip
             transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch, lane), robust=True)
     except IntegrityError:
-        return Issued(Command.objects.get(grant=grant, client_seq=client_seq), created=False)
+        return _same(Command.objects.get(grant=grant, client_seq=client_seq), robot, user, kind, args)
     return Issued(command, created=True)
 
 
@@ -160,6 +181,14 @@ def next_seq(grant: Grant) -> int:
     return (last or 0) + 1
 
 
+def need_worker(robot: Robot, now: datetime) -> None:
+    """Return if a worker can do what staff ask. Raises RobotOffline: the robot is off, or its worker is silent."""
+    if not robot.enabled:
+        raise RobotOffline(OFF)
+    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+        raise RobotOffline(SILENT)
+
+
 def staff_command(robot: Robot, user: Any, kind: str) -> Command:
     """Run one command of staff (a procedure of the robot) in their maintenance turn, or alone.
 
@@ -174,6 +203,7 @@ def staff_command(robot: Robot, user: Any, kind: str) -> Command:
     now = SYSTEM.now()
     with transaction.atomic():
         robot.refresh_from_db()
+        need_worker(robot, now)
         grant = open_grant(robot)
         if grant is not None and grant.kind == GrantKind.IDLE:
             end_grant(grant, GrantEnd.PREEMPTED, "staff run a command", now)

@@ -18,7 +18,7 @@ from robots.drivers.errors import BadRequest, NotPermitted
 from robots.grants import open_grant, start_grant
 from robots.models import Command, Grant, Robot
 from robots.permissions import need_staff
-from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, ONE_COMMAND, START_S, issue_under
+from robots.services.commands import AFTER_S, IS_PUT_IN_ORDER, ONE_COMMAND, START_S, issue_under, need_worker
 from robots.states import IN_ORDER, CommandState, GrantKind, Lane
 
 # by staff: under their own grant or another person's
@@ -89,6 +89,7 @@ def configure(robot: Robot, user: Any, kind: str, args: dict[str, Any], now: dat
     now = now or SYSTEM.now()
     with transaction.atomic():
         robot.refresh_from_db()
+        need_worker(robot, now)
         spec = spec_of(robot.driver).command(kind)
         if spec is None or spec.lane != "config":
             raise BadRequest(f"This robot has no setting called {kind}.")

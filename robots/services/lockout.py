@@ -5,11 +5,10 @@ from contextlib import contextmanager
 from typing import Any
 
 from django.db import transaction
-from django.db.models import F
 
 from robots import bus
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest
+from robots.drivers.errors import BadRequest, NotPermitted
 from robots.grants import cancel_queued, end_grant, open_grant
 from robots.messages import Changed
 from robots.models import Robot
@@ -51,25 +50,28 @@ def _end_open(robot: Robot, code: GrantEnd, reason: str) -> None:
 
 
 def lift_lock_out(robot: Robot, user: Any) -> None:
-    """Open the robot again: it is handed over first, then offered; one that is switched off stays off."""
+    """Open the robot again, stopped: it is verified, then offered; one that is switched off stays off.
+
+    It is stopped once more, because staff may have released the stop to drive it. Raises NotStaff, NotPermitted.
+    """
     need_staff(user)
+    if not Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT).exists():
+        raise NotPermitted("The robot is not locked out.")
+    stop(robot, user)
     now = SYSTEM.now()
     with transaction.atomic():
         grant = open_grant(robot)
         if grant is not None and grant.kind == GrantKind.STAFF:
             end_grant(grant, GrantEnd.STAFF, "lock-out lifted", now)
-        cancel_queued(robot, "the robot was locked out", now)
         locked = Robot.objects.filter(pk=robot.pk, cycle=Cycle.LOCKED_OUT)
         free: dict[str, Any] = {"lockout_note": "", "locked_by": None}
-        locked.filter(enabled=True).update(
-            cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1, **free
-        )
+        locked.filter(enabled=True).update(cycle=Cycle.HANDOVER, reason="", **free)
         locked.filter(enabled=False).update(cycle=Cycle.OFFLINE, reason=OFF, **free)
         bus.publish_on_commit(robot.slug, Changed("robot"))
 
 
 def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
-    """Switch a robot on or off; the supervisor starts or stops its worker. A lock-out stays until staff lift it."""
+    """Switch a robot on or off; the supervisor starts or stops its worker. A lock-out and a stop stay."""
     need_staff(user)
     if not enabled:
         stop(robot, user)
@@ -77,9 +79,7 @@ def set_enabled(robot: Robot, user: Any, enabled: bool) -> None:
     with transaction.atomic():
         if enabled:
             row.update(enabled=True)
-            row.filter(cycle__in=(Cycle.OFFLINE, Cycle.FAULT)).update(
-                cycle=Cycle.HANDOVER, reason="", stop_latched=False, releases=F("releases") + 1
-            )
+            row.filter(cycle__in=(Cycle.OFFLINE, Cycle.FAULT)).update(cycle=Cycle.HANDOVER, reason="")
         else:
             with _without_grant(robot, GrantEnd.SWITCHED_OFF, "robot switched off"):
                 row.update(enabled=False)  # an offer that is accepted meanwhile waits, and then finds it switched

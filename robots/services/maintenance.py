@@ -8,16 +8,18 @@ from robots.drivers.errors import NotPermitted
 from robots.grants import open_grant, start_grant
 from robots.models import Grant, Incident, Robot
 from robots.permissions import need_staff
+from robots.services.commands import need_worker
 from robots.states import Cycle, GrantKind
 
 
 def start_maintenance(robot: Robot, user: Any, minutes: int = 30) -> Grant:
-    """Open a maintenance turn, in which staff drive under lock-out. Raises NotPermitted."""
+    """Open a maintenance turn, in which staff drive under lock-out. Raises NotPermitted, RobotOffline."""
     need_staff(user)
     robot.refresh_from_db()
     if robot.cycle != Cycle.LOCKED_OUT:
         raise NotPermitted("Lock the robot out first; a maintenance turn runs under lock-out.")
     now = SYSTEM.now()
+    need_worker(robot, now)
     grant = open_grant(robot)
     if grant is not None and grant.kind == GrantKind.STAFF and grant.holder_id == user.pk:
         return grant

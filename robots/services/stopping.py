@@ -9,10 +9,12 @@ from django.db.models import Case, F, When
 
 from robots import bus
 from robots.clock import SYSTEM
+from robots.contract.procedures import PICTURE
 from robots.drivers.errors import NotPermitted
 from robots.grants import cancel_queued, open_grant, owner_alive
 from robots.messages import Changed
-from robots.models import Lease, Robot
+from robots.models import Command, Lease, Robot
+from robots.states import Lane
 
 NOT_THEIRS = "Only the operator and staff can stop this robot."
 
@@ -52,6 +54,17 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
         raise NotPermitted(NOT_THEIRS)
     cancel_queued(robot, "the robot was stopped", now)
     bus.publish_on_commit(robot.slug, Changed("stop"))
+
+
+def asked_since_stop(robot: Robot) -> bool:
+    """Return whether anybody has moved the robot since it was stopped last; True if it never was.
+
+    A release starts no motion, so until then the robot stays where it is.
+    """
+    stopped_at = Robot.objects.values_list("stopped_at", flat=True).get(pk=robot.pk)
+    motions = Command.objects.filter(robot=robot, lane=Lane.MOTION, accepted_at__isnull=False)
+    last = motions.exclude(kind=PICTURE.kind).order_by("-id").first()
+    return stopped_at is None or (last is not None and last.created_at > stopped_at)
 
 
 CONFIRMED = timedelta(seconds=1)  # so long a confirmation may take before its absence is worth a word

@@ -210,7 +210,7 @@ def test_drift_is_noticed(ready, sim):
 
 
 def test_a_port_held_by_another_program_is_named(ready, sim):
-    with pytest.raises(LineBusy, match="Another process"):
+    with pytest.raises(LineBusy, match="another program uses it"):
         Driver(str(sim.folder / "tty"), {}).connect()
 
 

@@ -2,11 +2,14 @@
 
 from datetime import timedelta
 
+import cv2
+import numpy as np
 import pytest
+from django.conf import settings
 
 from portal.seeding import add_robot
 from robots.clock import SYSTEM
-from robots.models import Lease
+from robots.models import Frame, Lease, Robot
 from tests.conftest import wait_for
 from tests.faults.test_composites import PHONE, Teller
 
@@ -16,9 +19,25 @@ def told(bare):
     """An iRat in the database whose states, pictures and map are told."""
     robot = add_robot("irat")
     Lease.objects.create(robot=robot, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
-    teller = Teller()
+    teller = bare.teller = Teller()
     yield bare
     teller.stop()
+
+
+def test_a_camera_s_stream_shows_the_newest_still_at_once_though_no_picture_follows(told, chromium):
+    """Within the five seconds after which it ends; a browser that waited for the next part would show nothing."""
+    robot = Robot.objects.get(slug="irat")
+    Frame.objects.create(robot=robot, taken_at=SYSTEM.now(), file="frames/irat/still.jpg")
+    file = settings.MEDIA_ROOT / "frames" / "irat" / "still.jpg"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(cv2.imencode(".jpg", np.full((60, 80, 3), 200, np.uint8))[1].tobytes())
+    told.teller.sees = False
+    page = chromium.new_page(base_url=told.url)
+    try:
+        page.goto("/robots/irat/camera/0.mjpg", wait_until="commit")
+        page.wait_for_function("document.images[0]?.naturalWidth === 80", timeout=4000)
+    finally:
+        page.close()
 
 
 def test_the_robots_page_leads_to_it_and_it_moves_without_scripts(told, chromium):

@@ -12,9 +12,10 @@ import cv2
 import numpy as np
 import pytest
 import redis
+from django.conf import settings
 
 from portal.composites.drawn import drawn
-from portal.composites.parts import watchers
+from portal.composites.parts import HEAD, watchers
 from portal.seeding import add_robot
 from robots import bus, stream_store
 from robots.clock import SYSTEM
@@ -23,7 +24,7 @@ from robots.contract.find import spec_of
 from robots.contract.session import RobotState
 from robots.contract.streams import StreamPacket, pack
 from robots.messages import picture_packet, state_packet
-from robots.models import Lease
+from robots.models import Frame, Lease, Robot
 from tests.conftest import wait_for
 from tests.rig import Web
 from tests.unit.test_irat_composites import RING
@@ -95,16 +96,17 @@ def leave(*answers):
 
 def part(answer):
     """Read one part; None at the closing boundary."""
-    boundary = answer.readline().strip()
-    if boundary in (b"--farhand--", b""):
+    if not hasattr(answer, "begun"):
+        answer.begun = [answer.readline() for _ in range(3)] == HEAD.splitlines(keepends=True)
+        assert answer.begun
+    lines = [b""]
+    while lines[-1] not in (b"--farhand\r\n", b"--farhand--\r\n"):
+        lines.append(answer.readline())
+        assert lines[-1], "the answer is complete"
+    if lines[-1] == b"--farhand--\r\n":
         return None
-    assert boundary == b"--farhand"
-    head = b""
-    while not head.endswith(b"\r\n\r\n"):
-        head += answer.readline()
-    jpeg = answer.read(int(re.search(rb"Content-Length: (\d+)", head)[1]))
-    assert answer.read(2) == b"\r\n"
-    return jpeg
+    assert lines[-1] + answer.readline() + answer.readline() == HEAD
+    return b"".join(lines[:-1]).removesuffix(b"\r\n")
 
 
 class Newest:
@@ -321,6 +323,21 @@ def test_a_camera_s_own_pictures_are_passed_on_unchanged_to_all(served):
     assert watch("/robots/nobody/camera/0.mjpg").status == 404
     leave(one, other)
     wait_for(lambda: not bus.watched("irat", "frames"), 15, "nobody watches any more")
+
+
+def test_a_stream_begins_at_once_with_the_newest_still_and_the_head_of_the_next_part(served):
+    """A browser shows a part when it has read the head of the one after it."""
+    watch, teller = served
+    teller.stop()  # the camera sends nothing
+    still = cv2.imencode(".jpg", np.full((60, 80, 3), 200, np.uint8))[1].tobytes()
+    file = settings.MEDIA_ROOT / "frames" / "irat" / "still.jpg"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(still)
+    Frame.objects.create(robot=Robot.objects.get(), taken_at=SYSTEM.now(), file="frames/irat/still.jpg")
+    answer = watch(CAMERA)
+    begun = time.monotonic()
+    assert part(answer) == still
+    assert time.monotonic() - begun < 4.0, "it does not wait for the next one, nor for the end of the stream"
 
 
 def test_the_newest_picture_has_an_address_of_its_own_that_caches_may_keep(served):

@@ -18,6 +18,7 @@ from robots import bus, probes
 from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
+from robots.opening import ABSENT, REFUSED
 from tests.conftest import wait_for
 from tests.rig import Simulator, housekeeping
 
@@ -66,8 +67,8 @@ def test_a_robot_that_is_switched_off_is_tested_and_left_as_it_was(housekeeper, 
 def test_what_does_not_answer_is_named(housekeeper, robot):
     Robot.objects.update(address="serial:/dev/ttyNOWHERE", camera="http://127.0.0.1:9/snapshot.jpg")
     found = probe(robot)
-    assert found["connection"] == "The robot's serial port cannot be opened."
-    assert found["picture"] == "The camera does not answer."
+    assert found["connection"] == f"The robot's serial port cannot be opened: {ABSENT}"
+    assert found["picture"] == f"The camera does not answer: {REFUSED}"
 
 
 def test_a_controller_that_is_silent_is_named(housekeeper, robot):

@@ -161,6 +161,7 @@ def test_restoring_brings_rows_and_pictures_back(backup, media):
     restoring.read(backup, replace=True)
     assert everything(media)[:2] == (rows, hashes)
     assert Robot.objects.get().name == "Mercury"
+    assert Robot.objects.get().stop_latched, "the backup knows of no stop that came after it"
     assert {p.name for p in media.iterdir()} == {"frames"}
 
 

@@ -13,6 +13,7 @@ from queueing.errors import RobotUnavailable
 from queueing.models import QueueRobot, Ticket, Turn
 from robots import services
 from robots.contract.find import spec_of
+from robots.drivers.errors import NotPermitted
 from robots.grants import newest_grant_that_moves
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -45,7 +46,7 @@ def test_switching_off_and_on_lifts_no_lock_out(robot, people):
     services.set_enabled(robot, people["kim"], True)
     assert row() == (True, "locked_out", True, "hands in the cell")
     services.lift_lock_out(robot, people["kim"])
-    assert row() == (True, "handover", False, "")
+    assert row() == (True, "handover", True, ""), "the release needs a look at the picture"
 
 
 def test_a_lift_leaves_a_robot_off_that_is_switched_off(robot, people):
@@ -54,7 +55,13 @@ def test_a_lift_leaves_a_robot_off_that_is_switched_off(robot, people):
     services.lift_lock_out(robot, people["kim"])
     assert row() == (False, "offline", True, "")
     services.set_enabled(robot, people["kim"], True)
-    assert row() == (True, "handover", False, "")
+    assert row() == (True, "handover", True, "")
+
+
+def test_only_what_is_locked_out_is_lifted(robot, people):
+    with pytest.raises(NotPermitted, match="not locked out"):
+        services.lift_lock_out(robot, people["kim"])
+    assert row() == (True, "ready", False, ""), "a page that is old stops nobody"
 
 
 def test_no_turn_begins_on_a_robot_that_is_no_longer_offered(robot, people, owned, clock):

@@ -31,7 +31,7 @@ def test_the_holder_of_the_grant_commands(robot, people, grant):
 
 def test_the_same_sequence_number_is_the_same_row(robot, people, grant):
     first = services.issue(robot.slug, people["ada"], "up", {}, 7)
-    again = services.issue(robot.slug, people["ada"], "down", {}, 7)
+    again = services.issue(robot.slug, people["ada"], "up", {}, 7)
     assert again.command.pk == first.command.pk
     assert not again.created
     assert Command.objects.count() == 1
@@ -68,7 +68,7 @@ def test_an_overdue_grant_commands_nothing(robot, people, grant):
 def test_a_robot_without_a_worker_takes_nothing(robot, people, grant, owned):
     owned.expires_at = now() - timedelta(seconds=1)
     owned.save()
-    with pytest.raises(services.RobotOffline, match="your place is kept"):
+    with pytest.raises(services.RobotOffline, match="worker does not answer now"):
         services.issue(robot.slug, people["ada"], "up", {}, 1)
 
 

@@ -5,6 +5,7 @@ from django.test import Client
 
 from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
+from portal.composites.views import _newest_still
 from portal.live.snapshot import snapshot
 from queueing import services as queue
 from queueing.models import Turn
@@ -43,6 +44,12 @@ def as_role(roles, role):
 
 
 SEE = {"operator": True, "log_moderator": True, "viewer": True, "robot_staff": True, "superuser": True}
+
+
+def test_a_moving_picture_does_not_begin_with_a_hidden_one(robot, roles, frames):
+    assert _newest_still(robot.slug) == b"picture"
+    hide(roles)
+    assert _newest_still(robot.slug) == b""
 
 
 @pytest.mark.asvs("8.2.2")

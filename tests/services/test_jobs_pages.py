@@ -151,7 +151,7 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
     assert job.ended_at == clock.now()
     assert b"Your job on" not in ada.get("/story/").content, "months ago"
     Job.objects.update(ended_at=SYSTEM.now())
-    assert b"Your job on Mercury has ended" in ada.get("/story/").content
+    assert b"Your job on Mercury (simulated) has ended" in ada.get("/story/").content
     assert b"Your job on" not in Client().get("/story/").content
     assert b"Settled" in ada.get(address).content
     assert b"Your job on" not in ada.get("/story/").content

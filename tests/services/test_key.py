@@ -24,7 +24,9 @@ from tests.proof import Proof
 
 pytestmark = pytest.mark.django_db
 LINK = re.compile(r"""(?:href|src|action|hx-get|data-[\w-]+)="([^"#]+)""")
-FRESH = re.compile(r'(csrfmiddlewaretoken" value="|csrf-token" content="|name="once" value="|nonce=")[^"]+')  # new at each request
+FRESH = re.compile(
+    r'(csrfmiddlewaretoken" value="|csrf-token" content="|name="once" value="|nonce=")[^"]+'
+)  # new at each request
 TOKEN = re.compile(r"(/classic/mercury/)[^/\"]+")  # so is this: each page of the classic console has its own
 TEST = "/robots/mercury/clearance/"
 

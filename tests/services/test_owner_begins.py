@@ -110,7 +110,11 @@ def test_a_stop_that_nobody_heard_is_kept_from_the_beginning_and_its_release_mov
     assert mended(owner) == []
     assert owner.connection.connected
     assert told[-1].startswith("The robot is not ready. Your next command resets it")
-    owner.connection.later(0.0)  # another fault, without a stop
+    owner.connection.later(0.0)
+    assert mended(owner) == [], "nobody has given a command since"
+    command = services.issue(owner.owned.robot.slug, people["ada"], "home", {}, 1, owner.owned.now()).command
+    type(command).objects.filter(pk=command.pk).update(accepted_at=command.created_at)
+    owner.connection.later(0.0)  # another fault, after that command
     assert mended(owner) == ["moved"]
 
 
@@ -268,12 +272,19 @@ def test_a_turn_goes_on_without_the_words_of_a_fault_that_is_over(owner):
     assert (Robot.objects.get().cycle, Robot.objects.get().reason) == ("operating", "")
 
 
-def test_a_robot_that_is_switched_on_a_little_after_its_owner_is_no_incident(owner):
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [("sim:pa10", "The robot's simulator is starting."), ("tcp:192.0.2.1:9000", "The arm does not answer.")],
+)
+def test_a_robot_that_is_switched_on_a_little_after_its_owner_is_no_incident(owner, caplog, address, words):
+    caplog.set_level("INFO")
+    owner.owned.robot.address = address
     driver = owner.owned.driver
     driver.gone = True
     owner.start()
-    assert (Robot.objects.get().reason, Incident.objects.count()) == ("The arm does not answer.", 0)
+    assert (Robot.objects.get().reason, Incident.objects.count()) == (words, 0)
     mended(owner)
+    assert "no connection" not in caplog.text, "a start as it should be"
     driver.gone = False
     assert mended(owner) == ["moved"]
     assert (Robot.objects.get().reason, Incident.objects.count()) == ("", 0)

@@ -95,7 +95,7 @@ def test_stills_are_bounded_by_the_range_of_their_exposure(robot, admin):
 
 
 def test_a_list_is_tidied_by_the_robots_own_check_and_told_to_its_console(robot, admin):
-    Robot.objects.update(driver="pa10")
+    Robot.objects.update(driver="pa10", address="sim:pa10")
     robot.refresh_from_db()
     turned = VASE | {"low": VASE["high"], "high": VASE["low"]}
     admin.post(address(robot), sent(robot, boxes=json.dumps([turned])))
@@ -109,7 +109,7 @@ def test_a_list_is_tidied_by_the_robots_own_check_and_told_to_its_console(robot,
 
 def test_settings_wait_for_the_return_of_their_driver(robot, admin):
     Robot.objects.update(settings={"speed": 0.3, "boxes": "of another robot"})
-    admin.post(address(robot), sent(robot, speed="0.2") | {"driver": "pa10"})
+    admin.post(address(robot), sent(robot, speed="0.2") | {"driver": "pa10", "address": "sim:pa10"})
     robot.refresh_from_db()
     assert (robot.driver, robot.settings) == ("pa10", {"speed": 0.2}), "what the arm would refuse is gone"
     assert "speed" not in robot.driver_settings()

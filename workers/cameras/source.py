@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots import addresses
-from robots.drivers.errors import CameraFault, why
+from robots.drivers.errors import CameraFault
+from robots.opening import why_not
 from workers.cameras.login import Login
 from workers.cameras.response import answer_within
 
@@ -41,6 +42,10 @@ def _parts(url: str) -> SplitResult:
     except ValueError:
         raise CameraFault(UNREADABLE) from None
     return parts
+
+
+def _because(error: Exception) -> str:
+    return f": {why_not(error)}" if isinstance(error, OSError) and not isinstance(error, TimeoutError) else "."
 
 
 class Source(Protocol):
@@ -73,7 +78,7 @@ class SnapshotCamera:
             except (OSError, http.client.HTTPException) as error:
                 self.close()
                 if attempt == 2 or isinstance(error, TimeoutError):
-                    raise CameraFault("The camera does not answer.") from error
+                    raise CameraFault(f"The camera does not answer{_because(error)}") from error
         raise CameraFault("The camera does not answer.")
 
     def _fetch(self, exposure_s: float | None) -> bytes:
@@ -190,7 +195,7 @@ class StreamCamera:
                     self._follow(container)
             except Exception as error:  # whatever a library raises: the thread tries again, and `grab` says why
                 log.debug("a camera's stream ended", exc_info=True)
-                self._error = f": {why(error)}"
+                self._error = f": {why_not(error, self._source).rstrip('.')}"
             self._ended.wait(AGAIN_S)
 
     def _follow(self, container: Any) -> None:

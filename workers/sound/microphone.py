@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 from robots import addresses
 from robots.contract.sound import RATE
+from robots.opening import why_not
 
 TIMEOUT_S = 2.0  # for opening, and between two pieces
 PIECE_MS = 60
@@ -61,7 +62,7 @@ class Microphone:
         try:
             self._source = av.open(place, format=form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
         except (av.FFmpegError, OSError, ValueError) as error:
-            raise MicrophoneFault(SILENT) from error
+            raise MicrophoneFault(f"{SILENT.rstrip('.')}: {why_not(error)}") from error
         if not self._source.streams.audio:
             self.close()
             raise MicrophoneFault("There is no sound at the address of the robot's microphone.")

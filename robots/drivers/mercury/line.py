@@ -28,6 +28,7 @@ from robots.drivers.errors import (
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell
+from robots.opening import is_in_use, why_not
 
 log = logging.getLogger(__name__)
 ANSWER_S = 0.30  # a question, a state reply on its way, an answer, and a margin
@@ -91,10 +92,10 @@ class HostLine:
                 **({"exclusive": True} if self._local else {}),
             )  # fmt: skip
         except Exception as error:  # also termios.error, of an adapter that vanishes while it is opened
-            text = str(error)
-            if "exclusively lock" in text or "Resource temporarily" in text:
-                raise LineBusy("Another process holds the robot's serial port.") from error
-            raise LineGone("The robot's serial port cannot be opened.") from error
+            fault = LineBusy if is_in_use(error) else LineGone
+            named = "serial port" if self._local else "line"
+            told = why_not(error, self._url if self._local else "")
+            raise fault(f"The robot's {named} cannot be opened: {told}") from error
         (_keep_ready if self._local else _end_unacknowledged)(self._port)
         self._gone, self._heard_at = None, self._clock.monotonic()
         reader = threading.Thread(target=self._read, name="line", daemon=True)

@@ -12,6 +12,7 @@ from robots.clock import TIMER, Limit
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
 from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
+from robots.opening import why_not
 
 ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
 CHECKED_S = 60.0  # a whole program
@@ -44,7 +45,7 @@ class ArmLine:
                 self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             except (OSError, ValueError) as error:
                 self._close()
-                raise LineGone(f"The arm's controller cannot be reached: {why(error)}.") from error
+                raise LineGone(f"The arm's controller cannot be reached: {why_not(error)}") from error
         claim = Request("i", (float(self._epoch),), self._token)
         shown = Request(claim.letter, claim.numbers, HIDDEN if self._token else "")  # staff watch the wire
         try:

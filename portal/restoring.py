@@ -25,6 +25,7 @@ from robots.files import replaced
 from robots.grants import end_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.recordings import keeping
+from robots.services.stopping import NEWEST
 from robots.states import COMMAND_RUNNING, CommandState, Cycle, GrantEnd
 
 EPOCHS_AHEAD = 1_000_000  # no worker before the restore can have had a later epoch
@@ -186,5 +187,5 @@ def _close_what_was_open() -> None:
     for grant in Grant.objects.select_related("robot").filter(ended_at=None):
         end_grant(grant, GrantEnd.RESTORED, "restored from a backup", now)
     Lease.objects.update(epoch=F("epoch") + EPOCHS_AHEAD, expires_at=None, pid=0)
-    Robot.objects.update(stop_latched=True, stopped_at=now, stop_confirmed=False)
+    Robot.objects.update(stop_latched=True, stopped_at=now, stopped_after=NEWEST, stop_confirmed=False)
     Robot.objects.exclude(cycle=Cycle.LOCKED_OUT).update(cycle=Cycle.OFFLINE)

@@ -63,6 +63,7 @@ class Robot(models.Model):
     stop_latched = models.BooleanField(default=False, editable=False)
     releases = models.PositiveIntegerField(default=0, db_default=0, editable=False)  # number of releases of a stop
     stopped_at = models.DateTimeField(null=True, blank=True, editable=False)
+    stopped_after = models.PositiveBigIntegerField(null=True, editable=False)  # the newest command at the last stop
     stop_confirmed = models.BooleanField(default=False, db_default=False, editable=False)  # the robot said it rests
     rests_by = models.DateTimeField(null=True, blank=True, editable=False)  # at the latest, where it did not say so
     turn_s = models.PositiveIntegerField(

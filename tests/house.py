@@ -22,6 +22,7 @@ STATE = {
     "reason",
     "stop_latched",
     "stopped_at",
+    "stopped_after",
     "stop_confirmed",
     "rests_by",
     "releases",
@@ -108,7 +109,7 @@ class House:
         first = {
             f.attname: getattr(self._robot, f.attname) for f in Robot._meta.concrete_fields if f.attname not in STATE
         }
-        robot.update(**first, reason="", locked_by=None, stopped_at=None)
+        robot.update(**first, reason="", locked_by=None, stopped_at=None, stopped_after=None)
         self._robot.queue_link.queue.__class__.objects.update(virtual_time=0.0, greatest_finish=0.0, paused=False)
         self.sim.forget()
         store = bus.connection()

@@ -5,7 +5,8 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import transaction
-from django.db.models import Case, F, When
+from django.db.models import Case, F, OuterRef, Subquery, When
+from django.db.models.functions import Coalesce
 
 from robots import bus
 from robots.clock import SYSTEM
@@ -16,6 +17,7 @@ from robots.messages import Changed
 from robots.models import Command, Lease, Robot
 from robots.states import Lane
 
+NEWEST = Coalesce(Subquery(Command.objects.filter(robot=OuterRef("pk")).order_by("-id").values("pk")[:1]), 0)
 NOT_THEIRS = "Only the operator and staff can stop this robot."
 
 
@@ -50,7 +52,7 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
     if under:  # in one statement: the turn may end between the check and the stop
         theirs = theirs.filter(grants__pk=under, grants__ended_at=None)
     confirmed = Case(When(stop_latched=True, then=F("stop_confirmed")), default=False)  # only its owner confirms it
-    if not theirs.update(stop_latched=True, stopped_at=now, stop_confirmed=confirmed):
+    if not theirs.update(stop_latched=True, stopped_at=now, stopped_after=NEWEST, stop_confirmed=confirmed):
         raise NotPermitted(NOT_THEIRS)
     cancel_queued(robot, "the robot was stopped", now)
     bus.publish_on_commit(robot.slug, Changed("stop"))
@@ -59,12 +61,12 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
 def asked_since_stop(robot: Robot) -> bool:
     """Return whether anybody has moved the robot since it was stopped last; True if it never was.
 
-    A release starts no motion, so until then the robot stays where it is.
+    A release starts no motion, so until then the robot stays where it is. Numbers of commands are compared, for the
+    time of day may be set.
     """
-    stopped_at = Robot.objects.values_list("stopped_at", flat=True).get(pk=robot.pk)
+    before = Robot.objects.values_list("stopped_after", flat=True).get(pk=robot.pk)
     motions = Command.objects.filter(robot=robot, lane=Lane.MOTION, accepted_at__isnull=False)
-    last = motions.exclude(kind=PICTURE.kind).order_by("-id").first()
-    return stopped_at is None or (last is not None and last.created_at > stopped_at)
+    return before is None or motions.filter(pk__gt=before).exclude(kind=PICTURE.kind).exists()
 
 
 CONFIRMED = timedelta(seconds=1)  # so long a confirmation may take before its absence is worth a word

@@ -54,7 +54,14 @@ def test_a_newcomer_comes_to_a_motion_and_into_the_log(portal, visitor, survey, 
     expect(page.locator(".robot-head")).to_contain_text("Simulated")
     expect(page.locator("#watchers")).to_have_text(re.compile("^(, only you watch)?$|1 watches"))
     new.press("#place a >> text=Sign up")
-    new.fill({"email": "ada@example.org", "username": "ada", "password1": "correct horse 42", "password2": "correct horse 42"})
+    new.fill(
+        {
+            "email": "ada@example.org",
+            "username": "ada",
+            "password1": "correct horse 42",
+            "password2": "correct horse 42",
+        }
+    )
     new.press("main button[type=submit]")
     page.wait_for_url("**/confirm-email/")
     page.goto(confirmation("ada@example.org"))

@@ -1,6 +1,9 @@
 """Whatever ends a stop, a lock-out, maintenance or a fault starts no motion: a release needs a look at the picture."""
 
+from datetime import timedelta
+
 import pytest
+from django.db.models import F
 from django.test import Client
 
 from portal.classic.pictures import drawn
@@ -258,9 +261,14 @@ def then_a_turn_without_a_command(world):
     Robot.objects.update(cycle=Cycle.HANDOVER)
 
 
+def after_the_time_of_day_was_set_back(world):
+    Robot.objects.update(stopped_at=F("stopped_at") - timedelta(days=1))  # as the queues' stamps follow the clock
+    by_the_admin(world)
+
+
 RELEASES = (
     by_the_console, by_the_admin, by_the_classic_page, while_it_is_put_in_order, while_it_is_off, then_restarted,
-    then_the_cable, then_a_turn_without_a_command,
+    then_the_cable, then_a_turn_without_a_command, after_the_time_of_day_was_set_back,
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from robots.drivers.errors import RobotError
 from robots.messages import Changed
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
+from robots.services.stopping import NEWEST
 from workers.incidents import incident
 from workers.owned import OwnedRobot
 from workers.safety.memory import StopLatch
@@ -65,7 +66,9 @@ class Stop:
         if latch.releases is not None:  # in the statement, so that a release at this moment is not undone
             row = row.filter(releases__lte=latch.releases)
         now, at_rest, rests_by = self._owned.now(), self._at_rest, self._rests_by
-        if row.update(stop_latched=True, stopped_at=now, stop_confirmed=at_rest, rests_by=rests_by):
+        if row.update(
+            stop_latched=True, stopped_at=now, stopped_after=NEWEST, stop_confirmed=at_rest, rests_by=rests_by
+        ):
             bus.publish(robot.slug, Changed("stop"))
 
     def halt(self, source: str) -> None:

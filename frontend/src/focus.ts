@@ -34,6 +34,6 @@ function look(): void {
 }
 
 document.addEventListener("focusin", (event) => noted(event.target as Element));
-// who presses elsewhere has left it
-document.addEventListener("pointerdown", () => noted(null), { capture: true });
+// who presses elsewhere has left it; a second press on what has the focus brings no `focusin`
+document.addEventListener("pointerdown", ({ target }) => last?.contains(target as Node) || noted(null), { capture: true });
 new MutationObserver(look).observe(document, { subtree: true, childList: true, attributeFilter: ["hidden"] });

@@ -48,7 +48,9 @@ def is_in_use(error: BaseException) -> bool:
 
 def _numbers(error: BaseException | None) -> Iterator[int]:
     """Yield the system's numbers of an error and of those behind it, which libraries wrap."""
-    while error is not None:
+    seen: list[BaseException] = []  # an error that is raised again may stand behind itself
+    while error is not None and error not in seen:
+        seen.append(error)
         first = error.args[0] if error.args else None  # of termios.error, which has no errno
         number = getattr(error, "errno", None) or first
         if isinstance(error, socket.gaierror):

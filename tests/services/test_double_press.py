@@ -320,6 +320,15 @@ def test_both_presses_of_a_guest_are_of_one_guest_whichever_answer_is_read(world
     assert token not in (job.guest, job.form), "the database has no secret of a guest"
 
 
+@pytest.mark.parametrize("made", [job_of_a_guest])
+def test_no_cache_makes_two_strangers_one_guest(world, made):
+    """The token that a page shows becomes the guest's cookie."""
+    form = made(world)
+    for page in (Client().get(form.address), Client().post(form.address, {"kind": "none"})):
+        assert 'name="press"' in page.content.decode()
+        assert {"no-store", "private"} <= set(page["Cache-Control"].split(", "))
+
+
 @pytest.mark.parametrize("made", [account])
 def test_a_form_that_was_refused_is_carried_out_when_it_is_right(world, made):
     form = made(world)

@@ -127,3 +127,7 @@ class SurveyResponseAdmin(admin.ModelAdmin):  # type: ignore[type-arg]
     list_display = ("__str__", "at")
     inlines = (AnswerInline,)
     readonly_fields = ("turn", "robot", "at")
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Return False: people answer on the page of their turn or job."""
+        return False

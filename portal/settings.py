@@ -96,7 +96,6 @@ MIDDLEWARE = [
     "portal.logs.security.RefusalLog",
     "portal.pages.plain.PlainText",
     "portal.pages.private.PrivatePages",
-    "portal.pages.once.Once",
 ]
 ROOT_URLCONF = "portal.urls"
 ASGI_APPLICATION = "portal.asgi.application"

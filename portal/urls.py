@@ -1,7 +1,9 @@
 """The addresses of pages."""
 
+from allauth.account import views as allauth
 from allauth.account.decorators import secure_admin_login
 from django.contrib import admin
+from django.contrib.auth.decorators import login_required
 from django.templatetags.static import static
 from django.urls import include, path
 from django.views.generic import RedirectView
@@ -17,11 +19,14 @@ from portal.pages.places import my_places
 from portal.recordings import exports, listing
 from portal.recordings import views as recordings
 from portal.statistics import views as statistics
+from robots.once import once
 
 admin.site.site_header = "Farhand"
 admin.site.site_title = "Farhand"
 admin.site.index_title = "Robots, people, log"
 admin.site.login = secure_admin_login(admin.site.login)  # type: ignore[method-assign] # one door
+for _page in admin.site._registry.values():
+    _page.add_view = once(_page.add_view)  # type: ignore[method-assign]
 
 urlpatterns = [
     path("", views.landing, name="landing"),
@@ -61,6 +66,8 @@ urlpatterns = [
     path("turns/<int:pk>/", log.turn_page, name="turn"),
     path("survey/results/", results.results, name="survey-results"),
     path("survey/results.csv", results.results_csv, name="survey-csv"),
+    path("accounts/signup/", once(allauth.signup), name="account_signup"),
+    path("accounts/email/", login_required(once(allauth.email)), name="account_email"),
     path("accounts/", include("allauth.account.urls")),
     path("admin/", admin.site.urls),
     path("media/frames/<path:path>", views.media, name="media"),

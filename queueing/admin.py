@@ -95,3 +95,7 @@ class AccountAdmin(FormFieldsAdmin):
 
     list_display = ("__str__", "queue", "network", "finish_tag", "weight")
     readonly_fields = ("user", "network", "queue", "finish_tag")
+
+    def has_add_permission(self, request: HttpRequest) -> bool:
+        """Return False: an account begins with the first place or job."""
+        return False

@@ -20,6 +20,7 @@ from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_
 from robots.history import Guarded, Kept
 from robots.inlines import NamedValues
 from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
+from robots.once import once
 from robots.permissions import NotStaff
 from robots.plain import whole
 from robots.recordings.admin import MovieAdmin, RecordingAdmin
@@ -196,16 +197,19 @@ class RobotAdmin(FormFieldsAdmin):
         if request.method != "POST" or verb not in VERBS:
             return back
         try:
-            messages.success(request, VERBS[verb](robot, request))
+            return once(self._carry_out)(request, robot, verb)
         except NotStaff as error:
             raise PermissionDenied(str(error)) from error
         except RobotError as error:
             messages.error(request, str(error))
-        else:
-            self.log_change(
-                request, robot, f"{verb} {request.POST.get('kind') or request.POST.get('note', '')}".strip()[:200]
-            )
-        return back
+            return back
+
+    def _carry_out(self, request: HttpRequest, robot: Robot, verb: str) -> HttpResponse:
+        messages.success(request, VERBS[verb](robot, request))
+        self.log_change(
+            request, robot, f"{verb} {request.POST.get('kind') or request.POST.get('note', '')}".strip()[:200]
+        )
+        return redirect("admin:robots_robot_change", robot.pk)
 
     def change_view(
         self, request: HttpRequest, object_id: str, form_url: str = "", extra_context: dict[str, Any] | None = None

@@ -75,6 +75,8 @@ def lock_out(robot: Robot, request: HttpRequest) -> str:
 @staff_only
 def lift(robot: Robot, request: HttpRequest) -> str:
     """Let people drive again, after the release of the stop."""
+    if robot.cycle != Cycle.LOCKED_OUT:
+        return "The robot is not locked out."
     services.lift_lock_out(robot, request.user)
     return f"The lock-out is lifted. {STOPPED}"
 

@@ -18,7 +18,6 @@ from portal.limits.attempts import within
 from portal.pages.job_answers import AGAIN_S, own_listed, refused, status_of, told, wants_json
 from portal.pages.job_forms import forms, values
 from portal.pages.job_words import asked, result, share_of, stages
-from portal.pages.once import FIELD_OF_JOBS, press_of, token_of
 from portal.pages.places import back_from
 from queueing.errors import QueueError, TooOften
 from queueing.jobs.asking import Asker, ask, made_by
@@ -31,6 +30,7 @@ from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
 from robots.models import Command, Frame, Robot
+from robots.once import FIELD_OF_JOBS, once, press_of, token_of
 from robots.plain import storable
 
 GUEST = "farhand_guest"
@@ -151,6 +151,7 @@ def job_page(request: HttpRequest, key: str) -> HttpResponse:
     return _show(request, job, asker)
 
 
+@once
 def _survey(request: HttpRequest, job: Job, asker: Asker) -> HttpResponse:
     if not within(request, "survey"):
         return _show(request, job, asker, "Too many answers come from your network; send yours in a minute.", 429)

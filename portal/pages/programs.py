@@ -13,7 +13,7 @@ from robots.drivers.errors import BadRequest, NotPermitted, RobotError
 from robots.models import Program, Robot
 from robots.plain import one_line
 
-LARGEST = 40_000  # bytes: the longest program, each character of which JSON writes with six at most
+LARGEST = 80_000  # bytes: the longest program and name, of whose characters JSON writes each with twelve at most
 
 
 def _shown(program: Program, user: Any) -> dict[str, Any]:

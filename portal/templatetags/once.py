@@ -6,7 +6,7 @@ from django import template
 from django.utils.html import format_html
 from django.utils.safestring import SafeString
 
-from portal.pages.once import FIELD
+from robots.once import FIELD
 
 register = template.Library()
 

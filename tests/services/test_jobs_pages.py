@@ -7,6 +7,7 @@ import pytest
 from django.conf import settings
 from django.core import mail
 from django.test import Client
+from django.utils.html import escape
 
 from queueing import services as queue
 from queueing.jobs.asking import Asker, ask
@@ -236,8 +237,13 @@ def test_the_note_of_an_ended_job_is_dismissed_where_one_is(shuttle, people, clo
     queue.tick(clock.now())
     settle(clock)
     Job.objects.update(ended_at=SYSTEM.now())
+    listed = "/log/?robot=mercury&page=1"
+    fields = set(re.findall(r'name="next" value="([^"]*)"', ada.get(listed).content.decode()))
+    assert fields == {escape(listed)}, "the note's, and the turn bar's"
+    assert bob.post(address, {"do": "seen", "next": listed})["Location"] == listed
     seen = {"do": "seen", "next": "/story/"}
     assert bob.post(address, seen)["Location"] == "/story/"
     assert b"Your job on" in ada.get("/story/").content, "nobody else dismisses it"
-    assert ada.post(address, {**seen, "next": "https://evil.example/"})["Location"] == "/"
+    for away in ("https://evil.example/", "//evil.example/?page=1"):
+        assert ada.post(address, {**seen, "next": away})["Location"] == "/"
     assert b"Your job on" not in ada.get("/story/").content

@@ -123,6 +123,13 @@ def test_over_the_web(robot, people):
     assert not Program.objects.filter(pk=made["id"]).exists()
 
 
+def test_the_longest_program_is_saved_whatever_its_characters(robot, people):
+    text = "\U0001f916" * programs.LONGEST
+    answer = ask(people["ada"], "post", robot, name="\U0001f916" * 60, text=text)
+    assert (answer.status_code, answer.json().get("text")) == (200, text)
+    assert ask(people["ada"], "post", robot, name="More", text=text + "x").json()["error"].startswith("A program has")
+
+
 def test_a_saved_program_is_run_as_the_text_it_had(robot, people, owned):
     services.start_grant(robot, GrantKind.TURN, SYSTEM.now(), people["ada"])
     kept = save(robot, people["ada"])

@@ -103,6 +103,15 @@ def test_each_says_what_is_so_and_what_to_do(robot, people, situation, verb, wor
     assert words in told
 
 
+@pytest.mark.parametrize("verb", ["enable", "release", "lift"])
+def test_the_second_of_two_presses_is_no_error(robot, people, verb):
+    {"enable": off, "release": stopped, "lift": locked_out}[verb](robot, people)
+    press(robot, people, verb, checked="yes")
+    assert press(robot, people, verb, checked="yes") in (
+        "The robot is on already.", "The robot is not stopped.", "The robot is not locked out.",
+    )  # fmt: skip
+
+
 def test_an_old_page_s_release_cancels_nothing_of_whoever_drives(robot, people):
     in_a_turn(robot, people)
     command = services.issue(robot.slug, people["ada"], "up", {}, 1).command

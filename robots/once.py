@@ -9,16 +9,16 @@ import json
 import re
 import time
 from collections.abc import Callable
+from functools import wraps
+from typing import Any
 
 from django.core.cache import cache
 from django.http import HttpRequest, HttpResponse, HttpResponseRedirect
 
-from portal.limits.pages import leave_room
-
 FIELD, FIELD_OF_JOBS = "once", "press"  # whoever asks for a job is also told who they are: a guest gets a cookie
 TOKEN = re.compile(r"[\w-]{20,64}\Z", re.ASCII)
-KNOWN_S = 86_400
-WAIT_S, POLL_S = 10.0, 0.1  # for the first press, which is still being answered
+KNOWN_S = 3_600
+WAIT_S, POLL_S = 5, 0.1  # for the first press, which is still being answered
 BEING_ANSWERED = ""
 
 
@@ -36,36 +36,36 @@ def press_of(request: HttpRequest, name: str = FIELD) -> str:
     return hashlib.sha256(json.dumps([request.path, sent]).encode()).hexdigest()
 
 
-class Once:
-    """Middleware that carries such a form out once, and again if it was refused."""
+def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
+    """Make a view carry such a form out once for each person, and again if it was refused.
 
-    def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
-        self._get_response = get_response
+    Only what was made may be answered with a redirection: the check of who is signed in stands around this, and a
+    refusal that redirects too is raised through it.
+    """
 
-    def __call__(self, request: HttpRequest) -> HttpResponse:
-        """Answer, the second press with the redirection that the first was answered with."""
+    @wraps(view)
+    def checked(request: HttpRequest, *args: Any, **kwargs: Any) -> HttpResponse:
         press = press_of(request)
         if not press:
-            return self._get_response(request)
-        key = f"once:{press}"
-        made = None if cache.add(key, BEING_ANSWERED, KNOWN_S) else _made(request, key)
-        if made:
-            return HttpResponseRedirect(made)
-        answer = None
+            return view(request, *args, **kwargs)
+        key = f"once:{request.user.pk}:{press}"
+        place = None if cache.add(key, BEING_ANSWERED, WAIT_S) else _made(request, key)
+        if place:
+            return HttpResponseRedirect(place)
         try:
-            answer = self._get_response(request)
+            answer = view(request, *args, **kwargs)
+            place = answer.get("Location")
         finally:
-            if answer is not None and answer.status_code in (302, 303):
-                cache.set(key, answer["Location"], KNOWN_S)
-            else:
-                cache.delete(key)
+            cache.set(key, place, KNOWN_S) if place else cache.delete(key)
         return answer
+
+    return checked
 
 
 def _made(request: HttpRequest, key: str) -> str | None:
     """Return where the first press was led to; nothing if it was refused, or is not answered in time."""
-    leave_room(request)
+    getattr(request, "leave_room", bool)()  # another page is rendered meanwhile (portal/limits/pages.py)
     until = time.monotonic() + WAIT_S
-    while (found := cache.get(key)) == BEING_ANSWERED and time.monotonic() < until:
+    while (place := cache.get(key)) == BEING_ANSWERED and time.monotonic() < until:
         time.sleep(POLL_S)
-    return str(found) if found else None
+    return str(place) if place else None

@@ -17,7 +17,7 @@ from robots.grants import end_grant
 from robots.messages import StandingChanged
 from robots.models import Grant, Robot
 from robots.people import is_person
-from robots.states import Cycle, GrantEnd
+from robots.states import COMMAND_FINAL, Cycle, GrantEnd
 
 RULES = settings.FARHAND
 SLICE_S = 60
@@ -83,12 +83,11 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWA
     grant = turn.grant
     grant.refresh_from_db()
     others = others_wait_since(turn)
-    silent = (now - turn.last_seen).total_seconds()
-    absent = min(silent, (now - up_since).total_seconds())
+    absent = (now - max(turn.last_seen, up_since)).total_seconds()
     ends = _idle_at(turn, others, now, up_since)
     if grant.ended_at is not None:
         end_turn(turn, GrantEnd(grant.end_code or GrantEnd.FINISHED), grant.end_reason or "ended", grant.ended_at)
-    elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:
+    elif not others and turn.until - now <= timedelta(seconds=5) and absent < RULES["RECONNECT_S"]:
         extra = min(SLICE_S, RULES["TURN_S"])
         Turn.objects.filter(pk=turn.pk).update(alone_s=F("alone_s") + extra)
         set_until(turn, turn.until + timedelta(seconds=extra))
@@ -155,7 +154,13 @@ def others_wait_since(turn: Turn) -> datetime | None:
 
 
 def _last_act(turn: Turn, now: datetime) -> datetime:
-    """Return when the operator last did something; while a command of theirs runs they have."""
-    last = turn.grant.commands.order_by("-id").first()
-    carried = (last.created_at, last.ended_at or now) if last is not None else ()
-    return max(turn.started_at, turn.acted_at or turn.started_at, *carried)
+    """Return when the operator last did something; while a command of theirs runs they have.
+
+    What staff set under the grant meanwhile is no act of the operator.
+    """
+    theirs = turn.grant.commands.filter(robot=turn.robot_id, issued_by=turn.user_id)
+    if theirs.exclude(state__in=COMMAND_FINAL).exists():
+        return now
+    last = theirs.filter(ended_at__isnull=False).order_by("-ended_at").first()
+    at = [turn.started_at, turn.acted_at, last and last.ended_at]
+    return max(one for one in at if one is not None)

@@ -19,7 +19,7 @@ from queueing.sessions import Place, session_over
 from queueing.turns import acted, idle_at
 from robots import services
 from robots.models import Command, Lease, Robot
-from robots.states import CommandState, GrantEnd
+from robots.states import CommandState, GrantEnd, Lane
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND
@@ -125,6 +125,27 @@ def test_whoever_is_waiting_for_their_own_command_does_something(driven, robot, 
     assert end(driven) == ""
     Command.objects.filter(pk=running.pk).update(state=CommandState.COMPLETED, ended_at=clock.now())
     tick(robot, people, clock, IDLE_S + 1)
+    assert end(driven) == GrantEnd.IDLE
+
+
+def test_a_setting_given_in_mid_motion_hides_no_motion(driven, robot, people, clock):
+    running = command(driven, clock, state=CommandState.ACKNOWLEDGED)
+    command(driven, clock, state=CommandState.COMPLETED, ended_at=clock.now(), lane=Lane.CONFIG)
+    tick(robot, people, clock, IDLE_S + 1)
+    assert end(driven) == ""
+    Command.objects.filter(pk=running.pk).update(state=CommandState.COMPLETED, ended_at=clock.now())
+    tick(robot, people, clock, IDLE_S)
+    assert end(driven) == "", "counted from the end of the motion"
+
+
+@pytest.mark.parametrize("by", ["kim", None])
+@pytest.mark.parametrize("ended", [True, False])
+def test_what_others_set_meanwhile_is_no_act_of_the_operator(driven, robot, people, clock, by, ended):
+    clock.go(IDLE_S - 10)
+    state = {"state": CommandState.COMPLETED, "ended_at": clock.now()} if ended else {"state": CommandState.SENT}
+    row = command(driven, clock, lane=Lane.CONFIG, **state)
+    Command.objects.filter(pk=row.pk).update(issued_by=people.get(by))
+    tick(robot, people, clock, 11)
     assert end(driven) == GrantEnd.IDLE
 
 

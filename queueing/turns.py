@@ -1,10 +1,11 @@
 """Turns: which one runs, until when, and its end."""
 
+import logging
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from django.conf import settings
-from django.db import transaction
+from django.db import Error, transaction
 from django.db.models import F
 
 from queueing import fairshare
@@ -19,6 +20,7 @@ from robots.models import Grant, Robot
 from robots.people import is_person
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd
 
+log = logging.getLogger(__name__)
 RULES = settings.FARHAND
 SLICE_S = 60
 ALWAYS = datetime.min.replace(tzinfo=UTC)
@@ -135,6 +137,22 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
             return False
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
         return True
+
+
+def note_act(robot: Robot, user: Any, now: datetime) -> None:
+    """Note what the operator has done, as `acted`, but wait for no tick, and let no failure reach them.
+
+    For stops: one that succeeded is answered at once. It is not noted while the turn's row is being changed.
+    """
+    try:
+        with transaction.atomic():
+            running = Turn.objects.select_for_update(skip_locked=True).filter(robot=robot, ended_at=None)
+            mine = running.filter(user=user.pk, user__isnull=False)
+            if mine.first() is not None:
+                mine.update(acted_at=now)
+                bus.tell_people_on_commit(StandingChanged(user=user.pk))
+    except Error:
+        log.warning("what the operator of %s has done was not noted", robot.slug, exc_info=True)
 
 
 def others_wait_since(turn: Turn) -> datetime | None:

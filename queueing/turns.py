@@ -179,6 +179,5 @@ def _last_act(turn: Turn, now: datetime) -> datetime:
     theirs = turn.grant.commands.filter(robot=turn.robot_id, issued_by=turn.user_id)
     if theirs.exclude(state__in=COMMAND_FINAL).exists():
         return now
-    last = theirs.filter(ended_at__isnull=False).order_by("-ended_at").first()
-    at = [turn.started_at, turn.acted_at, last and last.ended_at]
-    return max(one for one in at if one is not None)
+    ended = theirs.filter(ended_at__isnull=False).order_by("-ended_at").values_list("ended_at", flat=True)
+    return max(at for at in (turn.started_at, turn.acted_at, ended.first()) if at is not None)

@@ -1,11 +1,12 @@
 """Ends the sessions of accounts that are switched off or deleted."""
 
+from collections.abc import Collection
 from typing import Any
 
 from django.conf import settings
 from django.contrib import auth
 from django.contrib.sessions.models import Session
-from django.db.models.signals import post_save, pre_delete
+from django.db.models.signals import post_save, pre_delete, pre_save
 from django.dispatch import receiver
 
 
@@ -21,8 +22,15 @@ def end_of_deleted(instance: Any, **_: Any) -> None:
     end_sessions(instance)
 
 
+@receiver(pre_save, sender=settings.AUTH_USER_MODEL)
+def note_switching_off(instance: Any, update_fields: Collection[str] | None = None, **_: Any) -> None:
+    """Note whether the account is switched off now, and was not before: only then all sessions are looked at."""
+    stored = not instance.is_active and (update_fields is None or "is_active" in update_fields)
+    instance.goes_off = stored and type(instance).objects.filter(pk=instance.pk, is_active=True).exists()
+
+
 @receiver(post_save, sender=settings.AUTH_USER_MODEL)
 def end_of_switched_off(instance: Any, **_: Any) -> None:
     """End the sessions of an account that is switched off, so that none goes on when it is switched on again."""
-    if not instance.is_active:
+    if instance.goes_off:
         end_sessions(instance)

@@ -165,7 +165,8 @@ def may_see_picture(entry: Entry, file: str, user: Any) -> bool:
     """
     if may_see_hidden(entry, user):
         return True
-    if not Turn.objects.filter(robot=entry.robot_id, user=user.pk, ended_at=None).exists():
+    turn = Turn.objects.filter(robot=entry.robot_id, ended_at=None).first()
+    if turn is None or not is_person(user, turn.user_id):
         return False
     return file in Frame.objects.filter(robot=entry.robot_id).order_by("-id").values_list("file", flat=True)[:2]
 

@@ -1,4 +1,4 @@
-"""What ends with an account that is deleted: its turn, its places and its jobs."""
+"""What ends with an account that is deleted: its turn, its places, its jobs, and what it may move as staff."""
 
 from typing import Any
 
@@ -11,6 +11,7 @@ from queueing.jobs.cancelling import cancel
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Ticket
 from queueing.tickets import remove
 from robots.clock import SYSTEM
+from robots.grants import end_grants_of
 from robots.states import GrantEnd
 
 
@@ -22,3 +23,4 @@ def leave_everything(instance: Any, **_: Any) -> None:
         remove(ticket, now, PlaceEnd.DELETED, GrantEnd.UNFIT)
     for job in Job.objects.filter(user=instance, state__in=OPEN_JOB):
         cancel(job, Asker(user=instance), now)
+    end_grants_of(instance, PlaceEnd.DELETED, now)

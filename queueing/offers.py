@@ -154,7 +154,7 @@ def head(queue: Queue, robot: Robot, now: datetime, up_since: datetime = ALWAYS)
 
     None while somebody before them may not have come back yet: people can reach the portal only since `up_since`.
     """
-    busy = Turn.objects.filter(ended_at=None).values("user_id")
+    busy = Turn.objects.filter(ended_at=None, user__isnull=False).values("user_id")
     present = now - timedelta(seconds=RULES["PRESENCE_S"])
     waiting = Ticket.objects.filter(queue=queue, state=TicketState.WAITING)
     there = waiting.filter(last_seen__gte=present)

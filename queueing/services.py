@@ -12,7 +12,7 @@ from queueing.presence import disconnected, dismiss, present, seen
 from queueing.rows import queue_of
 from queueing.tick import tick
 from queueing.tickets import join, leave, open_ticket, remove
-from queueing.turns import acted, end_turn, open_turn, turn_of
+from queueing.turns import acted, end_turn, note_act, open_turn, turn_of
 
 __all__ = (  # noqa: RUF022 - in the order of the rooms
     # the queue of a robot
@@ -22,7 +22,7 @@ __all__ = (  # noqa: RUF022 - in the order of the rooms
     # offers
     "accept",
     # turns
-    "acted", "end_turn", "open_turn", "turn_of",
+    "acted", "end_turn", "note_act", "open_turn", "turn_of",
     # presence
     "disconnected", "dismiss", "present", "seen",
     # jobs, and how long they will wait

@@ -1,10 +1,11 @@
 """Turns: which one runs, until when, and its end."""
 
+import logging
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from django.conf import settings
-from django.db import transaction
+from django.db import Error, transaction
 from django.db.models import F
 
 from queueing import fairshare
@@ -17,8 +18,9 @@ from robots.grants import end_grant
 from robots.messages import StandingChanged
 from robots.models import Grant, Robot
 from robots.people import is_person
-from robots.states import Cycle, GrantEnd
+from robots.states import COMMAND_FINAL, Cycle, GrantEnd
 
+log = logging.getLogger(__name__)
 RULES = settings.FARHAND
 SLICE_S = 60
 ALWAYS = datetime.min.replace(tzinfo=UTC)
@@ -83,12 +85,11 @@ def tick_turn(queue: Queue, turn: Turn, now: datetime, up_since: datetime = ALWA
     grant = turn.grant
     grant.refresh_from_db()
     others = others_wait_since(turn)
-    silent = (now - turn.last_seen).total_seconds()
-    absent = min(silent, (now - up_since).total_seconds())
+    absent = (now - max(turn.last_seen, up_since)).total_seconds()
     ends = _idle_at(turn, others, now, up_since)
     if grant.ended_at is not None:
         end_turn(turn, GrantEnd(grant.end_code or GrantEnd.FINISHED), grant.end_reason or "ended", grant.ended_at)
-    elif not others and turn.until - now <= timedelta(seconds=5) and silent < RULES["RECONNECT_S"]:
+    elif not others and turn.until - now <= timedelta(seconds=5) and absent < RULES["RECONNECT_S"]:
         extra = min(SLICE_S, RULES["TURN_S"])
         Turn.objects.filter(pk=turn.pk).update(alone_s=F("alone_s") + extra)
         set_until(turn, turn.until + timedelta(seconds=extra))
@@ -138,6 +139,22 @@ def acted(robot: Robot, user: Any, now: datetime) -> bool:
         return True
 
 
+def note_act(robot: Robot, user: Any, now: datetime) -> None:
+    """Note what the operator has done, as `acted`, but wait for no tick, and let no failure reach them.
+
+    For stops: one that succeeded is answered at once. It is not noted while the turn's row is being changed.
+    """
+    try:
+        with transaction.atomic():
+            running = Turn.objects.select_for_update(skip_locked=True).filter(robot=robot, ended_at=None)
+            mine = running.filter(user=user.pk, user__isnull=False)
+            if mine.first() is not None:
+                mine.update(acted_at=now)
+                bus.tell_people_on_commit(StandingChanged(user=user.pk))
+    except Error:
+        log.warning("what the operator of %s has done was not noted", robot.slug, exc_info=True)
+
+
 def others_wait_since(turn: Turn) -> datetime | None:
     """Return since when somebody else waits for the robot, in the queue or for a job; None if nobody does."""
     if turn.ticket is None:  # its person's account was deleted
@@ -155,7 +172,12 @@ def others_wait_since(turn: Turn) -> datetime | None:
 
 
 def _last_act(turn: Turn, now: datetime) -> datetime:
-    """Return when the operator last did something; while a command of theirs runs they have."""
-    last = turn.grant.commands.order_by("-id").first()
-    carried = (last.created_at, last.ended_at or now) if last is not None else ()
-    return max(turn.started_at, turn.acted_at or turn.started_at, *carried)
+    """Return when the operator last did something; while a command of theirs runs they have.
+
+    What staff set under the grant meanwhile is no act of the operator.
+    """
+    theirs = turn.grant.commands.filter(robot=turn.robot_id, issued_by=turn.user_id)
+    if theirs.exclude(state__in=COMMAND_FINAL).exists():
+        return now
+    ended = theirs.filter(ended_at__isnull=False).order_by("-ended_at").values_list("ended_at", flat=True)
+    return max(at for at in (turn.started_at, turn.acted_at, ended.first()) if at is not None)

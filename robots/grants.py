@@ -152,6 +152,12 @@ def end_overdue_single(robot: Robot, now: datetime) -> None:
         _end_single(grant, GrantEnd.TIME_UP, "time is up", now)
 
 
+def end_grants_of(holder: Any, reason: str, now: datetime) -> None:
+    """End what a person may move, whose account is deleted: a grant that nobody holds is the robot's own."""
+    for grant in Grant.objects.filter(holder=holder, ended_at=None):
+        _end_single(grant, GrantEnd.UNFIT, reason, now)
+
+
 def _end_single(grant: Grant, code: GrantEnd, reason: str, now: datetime, rests: bool = False) -> bool:
     """End it; a robot that staff may have moved is handed over before it is offered."""
     if not end_grant(grant, code, reason, now):

@@ -149,11 +149,11 @@ def _perform(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: 
         queue.accept(robot, user, now)
     elif what == "stop":
         services.stop(robot, user, now)
-        queue.acted(robot, user, now)
+        queue.note_act(robot, user, now)
         messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
     elif what == "release":
         services.release_stop(robot, user, request.POST.get("checked") == "yes")
-        queue.acted(robot, user, now)
+        queue.note_act(robot, user, now)
         messages.success(request, "The stop is released. Nothing moves until you give a command.")
     else:
         _press(request, robot, panel, token, now)
@@ -166,7 +166,7 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
         return
     if wanted.kind == "stop":
         services.stop(robot, request.user, now)
-        queue.acted(robot, request.user, now)
+        queue.note_act(robot, request.user, now)
         messages.warning(request, "Stop was sent. Look at the picture, then release the stop.")
         return
     spent = tokens.spend_token(robot, request.user, token, now)

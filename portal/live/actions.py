@@ -59,11 +59,11 @@ def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool) -> Answer:
     match message:
         case Stop():
             services.stop(robot, user, now, sent=sent)
-            queue.acted(robot, user, now)
+            queue.note_act(robot, user, now)
             return Answer(text="Stop was sent.")
         case Release():
             services.release_stop(robot, user, message.checked)
-            queue.acted(robot, user, now)
+            queue.note_act(robot, user, now)
             return Answer(text="The stop is released. Nothing moves until you give a command.")
         case Join():
             queue.join(robot, user, now)

@@ -10,13 +10,14 @@ from queueing.jobs.running import end
 from queueing.models import OPEN_JOB, Job, JobState
 from queueing.rows import locked
 from robots.grants import end_grant
+from robots.people import is_person
 from robots.states import GrantEnd
 
 
 def may_cancel(job: Job, asker: Asker) -> bool:
     """Return whether the person or guest asked for the job, or is staff."""
     if asker.user is not None:
-        return bool(job.user_id == asker.user.pk or asker.user.has_perm("robots.change_robot"))
+        return bool(is_person(asker.user, job.user_id) or asker.user.has_perm("robots.change_robot"))
     return bool(job.guest) and job.guest == asker.guest
 
 

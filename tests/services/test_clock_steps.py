@@ -81,7 +81,7 @@ def test_a_turn_and_a_place_go_on_and_last_as_long_as_they_would_have(driven, pe
         present(driven, people, clock)
         if left(clock) > 0:
             assert Turn.objects.get().ended_at is None
-        Command.objects.update(created_at=clock.now())  # she is not idle
+        Command.objects.update(created_at=clock.now(), ended_at=clock.now())  # she is not idle
         tick(20)
     turn = Turn.objects.get()
     assert turn.end_reason == "time is up"

@@ -141,6 +141,22 @@ def test_a_session_does_not_go_on_when_the_account_is_switched_on_again(people, 
     assert signed_in(ada).get("/me/").status_code == 200
 
 
+def test_only_switching_an_account_off_looks_at_all_sessions(people, monkeypatch, django_user_model):
+    looked, ada = [], people["ada"]
+    monkeypatch.setattr("accounts.sessions.end_sessions", looked.append)
+    ada.save()
+    ada.is_active = False
+    ada.save(update_fields=["last_login"])
+    assert looked == []
+    ada.save()
+    assert looked == [ada]
+    ada.save()
+    ada.is_active = True
+    ada.save()
+    django_user_model.objects.create_user("new", "new@example.org", "correct horse 42", is_active=False)
+    assert looked == [ada]
+
+
 def test_a_session_ends_when_staff_reset_the_password(people, admin_client):
     """Staff end all sessions of a person [...] by resetting its password in the admin."""
     here, new = signed_in(people["ada"]), "a long enough phrase 9"

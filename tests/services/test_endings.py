@@ -1,13 +1,18 @@
 """Why a turn ended, what it costs and what its person can do next: told alike on every page; and idleness."""
 
 import ast
+from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 from pathlib import Path
+from threading import Event
 
 import pytest
 from django.conf import settings
+from django.db import OperationalError, connection, transaction
 from django.test import Client
 
+from portal.live import actions
+from portal.live.messages import Release, Stop
 from portal.live.snapshot import snapshot
 from portal.live.standing import act, place_info
 from queueing import services as queue
@@ -16,10 +21,11 @@ from queueing.end_words import PLACE_ENDS, TURN_ENDS
 from queueing.models import PlaceEnd, Queue, Ticket, TicketState, Turn
 from queueing.places import standings
 from queueing.sessions import Place, session_over
-from queueing.turns import acted, idle_at
+from queueing.turns import acted, idle_at, note_act
 from robots import services
 from robots.models import Command, Lease, Robot
-from robots.states import CommandState, GrantEnd
+from robots.states import CommandState, GrantEnd, Lane
+from tests.environment import ON_POSTGRES
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 RULES = settings.FARHAND
@@ -110,7 +116,7 @@ def test_whoever_does_something_or_says_that_they_are_here_stays(driven, robot, 
         assert act(people["ada"], "stay", robot.slug, 0, clock.now()) == ""
     elif what == "stops":
         services.stop(robot, people["ada"], clock.now())
-        assert acted(robot, people["ada"], clock.now())
+        note_act(robot, people["ada"], clock.now())
     else:
         command(driven, clock, state=CommandState.COMPLETED, ended_at=clock.now())
     tick(robot, people, clock, IDLE_S)
@@ -125,6 +131,72 @@ def test_whoever_is_waiting_for_their_own_command_does_something(driven, robot, 
     assert end(driven) == ""
     Command.objects.filter(pk=running.pk).update(state=CommandState.COMPLETED, ended_at=clock.now())
     tick(robot, people, clock, IDLE_S + 1)
+    assert end(driven) == GrantEnd.IDLE
+
+
+@pytest.mark.parametrize("name", ["stop", "release"])
+@pytest.mark.parametrize("busy", ["queueing.turns.locked", "queueing.turns.Turn.objects.select_for_update"])
+def test_a_stop_is_answered_though_it_cannot_be_noted(driven, robot, people, monkeypatch, name, busy):
+    message = Stop() if name == "stop" else Release(checked=True)
+
+    def away(*_, **__):
+        raise OperationalError("locked")
+
+    monkeypatch.setattr("portal.live.actions.current_user", lambda scope: people["ada"])
+    monkeypatch.setattr(busy, away)
+    assert actions.act({}, robot.slug, message).ok
+    client = Client()
+    client.force_login(people["ada"])
+    address = client.get(f"/classic/{robot.slug}/").url
+    assert client.post(address, {"do": name, "checked": "yes"}).status_code == 302
+    robot.refresh_from_db()
+    assert robot.stop_latched is (name == "stop")
+
+
+@pytest.mark.django_db(transaction=True)
+@pytest.mark.skipif(not ON_POSTGRES, reason="one row is not locked by itself")
+@pytest.mark.parametrize("rows", [Queue, Turn])
+def test_a_stop_waits_for_no_tick(driven, robot, people, clock, rows):
+    held, done = Event(), Event()
+
+    def tick():
+        with transaction.atomic():
+            list(rows.objects.select_for_update())
+            held.set()
+            done.wait(20)
+        connection.close()
+
+    with ThreadPoolExecutor() as pool:
+        ticking = pool.submit(tick)
+        held.wait(10)
+        services.stop(robot, people["ada"], clock.now())
+        note_act(robot, people["ada"], clock.go(1))
+        held_still = not ticking.done()
+        done.set()
+        ticking.result()
+    assert held_still
+    driven.refresh_from_db()
+    assert (driven.acted_at is None) is (rows is Turn)
+
+
+def test_a_setting_given_in_mid_motion_hides_no_motion(driven, robot, people, clock):
+    running = command(driven, clock, state=CommandState.ACKNOWLEDGED)
+    command(driven, clock, state=CommandState.COMPLETED, ended_at=clock.now(), lane=Lane.CONFIG)
+    tick(robot, people, clock, IDLE_S + 1)
+    assert end(driven) == ""
+    Command.objects.filter(pk=running.pk).update(state=CommandState.COMPLETED, ended_at=clock.now())
+    tick(robot, people, clock, IDLE_S)
+    assert end(driven) == "", "counted from the end of the motion"
+
+
+@pytest.mark.parametrize("by", ["kim", None])
+@pytest.mark.parametrize("ended", [True, False])
+def test_what_others_set_meanwhile_is_no_act_of_the_operator(driven, robot, people, clock, by, ended):
+    clock.go(IDLE_S - 10)
+    state = {"state": CommandState.COMPLETED, "ended_at": clock.now()} if ended else {"state": CommandState.SENT}
+    row = command(driven, clock, lane=Lane.CONFIG, **state)
+    Command.objects.filter(pk=row.pk).update(issued_by=people.get(by))
+    tick(robot, people, clock, 11)
     assert end(driven) == GrantEnd.IDLE
 
 

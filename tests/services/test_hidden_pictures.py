@@ -118,6 +118,13 @@ def test_who_drives_now_has_the_picture_to_click_in_and_the_one_before(robot, ro
     assert [client.get(frame.url).status_code for frame in frames] == [404, 404]
 
 
+def test_nobody_passes_for_the_operator_of_an_open_turn_whose_account_is_gone(roles, frames):
+    hide(roles)
+    Turn.objects.update(user=None, ended_at=None)
+    for role in ("anonymous", "signed_in"):
+        assert [as_role(roles, role).get(frame.url).status_code for frame in frames] == [404, 404]
+
+
 def test_a_hidden_entry_is_not_deleted_for_its_pictures_would_be_shown_again(roles, frames):
     hide(roles)
     entry, client = Entry.objects.get(), as_role(roles, "superuser")

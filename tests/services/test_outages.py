@@ -199,6 +199,18 @@ def test_a_turn_is_not_ended_as_lost_or_idle_for_what_was_not_seen(driving, peop
     assert Turn.objects.get().end_reason == "idle while others wait"
 
 
+def test_a_turn_that_nobody_waits_for_goes_on_while_the_web_is_away(driving, people, portal):
+    queue.leave(driving, people["bob"], portal.clock.now())
+    end = portal.clock.now() + timedelta(seconds=120)
+    Turn.objects.update(base_until=end, until=end)
+    portal.web = False
+    portal.goes(150)
+    assert Turn.objects.get().end_reason == ""
+    portal.web = True
+    portal.goes(RULES["RECONNECT_S"] + 60, people["ada"], robot=driving)
+    assert Turn.objects.get().end_reason == ""
+
+
 def test_who_does_not_come_back_to_a_turn_loses_it(driving, people, portal):
     queue.disconnected(driving, people["ada"], portal.clock.now())
     portal.off(500)

@@ -261,3 +261,14 @@ def test_a_classic_token_is_good_once_and_spends_its_sisters(stage):
     assert tokens.spend_token(robot, people["ada"], new, clock.now()) is not None
     assert tokens.spend_token(robot, people["ada"], new, clock.now()) is None
     assert tokens.spend_token(robot, people["ada"], old, clock.now()) is None
+
+
+def test_an_open_turn_whose_account_is_gone_keeps_nobody_from_an_offer(stage):
+    robot, people, clock = stage
+    other = Robot.objects.create(slug="other", name="Other", address="sim:mercury")
+    now = clock.now()
+    grant = Grant.objects.create(robot=other, kind="turn", opened_at=now)
+    Turn.objects.create(robot=other, grant=grant, started_at=now, base_until=now, until=now, last_seen=now)
+    queue.join(robot, people["ada"], now)
+    queue.tick(now)
+    assert Ticket.objects.get().state == TicketState.OFFERED

@@ -7,13 +7,13 @@ import pytest
 from queueing import services as queue
 from queueing.errors import RobotUnavailable
 from queueing.estimates import place
-from queueing.models import Ticket, TicketState
+from queueing.models import PlaceEnd, Ticket, TicketState
 from queueing.offers import why_not_ready
 from robots import services
 from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest, NotPermitted, Stopped
 from robots.models import Command, Grant, Lease, Robot
-from robots.states import COMMAND_NEXT, CommandState, Cycle, GrantKind
+from robots.states import COMMAND_NEXT, CommandState, Cycle, GrantEnd, GrantKind
 from workers.commands import claim, finish
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
@@ -47,6 +47,23 @@ def test_the_grant_ends_with_its_command_however_it_ends(robot, people, running,
     assert Grant.objects.get().end_reason == f"soft_reset: {end}"
     in_order(robot)
     assert ready(robot) == ""
+
+
+def test_an_account_that_is_deleted_leaves_no_open_grant(robot, people, running):
+    people["kim"].delete()
+    grant = Grant.objects.get()
+    assert (grant.holder, grant.end_code, grant.end_reason) == (None, GrantEnd.UNFIT, PlaceEnd.DELETED)
+    in_order(robot)  # it may have moved
+    assert ready(robot) == ""
+
+
+def test_a_maintenance_turn_ends_with_its_account(robot, people, owned):
+    services.lock_out(robot, people["kim"], "A leaf.")
+    services.start_maintenance(robot, people["kim"])
+    people["kim"].delete()
+    assert services.open_grant(robot) is None
+    robot.refresh_from_db()
+    assert robot.cycle == Cycle.LOCKED_OUT
 
 
 def test_a_command_that_nobody_began_ends_it_too(robot, people, owned):

@@ -3,6 +3,7 @@
 from typing import Any
 
 from django.conf import settings
+from django.db import transaction
 from django.db.models.signals import pre_delete
 from django.dispatch import receiver
 
@@ -12,6 +13,8 @@ from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Ticket
 from queueing.tickets import remove
 from robots.clock import SYSTEM
 from robots.grants import end_grants_of
+from robots.models import Recording
+from robots.recordings.keeping import forget_names
 from robots.states import GrantEnd
 
 
@@ -24,3 +27,5 @@ def leave_everything(instance: Any, **_: Any) -> None:
     for job in Job.objects.filter(user=instance, state__in=OPEN_JOB):
         cancel(job, Asker(user=instance), now)
     end_grants_of(instance, PlaceEnd.DELETED, now)
+    recordings = list(Recording.objects.filter(grant__holder=instance).values_list("pk", flat=True))
+    transaction.on_commit(lambda: forget_names(recordings), robust=True)

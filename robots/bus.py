@@ -267,15 +267,17 @@ def grant_of_stop(data: bytes) -> int:
     return int(grant) if re.fullmatch(rb"[0-9]{1,18}", grant) else 0
 
 
-def send_keep_alive(slug: str, user: int, seq: int, held: bool) -> bool:
-    """Tell the owner that the operator's controls are still held, or were released."""
-    return _publish(held_channel(slug), b"%d %d %d" % (user, seq, held))
+def send_keep_alive(slug: str, command: int, held: bool) -> bool:
+    """Tell the owner that the controls of a command, named by its key, are still held, or were released."""
+    return _publish(held_channel(slug), b"held %d %d" % (command, held))
 
 
-def read_keep_alive(data: bytes) -> tuple[int, int, bool]:
-    """Return (user, sequence number, held) of a keep-alive. Raises ValueError."""
-    user, seq, held = (int(part) for part in data.split())
-    return user, seq, bool(held)
+def read_keep_alive(data: bytes) -> tuple[int, bool]:
+    """Return (command, held) of a keep-alive. Raises ValueError, also for one of an earlier version."""
+    found = re.fullmatch(rb"held ([0-9]{1,18}) ([01])", data)
+    if found is None:
+        raise ValueError("not a keep-alive")
+    return int(found[1]), found[2] == b"1"
 
 
 def watch(slug: str, what: str = "frames") -> bool:

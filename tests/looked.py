@@ -8,10 +8,9 @@ import time
 from datetime import timedelta
 from typing import Any
 
-from robots import bus, services
+from robots import bus
 from robots.clock import SYSTEM
 from robots.drivers.errors import Stopped
-from robots.grants import open_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import ONE_COMMAND, CommandState, GrantEnd, GrantKind
 from tests.conftest import wait_for
@@ -75,10 +74,10 @@ def heard(rig: Any, who: str = "ada", seconds: float = SOON_S) -> None:
     until, said = time.monotonic() + seconds, []
     while time.monotonic() < until:
         kind, args = rig.wishes.jog(1)
-        number = services.next_seq(open_grant(rig.robot))
-        bus.send_keep_alive(rig.robot.slug, rig.people[who].pk, number, False)
         try:
-            command = rig.final(rig.issue(kind, who=who, seq=number, **args))
+            command = rig.issue(kind, who=who, **args)
+            bus.send_keep_alive(rig.robot.slug, command.pk, False)
+            command = rig.final(command)
         except Stopped as error:
             said.append(str(error))
             time.sleep(0.05)

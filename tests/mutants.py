@@ -67,7 +67,7 @@ MUTANTS = (
            "            elif now - self._heard <= SILENT_S:\n", "            else:\n",
            "tests/unit/test_deadman.py::test_a_keep_alive_that_comes_too_late_brings_nothing_back"),
     Mutant(6, "a held motion that waited begins unheard", "workers/safety/deadman.py",
-           "self._heard, self._released = self._waiting.pop(who, -inf), who", "self._heard, self._released = now, who",
+           "self._heard, self._released = self._waiting.pop(which, -inf), which", "self._heard, self._released = now, which",
            "tests/services/test_held_waits.py::test_a_held_motion_that_waited_unheard_moves_nothing[1.5-pa10-jog_tool-args1]"),
     Mutant(7, "a stop travels behind the commands", "workers/safety/listen.py",
            '                    self._stop.halt("bus")\n', "                    pass\n",

@@ -24,6 +24,8 @@ from workers.safety.memory import StopLatch
 
 log = logging.getLogger(__name__)
 LIMIT_S = 180
+STOPPED = "The robot moves although it is stopped."
+RELEASED = "The robot moves although nobody has given it a command since its stop was released."
 
 
 class Handover:
@@ -71,7 +73,7 @@ class Handover:
         elif state.moving:
             # A stop outlives the turn, and its release starts no motion: until somebody gives a command, only rest
             # and picture are verified.
-            raise HardwareFault("The robot moves although it is stopped.")
+            raise HardwareFault(STOPPED if latched else RELEASED)
         if latched:
             self._restoring.put_off()  # settings are set back at the release
         else:

@@ -13,14 +13,25 @@ log = logging.getLogger(__name__)
 GONE_S = 5.0  # without a state: the robot's owner is gone; without a picture: its camera is
 BOUNDARY = b"farhand"
 TYPE = f"multipart/x-mixed-replace; boundary={BOUNDARY.decode()}"
-# A browser shows a part when it has read the head of the next: so that comes with the part, and one before the first.
+# A browser shows a part when it has read the head of the next: so that comes with the part, and one with the first. The
+# last head is followed by the last picture once more: an empty part is damage to players of films.
 HEAD = b"--" + BOUNDARY + b"\r\nContent-Type: image/jpeg\r\n\r\n"
-END = b"\r\n--" + BOUNDARY + b"--\r\n"
+END = b"\r\n--" + BOUNDARY + b"--"  # FFmpeg takes a line that ends here for the head of one more part
 
 
 def part_of(jpeg: bytes) -> bytes:
     """Return a picture as one part of an answer that has begun with `HEAD`."""
     return jpeg + b"\r\n" + HEAD
+
+
+async def ordered(parts: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    """Yield the whole answer of which these are the parts, from its first head to its end; nothing without a part."""
+    last = b""
+    async for part in parts:
+        yield part if last else HEAD + part
+        last = part
+    if last:
+        yield last.removesuffix(b"\r\n" + HEAD) + END
 
 
 class Parts(ABC):

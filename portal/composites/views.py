@@ -3,9 +3,9 @@
 `/robots/<slug>/live/<name>.mjpg`, `/robots/<slug>/camera/<number>.mjpg`, `/robots/<slug>/camera/<number>.jpg`.
 """
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from asgiref.sync import sync_to_async
@@ -19,7 +19,7 @@ from django.utils.http import http_date
 
 from portal.composites.cameras import newest, passed
 from portal.composites.drawn import drawn
-from portal.composites.parts import END, HEAD, TYPE, Parts, watchers
+from portal.composites.parts import GONE_S, TYPE, Parts, ordered, watchers
 from portal.limits.counts import AddressCount
 from portal.limits.pages import leave_room
 from portal.live.audience import audience
@@ -35,6 +35,7 @@ from robots.models import Lease, Robot
 from robots.services import newest_still
 
 ABSENT = "There is no such picture.\n"
+Still = Callable[[], Awaitable[bytes]] | None  # reads what a stream begins with
 PICTURES = Pool("pictures", 2)
 LATEST_S = 2**37  # later is no time of a picture
 NOT_KEPT = "That picture is no longer kept; ask for the newest one.\n"
@@ -63,7 +64,7 @@ async def camera(request: HttpRequest, slug: str, number: int) -> HttpResponseBa
     robot = await sync_to_async(_look)(slug)
     if robot is None or number >= robot.cameras:
         return _refused(404, ABSENT)
-    still = await PICTURES.run(_newest_still, slug) if number == 0 and robot.alive else b""
+    still = partial(PICTURES.run, _newest_still, slug) if number == 0 else None
     return _stream(request, robot, lambda: passed(slug, number), still)
 
 
@@ -133,10 +134,15 @@ def _look(slug: str) -> Looked | None:
 
 
 def _newest_still(slug: str) -> bytes:
-    """Return the robot's newest kept picture, which its first camera took; empty if there is none for everybody."""
+    """Return the robot's newest kept picture, which its first camera took; empty if there is none for everybody.
+
+    It passes for live, so one that is older than a live stream may stand still is none.
+    """
     try:
         frame = seen(newest_still(Robot.objects.get(slug=slug)), AnonymousUser())
-        return (Path(settings.MEDIA_ROOT) / frame.file).read_bytes() if frame is not None else b""
+        if frame is None or abs((SYSTEM.now() - frame.taken_at).total_seconds()) > GONE_S:
+            return b""
+        return (Path(settings.MEDIA_ROOT) / frame.file).read_bytes()
     except (OSError, Error, Robot.DoesNotExist):
         return b""
     finally:
@@ -144,7 +150,7 @@ def _newest_still(slug: str) -> bytes:
             connection.close()
 
 
-def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts], still: bytes = b"") -> HttpResponseBase:
+def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts], still: Still = None) -> HttpResponseBase:
     """Return the stream of a moving picture, or why there is none now."""
     if request.method not in ("GET", "HEAD"):
         return HttpResponse(status=405, headers={"Allow": "GET, HEAD"})
@@ -161,17 +167,16 @@ def _stream(request: HttpRequest, robot: Looked, make: Callable[[], Parts], stil
     return StreamingHttpResponse(_parts(robot.slug, make, address, still), content_type=TYPE, headers=headers)
 
 
-async def _parts(slug: str, make: Callable[[], Parts], address: str, still: bytes) -> AsyncIterator[bytes]:
+async def _parts(slug: str, make: Callable[[], Parts], address: str, still: Still) -> AsyncIterator[bytes]:
     """Count the reader from the first part to the last, whatever ends it."""
     with _addresses().one(address) as room:
         if room and watchers(slug) < settings.LIMITS["COMPOSITE_VIEWERS"]:
-            yield HEAD
             shown = make()
             with shown.watched(), audience().one(slug) as seat:
-                async for part in shown.parts(still):
+                first = await still() if still is not None else b""
+                async for part in ordered(shown.parts(first)):
                     seat.sent_bytes += len(part)
                     yield part
-    yield END
 
 
 def _refused(status: int, text: str) -> HttpResponse:

@@ -22,6 +22,7 @@ class Answer:
     code: str = ""
     changed: bool = False
     trace: bool | None = None
+    written: int = 0  # the key of a command that this request wrote; 0 for one that another had written
     extra: dict[str, Any] = field(default_factory=dict)
 
     def fields(self) -> dict[str, Any]:
@@ -50,8 +51,11 @@ def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = Fa
 
 def _command(slug: str, user: Any, message: Command) -> Answer:
     """Issue a command; the robot comes with its grant, in one query."""
-    row = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now()).command
-    return Answer(extra={"id": row.pk, "state": row.state, "grant": row.grant_id})
+    issued = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now())
+    row = issued.command
+    return Answer(
+        written=row.pk if issued.created else 0, extra={"id": row.pk, "state": row.state, "grant": row.grant_id}
+    )
 
 
 def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool) -> Answer:

@@ -9,6 +9,7 @@ import contextlib
 import json
 import logging
 from functools import cache
+from math import inf
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -46,6 +47,7 @@ from robots.models import Robot
 
 log = logging.getLogger(__name__)
 WAITING = 64
+HEARD_S = 0.1  # a page that holds its controls says so more often
 FULL = 4503
 FULL_TEXT = "As many people watch this robot as the portal can serve. This page tries again."
 ENOUGH_TEXT = "You watch robots in as many pages as one account may. Close one of them."
@@ -70,7 +72,8 @@ class RobotConsumer(Viewing):
         self._here = SYSTEM.now()  # when the page last reported
         self._plan = ""
         self._planning = asyncio.Event()
-        self._jog = 0
+        self._pressed = self._holding = 0  # the number of the held motion that is pressed; its command, once written
+        self._pressed_at = -inf  # when the page said so last
         self._held: frozenset[str] | None = None
         self._cameras: Cameras | None = None  # that the robot has
 
@@ -112,8 +115,8 @@ class RobotConsumer(Viewing):
         await super().left()
         if self.viewer is None:
             return
-        if self._jog:
-            await self._keep(self._jog, held=False)
+        if self._holding:
+            await self._keep(self._holding, held=False)
         if self.me:
             await self.orm(self._mark_left)
 
@@ -206,25 +209,47 @@ class RobotConsumer(Viewing):
                     hub().choose(self.viewer, message)
                 return
             case Keep() | Released():
-                if message.seq == self._jog:
-                    await self._keep(message.seq, held=isinstance(message, Keep))
+                await self._hear(message)
                 return
-            case Command() if self.operating and (self._held is None or message.kind in self._held):
-                self._jog = message.seq
-                await self._keep(message.seq, held=True)  # the press is the first sign that somebody holds it
         try:
             self._ask(message, sent)
         except asyncio.QueueFull:
             await self._answer(message, Answer(False, "The database is too slow now; nothing was done.", "busy"))
+            return
+        if isinstance(message, Command) and self.operating and self._is_held(message):
+            self._pressed, self._holding, self._pressed_at = message.seq, 0, SYSTEM.monotonic()
+
+    def _is_held(self, command: Command) -> bool:
+        return self._held is None or command.kind in self._held
 
     async def refuse(self, error: NotUnderstood) -> None:
         """Answer what was wrong with a request."""
         await self._tell(error.to, error.seq, Answer(False, str(error), "bad_request"))
 
-    async def _keep(self, seq: int, held: bool) -> None:
-        await URGENT.run(bus.send_keep_alive, self.slug, self.me, seq, held)
+    async def _hear(self, message: Keep | Released) -> None:
+        """Pass on that this page holds its command, or has let go; before it is written, note it for `_written`."""
+        if message.seq != self._pressed:
+            return
+        command, held = self._holding, isinstance(message, Keep)
+        self._pressed_at = SYSTEM.monotonic()
         if not held:
-            self._jog = 0
+            self._pressed = self._holding = 0
+        if command:
+            await self._keep(command, held)
+
+    async def _written(self, message: Command, command: int) -> None:
+        """Keep the held motion that this page began; its command, 0 if none was written, is known only now.
+
+        So no page keeps a motion that another began, whatever the numbers of their commands.
+        """
+        pressed = message.seq == self._pressed
+        if pressed:
+            self._pressed, self._holding = message.seq if command else 0, command
+        if command and not (pressed and SYSTEM.monotonic() - self._pressed_at > HEARD_S):
+            await self._keep(command, held=pressed)
+
+    async def _keep(self, command: int, held: bool) -> None:
+        await URGENT.run(bus.send_keep_alive, self.slug, command, held)
 
     async def _serve(self) -> None:
         """Carry out queued requests in order."""
@@ -239,8 +264,8 @@ class RobotConsumer(Viewing):
                 answer = Answer(False, OUR_FAULT, "error")
             if answer.trace is not None and self.viewer is not None:
                 await hub().trace(self.viewer, answer.trace)
-            if isinstance(message, Command) and not answer.ok and message.seq == self._jog:
-                self._jog = 0  # what was refused is not held: another page's command may have the same number
+            if isinstance(message, Command) and self._is_held(message):
+                await self._written(message, answer.written)
             await self._answer(message, answer)
 
     def planned(self, said: str) -> None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 MCAP = "application/octet-stream"
 FOR_GOOD = "private, max-age=86400, immutable"  # a slice's address names the version of its recording
 BUSY = "Other recordings are being read; try again in some seconds.\n"
+INDEX = "recording-index-2"  # kept indexes; the number changes with what is in one
 COLD, COLD_S = threading.BoundedSemaphore(), 10.0  # a whole file is read for an index: one at a time in a process
 
 
@@ -71,7 +72,7 @@ def _readable(request: HttpRequest, key: str, version: int) -> Recording:
 
 def _index(recording: Recording) -> "Index | None":
     """Return the index of a recording, kept for a while; None if too many are read now. Raises Http404."""
-    name = f"recording-index:{recording.pk}:{recording.version}"
+    name = f"{INDEX}:{recording.pk}:{recording.version}"
     kept = cache.get(name)
     if kept is None:
         if not COLD.acquire(timeout=COLD_S):
@@ -134,7 +135,8 @@ def part(request: HttpRequest, key: str, version: int, number: int) -> HttpRespo
         data = read_slice(keeping.path_of(recording), known, number, joints, channels)
     except OSError as error:
         raise Http404("The recording cannot be read.") from error
-    return HttpResponse(data, content_type=MCAP, headers={"Cache-Control": FOR_GOOD})
+    whole = len(known.places) == len(known.needs)  # else there may be more in the slice than was found
+    return HttpResponse(data, content_type=MCAP, headers={"Cache-Control": FOR_GOOD if whole else "no-store"})
 
 
 def _names(robot: Robot) -> tuple[tuple[str, ...], list[str]]:

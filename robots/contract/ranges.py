@@ -1,5 +1,7 @@
 """Ranges of numbers in words, as pages and answers give them."""
 
+from math import isfinite
+
 
 def plain(number: float) -> str:
     """Return a bound without an exponent where one may be written out: up to 12 digits."""
@@ -8,7 +10,7 @@ def plain(number: float) -> str:
 
 def readable(number: float) -> str:
     """Return a measured or given number as people read it: whole ones as they are, others to four digits."""
-    if isinstance(number, int) or number == round(number, 9) == int(number):
+    if isinstance(number, int) or not isfinite(number) or number == round(number, 9) == int(number):
         return plain(number)
     return f"{number:.0f}" if abs(number) >= 1000 else f"{number:.4g}"
 

@@ -8,7 +8,7 @@ import base64
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -43,6 +43,18 @@ class Message:
         if not isinstance(found, dict):
             raise ValueError("not an object")
         return found
+
+
+def nameless(message: Message) -> Message:
+    """Return a command's message without the handle of its operator, which earlier versions wrote; others unchanged."""
+    if message.topic != COMMANDS or b'"by"' not in message.data:
+        return message
+    try:
+        told = message.told()
+    except ValueError:
+        return message
+    told.pop("by", None)
+    return replace(message, data=_encode(told))
 
 
 def picture_told(camera: int, taken_ms: int, number: int, still: int, joints: tuple[float, ...], jpeg: bytes) -> Any:

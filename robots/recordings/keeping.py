@@ -244,6 +244,23 @@ def _first_still(path: Path, camera: int) -> int:
     return 0
 
 
+def forget_names(keys: Iterable[int]) -> None:
+    """Write again those files, of accounts that are deleted, into which an earlier version wrote the handle."""
+    for recording in Recording.objects.filter(pk__in=list(keys)):
+        with hold(recording) as row:
+            if row.shown and _names_somebody(path_of(row)):
+                _rewrite(row)
+
+
+def _names_somebody(path: Path) -> bool:
+    from robots.recordings import container, reading  # noqa: PLC0415 - see copy
+
+    try:
+        return any(container.nameless(one) is not one for one in reading.messages(path, {container.COMMANDS}))
+    except OSError:
+        return False
+
+
 def _rewrite(row: Recording) -> None:
     """Write the file of a held recording again, under a new version of its addresses; if that fails, it goes."""
     path = path_of(row)
@@ -278,7 +295,7 @@ def copy(path: Path, new: Path, wanted: Any = lambda message: True) -> int:
     try:
         for part in reading.parts(path):
             for message in filter(wanted, part.messages):
-                tape.copy(message)
+                tape.copy(container.nameless(message))
                 last, count = message.at_ns, count + 1
             if part.fault and count:  # the copy is whole, so it has to tell itself what is missing
                 tape.put(container.EVENTS, last, {"what": "fault", "text": part.fault, "level": "warning"})

@@ -27,7 +27,7 @@ COMMAND = _object(
     "A stage of a command.",
     id={"type": "integer"}, seq={"type": "integer"}, grant={"type": "integer"}, kind={"type": "string"},
     state={"type": "string"}, reason={"type": "string"}, at_ms={"type": "integer"}, result={"type": "object"},
-    progress={"type": "object"}, args={"type": "object"}, by={"type": "string"},
+    progress={"type": "object"}, args={"type": "object"},
 )  # fmt: skip
 EVENT = _object(
     "Something that was told, or that happened to the recording.",

@@ -4,17 +4,16 @@ from typing import Any
 
 from robots.contract.capabilities import Programs
 from robots.models import Command
-from robots.states import GrantKind
 
 
 def public(command: Command) -> dict[str, Any]:
-    """Return `args`, the numbers of a command, and `by`, the operator of its turn.
+    """Return `args`, the numbers of a command.
 
-    A text is left out: it may be a program that its author shares with nobody. So is who asked for a job: its page
-    names them only where they want it.
+    A text is left out: it may be a program that its author shares with nobody. So is who gave it: their page names
+    them, as long as they have an account and want it.
     """
     kept = command.grant.robot.spec().capability(Programs)
     of_program = kept is not None and command.kind == kept.kind
-    args = {} if of_program else {name: value for name, value in command.args.items() if isinstance(value, int | float)}
-    by = command.issued_by if command.grant.kind == GrantKind.TURN else None
-    return {"args": args, "by": by.get_username() if by and by.pk == command.grant.holder_id else ""}
+    return {
+        "args": {} if of_program else {n: value for n, value in command.args.items() if isinstance(value, int | float)}
+    }

@@ -13,7 +13,7 @@ from typing import Any
 from robots.contract.streams import unpack
 from robots.recordings import reading
 from robots.recordings.axis import Axis, words_of
-from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, camera_of
+from robots.recordings.container import CAMERA, COMMANDS, EVENTS, STATE, STREAM, Message, camera_of, nameless
 from robots.recordings.packets import picture_packed, state_packed
 
 SLICE_MS = 5000
@@ -105,7 +105,7 @@ def _note(index: Index, message: Message, at_ms: int) -> None:
     """Take a command or an event in, if it is one that a page can tell."""
     try:
         if message.topic == COMMANDS:
-            told = message.told()
+            told = nameless(message).told()
             if isinstance(told["id"], int) and {"kind", "state"} <= told.keys():
                 index.commands.append({"reason": "", "result": {}, **told, "after_ms": at_ms})
         elif message.topic == EVENTS:

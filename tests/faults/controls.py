@@ -26,7 +26,7 @@ class Controls(threading.Thread):
 
     def hold(self, command, seconds):
         """Hold the controls for a command once it is its turn, then release them."""
-        self._held.append((command.pk, command.issued_by_id, command.client_seq, seconds))
+        self._held.append((command.pk, seconds))
 
     def lose(self):
         """Say nothing more, as a browser does that is gone."""
@@ -48,7 +48,7 @@ class Controls(threading.Thread):
         """Send one keep-alive; return since when the command that runs is acknowledged, if it is."""
         if not self._held:
             return None
-        pk, user, seq, seconds = self._held[0]
+        pk, seconds = self._held[0]
         state = Command.objects.values_list("state", flat=True).filter(pk=pk).first()
         if state is None or state in COMMAND_FINAL:
             self._held.popleft()
@@ -56,7 +56,7 @@ class Controls(threading.Thread):
         if begun is None and state == "acknowledged":
             begun = time.monotonic()
         if not self._lost:
-            bus.send_keep_alive(self._slug, user, seq, begun is None or time.monotonic() - begun < seconds)
+            bus.send_keep_alive(self._slug, pk, begun is None or time.monotonic() - begun < seconds)
         return begun
 
     def close(self):

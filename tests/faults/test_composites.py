@@ -100,10 +100,10 @@ def part(answer):
         answer.begun = [answer.readline() for _ in range(3)] == HEAD.splitlines(keepends=True)
         assert answer.begun
     lines = [b""]
-    while lines[-1] not in (b"--farhand\r\n", b"--farhand--\r\n"):
+    while lines[-1] not in (b"--farhand\r\n", b"--farhand--"):
         lines.append(answer.readline())
         assert lines[-1], "the answer is complete"
-    if lines[-1] == b"--farhand--\r\n":
+    if lines[-1] == b"--farhand--":
         return None
     assert lines[-1] + answer.readline() + answer.readline() == HEAD
     return b"".join(lines[:-1]).removesuffix(b"\r\n")

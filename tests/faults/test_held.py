@@ -18,17 +18,17 @@ pytestmark = pytest.mark.alone  # it judges by fractions of a second
 class Holding(threading.Thread):
     """Keep-alives as the console sends them, until told to stop."""
 
-    def __init__(self, user, seq, slug="mercury"):
+    def __init__(self, command, slug="mercury"):
         super().__init__(daemon=True)
         self.slug = slug
-        self.user, self.seq, self.on = user, seq, True
+        self.command, self.on = command, True
         self.last = 0.0
         self.start()
 
     def run(self):
         while self.on:
             self.last = time.monotonic()
-            bus.send_keep_alive(self.slug, self.user, self.seq, True)
+            bus.send_keep_alive(self.slug, self.command, True)
             time.sleep(0.08)
 
     def drop(self):
@@ -55,11 +55,11 @@ def attempts(witness, what):
 def test_a_jog_goes_on_while_held_and_ends_when_released(rig, witness):
     rig.owner()
     rig.grant()
-    ada, direction = rig.people["ada"].pk, 1
+    direction = 1
     for clean in attempts(witness, "a jog that is released"):
         x = rig.sim.status()["pose"][0]
         command = rig.issue("jog", dx=direction, dy=0)
-        controls = Holding(ada, command.client_seq)
+        controls = Holding(command.pk)
 
         def state(command=command):
             return Command.objects.get(pk=command.pk).state
@@ -70,7 +70,7 @@ def test_a_jog_goes_on_while_held_and_ends_when_released(rig, witness):
         wait_for(lambda: stepped() or state() in COMMAND_FINAL, 10, "several steps")
         before = state()
         at = time.monotonic()
-        bus.send_keep_alive("mercury", ada, command.client_seq, False)
+        bus.send_keep_alive("mercury", command.pk, False)
         controls.drop()
         seconds = rest_after(rig, at, command)
         if clean():
@@ -93,7 +93,7 @@ def test_lost_controls_hold_within_half_a_second_and_says_so(rig, witness):
             break
         kind, args = rig.wishes.jog((-1) ** i)
         command = rig.issue(kind, **args)
-        controls = Holding(rig.people["ada"].pk, command.client_seq, rig.robot.slug)
+        controls = Holding(command.pk, rig.robot.slug)
         rig.moving()
         time.sleep(0.2 + 0.07 * (i % 5))
         controls.drop()
@@ -113,14 +113,14 @@ def test_a_jog_that_waited_behind_a_motion_unheard_moves_nothing(rig):
     rig.grant()
     kind, args = rig.wishes.jog(1)
     first = rig.issue(kind, **args)
-    before = Holding(rig.people["ada"].pk, first.client_seq, rig.robot.slug)
+    before = Holding(first.pk, rig.robot.slug)
     rig.moving()
     command = rig.issue(kind, **args)
-    controls = Holding(rig.people["ada"].pk, command.client_seq, rig.robot.slug)
+    controls = Holding(command.pk, rig.robot.slug)
     time.sleep(0.3)
     controls.drop()
     time.sleep(1.0)
-    bus.send_keep_alive(rig.robot.slug, rig.people["ada"].pk, first.client_seq, False)
+    bus.send_keep_alive(rig.robot.slug, first.pk, False)
     before.drop()
     assert rig.final(first).sent_at is not None
     command = rig.final(command)
@@ -129,11 +129,11 @@ def test_a_jog_that_waited_behind_a_motion_unheard_moves_nothing(rig):
 
 
 @pytest.mark.length
-def test_nobody_elses_keep_alives_count(rig):
+def test_keep_alives_of_another_command_do_not_count(rig):
     rig.owner()
     rig.grant()
     command = rig.issue("jog", dx=1, dy=0)
-    controls = Holding(rig.people["bob"].pk, command.client_seq)
+    controls = Holding(command.pk + 1)
     try:
         assert rig.final(command, 5).state == "cancelled"
     finally:
@@ -148,7 +148,7 @@ def test_a_jog_stays_on_the_sand(rig, witness):
     for clean in attempts(witness, "a jog to the edge"):
         rig.final(rig.issue("move", x=0.23, y=0.5))
         command = rig.issue("jog", dx=1, dy=0)
-        controls = Holding(rig.people["ada"].pk, command.client_seq)
+        controls = Holding(command.pk)
         try:
             command = rig.final(command, 10)
         finally:
@@ -165,7 +165,7 @@ def test_a_stop_ends_a_jog_and_is_its_reason(rig, witness):
     rig.grant()
     for clean in attempts(witness, "a jog that is stopped"):
         command = rig.issue("jog", dx=-1, dy=0)
-        controls = Holding(rig.people["ada"].pk, command.client_seq)
+        controls = Holding(command.pk)
         try:
             rig.moving()
             wait_for(lambda: bus.send_stop("mercury"), 5, "Redis takes the stop")

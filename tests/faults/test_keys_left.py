@@ -58,7 +58,9 @@ def test_queues_of_earlier_owners_go_with_their_messages_and_those_of_other_robo
         current_app.send_task(bus.WAKE_TASK, queue=queue_name("mercury", epoch), ignore_result=True, retry=False)
     for other in ("mercury-2", "mercur", "m*"):
         current_app.send_task(bus.WAKE_TASK, queue=queue_name(other, 1), ignore_result=True, retry=False)
-    assert len(bound("mercury")) == 150
+    current_app.send_task(bus.WAKE_TASK, queue=queue_name("mercury", 51), ignore_result=True, retry=False)
+    assert len(bound("mercury")) == 153
     forget_earlier("mercury", 50)
-    assert bound("mercury") == {queue_name("mercury", 50), *bindings(50)}
+    later = {queue_name("mercury", 51), *bindings(51)}  # of the next owner
+    assert bound("mercury") == {queue_name("mercury", 50), *bindings(50), *later}
     assert len(bound("mercury-2")) == len(bound("mercur")) == 3

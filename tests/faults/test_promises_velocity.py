@@ -326,7 +326,7 @@ def test_promise_09_no_velocity_outside_the_bounds_is_taken(rig, proof):
             robot=rig.robot, grant=grant, client_seq=1000 + i, issued_by=rig.people["ada"], kind="drive", args=args,
             epoch=rig.lease().epoch, created_at=now, deadline=now + services.commands.timedelta(seconds=10), limit_s=60,
         )  # fmt: skip
-        bus.send_keep_alive(rig.robot.slug, rig.people["ada"].pk, unchecked.client_seq, True)
+        bus.send_keep_alive(rig.robot.slug, unchecked.pk, True)
         bus.wake_owner(rig.robot.slug, unchecked.epoch)
         assert rig.final(unchecked, 15).state == CommandState.REJECTED, unchecked.reason
     assert rig.sim.count("motion") == before

@@ -68,7 +68,7 @@ def run(owner, command):
 def test_a_held_motion_that_waited_unheard_moves_nothing(owner, people, kind, args, silence):
     command = ask(owner, people, kind, args)
     if silence is not None:
-        owner.deadman.hear(people["ada"].pk, SEQ, True)
+        owner.deadman.hear(command.pk, True)
         wait(owner, silence)
     run(owner, command)
     assert owner.done == [], "the driver was asked for nothing"
@@ -81,7 +81,7 @@ def test_a_held_motion_that_waited_unheard_moves_nothing(owner, people, kind, ar
 def test_one_whose_controls_are_held_begins(owner, people, kind, args):
     command = ask(owner, people, kind, args)
     for _ in range(30):
-        owner.deadman.hear(people["ada"].pk, SEQ, True)
+        owner.deadman.hear(command.pk, True)
         wait(owner, 0.08)
     assert run(owner, command).state == "completed"
     assert owner.done == [kind]
@@ -92,37 +92,105 @@ def test_taps_that_were_released_while_they_waited_move_nothing(owner, people, k
     """As a stalled line delivers them: presses, keep-alives and releases together."""
     commands = [ask(owner, people, kind, args, seq) for seq in (SEQ, SEQ + 1)]
     for held in (True, True, False):
-        for seq in (SEQ, SEQ + 1):
-            owner.deadman.hear(people["ada"].pk, seq, held)
+        for command in commands:
+            owner.deadman.hear(command.pk, held)
     for command in commands:
         assert (run(owner, command).state, command.result["ended"]) == ("completed", "released")
     assert owner.done == []
 
 
-@EACH
-def test_the_press_itself_is_heard_before_its_command_is_written(robot, people, owned, monkeypatch, which, kind, args):
-    """So that the owner, who may begin at once, has heard of it."""
-    now = datetime.now(UTC)
-    services.start_grant(robot, GrantKind.TURN, now, people["ada"], now + timedelta(minutes=5))
-    monkeypatch.setattr(viewing, "current_user", lambda scope: people["ada"])
-    monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)
-    heard = []
-    monkeypatch.setattr(
-        bus, "_publish", lambda channel, data: heard.append((channel, bus.read_keep_alive(data))) or True
-    )
-    page = consumers.RobotConsumer()
-    page.slug, page.scope, page.me = robot.slug, {}, people["ada"].pk
-    page._held = frozenset({kind})
-    page._snapshot(True)
-    page._ask = lambda message, sent: heard.append(message)
-    press = Asked(kind=kind, args=args, seq=SEQ)
+class Line:
+    """What a page's socket passes on, and a database that answers when the test says so."""
 
+    def __init__(self, robot, people, monkeypatch, kind):
+        now = datetime.now(UTC)
+        services.start_grant(robot, GrantKind.TURN, now, people["ada"], now + timedelta(minutes=5))
+        monkeypatch.setattr(viewing, "current_user", lambda scope: people["ada"])
+        monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)
+        monkeypatch.setattr(bus, "_publish", lambda _, data: self.heard.append(bus.read_keep_alive(data)) or True)
+        self.heard, self.page, self.said = [], consumers.RobotConsumer(), []
+        self.page.slug, self.page.scope, self.page.me = robot.slug, {}, people["ada"].pk
+        self.page._held = frozenset({kind})
+        self.page._snapshot(True)
+        self.page.begin = lambda task: task.close()
+        self.page._answer = self.answer
+
+    async def answer(self, message, answer):
+        self.said.append(answer)
+
+    async def type(self, *messages):
+        for message in messages:
+            await self.page.take(message)
+
+
+@pytest.fixture
+def line(robot, people, owned, monkeypatch, which, kind, args):
+    people["ada"].is_superuser = True  # see `owner`
+    people["ada"].save()
+    made = Line(robot, people, monkeypatch, kind)
+    made.press = Asked(kind=kind, args=args, seq=SEQ)
+    return made
+
+
+@EACH
+@pytest.mark.parametrize(("then", "heard"), [
+    ([], [(70, True)]), ([Keep(seq=SEQ)], [(70, True)]), ([Keep(seq=SEQ + 1)], [(70, True)]),
+    ([Released(seq=SEQ)], [(70, False)]), ([Released(seq=SEQ), Keep(seq=SEQ)], [(70, False)]),
+])  # fmt: skip
+def test_controls_are_heard_as_soon_as_their_command_is_written(line, then, heard):
     async def typed():
-        for message in (press, Keep(seq=SEQ), Released(seq=SEQ), Keep(seq=SEQ)):
-            await page.take(message)
+        await line.type(line.press, *then)
+        assert line.heard == [], "nobody knows yet which command they hold"
+        await line.page._written(line.press, 70)
 
     asyncio.run(typed())
-    ada, channel = people["ada"].pk, bus.held_channel(robot.slug)
-    assert heard == [
-        (channel, (ada, SEQ, True)), press, (channel, (ada, SEQ, True)), (channel, (ada, SEQ, False))
-    ]  # fmt: skip
+    assert line.heard == heard
+
+
+@EACH
+def test_from_then_on_each_keep_alive_names_the_command(line):
+    async def typed():
+        await line.type(line.press)
+        await line.page._written(line.press, 70)
+        await line.type(Keep(seq=SEQ), Released(seq=SEQ), Keep(seq=SEQ))
+
+    asyncio.run(typed())
+    assert line.heard == [(70, True), (70, True), (70, False)]
+
+
+@EACH
+def test_controls_that_fell_silent_before_the_command_was_written_do_not_count(line):
+    async def typed():
+        await line.type(line.press)
+        line.page._pressed_at -= consumers.HEARD_S + 0.01
+        await line.page._written(line.press, 70)
+
+    asyncio.run(typed())
+    assert line.heard == []
+
+
+@EACH
+def test_a_page_whose_press_wrote_no_command_keeps_no_motion_of_another(line, robot, people, kind, args):
+    """Refused, answered with what another page wrote under the same number, or not even taken."""
+    mine, again = (services.issue(robot.slug, people["ada"], kind, args, SEQ) for _ in range(2))
+    assert (mine.created, again.created) == (True, False)
+    line.heard.clear()
+
+    async def typed():
+        await line.type(line.press, Keep(seq=SEQ))
+        await line.page._written(line.press, 0)
+        await line.type(Keep(seq=SEQ), Released(seq=SEQ))
+        while not line.page._asked.full():
+            line.page._asked.put_nowait((line.press, False))
+        await line.type(line.press, Keep(seq=SEQ))
+
+    asyncio.run(typed())
+    assert line.heard == []
+    assert line.said[-1].code == "busy" and not line.page._pressed
+
+
+@pytest.mark.parametrize("data", [b"7 3 1", b"7 3", b"held 7", b"held 7 2", b"held -7 1", b"", b"held 7 1 1"])
+def test_a_keep_alive_of_an_earlier_version_is_none(data):
+    with pytest.raises(ValueError, match="not a keep-alive"):
+        bus.read_keep_alive(data)
+    assert bus.read_keep_alive(b"held 7 1") == (7, True)

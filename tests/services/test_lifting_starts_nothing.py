@@ -1,5 +1,6 @@
 """Whatever ends a stop, a lock-out, maintenance or a fault starts no motion: a release needs a look at the picture."""
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -16,6 +17,7 @@ from robots.drivers.errors import NotPermitted
 from robots.models import Grant, Incident, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.services.lifted import World
+from workers import handover
 from workers.incidents import incident
 
 pytestmark = [
@@ -286,3 +288,18 @@ def test_a_release_after_a_look_starts_nothing_until_somebody_gives_a_command(wo
     world.goes_on(3)
     homed = list(world.robot.spec().handover)
     assert world.driver.moves[1 : 1 + len(homed)] == homed, "from now on it is homed again"
+
+
+@pytest.mark.parametrize(
+    ("release", "why"), [(None, handover.STOPPED), (by_the_admin, handover.RELEASED)], ids=["stopped", "released"]
+)
+def test_a_robot_that_moves_by_itself_is_not_offered_and_the_reason_is_true(world, monkeypatch, release, why):
+    stopped(world)
+    if release is not None:
+        release(world)
+    world.goes_on(3)
+    nobody_has(world)
+    monkeypatch.setattr(world.driver, "state", lambda: replace(world.driver.latest(), moving=True))
+    Robot.objects.update(cycle=Cycle.HANDOVER)
+    world.goes_on(3)
+    assert why in world.row.reason

@@ -93,7 +93,7 @@ def test_a_press_that_was_refused_holds_no_motion_of_another_page(robot, people,
     monkeypatch.setattr(bus, "_publish", lambda channel, data: True)
     services.issue(robot.slug, people["ada"], "up", {}, 7)
     page = consumers.RobotConsumer()
-    page.slug, page.scope, page.me, page._jog, page._asked = robot.slug, scope, people["ada"].pk, 7, asyncio.Queue()
+    page.slug, page.scope, page.me, page._pressed, page._asked = robot.slug, scope, people["ada"].pk, 7, asyncio.Queue()
     asked = Asked(kind="down", args={}, seq=7)
     answers, refused = [], actions.act(scope, robot.slug, asked)
 
@@ -113,4 +113,4 @@ def test_a_press_that_was_refused_holds_no_motion_of_another_page(robot, people,
 
     asyncio.run(served())
     assert [one.code for one in answers] == ["number_used"]
-    assert page._jog == 0
+    assert page._pressed == page._holding == 0

@@ -192,7 +192,7 @@ OWN = {
     "queueing.kinds_for", "queueing.may_cancel", "queueing.announce", "queueing.disconnected", "queueing.dismiss", "queueing.present",
     "queueing.standings", "queueing.acted", "queueing.note_act", "queueing.last_turn", "queueing.own_jobs", "queueing.made_by", "queueing.mark_seen", "queueing.unseen_jobs", "queueing.may_answer",
     "queueing.note_answered", "robots.put", "robots.held", "robots.issue_under",
-    "robots.need_staff", "robots.need_level", "robots.reaches", "robots.send_keep_alive",
+    "robots.need_staff", "robots.need_level", "robots.reaches",
 }  # fmt: skip
 
 

@@ -45,11 +45,11 @@ def test_the_text_of_a_program_that_is_not_shared_is_not_recorded(robot, people,
     kind, args = clicks.resolve(robot, ada, "program", {"program": saved.pk})
     assert args["text"] == TEXT
     (told,) = recorded(grant, command_of(grant, ada, kind, args), tmp_path / "a.mcap")
-    assert (told["args"], told["by"]) == ({}, "ada")
+    assert told["args"] == {} and "ada" not in str(told)
 
 
 def test_numbers_are_recorded_and_who_asked_for_a_job_is_not(robot, people, tmp_path):
     grant = start_grant(robot, GrantKind.JOB, SYSTEM.now())
     command = command_of(grant, people["ada"], "move", {"x": 0.25, "word": "mine"})
     (told,) = recorded(grant, command, tmp_path / "a.mcap")
-    assert (told["args"], told["by"]) == ({"x": 0.25}, "")
+    assert told["args"] == {"x": 0.25} and "ada" not in str(told)

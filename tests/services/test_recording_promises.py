@@ -6,11 +6,13 @@ import pytest
 from django.test import Client
 
 from queueing.models import Turn
-from robots.clock import SYSTEM
+from robots.clock import SYSTEM, ms_of
 from robots.models import Recording
-from robots.recordings import cleaning
+from robots.recordings import cleaning, keeping
+from robots.recordings.container import COMMANDS, Tape
+from robots.recordings.reading import messages
 from tests.services.admin_forms import as_sent, controls_of
-from tests.services.test_recordings import made, media, statuses  # noqa: F401
+from tests.services.test_recordings import addresses, made, media, statuses  # noqa: F401
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 DAY = timedelta(days=1)
@@ -70,6 +72,29 @@ def test_a_recording_whose_turn_stays_without_its_person_is_seen_as_before(roles
     admin_client.post(f"/admin/accounts/user/{turn.user_id}/delete/", {"post": "yes"})
     assert statuses(Client(), recording) == [200] * 4
     assert "Turn of Deleted account" in removed_page(recording)
+
+
+def test_the_name_goes_out_of_files_of_earlier_versions_with_the_account(
+    roles, admin_client, client, django_capture_on_commit_callbacks
+):
+    """Nothing names who gave it; the handle in files of earlier versions goes when the account is deleted."""
+    turn = Turn.objects.get()
+    handle, recording, later = turn.user.username, made(turn.grant), {"id": 1, "kind": "up", "state": "accepted"}
+    path = keeping.path_of(recording)
+    tape = Tape(path, {})
+    for told in ({**later, "by": handle, "args": {"x": 1.5}}, later):
+        tape.put(COMMANDS, ms_of(SYSTEM.now()) * 10**6, told)
+    tape.close()
+    index = client.get(addresses(recording)[2])
+    assert [(c.get("args"), "by" in c) for c in index.json()["commands"]] == [({"x": 1.5}, False), (None, False)]
+    with django_capture_on_commit_callbacks(execute=True):
+        admin_client.post(f"/admin/accounts/user/{turn.user_id}/delete/", {"post": "yes"})
+    assert [m.told() for m in messages(path)] == [{**later, "args": {"x": 1.5}}, later]
+    version, recording.version = recording.version, Recording.objects.get().version
+    assert recording.version == version + 1 and statuses(client, recording)[1:3] == [200, 200]
+    assert handle not in client.get(addresses(recording)[2]).content.decode()
+    keeping.forget_names([recording.pk])
+    assert Recording.objects.get().version == recording.version, "there is nothing more to take out"
 
 
 def test_days_are_as_the_table_of_settings_says(settings):

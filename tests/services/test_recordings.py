@@ -116,6 +116,17 @@ def test_the_recording_of_a_guests_job_is_found_by_its_address_alone(shuttle, cl
     assert statuses(client, recording) == [404, 404, 404, 404]
 
 
+def test_an_index_that_an_earlier_version_kept_empties_no_slice(roles, client):
+    recording = of_turn()
+    earlier = b'{"began_ms": 1, "ended_ms": 2, "needs": [0, 1], "cameras": [0], "pictures": 10}'
+    cache.set(f"recording-index:{recording.pk}:{recording.version}", earlier.decode(), 600)
+    answer = client.get(addresses(recording)[3])
+    assert len(answer.content) > 100 and "immutable" in answer["Cache-Control"]
+    cache.set(f"{views.INDEX}:{recording.pk}:{recording.version}", earlier.decode(), 600)
+    answer = client.get(addresses(recording)[3])
+    assert answer["Cache-Control"] == "no-store", "what may be wrong is not kept"
+
+
 def test_addresses_that_are_guessed_wrongly_or_out_of_date_are_not_found(roles, client):
     recording = of_turn()
     at = recording.get_absolute_url()

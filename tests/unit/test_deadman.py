@@ -11,18 +11,18 @@ from robots.services import START_S
 from tests.conftest import FakeClock
 from workers.safety.deadman import SILENT_S, DeadManTimer
 
-ADA, SEQ = 7, 3
+SEQ = 3  # the key of a command
 
 
 def command(seq=SEQ, limit_s=20.0):
-    return SimpleNamespace(issued_by_id=ADA, client_seq=seq, limit_s=limit_s)
+    return SimpleNamespace(pk=seq, limit_s=limit_s)
 
 
 def taken(limit_s=20.0):
     """A motion that has just begun: its press was heard."""
     clock = FakeClock()
     timer = DeadManTimer(clock)
-    timer.hear(ADA, SEQ, True)
+    timer.hear(SEQ, True)
     timer.start(command(limit_s=limit_s))
     return clock, timer
 
@@ -36,7 +36,7 @@ def test_a_keep_alive_that_comes_too_late_brings_nothing_back(pauses):
         lost = lost or pause > SILENT_S + 1e-9
         if abs(pause - SILENT_S) < 1e-6:
             return  # at the very edge either is right
-        timer.hear(ADA, SEQ, True)
+        timer.hear(SEQ, True)
         assert timer.ended == ("lost" if lost else "")
     if lost:
         with pytest.raises(ControlsReleased):
@@ -48,19 +48,19 @@ def test_a_motion_that_waited_begins_only_if_its_controls_were_heard_a_moment_ag
     """Whatever was heard before: behind another motion, the last quarter of a second counts."""
     clock, timer = FakeClock(), None
     timer = DeadManTimer(clock)
-    timer.hear(ADA, SEQ - 1, True)
+    timer.hear(SEQ - 1, True)
     timer.start(command(SEQ - 1))
     for pause in pauses:
-        timer.hear(ADA, SEQ, True)
+        timer.hear(SEQ, True)
         clock.sleep(pause)
-    timer.hear(ADA, SEQ, True)
+    timer.hear(SEQ, True)
     clock.sleep(silence)
     timer.end()
     if abs(silence - SILENT_S) < 1e-6:
         return
     timer.start(command())
     assert timer.ended == ("" if silence < SILENT_S else "lost")
-    timer.hear(ADA, SEQ, True)
+    timer.hear(SEQ, True)
     assert timer.ended == ("" if silence < SILENT_S else "lost"), "a keep-alive that comes later brings nothing back"
 
 
@@ -73,7 +73,7 @@ def test_the_press_may_come_a_little_later_than_its_command():
         slept.append(seconds)
         sleep(seconds)
         if len(slept) == 3:
-            timer.hear(ADA, SEQ, True)
+            timer.hear(SEQ, True)
 
     clock.sleep = heard_meanwhile
     timer.start(command())
@@ -93,78 +93,60 @@ def test_a_press_and_its_release_that_a_stalled_line_delivers_together_move_noth
     timer = DeadManTimer(clock)
     for seq in (SEQ, SEQ + 1, SEQ + 2):
         for _ in range(keeps):
-            timer.hear(ADA, seq, True)
-        timer.hear(ADA, seq, False)
+            timer.hear(seq, True)
+        timer.hear(seq, False)
     for seq in (SEQ, SEQ + 1, SEQ + 2):
         timer.start(command(seq))
         assert timer.ended == "released", seq
-        timer.hear(ADA, seq, True)
+        timer.hear(seq, True)
         assert timer.ended == "released", seq
         timer.end()
         clock.sleep(1.0)
 
 
-def test_somebody_elses_controls_neither_keep_nor_release_it():
+def test_controls_of_other_commands_neither_keep_nor_release_it():
     clock, timer = taken()
-    timer.hear(ADA + 1, SEQ, False)
-    timer.hear(ADA, SEQ - 1, False)
+    timer.hear(SEQ + 5, False)
+    timer.hear(SEQ - 1, False)
     assert not timer.ended
     clock.sleep(SILENT_S + 0.01)
-    timer.hear(ADA + 1, SEQ, True)
+    timer.hear(SEQ + 5, True)
     assert timer.ended == "lost"
     timer.end()
-    timer.hear(ADA + 1, SEQ + 1, True)
+    timer.hear(SEQ + 6, True)
     timer.start(command(SEQ + 1))
     assert timer.ended == "lost"
 
 
 def test_it_ends_when_released_and_when_it_has_lasted_long_enough():
     clock, timer = taken()
-    timer.hear(ADA, SEQ, False)
+    timer.hear(SEQ, False)
     assert timer.ended == "released"
     clock.sleep(START_S + 1.0)
-    timer.hear(ADA, SEQ, True)
+    timer.hear(SEQ, True)
     assert timer.ended == "released", "for as long as it runs"
     clock, timer = taken(limit_s=1.0)
     for _ in range(9):
         clock.sleep(0.1)
-        timer.hear(ADA, SEQ, True)
+        timer.hear(SEQ, True)
         assert not timer.ended
     clock.sleep(0.11)
     assert timer.ended == "long"
 
 
-def test_what_was_released_in_an_earlier_turn_does_not_end_a_motion_of_the_same_number():
-    """Numbers start again with each turn; a quick tap may be released before its motion begins."""
+def test_a_tap_that_was_released_before_its_motion_begins_ends_it_a_second_later():
     clock, timer = taken()
-    timer.hear(ADA, SEQ, False)
+    timer.hear(SEQ + 1, False)
     timer.end()
-    clock.sleep(START_S + 1.0)
-    timer.hear(ADA, SEQ, True)
-    timer.start(command())
-    assert not timer.ended
-    timer.end()
-    timer.hear(ADA, SEQ + 1, False)
     clock.sleep(1.0)
     timer.start(command(SEQ + 1))
     assert timer.ended == "released"
-
-
-def test_the_next_turn_may_begin_with_the_number_that_was_just_released():
-    clock, timer = taken()
-    timer.hear(ADA, SEQ, False)
-    assert timer.ended == "released"
-    timer.end()
-    clock.sleep(1.0)
-    timer.hear(ADA, SEQ, True)
-    timer.start(command())
-    assert not timer.ended
 
 
 def test_words_of_controls_are_forgotten():
     clock = FakeClock()
     timer = DeadManTimer(clock)
     for seq in range(1000):
-        timer.hear(ADA, seq, seq % 2 == 0)
+        timer.hear(seq, seq % 2 == 0)
         clock.sleep(1.0)
     assert len(timer._waiting) + len(timer._let_go) < 2 * START_S

@@ -5,7 +5,9 @@ import os
 import pty
 import socket
 import termios
+from pathlib import Path
 
+import av
 import pytest
 import serial
 from hypothesis import given
@@ -18,6 +20,7 @@ from robots.drivers.pa10.line import ArmLine
 from robots.drivers.rosbridge_client import Bridge
 from robots.opening import is_in_use, why_not
 from workers.cameras.source import SnapshotCamera, StreamCamera
+from workers.sound.microphone import Microphone, MicrophoneFault
 
 
 def opened(address):
@@ -115,14 +118,51 @@ def test_the_system_s_word_is_read_through_what_libraries_wrap_around_it(number,
             raise serial.SerialException("could not open port") from error
         except serial.SerialException as wrapped:
             error = wrapped
-    assert why_not(error) == WRAPPED[number]
+    assert why_not(error, "/dev/nothing") == WRAPPED[number]
     assert is_in_use(error) is (number == errno.EBUSY)
 
 
 def test_an_error_of_the_terminal_has_its_number_among_its_arguments():
-    assert why_not(termios.error(errno.ENOTTY, "Inappropriate ioctl")) == opening.NO_TTY
+    assert why_not(termios.error(errno.ENOTTY, "Inappropriate ioctl"), "/dev/nothing") == opening.NO_TTY
     assert why_not(TimeoutError("timed out")) == opening.SILENT
     assert why_not(ValueError("something odd")) == "something odd."
+
+
+def test_a_number_in_another_error_is_none_of_the_system_s():
+    for path in ("", "/dev/nothing"):
+        assert why_not(KeyError(errno.EIO), path) == "5."
+        assert why_not(ValueError(errno.EBUSY), path) == "16."
+    assert not is_in_use(ValueError(errno.EBUSY))
+
+
+@pytest.mark.parametrize(
+    "number", [errno.EIO, errno.EINVAL, errno.EAGAIN, errno.ENXIO, errno.ENODEV, errno.EBUSY, errno.EACCES]
+)
+def test_nothing_that_a_connection_raises_is_said_of_a_device(number):
+    told = why_not(OSError(number, os.strerror(number)))
+    assert told not in (opening.BROKEN, opening.NO_TTY, opening.IN_USE, opening.ABSENT, opening.NO_GROUP), told
+
+
+@pytest.mark.parametrize(("address", "words"), [
+    ("rtsp://camera.invalid/a", opening.LOST), ("http://camera.invalid/a.mjpg", opening.LOST),
+    ("tcp://camera.invalid:9000", opening.LOST), ("udp://camera.invalid:9000", opening.LOST),
+    ("tcp://127.0.0.1:0", opening.WRONG),
+])  # fmt: skip
+def test_a_stream_that_does_not_open_is_no_broken_device(address, words):
+    with pytest.raises(av.FFmpegError) as caught:
+        av.open(address, timeout=(2.0, 2.0))
+    told = why_not(caught.value)
+    assert told == words, caught.value
+    camera = StreamCamera(address)
+    try:
+        with pytest.raises(CameraFault) as said:
+            camera.grab(None)
+    finally:
+        camera.close()
+    assert str(said.value) == f"The camera does not answer: {words}"
+    if address.startswith(("http", "rtsp")):
+        with pytest.raises(MicrophoneFault, match=words):
+            Microphone(address, Path("/nowhere"))
 
 
 def test_every_sentence_says_what_to_do():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.contract.ranges import from_to, plain
+from robots.contract.ranges import from_to, plain, readable
 from robots.contract.spec import Argument, CommandKind
 from robots.contract.values import within
 from robots.drivers.errors import BadRequest
@@ -19,6 +19,15 @@ def test_a_range_is_written_without_exponents_where_it_can_be(low, high, unit, w
 def test_a_bound_survives_a_field_of_a_form():
     for bound in (0.1, 1 / 3, 16777215.0, -100.25):
         assert float(plain(bound)) == pytest.approx(bound, rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [(float("inf"), "inf"), (float("-inf"), "-inf"), (float("nan"), "nan"), (1e308, "1e+308"), (2, "2"), (2.0, "2"),
+     (0.123456, "0.1235"), (1234.56, "1235")],
+)  # fmt: skip
+def test_every_number_is_readable_even_one_that_is_none(number, words):
+    assert readable(number) == words
 
 
 @pytest.mark.parametrize(("value", "refused"), [(1, False), (2.0, False), (1.5, True), (1 + 1e-9, True)])

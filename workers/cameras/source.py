@@ -195,7 +195,7 @@ class StreamCamera:
                     self._follow(container)
             except Exception as error:  # whatever a library raises: the thread tries again, and `grab` says why
                 log.debug("a camera's stream ended", exc_info=True)
-                self._error = f": {why_not(error, self._source).rstrip('.')}"
+                self._error = f": {why_not(error, '' if '://' in self._source else self._source).rstrip('.')}"
             self._ended.wait(AGAIN_S)
 
     def _follow(self, container: Any) -> None:

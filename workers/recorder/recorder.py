@@ -201,7 +201,7 @@ class Recorder:
         self._marked = -1e9
         self._hear(one.channels())
         self._before(one)  # first: what a byte stream showed before is known from the first moment on
-        for command in Command.objects.filter(grant=grant).select_related("issued_by", "grant__robot").order_by("id"):
+        for command in Command.objects.filter(grant=grant).select_related("grant__robot").order_by("id"):
             self._tell_command(one, stage_event(command), command)
 
     @staticmethod

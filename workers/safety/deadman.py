@@ -17,20 +17,19 @@ from robots.services import START_S
 
 SILENT_S = 0.25  # together with the braking of one short step this is half a second to rest
 LOOK_S = 0.005  # between two looks for the first keep-alive
-Controls = tuple[int | None, int]  # the operator, and the sequence number of the command
 
 
 @dataclass
 class DeadManTimer:
-    """Which held motion runs, and when its last keep-alive came. Thread safe."""
+    """Which held motion runs, by the key of its command, and when its last keep-alive came. Thread safe."""
 
     clock: Clock
-    _who: Controls | None = None
+    _runs: int | None = None
     _until: float = 0.0
     _heard: float = -inf
     _released: bool = False
-    _waiting: dict[Controls, float] = field(default_factory=dict)  # last keep-alives of motions that do not run
-    _let_go: dict[Controls, float] = field(default_factory=dict)  # when their controls were released
+    _waiting: dict[int, float] = field(default_factory=dict)  # last keep-alives of motions that do not run
+    _let_go: dict[int, float] = field(default_factory=dict)  # when their controls were released
 
     def __post_init__(self) -> None:
         """Create the lock."""
@@ -41,41 +40,41 @@ class DeadManTimer:
 
         Its first keep-alive, which its press sends, may still be on its way: this waits for it, at most `SILENT_S`.
         """
-        who = (command.issued_by_id, command.client_seq)
+        which = command.pk
         latest = self.clock.monotonic() + SILENT_S
-        while (now := self.clock.monotonic()) < latest and not self._heard_of(who, now):
+        while (now := self.clock.monotonic()) < latest and not self._heard_of(which, now):
             self.clock.sleep(LOOK_S)
         with self._lock:
             self._forget(now)
-            self._who, self._until = who, now + command.limit_s
-            self._heard, self._released = self._waiting.pop(who, -inf), who in self._let_go
+            self._runs, self._until = which, now + command.limit_s
+            self._heard, self._released = self._waiting.pop(which, -inf), which in self._let_go
 
-    def _heard_of(self, who: Controls, now: float) -> bool:
-        return now - self._waiting.get(who, -inf) <= SILENT_S or who in self._let_go
+    def _heard_of(self, which: int, now: float) -> bool:
+        return now - self._waiting.get(which, -inf) <= SILENT_S or which in self._let_go
 
     def _forget(self, now: float) -> None:
-        """Forget the words of earlier turns, which used the same numbers."""
+        """Forget what was heard of motions that are over, or never began."""
         for words in (self._waiting, self._let_go):
-            for who in [who for who, at in words.items() if now - at > START_S]:
-                del words[who]
+            for which in [which for which, at in words.items() if now - at > START_S]:
+                del words[which]
 
     def end(self) -> None:
         """Note that no held motion runs any more."""
         with self._lock:
-            if self._who is not None:
-                self._let_go.pop(self._who, None)  # the next turn counts its commands from one again
-            self._who = None
+            if self._runs is not None:
+                self._let_go.pop(self._runs, None)
+            self._runs = None
 
-    def hear(self, user: int, seq: int, held: bool) -> None:
-        """Note a keep-alive (`held`), or that the controls were released."""
-        who, now = (user, seq), self.clock.monotonic()
+    def hear(self, which: int, held: bool) -> None:
+        """Note a keep-alive (`held`) of a command, or that its controls were released."""
+        now = self.clock.monotonic()
         with self._lock:
             self._forget(now)
             if not held:
-                self._let_go[who] = now
-                self._released = self._released or who == self._who
-            elif who != self._who:
-                self._waiting[who] = now
+                self._let_go[which] = now
+                self._released = self._released or which == self._runs
+            elif which != self._runs:
+                self._waiting[which] = now
             elif now - self._heard <= SILENT_S:
                 self._heard = now
 
@@ -83,7 +82,7 @@ class DeadManTimer:
     def ended(self) -> str:
         """Return why the held motion has to end: released, lost or long; empty while it may go on."""
         with self._lock:
-            if self._who is None:
+            if self._runs is None:
                 return ""
             now = self.clock.monotonic()
             if self._released:

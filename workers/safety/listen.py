@@ -47,7 +47,8 @@ class Listener:
                         if message["data"] in (b"wake", lane.name.encode()):
                             lane.wake()
                 elif channel == held:
-                    self._deadman.hear(*bus.read_keep_alive(message["data"]))
+                    with contextlib.suppress(ValueError):  # of another version; stops are heard on
+                        self._deadman.hear(*bus.read_keep_alive(message["data"]))
                 elif self._grants.stop_counts(bus.grant_of_stop(message["data"])):
                     self._stop.halt("bus")
         except (redis.RedisError, OSError, ValueError):

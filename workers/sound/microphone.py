@@ -62,7 +62,8 @@ class Microphone:
         try:
             self._source = av.open(place, format=form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
         except (av.FFmpegError, OSError, ValueError) as error:
-            raise MicrophoneFault(f"{SILENT.rstrip('.')}: {why_not(error)}") from error
+            told = why_not(error, place if form == "alsa" else "")
+            raise MicrophoneFault(f"{SILENT.rstrip('.')}: {told}") from error
         if not self._source.streams.audio:
             self.close()
             raise MicrophoneFault("There is no sound at the address of the robot's microphone.")

@@ -92,7 +92,7 @@ class HostLine:
                 **({"exclusive": True} if self._local else {}),
             )  # fmt: skip
         except Exception as error:  # also termios.error, of an adapter that vanishes while it is opened
-            fault = LineBusy if is_in_use(error) else LineGone
+            fault = LineBusy if self._local and is_in_use(error) else LineGone
             named = "serial port" if self._local else "line"
             told = why_not(error, self._url if self._local else "")
             raise fault(f"The robot's {named} cannot be opened: {told}") from error

@@ -88,7 +88,7 @@ export class Jog<Direction> {
     const away = document.hidden || this.pad.closest("[hidden]") !== null;
     if (away) this.pads.forget();
     const direction = this.pads.read(away ? [] : gamepads()).map((pad) => this.jogging.stick(pad)).find((d) => d !== null) ?? null;
-    if (this.hint) say(this.hint, [this.advice, this.pads.why].filter(Boolean).join(". "));
+    if (this.hint) say(this.hint, this.pads.why || this.advice); // its place is as high as the longest of these
     if (this.by === "pad" && !direction) this.end("pad");
     else if (direction && !this.seq && document.hasFocus() && performance.now() - this.last > 250) this.begin(direction, "pad");
   }

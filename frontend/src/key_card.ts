@@ -1,4 +1,4 @@
-/** The list of keys: it lies beside the picture, nothing moves for it, and all keys work while it is open. */
+/** The list of keys: nothing moves for it, all keys work while it is open, and it makes way for the release of a stop. */
 import { byId } from "./svg.ts";
 
 const card = byId<HTMLDialogElement>("keys");
@@ -12,6 +12,7 @@ function toggle(): void {
 opener.addEventListener("click", toggle);
 opener.setAttribute("aria-expanded", "false");
 new MutationObserver(() => opener.setAttribute("aria-expanded", String(card.open))).observe(card, { attributeFilter: ["open"] });
+new MutationObserver(() => byId("release").hidden || card.close()).observe(byId("release"), { attributeFilter: ["hidden"] });
 byId("stage").addEventListener("keydown", (event) => {
   const field = (event.target as HTMLElement).closest("input, textarea, select, [contenteditable]");
   if (event.key !== "?" || field || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -322,12 +322,15 @@ export class RobotPage {
     text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
     text("watchers", this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`);
     text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
+    const who = byId("operator").parentElement as HTMLElement;
+    who.title = who.textContent ?? ""; // a narrow window cuts it
     this.place.draw(s, this.live.now(), f.lineUp);
     this.suspended.draw(s, f.lineUp);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;
     byId("release").hidden = !(s.stopped || f.state?.stopped) || !s.me.can.stop;
     text("stop-said", unconfirmed(s.stop, f.now) ? "Stop is pressed" : "The robot is stopped");
     text("why", blocked(f) || (this.console?.advice(f) ?? ""));
+    byId("why").title = byId("why").textContent ?? "";
     this.console?.draw(f);
   }
 

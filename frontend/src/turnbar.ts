@@ -55,10 +55,11 @@ class TurnBar {
     setInterval(() => this.draw(), 500);
   }
 
-  /** What stands at the foot of the page makes room for the bar; one about idleness lies over the page's head. */
+  /** The page makes room for the bar at its foot; below one about idleness, over its head, comes what else lies there. */
   private measure(): void {
-    const height = this.bar.dataset["state"] === "idle" ? 0 : this.bar.offsetHeight;
-    document.documentElement.style.setProperty("--bar-height", `${height}px`);
+    const idle = this.bar.dataset["state"] === "idle", height = this.bar.offsetHeight;
+    document.documentElement.style.setProperty("--bar-height", `${idle ? 0 : height}px`);
+    document.documentElement.style.setProperty("--idle-height", `${idle ? height : 0}px`);
   }
 
   private draw(): void {
@@ -78,7 +79,7 @@ class TurnBar {
       this.bar.dataset["state"] = state;
       this.measure();
     }
-    show(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now, this.own), ...badge(first)] : []);
+    show(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))] : []);
     show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
     const paused = first?.state === "waiting" && this.teller.paused ? ["Sound paused. Press Sound to hear when it is your turn."] : [];
     say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));

@@ -84,6 +84,10 @@ def test_a_recording_is_played_and_moved_in_time_by_mouse_and_keyboard(portal, v
     page.goto(recording.turn.get_absolute_url())
     page.get_by_role("link", name="Replay").click()
     shows(page, 0)
+    for wide in (390, 600, 735):
+        page.set_viewport_size({"width": wide, "height": 844})
+        assert page.evaluate("document.documentElement.scrollWidth") <= wide
+    page.set_viewport_size({"width": 1280, "height": 860})
     play, bar = page.locator("#replay-play"), page.locator("#replay-at")
     play.click()
     expect(play).to_have_text("Pause")

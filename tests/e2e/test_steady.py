@@ -16,7 +16,7 @@ from tests.e2e.drawn import settle
 from tests.faults.proxy import Proxy
 from tests.rig import free_port
 
-SIZES = pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=["desktop", "phone"])
+SIZES = pytest.mark.parametrize("size", [(1440, 900), (820, 1180), (390, 844)], ids=["desktop", "tablet", "phone"])
 ROBOTS = pytest.mark.parametrize("which", ["mercury", "pa10"])
 # what can be pressed and is in view, and where it is
 NOTE = """() => { window.noted = [...document.querySelectorAll("main button, main a[href], main input, main select, main summary, main [tabindex='0']")]
@@ -29,6 +29,16 @@ MOVED = """() => [...(scrollY === scrolled ? [] : [`the page: ${scrolled} to ${s
   const far = Math.max(...["x", "y", "width", "height"].map((name) => Math.abs(is[name] - was[name])));
   return e.isConnected && e.checkVisibility() && far > 0.5 ? [`${e.outerHTML.slice(0, 90)}: ${was.x},${was.y} to ${is.x},${is.y}`] : [];
 })]"""
+
+# which of these are shown and have a point in common with the first
+OVERLAPS = """([first, ...others]) => {
+  const a = document.querySelector(first).getBoundingClientRect();
+  return others.filter((one) => [...document.querySelectorAll(one)].some((e) => {
+    const b = e.getBoundingClientRect();
+    return e.checkVisibility() && a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+  }));
+}"""
+PICTURES = ("#screen", ".model", ".map")
 
 
 @pytest.fixture
@@ -87,6 +97,7 @@ def test_stop_and_what_is_said_of_it_move_nothing(watching, size, which):
         expect(page.locator("#release")).to_be_visible()
         expect(page.locator("#banner")).to_contain_text("not confirmed", timeout=10_000)
     one.axe("stopped")
+    assert page.evaluate(OVERLAPS, ["#release", *PICTURES[: 1 if size[0] < 500 else 3], "[data-command=stop]"]) == []
     release = page.locator("[data-command=release]")
     expect(release).to_be_in_viewport(ratio=1)
     with still(one):
@@ -121,11 +132,12 @@ def test_a_fault_moves_nothing(watching, portal, size, which, drives):
     one = watching(which, size, drives)
     robot = portal.robots[which]
     with still(one):
-        why = "Its line says nothing: is the robot switched on, and its cable plugged in?"
-        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.FAULT, reason=why)
+        why = "Its line says nothing: is the robot switched on, and its cable plugged in? " * 3
+        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.FAULT, reason=why.strip())
         announce(queue.queue_of(robot))
         expect(one.page.locator("#state")).to_have_text("Faulty")
-        assert one.page.inner_text("#why-state") == why or drives
+        assert one.page.inner_text("#why-state") == why.strip() or drives
+        assert one.page.evaluate(OVERLAPS, ["#why-state", "#screen", "#stage"]) == []
     with still(one):
         Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.READY, reason="")
         announce(queue.queue_of(robot))
@@ -167,11 +179,62 @@ def test_the_list_of_keys_moves_nothing_and_hides_no_picture(watching, size, whi
         expect(page.locator("#keys")).to_be_visible()
     expect(page.locator("#keys")).to_be_in_viewport(ratio=0.9)
     one.axe("the list of keys")
+    for share in (0, 0.5):
+        page.evaluate("(share) => scrollTo(0, share * document.documentElement.scrollHeight)", share)
+        settle(page)
+        covered = page.evaluate(
+            OVERLAPS, ["#keys", "#screen", "[data-command=stop]", "#place .timer", "[data-do=leave]"]
+        )
+        assert covered == [], share
+    page.evaluate("() => scrollTo(0, 0)")
+    settle(page)
     with still(one):
         page.keyboard.press("Escape")
         expect(page.locator("#keys")).to_be_hidden()
     assert page.evaluate("document.activeElement.id") == "screen"
     assert not services.stop_shown(portal_robot(which), SYSTEM.now()), "Escape closes the list, and no more"
+    page.keyboard.press("?")
+    page.keyboard.press("s")
+    expect(page.locator("#release")).to_be_visible()
+    expect(page.locator("#keys")).to_be_hidden()
+
+
+@ROBOTS
+@SIZES
+def test_a_gamepad_and_many_people_move_nothing(watching, size, which):
+    page = (one := watching(which, size)).page
+    if which == "pa10":
+        page.evaluate("document.getElementById('tab-position').click()")
+        page.locator("#tool-jog").scroll_into_view_if_needed()
+        settle(page)
+    else:
+        page.locator("#jog").scroll_into_view_if_needed()
+        settle(page)
+    with still(one):
+        page.evaluate("""() => { navigator.getGamepads = () =>
+          [{ id: "A pad", index: 0, mapping: "", connected: true, axes: [0, 0, 0, 0, 0, 0], buttons: [] }]; }""")
+        expect(page.locator("#tool-jog:visible .hint, #jog:visible .hint")).to_contain_text(
+            "only the left stick counts"
+        )
+    page.evaluate("() => scrollTo(0, 0)")
+    settle(page)
+    with still(one):
+        page.evaluate(
+            "() => { document.getElementById('watchers').textContent = ', with 1234 others who watch, ' + 'and more'.repeat(9); }"
+        )
+
+
+def test_the_bar_about_idleness_is_one_low_line_and_the_banner_comes_below_it(watching):
+    page = watching("mercury", (390, 844)).page
+    page.evaluate("""() => { const bar = document.getElementById("turnbar"); bar.hidden = false; bar.dataset.state = "idle";
+      bar.innerHTML = `<div class="turnbar-in"><p class="turnbar-words"><b>Your turn ends in</b><span class="turnbar-timer">20 s</span>
+        <span>because nothing was done.</span></p><div class="turnbar-do"><button class="button primary">I'm here</button></div></div>`; }""")
+    settle(page)
+    assert page.locator("#turnbar").bounding_box()["height"] < 70
+    assert page.evaluate("""() => { const banner = document.getElementById("banner"); banner.hidden = false;
+      banner.textContent = "Connection lost"; scrollTo({ top: 400, behavior: "instant" });
+      const low = banner.getBoundingClientRect().top, { bottom } = document.getElementById("turnbar").getBoundingClientRect();
+      return low >= bottom - 1; }""")
 
 
 def portal_robot(driver):

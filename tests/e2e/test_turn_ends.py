@@ -19,6 +19,10 @@ BAR, ALERT = "#turnbar", "[role=alert][aria-live=assertive]"
 WHERE = (
     "() => ['#screen', '[data-command=stop]', '#place'].map((s) => document.querySelector(s).getBoundingClientRect().y)"
 )
+# where the banner would be on a page that has been scrolled
+BANNER = """() => { const banner = document.getElementById("banner"), was = scrollY;
+  banner.hidden = false; scrollTo({ top: 400, behavior: "instant" });
+  const { top } = banner.getBoundingClientRect(); banner.hidden = true; scrollTo({ top: was, behavior: "instant" }); return top; }"""
 
 
 @pytest.fixture
@@ -59,6 +63,9 @@ def test_who_does_nothing_is_asked_in_time_and_stays_by_the_keyboard(portal, dri
     assert page.evaluate(WHERE) == before, "nothing is pushed around"
     expect(page.locator(ALERT)).to_contain_text("because nothing was done")
     assert bar.bounding_box()["y"] == 0, "it lies over the head of the page, not beside Stop"
+    assert bar.bounding_box()["height"] < 70, "one line, the button beside the words"
+    expect(bar.locator(".simulated")).to_have_count(0)
+    assert page.evaluate(BANNER) >= bar.bounding_box()["height"] - 1
     page.locator("#screen").focus()
     page.keyboard.press("Shift+Tab")
     expect(page.get_by_role("button", name="I'm here")).to_be_focused()

@@ -16,7 +16,7 @@ class End:
 
 
 WHOLE = "In the fair share of turns, {used} count as your use of the robot."
-CUT = "Only the {used} that you had count as your use; the rest of the turn costs you nothing. No place is kept for you."
+CUT = "Only the {used} that you had count as your use; the rest of it costs you nothing. No place is kept for you."
 FREE = "It costs you nothing."
 JOIN = "You can join the queue again."
 LATER = "You can join the queue now; turns go on when staff open the robot again."

@@ -19,7 +19,7 @@ from robots.states import Cycle
 SURVEY = (
     ("How easy was it to do with the robot what you wanted?", "scale", "", "hard", "easy"),
     ("Did it feel as if you were there?", "scale", "", "not at all", "very much"),
-    ("Do you believe that the robot is real?", "choice", "Yes\nNo\nNot sure", "", ""),
+    ("Did you feel that you moved a real thing?", "choice", "Yes\nNo\nNot sure", "", ""),
     ("What would you use a robot on the web for?", "text", "", "", ""),
 )
 LAYOUT = "Pleasing and easy to use\nEasy to use, not pleasing\nHard to use"

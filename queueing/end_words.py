@@ -15,11 +15,11 @@ class End:
     next: str
 
 
-WHOLE = "It counts as {used} of use."
-CUT = "Only the {used} that you had count as use; the rest of the turn costs you nothing. No place is kept for you."
+WHOLE = "In the fair share of turns, {used} count as your use of the robot."
+CUT = "Only the {used} that you had count as your use; the rest of it costs you nothing. No place is kept for you."
 FREE = "It costs you nothing."
 JOIN = "You can join the queue again."
-LATER = "You can join the queue now; it goes on when staff open the robot again."
+LATER = "You can join the queue now; turns go on when staff open the robot again."
 ASK = "You cannot join the queue until staff allow it; ask them."
 
 TURN_ENDS: dict[GrantEnd, End] = {

@@ -46,6 +46,7 @@ export class Live {
   private socket: WebSocket | null = null;
   private tries = 0;
   private retry = 0;
+  private full = false; // too many watch: the next attempt keeps its pause
   private pings = new Map<number, number>();
   private count = 0;
   private pinged = 0;
@@ -74,7 +75,7 @@ export class Live {
     this.beat();
     setInterval(() => this.watch(), 250);
     addEventListener("offline", () => this.probe());
-    addEventListener("online", () => (this.up ? this.probe() : this.open()));
+    addEventListener("online", () => (this.up ? this.probe() : this.full || this.open()));
     addEventListener("pageshow", ({ persisted }) => persisted && this.wake());
     document.addEventListener("visibilitychange", () => document.hidden || this.wake());
     document.addEventListener("resume", () => this.wake()); // after the browser froze the page
@@ -150,7 +151,7 @@ export class Live {
 
   private use(socket: WebSocket): void {
     this.socket = socket;
-    this.known = false;
+    this.known = this.full = false;
     socket.onmessage = (event) => this.receive(event.data as string | ArrayBuffer);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
@@ -159,7 +160,8 @@ export class Live {
       this.none = event.code === 4404;
       if (this.none) return;
       if (event.code === 4401 || event.code === 4403 || event.code === FULL) this.handlers.message({ t: "notice", text: event.reason, level: "warning" });
-      const pause = (event.code === FULL ? FULL_MS : Math.min(8000, 400 * 2 ** this.tries++)) * (0.5 + Math.random());
+      this.full = event.code === FULL;
+      const pause = (this.full ? FULL_MS : Math.min(8000, 400 * 2 ** this.tries++)) * (0.5 + Math.random());
       this.retry = window.setTimeout(() => this.open(), pause);
     };
   }
@@ -262,7 +264,7 @@ export class Live {
   /** The page is seen or runs again: its socket may have died without a word, or wait for its next attempt. */
   private wake(): void {
     const state = this.socket?.readyState;
-    if (this.none || state === WebSocket.CONNECTING) return;
+    if (this.none || this.full || state === WebSocket.CONNECTING) return;
     if (state !== WebSocket.OPEN) {
       this.set(false);
       this.tries = 0;

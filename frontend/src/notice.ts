@@ -9,13 +9,16 @@ export class Notice {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private refused: (() => string) | null = null;
   private since = 0;
+  private holds: (() => boolean) | undefined;
 
   constructor(box: HTMLElement) {
     this.box = box;
   }
 
-  show(words: string, level: string): void {
+  /** `holds`: whether the words still say something new; asked again and again. */
+  show(words: string, level: string, holds?: () => boolean): void {
     this.refused = null;
+    this.holds = holds;
     this.since = performance.now();
     say(this.box, words);
     this.box.className = `notice ${level}`;
@@ -33,6 +36,7 @@ export class Notice {
   hide(): void {
     this.box.hidden = true;
     this.refused = null;
+    this.holds = undefined;
   }
 
   /** Something else was chosen or given: what was refused before is over. */
@@ -42,6 +46,7 @@ export class Notice {
 
   /** Called again and again. */
   draw(): void {
+    if (this.holds?.() === false) this.hide();
     if (this.refused && performance.now() - this.since > LEAST_MS && this.refused() !== this.box.textContent) this.hide();
   }
 }

@@ -262,8 +262,9 @@ export class RobotPage {
       const said = m.to === "stop" && this.stopPress.answered(m.ok);
       if (!m.ok && m.to === "command") this.ladder.refuse(this.seqGrant, m.seq ?? 0, m.text, this.live.now());
       if (m.ok) this.settle();
-      if (m.text && !said && m.ok) this.notice(m.text, "info");
-      else if (m.text && !said) this.refuse(() => m.text);
+      const checked = byId<HTMLInputElement>("checked"), unchecked = m.to === "release" && !checked.checked;
+      if (m.text && !said && m.ok) this.notices.show(m.text, "info", m.to === "stop" ? () => byId("release").hidden === true : undefined);
+      else if (m.text && !said) this.refuse(() => (unchecked && checked.checked ? "" : m.text));
     } else if (m.t === "notice") this.notice(m.text, m.level);
     else if (m.t === "plan") this.onPlan?.(m);
     else if (m.t === "trace") this.trace?.add(m);
@@ -319,11 +320,13 @@ export class RobotPage {
     this.page.classList.toggle("operating", s.me.can.drive);
     text("state", s.robot.label);
     text("why-state", s.robot.why);
-    text("operator", s.operator ? `${s.operator} drives` : "Nobody drives");
+    const driven = s.operator ? `${s.operator} drives` : s.robot.turns === false ? "" : "Nobody drives";
+    text("operator", driven);
     text("watchers", this.watchers === null || s.replay ? "" : `, ${watcherWords(this.watchers, s.me.can.drive)}`);
-    text("queue", s.queue === 0 ? "nobody waits" : `${s.queue} waiting`);
+    text("queue", s.queue === 0 ? (driven ? "nobody waits" : "Nobody waits") : `${s.queue} waiting`);
     const who = byId("operator").parentElement as HTMLElement;
-    who.title = who.textContent ?? ""; // a narrow window cuts it
+    const rest = `${byId("queue").textContent}${byId("watchers").textContent}`;
+    who.title = driven ? `${driven}, ${rest}` : rest; // a narrow window cuts it
     this.place.draw(s, this.live.now(), f.lineUp);
     this.suspended.draw(s, f.lineUp);
     byId("controls").hidden = !s.me.can.drive && !s.me.can.stop;

@@ -16,6 +16,9 @@ export class Teller {
   private last = new Map<string, number>();
   private known = new Set<string>();
   private wantsSound = false;
+  /** Whether the browser has played on this page. */
+  ran = false;
+  private asked = false; // its button was pressed since it last played
   private polite: HTMLElement;
   private assertive: HTMLElement;
   private chimes = 0; // a later chime takes the place of one that still waits
@@ -43,9 +46,17 @@ export class Teller {
     return this.sound && this.audio?.state !== "running";
   }
 
+  /** The button for the sound was pressed: resume what is paused; where that did not help, switch it off. */
+  press(): void {
+    const on = !this.sound || (this.paused && !this.asked);
+    this.asked = on;
+    this.sound = on;
+  }
+
   /** Announce what is new, the most urgent first; called at each change and every half second. */
   tell(places: readonly Standing[], now: number, own: string): void {
     const [first] = places;
+    if (this.audio?.state === "running") [this.ran, this.asked] = [true, false];
     this.wantsSound = places.some((p) => p.state === "waiting" || p.state === "offered");
     const title = mark(first, own) + this.title;
     if (document.title !== title) document.title = title;

@@ -81,7 +81,7 @@ class TurnBar {
     }
     show(this.words, this.leaving ? LEAVE_WORDS : first ? [...wordsOf(first, now, this.own), ...(first.idles && first.robot === this.own ? [] : badge(first))] : []);
     show(this.buttons, this.leaving ? LEAVE_BUTTONS : first ? this.buttonsOf(first) : []);
-    const paused = first?.state === "waiting" && this.teller.paused ? ["Sound paused. Press Sound to hear when it is your turn."] : [];
+    const paused = first?.state === "waiting" && this.teller.paused ? [`${this.teller.ran ? "Sound paused. " : ""}Press Sound to hear when it is your turn.`] : [];
     say(this.also, this.leaving ? "" : [...rest.map((p) => short(p, now)), ...paused].join(" "));
   }
 
@@ -119,7 +119,7 @@ class TurnBar {
       if (wanted === "go") leaving?.go();
       return;
     }
-    if (wanted === "sound") this.teller.sound = this.teller.paused || !this.teller.sound;
+    if (wanted === "sound") this.teller.press();
     else if (wanted === "notify") await this.notify();
     else await this.carryOut(wanted as Wanted);
     this.draw();

@@ -53,7 +53,7 @@ export function waitSaid(wait: readonly [number, number] | null): string {
 
 /** How many requests wait, of people and for jobs. */
 export function waitingSaid(count: number): string {
-  return count === 0 ? "Nobody waits." : count === 1 ? "One waits." : `${count} wait.`;
+  return count === 0 ? "Nobody waits." : `${count} in the queue.`;
 }
 
 /** When something was, by this browser's clock: the time, and the day unless it is today. */

@@ -25,7 +25,7 @@ test("a cleared map is read with why and when", () => {
   assert.deepEqual([earlier.map.number, [...earlier.map.spots]], [12, [[7, { x: 1, y: -0.5 }]]]);
   assert.equal(
     endOf(earlier, "14:05"),
-    "Map 12 ended at 14:05, because it was 11 minutes old and nobody's goal waited; a new map was begun. As in its paper, the robot begins a new map every 10 to 20 minutes.",
+    "Map 12 ended at 14:05, because it was 11 minutes old and nobody's goal waited; a new map was begun. As in its paper, the robot begins a new map after 10 to 20 minutes outside its dock.",
   );
   assert.equal(endOf(earlierOf(packet(2, 60))!, "14:05"), "Map 12 ended at 14:05, because staff cleared it; a new map was begun.");
   assert.match(endOf(earlierOf(packet(3, 60))!, "14:05"), /could not be read/);

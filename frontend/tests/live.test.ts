@@ -238,3 +238,14 @@ test("a page that is seen again does not wait for the pause between two attempts
   }
   assert.equal(sockets.length, before + 1);
 });
+
+test("a page that was told that too many watch keeps its pause, also when it is looked at", () => {
+  page();
+  pass(50);
+  sockets[0]!.readyState = CLOSED;
+  sockets[0]!.end(4503);
+  for (const name of ["visibilitychange", "online"]) happens(name);
+  assert.equal(sockets.length, 1);
+  pass(31_000);
+  assert.ok(sockets.length > 1, "after its pause it tries again");
+});

@@ -172,3 +172,27 @@ test("the end of a turn is said once with its reason, and by a notification to w
   assert.match(document.title, /^! Turn over /);
   Object.assign(document, { hidden: false });
 });
+
+test("where the browser never plays, a second press of the sound's button switches it off", () => {
+  state = "suspended";
+  const { teller } = page();
+  teller.tell([place("waiting", 0)], NOW, "");
+  assert.equal(teller.ran, false, "nobody has heard anything that could be paused");
+  const heard = [1, 2, 3].map(() => {
+    teller.press();
+    teller.tell([], NOW, "");
+    return teller.sound;
+  });
+  assert.deepEqual(heard, [true, false, true]);
+});
+
+test("a press resumes a sound that was heard and is paused, each time", () => {
+  obeys = true;
+  const { teller } = page();
+  for (let i = 0; i < 2; i++) {
+    state = "suspended";
+    teller.press();
+    teller.tell([], NOW, "");
+    assert.deepEqual([teller.sound, teller.paused, teller.ran], [true, false, true]);
+  }
+});

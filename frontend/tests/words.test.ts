@@ -48,5 +48,5 @@ test("no wait is said with a zero, a fraction, a range of one or more precisely 
 });
 
 test("nobody, one and several wait", () => {
-  assert.deepEqual([0, 1, 2].map(waitingSaid), ["Nobody waits.", "One waits.", "2 wait."]);
+  assert.deepEqual([0, 1, 2].map(waitingSaid), ["Nobody waits.", "1 in the queue.", "2 in the queue."]);
 });

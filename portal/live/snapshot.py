@@ -48,7 +48,7 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
         return "offline", "Offline", "Its worker does not answer and is restarted automatically. Places are kept."
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."
-    if robot.stop_latched and robot.cycle in (Cycle.READY, Cycle.OFFERED):
+    if robot.stop_latched:
         return "stopped", "Stopped", STOPPED
     grant = open_grant(robot) if robot.cycle in (Cycle.READY, Cycle.OFFERED) else None
     if grant is not None and grant.kind in BY_ITSELF:

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from queueing.models import Job
+from robots.contract.capabilities import JobChoices
 from robots.contract.ranges import readable
 from robots.grants import INTERRUPTED
 from robots.models import Command
@@ -28,7 +29,10 @@ def asked(job: Job, texts: bool) -> list[tuple[str, str]]:
 
     `texts`: what people wrote too, which only its asker and staff see.
     """
-    return list(_valued(job.args, _units(job), texts))
+    units = _units(job)
+    labels = _labels(job)
+    shown = {name: value for name, value in job.args.items() if labels.get(name) != ""}
+    return [(labels.get(name, name), value) for name, value in _valued(shown, units, texts)]
 
 
 def stages(command: Command) -> list[Stage]:
@@ -89,6 +93,17 @@ def _units(job: Job) -> dict[str, str]:
     return {channel.name: channel.unit for channel in spec.channels} | {
         argument.name: argument.unit for argument in (kind.arguments if kind else ())
     }
+
+
+def _labels(job: Job) -> dict[str, str]:
+    """Return what each argument is called; empty for a number of the robot's own, where people choose by words."""
+    try:
+        spec = job.robot.spec()
+    except LookupError:
+        return {}
+    kind = spec.command(job.kind)
+    by_words = any(one.kind == job.kind for one in spec.all_of(JobChoices))
+    return {a.name: "" if by_words and a.whole else a.label or a.name for a in (kind.arguments if kind else ())}
 
 
 def _valued(values: Mapping[str, Any], units: Mapping[str, str], texts: bool) -> Iterator[tuple[str, str]]:

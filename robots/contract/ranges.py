@@ -2,6 +2,8 @@
 
 from math import isfinite
 
+NOTHING = 5e-7  # a measured number below this is the rest of a calculation: half a micrometre, or microradian
+
 
 def plain(number: float) -> str:
     """Return a bound without an exponent where one may be written out: up to 12 digits."""
@@ -12,6 +14,8 @@ def readable(number: float) -> str:
     """Return a measured or given number as people read it: whole ones as they are, others to four digits."""
     if isinstance(number, int) or not isfinite(number) or number == round(number, 9) == int(number):
         return plain(number)
+    if abs(number) < NOTHING:
+        return "0"
     return f"{number:.0f}" if abs(number) >= 1000 else f"{number:.4g}"
 
 

@@ -95,6 +95,7 @@ def test_stop_and_what_is_said_of_it_move_nothing(watching, size, which):
     with still(one):
         press(page, page.locator("[data-command=stop]"))
         expect(page.locator("#release")).to_be_visible()
+        expect(page.locator("#notice")).to_be_hidden(timeout=1000)
         expect(page.locator("#banner")).to_contain_text("not confirmed", timeout=10_000)
     one.axe("stopped")
     assert page.evaluate(OVERLAPS, ["#release", *PICTURES[: 1 if size[0] < 500 else 3], "[data-command=stop]"]) == []
@@ -104,6 +105,7 @@ def test_stop_and_what_is_said_of_it_move_nothing(watching, size, which):
         press(page, release)
         expect(page.locator("#notice")).to_contain_text("Look at the newest picture")
     page.check("#checked")
+    expect(page.locator("#notice")).to_be_hidden(timeout=4000)
     release.focus()
     with still(one):
         release.press("Enter")

@@ -254,6 +254,7 @@ def test_after_every_end_each_page_says_why_what_it_costs_and_what_is_next(drive
     client = Client()
     client.force_login(ada)
     page = client.get(driven.get_absolute_url()).content.decode()
+    assert f"UTC: {driven.end_reason}" not in page, "the page says once why"
     for text in (told["why"], told["credited"], told["next"]):
         assert text.replace("'", "&#x27;") in page
     assert told["why"].replace("'", "&#x27;") in client.get("/me/").content.decode()

@@ -52,11 +52,15 @@ def test_a_place_is_chosen_by_where_it_lies_and_the_map_is_the_present_one(shown
     assert not re.search(r"16777216|experience</label|>Map<", page), "no numbers that only the robot knows"
     found = options(guest)
     assert [words for _, words in found] == [
-        "Top left (-1.0 m right, 2.0 m up)", "Bottom (0.0 m right, 0.0 m up)", "Bottom right (1.0 m right, 0.0 m up)",
+        "Top left (0.0 m from the left, 2.0 m from the bottom)",
+        "Bottom (1.0 m from the left, 0.0 m from the bottom)",
+        "Bottom right (2.0 m from the left, 0.0 m from the bottom)",
     ]  # fmt: skip
     answer = guest.post(ADDRESS, {"kind": "goal", "choice": found[2][0]})
     assert answer.status_code == 302
     assert Job.objects.get().args == {"map": 4, "x": 1.0, "y": 0.0, "experience": 7}
+    told = guest.get(answer.url).context["asked"]
+    assert told == [("right of where its map began", "1 m"), ("up from where its map began", "0 m")]
     assert APART_M > 0.05, "neighbours are one place"
 
 

@@ -7,10 +7,11 @@ import pytest
 
 from portal.live import consumers, viewing
 from portal.live.messages import Stop
+from portal.live.snapshot import status_of
 from robots import bus, services
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
-from robots.states import GrantEnd, GrantKind
+from robots.states import Cycle, GrantEnd, GrantKind
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
@@ -64,3 +65,10 @@ def test_staff_stop_whoever_operates_and_others_send_nothing(robot, people, owne
     assert sent == [b"stop"]
     press(page("bob"))
     assert sent == [b"stop"]
+
+
+@pytest.mark.parametrize("cycle", [Cycle.OPERATING, Cycle.READY, Cycle.HANDOVER])
+def test_everybody_is_told_that_a_robot_is_stopped_also_in_a_turn(robot, owned, cycle):
+    Robot.objects.update(cycle=cycle, stop_latched=True)
+    told = status_of(Robot.objects.get(), datetime.now(UTC))
+    assert told == ("stopped", "Stopped", "Stopped. Release needs a look at the picture.")

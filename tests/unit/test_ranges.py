@@ -38,3 +38,8 @@ def test_a_whole_number_has_no_fraction(value, refused):
             within(kind, {"place": value, "x": 0.5})
     else:
         within(kind, {"place": value, "x": 0.5})
+
+
+@pytest.mark.parametrize(("value", "words"), [(5.164e-09, "0"), (-4e-7, "0"), (1e-6, "1e-06"), (0.0123456, "0.01235")])
+def test_the_rest_of_a_calculation_reads_as_nothing(value, words):
+    assert readable(value) == words

@@ -1,4 +1,5 @@
 /** Position mode: fields for the tool's position and rotation, and arrows that move it while held. */
+import { facts } from "../facts.ts";
 import { twist } from "../gamepad.ts";
 import { Jog, named } from "../jog.ts";
 import type { RobotPage } from "../page.ts";
@@ -6,7 +7,7 @@ import { allow } from "../parts.ts";
 import { byId } from "../svg.ts";
 import { Edited } from "./edited.ts";
 import { held } from "./joints.ts";
-import { deg, type Judge, rad, type Target } from "./types.ts";
+import { deg, type Judge, outside, rad, type Target } from "./types.ts";
 
 type Twist = Record<string, number>;
 
@@ -109,6 +110,16 @@ export class Position {
       const value = values[i] ?? NaN, words = String(Math.round(value * 10) / 10);
       if (Number.isFinite(value) && field.value !== words) field.value = words;
     });
+  }
+
+  /** Why the filled-in pose can never be given, in the units of its fields; empty if it may be. */
+  outside(): string {
+    const kind = this.target()?.kind, given = facts.commands.find((c) => c.kind === kind)?.arguments ?? [];
+    const why = PLACE.map(([name, unit], i) => {
+      const argument = given.find((a) => a.name === name);
+      return argument ? outside(name, this.inputs[i]?.valueAsNumber ?? NaN, unit, i < 3 ? 1000 : deg(1), argument) : "";
+    });
+    return why.find(Boolean) ?? "";
   }
 
   /** The filled-in pose; null if a value is missing. */

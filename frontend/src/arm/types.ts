@@ -16,3 +16,10 @@ export function deg(radians: number): number {
 export function rad(degrees: number): number {
   return (degrees * Math.PI) / 180;
 }
+
+/** Why a field's value cannot be given, in the field's own unit, of which the argument's has so many; empty if it can. */
+export function outside(name: string, value: number, unit: string, per: number, { low, high }: { low: number; high: number }): string {
+  const bound = (told: number): string => String(Math.round(told * per * 10) / 10);
+  const inside = value >= low * per && value <= high * per;
+  return inside ? "" : `${name} must lie between ${bound(low)} and ${bound(high)} ${unit}.`;
+}

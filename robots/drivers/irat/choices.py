@@ -23,7 +23,7 @@ def choices(packets: Iterable[tuple[bytes, bool]]) -> list[tuple[str, dict[str, 
     found.sort(key=lambda one: (-_third(one[2], low[1], high[1]), _third(one[1], low[0], high[0]), -one[2]))
     return [
         (
-            f"{_whereabouts((x, y), low, high)} ({x:.1f} m right, {y:.1f} m up)",
+            f"{_whereabouts((x, y), low, high)} ({x - low[0]:.1f} m from the left, {y - low[1]:.1f} m from the bottom)",
             {"map": shown.number, "x": round(x, 3), "y": round(y, 3), "experience": number},
         )
         for number, x, y in found

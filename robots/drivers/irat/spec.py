@@ -62,8 +62,8 @@ def spec() -> Spec:
     battery = description["battery"]
     place = (
         Argument("map", "", 1, MOST, whole=True, label="number of its map"),
-        Argument("x", "m", -100.0, 100.0, label="to the right on the map"),
-        Argument("y", "m", -100.0, 100.0, label="up on the map"),
+        Argument("x", "m", -100.0, 100.0, label="right of where its map began"),
+        Argument("y", "m", -100.0, 100.0, label="up from where its map began"),
         Argument("experience", "", 0, MOST, required=False, whole=True, label="place's number"),
     )
     share = Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)

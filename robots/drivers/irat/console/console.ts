@@ -21,7 +21,7 @@ const GOAL = "goal";
 const LETTERS_MS = 1000; // between two choices of lettered places
 const NO_PLACE = "The robot knows no place there. Click on one of the dots, or use the list of places.";
 const AT_DOCK = "This place is at the dock, where the robot goes only to charge. Choose one farther away from it.";
-const PAST = "This is an earlier map, where the robot cannot be sent. Show the map of now first.";
+const NOW = "Show the map of now", PAST = `This is an earlier map, where the robot cannot be sent. Press "${NOW}" first.`;
 const HOW = "Click on a dot of the map, or choose a place here; you need no account.";
 const OWN_BUTTONS = ["explore", "charge", "clear_map"];
 type Values = Record<string, number | string>;
@@ -33,11 +33,12 @@ class RoamingConsole extends Basics<RobotPage> {
   private earlier: Earlier | null = null;
   private last = 0; // the number of the map before
   private past = false; // the earlier map is shown
+  private told = 0; // the number of the earlier map whose end was told
   private cells = new PoseCells();
   private grid: CellGrid | null = null;
   private letters = new Map<string, number>();
   private letteredAt = 0;
-  private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) => this.picked(place));
+  private map = new GraphMap(byId<HTMLCanvasElement>("map"), (place) => (this.past ? page.refuse(() => (this.past ? PAST : "")) : this.picked(place)));
   private goals: JobPanel;
   private list: SpotList;
   private wide = matchMedia("(min-width: 600px)");
@@ -108,14 +109,17 @@ class RoamingConsole extends Basics<RobotPage> {
     text("earlier-said", words);
     byId("earlier").hidden = false;
     byId("earlier-show").hidden = !earlier.map.spots.size;
-    if ([this.known.number, this.last].includes(earlier.map.number)) page.notice(words, "info");
+    const fresh = earlier.map.number !== this.told && [this.known.number, this.last].includes(earlier.map.number);
+    if (fresh) page.notice(words, "info");
+    this.told = earlier.map.number;
     if (this.past) this.turnBack(earlier.map.spots.size > 0);
   }
 
   /** Show the earlier map, or the map of now. */
   private turnBack(past: boolean): void {
     this.past = past && this.earlier !== null;
-    byId("earlier-show").setAttribute("aria-pressed", String(this.past));
+    text("earlier-show", this.past ? NOW : "Show the earlier map");
+    byId("map-how").style.visibility = this.past ? "hidden" : ""; // it keeps its height
     this.map.show(this.past ? this.earlier!.map : this.known, true);
     this.map.place(null);
     this.marks();
@@ -160,7 +164,6 @@ class RoamingConsole extends Basics<RobotPage> {
   }
 
   private picked(place: number | null): void {
-    if (this.past) return page.notice(PAST, "warning");
     const at = place === null ? undefined : this.known.spots.get(place);
     if (!at || place === null) return page.refuse(() => NO_PLACE);
     if (!this.known.open().has(place)) return page.refuse(() => AT_DOCK);

@@ -9,7 +9,7 @@ const WHY = [
   () => "staff cleared it",
   () => "it could not be read when the robot's software was started again",
 ] as const;
-const RULE = "As in its paper, the robot begins a new map every 10 to 20 minutes.";
+const RULE = "As in its paper, the robot begins a new map after 10 to 20 minutes outside its dock.";
 
 export interface Earlier { map: ExperienceMap; endedMs: number; why: string }
 

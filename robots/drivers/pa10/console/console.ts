@@ -178,6 +178,8 @@ class ArmConsole implements Console, Judge {
     this.planTimer = window.setTimeout(() => {
       const target = byId("modes").hidden ? null : this.target();
       if (!target || !page.state) return this.noGhost();
+      const outside = this.tabs.open === "position" ? this.position.outside() : "";
+      if (outside) return this.refuse(outside);
       this.plan = { key: JSON.stringify(target), ok: false, text: "" };
       page.live.send({ t: "plan", n: this.planned, ...target, from: page.state.joints });
     }, PLAN_MS);

@@ -40,13 +40,14 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
     i = wakes = 0
     while i < number + refused.count():
         assert i < 2 * number, f"{number} commands completed: not within {i}, because the machine stalled"
-        command = rig.issue("move", x=-0.2 + 0.0004 * i, y=0.42 + 0.01 * (i % 2))
+        to = {"x": -0.2 + 0.0004 * i, "y": 0.42 + 0.01 * (i % 2)}
+        command = rig.issue("move", **to)
         for _ in range(dice.randint(2, 5)):
             wakes += 1
             bus.connection().publish(bus.wake_channel(rig.robot.slug), b"wake")
             for queue in (epoch, epoch - 1, epoch + 1):
                 current_app.send_task(bus.WAKE_TASK, queue=bus.queue_name(rig.robot.slug, queue), ignore_result=True)
-            assert rig.issue("move", seq=command.client_seq, x=0.2, y=0.3).pk == command.pk
+            assert rig.issue("move", seq=command.client_seq, **to).pk == command.pk
         i += 1
         if i % 3 == 0 or i >= number or rig.wishes.one_at_a_time:
             wait_for(ended, 60 if i >= number else 30, "the end of three commands")

@@ -102,7 +102,7 @@ def test_promise_10_another_program_on_the_port_is_named(rig, proof):
     rig.own()
     with serial.Serial(str(rig.sim.folder / "tty"), 4800, exclusive=True):
         rig.start_worker()
-        wait_for(lambda: "Another process holds" in rig.reason(), 30, "the page says so")
+        wait_for(lambda: "another program uses it" in rig.reason(), 30, "the page says so")
         assert rig.cycle() == "fault"
         assert rig.sim.count("motion") == 0
     rig.wait_ready(60)

@@ -20,6 +20,7 @@ from robots.states import Cycle
 from tests import waiting
 from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
+from tests.e2e.roaming import RoamingPortal
 from tests.faults.controls import LOST
 from tests.proof import AT_LENGTH
 from tests.waiting import CEILING_S
@@ -87,6 +88,15 @@ def bare(transactional_db, redis_server, house):
     """The web process over rows alone; tests that need it take it as their `portal`."""
     bus.connection().flushall()
     made = BarePortal(house.web_process())
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def roaming(transactional_db, redis_server, house):
+    """The web process over rows and an owner's packets of the iRat; tests that need it take it as their `portal`."""
+    bus.connection().flushall()
+    made = RoamingPortal(house.web_process())
     yield made
     made.stop()
 

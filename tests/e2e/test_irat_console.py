@@ -14,7 +14,7 @@ from robots.drivers.irat.composites.decoding import MapShown, with_map
 from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
-from tests.e2e.roaming import MAP, RoamingPortal, place_on
+from tests.e2e.roaming import MAP, place_on
 from tests.e2e.small import SmallPortal
 from tests.rig import Board
 
@@ -28,11 +28,8 @@ EXPERIENCES, LOOPS = 60, 5
 
 
 @pytest.fixture
-def portal(transactional_db, redis_server, house):
-    bus.connection().flushall()
-    made = RoamingPortal(house.web_process())
-    yield made
-    made.stop()
+def portal(roaming):
+    return roaming
 
 
 def opened(visitor, **options):

@@ -5,9 +5,8 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from robots import bus
 from robots.drivers.irat.brain.packets import Why
-from tests.e2e.roaming import MAP, RoamingPortal, place_on
+from tests.e2e.roaming import MAP, place_on
 from tests.e2e.test_axe import DARK, LIGHT
 
 PAINTED = """() => { const c = document.getElementById('map'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
@@ -17,11 +16,8 @@ OTHER = "() => Math.abs(({})() / {} - 1) > 0.05"
 
 
 @pytest.fixture
-def portal(transactional_db, redis_server, house):
-    bus.connection().flushall()
-    made = RoamingPortal(house.web_process())
-    yield made
-    made.stop()
+def portal(roaming):
+    return roaming
 
 
 @pytest.mark.parametrize("look", [LIGHT, DARK])

@@ -36,6 +36,17 @@ def roles(robot, people, owned, django_user_model):
 
 
 @pytest.fixture
+def grant(robot, people, owned):
+    """The open turn of ada, for five minutes of the real time of day."""
+    from robots import services
+    from robots.clock import SYSTEM
+    from robots.states import GrantKind
+
+    now = SYSTEM.now()
+    return services.start_grant(robot, GrantKind.TURN, now, people["ada"], now + timedelta(minutes=5))
+
+
+@pytest.fixture
 def shuttle(robot, people, clock, monkeypatch):
     """A shuttle that takes jobs from guests, charged in jobs; nobody drives it, and it does not roam."""
     from queueing.models import QueueRobot

@@ -18,11 +18,6 @@ def now():
     return datetime.now(UTC)
 
 
-@pytest.fixture
-def grant(robot, people, owned):
-    return services.start_grant(robot, GrantKind.TURN, now(), people["ada"], now() + timedelta(minutes=5))
-
-
 def test_the_holder_of_the_grant_commands(robot, people, grant):
     issued = services.issue(robot.slug, people["ada"], "up", {}, 1)
     assert issued.created

@@ -1,7 +1,7 @@
 """Two pages of one operator give different commands the same number: the second is told that it was not carried out."""
 
 import asyncio
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 
 import pytest
 from django.test import Client
@@ -11,7 +11,6 @@ from portal.live.messages import Command as Asked
 from robots import bus, services
 from robots.models import Command, Frame
 from robots.services.commands import NumberUsed, _write
-from robots.states import GrantKind
 from tests.conftest import CALIBRATION
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
@@ -19,11 +18,6 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
 def now():
     return datetime.now(UTC)
-
-
-@pytest.fixture
-def grant(robot, people, owned):
-    return services.start_grant(robot, GrantKind.TURN, now(), people["ada"], now() + timedelta(minutes=5))
 
 
 @pytest.fixture

@@ -1,56 +1,71 @@
-"""Promises 7 and 8 in virtual time: a stop overtakes everything, and a stopped robot stays stopped."""
+"""Promises 6, 7 and 8 in virtual time: a stop overtakes everything, a stopped robot stays stopped."""
 
 import random
-from datetime import timedelta
 
-import pytest
-
-from robots import bus, services
-from robots.models import Command, Robot
-from robots.states import COMMAND_FINAL, Cycle, GrantKind
-
-pytestmark = pytest.mark.django_db(transaction=True)
+from robots import bus
+from tests.world.delays import Delays
+from tests.world.seeds import hunt, seeds
 
 
-def granted(portal):
-    world = portal.world
-    world.until(lambda: portal.owner and portal.owner.connection.connected, 60, "the connection")
-    world.until(lambda: Robot.objects.get().cycle == Cycle.READY, 120, "the handover")
-    Robot.objects.update(cycle=Cycle.OPERATING)
-    services.start_grant(
-        portal.robot, GrantKind.TURN, world.now(), portal.people["ada"], world.now() + timedelta(hours=9)
-    )
+def busy(seed):
+    return Delays(seed, share=0.01, mean_s=0.1, longest_s=1.0)
 
 
-def issue(portal, kind, **args):
-    grant = services.open_grant(portal.robot)
-    return services.issue(portal.robot.slug, portal.people["ada"], kind, args, services.next_seq(grant)).command
-
-
-def run(portal, stops):
-    granted(portal)
-    world, dice, took = portal.world, random.Random(portal.world.seed), []
-    for i in range(stops):
+def stops(portal, number, within_s):
+    """Stop in mid-motion again and again, with moves queued; nothing moves until the release."""
+    portal.grant()
+    dice = random.Random(portal.world.seed)
+    for i in range(number):
         for k in range(3):
-            issue(portal, "move", x=0.2 * (-1) ** (i + k), y=0.35)
-        bus.wake_owner(portal.robot.slug, portal.owner.lease.epoch)
-        world.until(lambda: portal.rig.moving, 20, "a motion")
-        world.sleep(dice.random() * 0.3)
-        at = world.monotonic()
-        bus.send_stop(portal.robot.slug)
-        world.until(lambda: not portal.rig.moving, 5, "rest")
-        took.append(world.monotonic() - at)
-        world.until(lambda: Robot.objects.get().stop_latched, 10, "the row")
-        world.until(lambda: not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), 30, "the ends")
-        services.release_stop(portal.robot, portal.people["ada"], checked=True)
-        world.until(lambda: not portal.owner.latch.latched, 5, "the release")
-        world.sleep(0.3)
-    return took
+            portal.move(3 * i + k)
+        portal.in_motion()
+        portal.world.sleep(dice.random() * 0.3)
+        took = portal.stop()
+        assert took <= within_s, f"at rest {took:.3f} s after the stop"
+        begun = len(portal.motions())
+        portal.all_final()
+        portal.world.sleep(dice.random() * 3)
+        assert not portal.rig.moving
+        assert len(portal.motions()) == begun, "something moved after the stop"
+        portal.release()
+        portal.world.sleep(0.3)
+        assert not portal.rig.moving, "the release moved something"
 
 
-@pytest.mark.parametrize("seed", [1, 1, 2])
+@seeds(3, 30, 300)
 def test_a_stop_overtakes_everything(worlds, seed):
-    portal = worlds(seed)
-    took = run(portal, 5)
-    print(seed, max(took), portal.world.history, portal.world.switches, portal.world.waits)
-    assert max(took) <= 0.3, took
+    hunt(worlds, seed, lambda portal: stops(portal, 4, 0.3))
+
+
+@seeds(3, 30, 300)
+def test_a_stop_on_a_busy_machine(worlds, seed):
+    hunt(worlds, seed, lambda portal: stops(portal, 4, 3.0), busy)
+
+
+def lost_controls(portal, number, within_s):
+    portal.grant()
+    dice, world = random.Random(portal.world.seed), portal.world
+    portal.final(portal.move(0))
+    for i in range(number):
+        kind, args = portal.wishes.jog((-1) ** i)
+        command = portal.issue(kind, **args)
+
+        def alive(command=command):
+            bus.send_keep_alive(portal.slug, command.pk, True)
+            world.sleep(0.07)
+            return portal.rig.moving
+
+        portal.until(alive, 5, "a motion")
+        for _ in range(dice.randrange(3, 12)):
+            bus.send_keep_alive(portal.slug, command.pk, True)
+            last = world.monotonic()
+            world.sleep(0.08)
+        portal.at_rest()
+        took = world.monotonic() - last
+        assert took <= within_s, f"at rest {took:.3f} s after the last keep-alive"
+        assert portal.final(command).state == "cancelled"
+
+
+@seeds(3, 30, 300)
+def test_a_held_motion_ends_with_its_controls(worlds, seed):
+    hunt(worlds, seed, lambda portal: lost_controls(portal, 5, 0.5))

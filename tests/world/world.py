@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 
-from django.db import connections
+from django.db import OperationalError, connections
 
 from robots.clock import Until, Waitable
 from tests.world.delays import NONE, Delays
@@ -102,6 +102,7 @@ class World:
         self._history = hashlib.sha256()
         self.errors: list[tuple[str, BaseException]] = []
         self.closed = self._stuck = False
+        self.database_away = False  # for every process but the test's
         self.named_after_s = 30.0  # of real time
         self.host = Process("the test", 1)
         self.host.delayed = False
@@ -280,6 +281,8 @@ class World:
             self.check_alive()
             if not context["connection"].in_atomic_block:
                 self.yield_()
+            if self.database_away and self.running.process is not self.host:
+                raise OperationalError("the database is away")
             return execute(sql, params, many, context)
 
         with connections["default"].execute_wrapper(before):

@@ -8,7 +8,7 @@ GATE = not timed and not length
 unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
-.PHONY: wheel run setup setup-test setup-all lerobot test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
+.PHONY: wheel run setup setup-test setup-all lerobot quick test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
 run: setup
 	@exec $(PY) manage.py demo --port $(PORT)
@@ -25,6 +25,15 @@ setup-all:
 # LeRobot's robots, an optional extra.
 lerobot:
 	@$(PYTHON) tools/setup.py lerobot
+
+# In a minute: linters, types, the front end's tests, those nearest to what changed, and a robot in virtual time.
+quick: setup-test
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy .
+	$(PY) tools/run_node_tests.py
+	FARHAND_TEST_DB=sqlite PYTHONPATH=. $(PY) tools/quick.py $(SIDE_BY_SIDE) -n 2 --timeout 900 -m "$(GATE)"
+	test ! -d tests/world || FARHAND_TEST_DB=sqlite $(TEST) tests/world -k smoke -m "$(GATE)"
 
 # What judges no measured second, on PostgreSQL where databases differ. A failure keeps nothing else from running.
 test: setup-test

@@ -67,6 +67,7 @@ check: setup-test
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy .
 	.venv/bin/lint-imports
+	PYTHONPATH=. $(PY) -m tests.outdated
 	FARHAND_VAR=$$(mktemp -d) $(PY) manage.py makemigrations --check --dry-run
 	FARHAND_VAR=$$(mktemp -d) FARHAND_PUBLIC=1 ALLOWED_HOSTS=robots.example.org EMAIL_URL=smtp://localhost:25 $(PY) manage.py check --deploy --fail-level WARNING
 

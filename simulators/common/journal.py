@@ -48,6 +48,10 @@ class Journal:
                 self._path.replace(self._path.with_suffix(".old"))
                 self._file = self._path.open("a", buffering=1)
 
+    def close(self) -> None:
+        """Write nothing more."""
+        self._file.close()
+
     def _has_room(self, event: str, now: float) -> bool:
         if event not in BY_CLIENTS:
             return True

@@ -51,6 +51,10 @@ def test_those_with_real_processes_are_for_the_gate():
     assert [test for test in names("robots/models.py") if test.startswith(quick.OTHERS)] == []
 
 
+def test_a_changed_test_with_real_processes_comes_after_a_changed_one_without():
+    assert names("tests/faults/test_hub.py", "tests/unit/test_scara.py")[0] == "tests/unit/test_scara.py"
+
+
 def test_what_is_named_by_hand_is_there():
     assert [name for name in (*quick.EVERY, *quick.OTHERS) if not (quick.ROOT / name).exists()] == []
     assert {path.split("/")[0] for path in names("robots/clock.py")} == {"tests"}

@@ -28,7 +28,6 @@ def test_who_imports_what_changed_comes_before_who_imports_it_at_second_hand():
     [
         ("tests/unit/test_scara.py", "tests/unit/test_scara.py"),
         ("tests/faults/test_hub.py", "tests/faults/test_hub.py"),  # real processes, but asked for
-        ("tests/security/conftest.py", "tests/security/test_tls.py"),
         ("tests/vectors/waits.json", "tests/unit/test_wait_words.py"),
         ("templates/pages/statistics.html", "tests/services/test_statistics.py"),
         ("docs/reference/settings.md", "tests/unit/test_settings_page.py"),
@@ -40,6 +39,14 @@ def test_who_imports_what_changed_comes_before_who_imports_it_at_second_hand():
 )
 def test_each_kind_of_file_has_its_tests(path, test):
     assert test in names(path)
+
+
+def test_a_conftest_asks_for_all_of_its_folder():
+    folder = quick.ROOT / "tests/security"
+    tests = {str(file.relative_to(quick.ROOT)) for file in folder.glob("test_*.py")}
+    assert dict(quick.chosen(["tests/security/conftest.py"])) == dict.fromkeys(
+        tests, "in the folder of tests/security/conftest.py"
+    )
 
 
 def test_what_no_test_imports_takes_those_of_its_folder():

@@ -9,7 +9,7 @@ from queueing import services as queue
 from robots.clock import SYSTEM
 from robots.drivers.errors import LineGone
 from robots.models import Lease, Robot
-from tests.services.owner import Arm
+from tests.services.owner import Arm, followed
 from workers.wiring import Owner
 
 
@@ -86,7 +86,7 @@ class World:
             self.clock.go(1.0)
             owner.link.seen()
             owner.lease.renew()
-            owner.stopping.follow()
+            followed(owner)
             owner.follower.follow_grant()
             queue.tick(self.clock.now())
             owner.lane.beat = self.clock.monotonic()

@@ -3,6 +3,7 @@
 import shutil
 from datetime import timedelta
 
+import pytest
 from django.conf import settings
 
 from robots import bus, services
@@ -13,10 +14,12 @@ from tests.faults.wishes import ROBOTS
 from tests.world.delays import NONE, Delays
 from tests.world.mercury import MercuryRig
 from tests.world.owner import Supervisor
+from tests.world.pa10 import ArmRig
 from tests.world.store import MemoryStore
 from tests.world.world import World
 
-RIGS = {"mercury": MercuryRig}
+RIGS = {"mercury": MercuryRig, "pa10": ArmRig}
+EACH = pytest.mark.parametrize("which", list(RIGS), indirect=True)
 SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
 
 

@@ -84,7 +84,7 @@ class Portal:
 
     def move(self, number: int) -> Command:
         x, y = SPOTS[number % len(SPOTS)]
-        return self.issue("move", x=x + 0.001 * (number % 40), y=y)
+        return self.issue("move", x=round(x + 0.0001 * (number % 1000), 4), y=y)
 
     def final(self, command: Command, seconds: float = 90.0) -> Command:
         """Wait for the end of a command."""

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Callable
 
 from tests.world.wires import Wire
 from tests.world.world import World
@@ -27,8 +28,11 @@ class Network(Wire):
         self.connections.clear()
         self.waiting.clear()
 
-    def connect(self, host: str, port: int, seconds: float) -> "End":
-        """Open a connection from the process that runs; return its end there. Raises OSError."""
+    def connect(self, host: str, port: int, seconds: float, sent: Callable[[bytes], None] = lambda data: None) -> "End":
+        """Open a connection from the process that runs; return its end there. Raises OSError.
+
+        `sent` is told of each message that this end sends.
+        """
         if not self.world.park(self.world.monotonic() + seconds, lambda: self.carries or not self.plugged):
             raise TimeoutError("timed out")
         if not self.plugged:
@@ -36,7 +40,7 @@ class Network(Wire):
         if not self.listens:
             raise ConnectionRefusedError(111, "Connection refused")
         self.opened += 1
-        made = Connection(self, self.opened)
+        made = Connection(self, self.opened, sent)
         self.connections.append(made)
         self.waiting.append(made)
         self.world.running.process.at_kill.append(made.host.close)
@@ -46,8 +50,8 @@ class Network(Wire):
 class Connection:
     """One connection; `reset` once it is broken."""
 
-    def __init__(self, network: Network, number: int) -> None:
-        self.network, self.number, self.reset = network, number, False
+    def __init__(self, network: Network, number: int, sent: Callable[[bytes], None]) -> None:
+        self.network, self.number, self.sent, self.reset = network, number, sent, False
         to_robot, to_host = Way(), Way()
         self.host = End(self, to_host, to_robot, of_host=True)
         self.robot = End(self, to_robot, to_host)
@@ -77,10 +81,14 @@ class End:
         self._check()
         if self._goes.ended:
             raise BrokenPipeError(32, "Broken pipe")
-        cut = self._connection.network.cut(data) if self._of_host else data
+        if not self._of_host:
+            self._goes.bytes += data
+            return
+        cut = self._connection.network.cut(data)
         self._goes.bytes += cut
         if cut != data:
             self._goes.ended = self._comes.ended = True
+        self._connection.sent(data)
 
     def receive(self, most: int, seconds: float = math.inf) -> bytes:
         world, come, carries = self._connection.network.world, self._comes, self._arrives

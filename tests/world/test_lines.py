@@ -1,10 +1,7 @@
 """Each robot in virtual time: handover, a motion, a lost line, a lost owner; and a run that comes back."""
 
-import pytest
-
-from robots.models import Command, Frame, Grant
-from robots.states import COMMAND_FINAL, GrantKind
-from tests.world.delays import Delays
+from robots.models import Frame, Grant
+from robots.states import GrantKind
 from tests.world.portal import EACH
 from tests.world.seeds import hunt, seeds
 

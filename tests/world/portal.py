@@ -19,6 +19,9 @@ from tests.world.store import MemoryStore
 from tests.world.world import World
 
 RIGS = {"mercury": MercuryRig, "pa10": ArmRig}
+NEVER_STOPPED = {
+    "stop_latched": False, "releases": 0, "stopped_at": None, "stopped_after": None, "stop_confirmed": False, "rests_by": None,
+}  # fmt: skip
 EACH = pytest.mark.parametrize("which", list(RIGS), indirect=True)
 SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
 
@@ -28,7 +31,7 @@ class Portal:
 
     def __init__(self, seed: int, robot: Robot, people: dict, folder, delays: Delays = NONE) -> None:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OFFLINE, reason="", stop_latched=False)
+        Robot.objects.filter(pk=robot.pk).update(**NEVER_STOPPED, cycle=Cycle.OFFLINE, reason="")
         self.world, self.robot, self.people = World(seed, delays), robot, people
         self.wishes, self.slug = ROBOTS[robot.driver], robot.slug
         self.store = MemoryStore(self.world)

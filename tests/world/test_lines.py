@@ -1,28 +1,44 @@
 """Each robot in virtual time: handover, a motion, a lost line, a lost owner; and a run that comes back."""
 
-from robots.models import Frame, Grant
+import random
+
+from robots.drivers.errors import RobotError
+from robots.models import Command, Frame, Grant
 from robots.states import GrantKind
+from tests.world.delays import Delays
+from tests.world.motions import Motions
 from tests.world.portal import EACH
 from tests.world.seeds import hunt, seeds
 
 pytestmark = EACH
+AGAIN_S = 60.0  # within which a robot moves again
 
 
-def begun_and_at_rest(portal, within_s):
-    """Return how many motions had begun before the robot came to rest, and none after it."""
-    portal.at_rest(within_s)
-    begun = len(portal.motions())
-    portal.world.sleep(5)
-    assert not portal.rig.moving
-    assert len(portal.motions()) == begun, "something moved without an owner, or after it came back"
-    return begun
+def moves_again(portal, number):
+    """Ask for motions until one is completed."""
+
+    def one():
+        try:
+            return portal.final(portal.move(number)).state == "completed"
+        except RobotError:
+            return False
+
+    portal.until(one, AGAIN_S, "a motion after everything is mended")
+
+
+def in_mid_motion(portal):
+    """Begin a motion and let it go on for a moment; return its command."""
+    command = portal.move(1)
+    portal.in_motion()
+    portal.world.sleep(0.3 * random.Random(portal.world.seed).random())
+    assert portal.rig.moving
+    return command
 
 
 def a_move(portal):
     portal.ready()
     handover = Grant.objects.get(kind=GrantKind.HANDOVER)
     assert Frame.objects.filter(grant=handover).exists(), "a robot was offered without a picture"
-    assert portal.rig.count("connected") <= 1
     portal.grant()
     begun = len(portal.motions())
     command = portal.final(portal.move(0))
@@ -32,26 +48,61 @@ def a_move(portal):
     assert not portal.rig.moving
 
 
-@seeds(2, 10)
+@seeds(1, 10, 100)
 def test_a_robot_is_handed_over_and_moves_where_it_was_asked_to(worlds, seed):
     hunt(worlds, seed, a_move)
 
 
 def lost_line(portal):
     portal.grant()
-    command = portal.move(1)
-    portal.in_motion()
-    portal.rig.cable.pull()
+    history = Motions(portal)
+    command = in_mid_motion(portal)
+    portal.rig.pull()
     command = portal.final(command)
     assert command.state in ("failed", "unknown"), f"{command.state}: {command.reason}"
-    begun_and_at_rest(portal, 10)
-    portal.rig.cable.plug()
-    portal.until(lambda: portal.row.cycle != "fault" and portal.owner.connected, 60, "the line again")
-    begun_and_at_rest(portal, 20)
-    again = portal.final(portal.move(2))
-    assert again.state == "completed", again.reason
+    portal.at_rest()
+    portal.world.sleep(5)
+    assert not portal.rig.moving
+    portal.rig.plug()
+    moves_again(portal, 2)
+    history.check()
 
 
-@seeds(2, 10)
-def test_a_lost_line_is_opened_again_and_nothing_is_repeated(worlds, seed):
+@seeds(2, 20, 200)
+def test_a_lost_line_is_opened_again_and_no_motion_is_repeated(worlds, seed):
     hunt(worlds, seed, lost_line)
+
+
+def lost_owner(portal):
+    portal.grant()
+    history = Motions(portal)
+    command = in_mid_motion(portal)
+    portal.supervisor.worker.kill()
+    assert portal.final(command).state == "unknown"
+    portal.at_rest()
+    moves_again(portal, 2)
+    assert portal.supervisor.starts == 2
+    history.check()
+
+
+@seeds(2, 20, 200)
+def test_a_motion_whose_owner_was_killed_is_unknown_and_is_not_repeated(worlds, seed):
+    hunt(worlds, seed, lost_owner)
+
+
+def test_a_run_depends_on_its_seed_alone(worlds):
+    def run(seed):
+        portal = worlds(seed, Delays(seed, share=0.01, mean_s=0.1, longest_s=1.0))
+        portal.grant()
+        in_mid_motion(portal)
+        portal.stop()
+        portal.all_final()
+        portal.release()
+        portal.supervisor.worker.kill()
+        moves_again(portal, 2)
+        states = list(Command.objects.order_by("pk").values_list("state", flat=True))
+        return portal.world.history, states, portal.rig.journal()
+
+    first, again, other = run(1), run(1), run(2)
+    assert first == again
+    assert first[0] != other[0]

@@ -35,7 +35,7 @@ def killed(portal):
     portal.at_rest(BRAKES_S)
     assert [record["cause"] for record in told(portal, "disconnected")] == ["the client closed the line"]
     assert told(portal, "end")[-1]["end"] == "held"
-    moves_again(portal, 2)
+    moves_again(portal)
     second = told(portal, "connected")[1]
     assert second["epoch"] > connection["epoch"]
     assert second["t"] > at
@@ -62,7 +62,7 @@ def vanished(portal):
     assert told(portal, "disconnected")[-1]["cause"] == f"watchdog: no line for {watchdog_s:g} s"
     assert portal.final(command).state == "unknown"
     portal.world.sleep(watchdog_s)
-    moves_again(portal, 2)
+    moves_again(portal)
     history.check()
 
 
@@ -79,7 +79,7 @@ def half_a_line(portal):
     portal.at_rest(BRAKES_S)
     assert told(portal, "disconnected")[-1]["cause"] == "half a line, then the end"
     portal.all_final()
-    moves_again(portal, 2)
+    moves_again(portal)
     history.check()
 
 

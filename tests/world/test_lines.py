@@ -14,12 +14,12 @@ pytestmark = EACH
 AGAIN_S = 60.0  # within which a robot moves again
 
 
-def moves_again(portal, number):
+def moves_again(portal):
     """Ask for motions until one is completed."""
 
     def one():
         try:
-            return portal.final(portal.move(number)).state == "completed"
+            return portal.final(portal.move()).state == "completed"
         except RobotError:
             return False
 
@@ -28,7 +28,7 @@ def moves_again(portal, number):
 
 def in_mid_motion(portal):
     """Begin a motion and let it go on for a moment; return its command."""
-    command = portal.move(1)
+    command = portal.move()
     portal.in_motion()
     portal.world.sleep(0.3 * random.Random(portal.world.seed).random())
     assert portal.rig.moving
@@ -41,7 +41,7 @@ def a_move(portal):
     assert Frame.objects.filter(grant=handover).exists(), "a robot was offered without a picture"
     portal.grant()
     begun = len(portal.motions())
-    command = portal.final(portal.move(0))
+    command = portal.final(portal.move())
     assert command.state == "completed", command.reason
     (motion,) = portal.motions()[begun:]
     assert portal.wishes.made(motion) == portal.wishes.goal(command)
@@ -64,7 +64,7 @@ def lost_line(portal):
     portal.world.sleep(5)
     assert not portal.rig.moving
     portal.rig.plug()
-    moves_again(portal, 2)
+    moves_again(portal)
     history.check()
 
 
@@ -80,7 +80,7 @@ def lost_owner(portal):
     portal.supervisor.worker.kill()
     assert portal.final(command).state == "unknown"
     portal.at_rest()
-    moves_again(portal, 2)
+    moves_again(portal)
     assert portal.supervisor.starts == 2
     history.check()
 
@@ -99,7 +99,7 @@ def test_a_run_depends_on_its_seed_alone(worlds):
         portal.all_final()
         portal.release()
         portal.supervisor.worker.kill()
-        moves_again(portal, 2)
+        moves_again(portal)
         states = list(Command.objects.order_by("pk").values_list("state", flat=True))
         return portal.world.history, states, portal.rig.journal()
 

@@ -7,7 +7,7 @@ import pytest
 from robots.description import load
 from tests.world.motions import Motions
 from tests.world.seeds import hunt, seeds
-from tests.world.test_lines import in_mid_motion, moves_again
+from tests.world.test_lines import in_mid_motion
 
 pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
 BRAKES_S = 0.5  # a set-point from the greatest speed, and one look at everything
@@ -35,7 +35,7 @@ def killed(portal):
     portal.at_rest(BRAKES_S)
     assert [record["cause"] for record in told(portal, "disconnected")] == ["the client closed the line"]
     assert told(portal, "end")[-1]["end"] == "held"
-    moves_again(portal)
+    portal.works_on()
     second = told(portal, "connected")[1]
     assert second["epoch"] > connection["epoch"]
     assert second["t"] > at
@@ -49,8 +49,8 @@ def test_the_end_of_a_killed_owners_connection_holds_the_arm(worlds, seed):
 def vanished(portal):
     """An owner's host loses its power: nobody tells the arm that the connection is over."""
     watchdog_s = load("pa10")["line"]["watchdog_s"]
-    portal.grant()
     history = Motions(portal)
+    portal.grant()
     command = slowly(portal)
     at = portal.world.monotonic()
     portal.rig.stall(2 * watchdog_s)
@@ -62,7 +62,7 @@ def vanished(portal):
     assert told(portal, "disconnected")[-1]["cause"] == f"watchdog: no line for {watchdog_s:g} s"
     assert portal.final(command).state == "unknown"
     portal.world.sleep(watchdog_s)
-    moves_again(portal)
+    portal.works_on()
     history.check()
 
 
@@ -72,14 +72,14 @@ def test_the_watchdog_holds_the_arm_of_an_owner_who_vanished(worlds, seed):
 
 
 def half_a_line(portal):
-    portal.grant()
     history = Motions(portal)
+    portal.grant()
     in_mid_motion(portal)
     portal.rig.halve()
     portal.at_rest(BRAKES_S)
     assert told(portal, "disconnected")[-1]["cause"] == "half a line, then the end"
     portal.all_final()
-    moves_again(portal)
+    portal.works_on()
     history.check()
 
 

@@ -2,7 +2,6 @@
 
 import random
 
-from robots.drivers.errors import RobotError
 from robots.models import Command, Frame, Grant
 from robots.states import GrantKind
 from tests.world.delays import Delays
@@ -11,19 +10,6 @@ from tests.world.portal import EACH
 from tests.world.seeds import hunt, seeds
 
 pytestmark = EACH
-AGAIN_S = 60.0  # within which a robot moves again
-
-
-def moves_again(portal):
-    """Ask for motions until one is completed."""
-
-    def one():
-        try:
-            return portal.final(portal.move()).state == "completed"
-        except RobotError:
-            return False
-
-    portal.until(one, AGAIN_S, "a motion after everything is mended")
 
 
 def in_mid_motion(portal):
@@ -54,8 +40,8 @@ def test_a_robot_is_handed_over_and_moves_where_it_was_asked_to(worlds, seed):
 
 
 def lost_line(portal):
-    portal.grant()
     history = Motions(portal)
+    portal.grant()
     command = in_mid_motion(portal)
     portal.rig.pull()
     command = portal.final(command)
@@ -64,7 +50,7 @@ def lost_line(portal):
     portal.world.sleep(5)
     assert not portal.rig.moving
     portal.rig.plug()
-    moves_again(portal)
+    portal.works_on()
     history.check()
 
 
@@ -74,13 +60,13 @@ def test_a_lost_line_is_opened_again_and_no_motion_is_repeated(worlds, seed):
 
 
 def lost_owner(portal):
-    portal.grant()
     history = Motions(portal)
+    portal.grant()
     command = in_mid_motion(portal)
     portal.supervisor.worker.kill()
     assert portal.final(command).state == "unknown"
     portal.at_rest()
-    moves_again(portal)
+    portal.works_on()
     assert portal.supervisor.starts == 2
     history.check()
 
@@ -99,7 +85,7 @@ def test_a_run_depends_on_its_seed_alone(worlds):
         portal.all_final()
         portal.release()
         portal.supervisor.worker.kill()
-        moves_again(portal)
+        portal.works_on()
         states = list(Command.objects.order_by("pk").values_list("state", flat=True))
         return portal.world.history, states, portal.rig.journal()
 

@@ -123,11 +123,11 @@ def test_promise_04_a_frozen_owner_moves_nothing_and_is_killed(worlds, proof, se
             portal.in_motion()
             world.sleep(dice.random() * 0.5)
             world.freeze(first.process)
-            second = Worker(world, portal.slug, portal.rig)
+            portal.supervisor.worker = Worker(world, portal.slug, portal.rig)
             portal.until(lambda epoch=epoch: Lease.objects.get().epoch > epoch, 30, "the next owner")
             assert first.ended, "the frozen owner has the device, so it is killed first"
             world.thaw(first.process)
-            portal.supervisor.worker = second
+            portal.ready_again()
             for command in waiting:
                 assert portal.final(command, 30).state in ("unknown", "expired"), command.state
             portal.works_on()

@@ -3,6 +3,7 @@
 import shutil
 from datetime import timedelta
 
+import pytest
 from django.conf import settings
 
 from robots import bus, services
@@ -14,10 +15,15 @@ from tests.faults.wishes import ROBOTS
 from tests.world.delays import NONE, Delays
 from tests.world.mercury import MercuryRig
 from tests.world.owner import Supervisor
+from tests.world.pa10 import ArmRig
 from tests.world.store import MemoryStore
 from tests.world.world import World
 
-RIGS = {"mercury": MercuryRig}
+RIGS = {"mercury": MercuryRig, "pa10": ArmRig}
+NEVER_STOPPED = {
+    "stop_latched": False, "releases": 0, "stopped_at": None, "stopped_after": None, "stop_confirmed": False, "rests_by": None,
+}  # fmt: skip
+EACH = pytest.mark.parametrize("which", list(RIGS), indirect=True)
 SPOTS = ((-0.2, 0.3), (0.19, 0.45), (0.0, 0.35))
 
 
@@ -26,7 +32,7 @@ class Portal:
 
     def __init__(self, seed: int, robot: Robot, people: dict, folder, delays: Delays = NONE) -> None:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OFFLINE, reason="", stop_latched=False)
+        Robot.objects.filter(pk=robot.pk).update(**NEVER_STOPPED, cycle=Cycle.OFFLINE, reason="")
         self.world, self.robot, self.people = World(seed, delays), robot, people
         self._moves = 0
         self.wishes, self.slug = ROBOTS[robot.driver], robot.slug

@@ -4,6 +4,7 @@ import random
 
 from robots import bus, services
 from tests.world.delays import Delays
+from tests.world.portal import EACH
 from tests.world.seeds import hunt, seeds
 
 
@@ -32,14 +33,16 @@ def stops(portal, number, within_s):
         assert not portal.rig.moving, "the release moved something"
 
 
+@EACH
 @seeds(3, 30, 300)
 def test_a_stop_overtakes_everything(worlds, seed):
-    hunt(worlds, seed, lambda portal: stops(portal, 4, 0.3))
+    hunt(worlds, seed, lambda portal: stops(portal, 5, 0.3))
 
 
+@EACH
 @seeds(3, 30, 300)
 def test_a_stop_on_a_busy_machine(worlds, seed):
-    hunt(worlds, seed, lambda portal: stops(portal, 4, 3.0), busy)
+    hunt(worlds, seed, lambda portal: stops(portal, 5, 3.0), busy)
 
 
 def lost_controls(portal, number, within_s):
@@ -66,6 +69,7 @@ def lost_controls(portal, number, within_s):
         assert portal.final(command).state == "cancelled"
 
 
+@EACH
 @seeds(3, 30, 300)
 def test_a_held_motion_ends_with_its_controls(worlds, seed):
     hunt(worlds, seed, lambda portal: lost_controls(portal, 5, 0.5))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from robots.clock import Limit
+from robots.clock import TIMER, Limit, Timer
 from robots.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import number
 from robots.description import load
@@ -16,6 +16,7 @@ from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
 from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
 from robots.drivers.pa10.spec import PLACE
+from robots.drivers.pa10.stream import open_stream
 from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
 from robots.drivers.waiting import until_at_rest
@@ -52,10 +53,14 @@ def _sentence(note: str) -> list[str]:
 class Driver(Session):
     """A `robots.contract.session.Session`. `settings` may contain `epoch`, `token` and more forbidden `boxes`."""
 
+    opened = staticmethod(open_stream)
+    real: Timer = TIMER  # for answers: a controller plans no faster where `clock` runs faster than the machine's
+
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
         self._description, self._chain = load("pa10"), chain("pa10")
-        self.line = ArmLine(address, int(settings.get("epoch", 0)), str(settings.get("token", "")), trace)
+        epoch, token = int(settings.get("epoch", 0)), str(settings.get("token", ""))
+        self.line = ArmLine(address, epoch, token, trace, self.real, self.opened)
         self._boot: int | None = None
         self._rest: Joints | None = None
         self._holds = 0  # so that a command notices a hold by another thread

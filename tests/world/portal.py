@@ -10,13 +10,15 @@ from robots.clock import SYSTEM
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
+from tests.world.controls import Controls
 from tests.world.delays import NONE, Delays
+from tests.world.irat import IratRig
 from tests.world.mercury import MercuryRig
 from tests.world.owner import Supervisor
 from tests.world.store import MemoryStore
 from tests.world.world import World
 
-RIGS = {"mercury": MercuryRig}
+RIGS = {"irat": IratRig, "mercury": MercuryRig}
 SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
 
 
@@ -33,6 +35,7 @@ class Portal:
         self._before = SYSTEM.live_by(self.world)
         self.rig = RIGS[robot.driver](self.world, folder)
         self.supervisor = Supervisor(self.world, robot.slug, self.rig)
+        self.controls = Controls(self.world)  # of held motions
 
     def close(self) -> None:
         try:
@@ -81,7 +84,8 @@ class Portal:
 
     def move(self, number: int) -> Command:
         x, y = SPOTS[number % len(SPOTS)]
-        return self.issue("move", x=x + 0.001 * (number % 40), y=y)
+        command = self.issue("move", x=x + 0.001 * (number % 40), y=y)
+        return self.controls.hold(command) if self.robot.spec().command(command.kind).held else command
 
     def final(self, command: Command, seconds: float = 90.0) -> Command:
         """Wait for the end of a command."""

@@ -11,15 +11,21 @@ from tests.world.wires import Cable, Port, line_of
 from tests.world.world import World
 
 EXPOSURE_S = 0.0067
+SEQ = 2  # where the number of an instruction stands in it
 
 
 class MercuryRig:
     """A simulated arm that runs in a process of its own, and what connects an owner with it."""
 
     driver = "mercury"
+    faults = ("awol", "slow", "drop", "corrupt", "double", "limit_hit", "mute")
+    strengths = {"slow": 0.5, "drop": 0.1, "corrupt": 0.1, "double": 0.1}
 
     def __init__(self, world: World, folder: Path) -> None:
         self.world, self.folder, self.cable = world, folder, Cable(world)
+        self.pull, self.plug = self.cable.pull, self.cable.plug
+        self.stall, self.halve = self.cable.stall, self.cable.halve
+        self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
         self.process = world.process("simulator", delayed=False)
         self.sim = Simulator(folder, world.seed, line_of(self.cable), world, world)
         world.spawn(self.sim.run, "simulator", self.process)
@@ -27,9 +33,27 @@ class MercuryRig:
     def session(self, name, address, settings, trace=None):
         """Open a session of the driver over the cable."""
 
+        rig = self
+
         class InWorld(Driver):
             clock = self.world
-            opened = staticmethod(lambda url, local: Port(self.cable))
+
+            @staticmethod
+            def opened(url, local):
+                return Port(rig.cable, sent)
+
+            def recover(self, permit):
+                nonlocal recovers
+                recovers = True
+                try:
+                    return super().recover(permit)
+                finally:
+                    recovers = False
+
+        recovers = False
+
+        def sent(data: bytes) -> None:
+            rig.by_itself[data[SEQ]] = recovers
 
         return InWorld(address, settings, trace)
 
@@ -46,6 +70,29 @@ class MercuryRig:
 
     def count(self, event: str) -> int:
         return self.sim.journal.counts[event]
+
+    def tell(self, told) -> None:
+        """Have each of the simulator's notes told, at the moment at which it is written."""
+        self.sim.journal.told = told
+
+    @property
+    def stalled_s(self) -> float:
+        """Return how long the cable kept back what it was given last (s)."""
+        return self.cable.kept_back_s
+
+    def is_by_itself(self, motion: dict) -> bool:
+        """Tell whether the owner began a motion by itself, to put the robot in order."""
+        return self.by_itself[motion["seq"]]
+
+    def fault(self, verb: str, value: float = 1.0) -> None:
+        self.sim.faults.set(verb, value)
+
+    def clear_faults(self) -> None:
+        self.sim.faults.clear()
+
+    def power_cycle(self) -> None:
+        """Switch the robot off and on."""
+        self.sim.faults.set("power_cycle", count=1)
 
     def close(self) -> None:
         self.sim.journal.close()

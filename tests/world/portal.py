@@ -84,7 +84,7 @@ class Portal:
 
     def move(self, number: int) -> Command:
         x, y = SPOTS[number % len(SPOTS)]
-        command = self.issue("move", x=x + 0.001 * (number % 40), y=y)
+        command = self.issue("move", x=round(x + 0.0001 * (number % 1000), 4), y=y)
         return self.controls.hold(command) if self.robot.spec().command(command.kind).held else command
 
     def final(self, command: Command, seconds: float = 90.0) -> Command:

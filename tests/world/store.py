@@ -21,7 +21,7 @@ class MemoryStore:
 
     def __init__(self, world: World) -> None:
         self.world, self.up, self.silent = world, True, False
-        self.lose = lambda channel: False  # whether what is published is lost on its way
+        self.copies = lambda channel: 1  # how often a message arrives; 0: it is lost on its way
         self._values: dict[str, bytes | list[bytes]] = {}
         self._ends: dict[str, float] = {}  # monotonic (s)
         self.listeners: list[Listener] = []
@@ -113,10 +113,8 @@ class MemoryStore:
     def _publish(self, channel: str, data: object) -> int:
         heard = [one for one in self.listeners if channel in one.channels and not one.broken]
         for one in heard:
-            if not self.lose(channel):
-                one.inbox.append(
-                    {"type": "message", "pattern": None, "channel": channel.encode(), "data": as_bytes(data)}
-                )
+            message = {"type": "message", "pattern": None, "channel": channel.encode(), "data": as_bytes(data)}
+            one.inbox.extend([message] * self.copies(channel))
         return len(heard)
 
     def pipeline(self, transaction: bool = True) -> "Pipeline":

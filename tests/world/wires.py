@@ -19,7 +19,7 @@ class Cable:
     def __init__(self, world: World) -> None:
         self.world = world
         self.to_robot, self.to_host = bytearray(), bytearray()
-        self.plugged, self._stalled_until = True, 0.0
+        self.plugged, self._stalled_until, self.kept_back_s = True, 0.0, 0.0
         self._halved = False
 
     def pull(self) -> None:
@@ -36,7 +36,7 @@ class Cable:
     def stall(self, seconds: float) -> None:
         """Carry nothing for so long; it arrives then."""
         self.world.note(f"the cable stalled for {seconds:.3f} s")
-        self._stalled_until = self.world.monotonic() + seconds
+        self._stalled_until, self.kept_back_s = self.world.monotonic() + seconds, seconds
 
     def halve(self) -> None:
         """Carry the first half of the next message to the robot, and lose the other."""
@@ -66,7 +66,8 @@ class Cable:
 class Port:
     """The host's end, as pyserial's ports are used."""
 
-    def __init__(self, cable: Cable) -> None:
+    def __init__(self, cable: Cable, sent: Callable[[bytes], None]) -> None:
+        self._sent = sent  # told of each message
         if not cable.plugged:
             raise serial.SerialException(2, "No such file or directory")
         self._cable, self._open = cable, True
@@ -96,6 +97,7 @@ class Port:
 
     def write(self, data: bytes) -> None:
         self._check()
+        self._sent(data)
         self._cable.send(data)
 
     def cancel_read(self) -> None:

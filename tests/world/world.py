@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 
-from django.db import connections
+from django.db import OperationalError, connections
 
 from robots.clock import Until, Waitable
 from tests.world.delays import NONE, Delays
@@ -87,7 +87,7 @@ class Thread(threading.Thread):
         if self.ready_at is None:
             if now < self.due and not (self.holds and self.holds()):
                 return self.due + self.late_s
-            self.ready_at = now
+            self.ready_at = min(now, self.due)
         return self.ready_at + self.late_s
 
 
@@ -101,7 +101,9 @@ class World:
         self.waits = self.switches = 0
         self._history = hashlib.sha256()
         self.errors: list[tuple[str, BaseException]] = []
-        self.closed = False
+        self.closed = self._stuck = False
+        self.database_away = False  # for every process but the test's
+        self.named_after_s = 30.0  # of real time
         self.host = Process("the test", 1)
         self.host.delayed = False
         self.threads: list[Thread] = []
@@ -203,6 +205,9 @@ class World:
         while True:
             me.ready_at = None
             self._switch(me)
+            if self._stuck and me is self.threads[0]:
+                self._stuck = False
+                raise Everlasting(f"everybody waits for ever: {sorted(t.name for t in self.threads)}")
             came = bool(holds and holds())
             if came or self._t >= due:
                 return came
@@ -232,8 +237,16 @@ class World:
         self.switches += 1
         self.running = chosen
         chosen.turn.release()
-        me.turn.acquire()
+        while not me.turn.acquire(timeout=self.named_after_s if me is self.threads[0] else -1):
+            self._name_the_running()
         self.check_alive()
+
+    def _name_the_running(self) -> None:
+        """Say who keeps all others from running, and where it is: it waits outside the world, or computes for long."""
+        running = self.running
+        frame = sys._current_frames().get(running.ident)
+        stack = "".join(traceback.format_stack(frame)) if frame else ""
+        sys.stderr.write(f"{running.name!r} has not given way for {self.named_after_s:g} s of real time:\n{stack}")
 
     def leave(self, me: Thread) -> None:
         """Pass the turn on; the thread has ended."""
@@ -254,7 +267,8 @@ class World:
                 return chosen
             soonest = min(at for at, _ in times)
             if math.isinf(soonest):
-                raise Everlasting(f"everybody waits for ever: {sorted(t.name for t in self.threads)}")
+                self._stuck = True
+                return self.threads[0]
             self._t = soonest
 
     # statements
@@ -267,6 +281,8 @@ class World:
             self.check_alive()
             if not context["connection"].in_atomic_block:
                 self.yield_()
+            if self.database_away and self.running.process is not self.host:
+                raise OperationalError("the database is away")
             return execute(sql, params, many, context)
 
         with connections["default"].execute_wrapper(before):

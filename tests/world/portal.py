@@ -19,6 +19,10 @@ from tests.world.store import MemoryStore
 from tests.world.world import World
 
 RIGS = {"irat": IratRig, "mercury": MercuryRig}
+NEW = {  # a robot's row, as if no world had been before
+    "cycle": Cycle.OFFLINE, "reason": "", "stop_latched": False, "releases": 0, "stopped_at": None,
+    "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},
+}  # fmt: skip
 SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
 
 
@@ -27,7 +31,7 @@ class Portal:
 
     def __init__(self, seed: int, robot: Robot, people: dict, folder, delays: Delays = NONE) -> None:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OFFLINE, reason="", stop_latched=False)
+        Robot.objects.filter(pk=robot.pk).update(**NEW)
         self.world, self.robot, self.people = World(seed, delays), robot, people
         self.wishes, self.slug = ROBOTS[robot.driver], robot.slug
         self.store = MemoryStore(self.world)

@@ -61,7 +61,9 @@ class Network:
     def _serve(self) -> None:
         """Hand to the radio what arrives, in the robot's process."""
         while True:
-            self.world.park(math.inf, lambda: any(line.ended or (self.carries and line.to_robot) for line in self.lines))
+            self.world.park(
+                math.inf, lambda: any(line.ended or (self.carries and line.to_robot) for line in self.lines)
+            )
             for line in list(self.lines):
                 while self.carries and line.to_robot:
                     line.peer.heard = self.world.monotonic()

@@ -20,6 +20,7 @@ class Brain:
         self._asked: deque[ToBrain] = deque()
         self._said: deque[FromBrain] = deque()
         self._left = False
+        self.mind: Mind | None = None  # once it has begun
 
     def begin(self) -> None:
         self.process = self._world.process("brain")
@@ -31,7 +32,7 @@ class Brain:
         self._left = True
 
     def _run(self) -> None:
-        mind = Mind(self._folder, self._world)
+        self.mind = mind = Mind(self._folder, self._world)
         while True:
             self._world.park(math.inf, lambda: self._asked or self._left)
             if not self._asked:

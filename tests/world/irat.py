@@ -22,6 +22,7 @@ class IratRig:
     def __init__(self, world: World, folder: Path) -> None:
         self.world, self.folder = world, folder
         self.process = world.process("simulator", delayed=False)
+        self.brains: list[Brain] = []  # that were made, the newest last
         self.sim = Simulator(
             folder, world.seed, clock=world, wall=lambda: world.now().timestamp(), real=world, width=NARROW
         )
@@ -31,7 +32,11 @@ class IratRig:
         world.spawn(self.sim.run, "simulator", self.process)
 
     def _think(self, folder, packet, clock) -> BrainProcess:
-        return BrainProcess(folder, packet, clock, clock, lambda folder: Brain(self.world, folder))
+        return BrainProcess(folder, packet, clock, clock, self._brain)
+
+    def _brain(self, folder) -> Brain:
+        self.brains.append(Brain(self.world, folder))
+        return self.brains[-1]
 
     def session(self, name, address, settings, trace=None):
         """Open a session of the driver over the network."""

@@ -58,14 +58,15 @@ class Network:
     def carries(self) -> bool:
         return self.world.monotonic() >= self._stalled_until
 
+    def _some(self) -> bool:
+        return self.carries and any(line.ended or line.to_robot for line in self.lines)
+
     def _serve(self) -> None:
         """Hand to the radio what arrives, in the robot's process."""
         while True:
-            self.world.park(
-                math.inf, lambda: any(line.ended or (self.carries and line.to_robot) for line in self.lines)
-            )
+            self.world.park(math.inf, self._some)
             for line in list(self.lines):
-                while self.carries and line.to_robot:
+                while line.to_robot:
                     line.peer.heard = self.world.monotonic()
                     self.radio.take(line.peer, line.to_robot.popleft())
                 if line.ended:

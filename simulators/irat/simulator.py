@@ -132,9 +132,10 @@ class Simulator:
             if pause < -CATCH_UP_S:
                 due = self._clock.monotonic()
             now = self._clock.monotonic()
+            passed = min(max(now - last, LET_IN_S), IDLE_S)  # somebody may wake it twice at the same time
             with self._lock:
                 self._spoil()
-                self.world.tick(min(now - last, IDLE_S) if idle and self.world.idle else TICK_S)
+                self.world.tick(passed if idle and self.world.idle else TICK_S)
             self._network.settle()
             last = now
             if now >= self._publish_due:

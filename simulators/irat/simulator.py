@@ -46,7 +46,7 @@ class Simulator:
         real: Timer = TIMER, width: int | None = None,
     ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder, self._clock, self._wall, self._lock = folder, clock, wall, threading.RLock()
+        self._folder, self._clock, self._wall, self._lock = folder, clock, wall, clock.lock()
         self.faults, self.journal = FaultBoard(seed), Journal(folder / "journal.jsonl", real)
         kept = restore(folder / "state.json")
         self.world = World(self.journal.note, self.faults, seed, kept.pose, kept.charge, not open_floor)

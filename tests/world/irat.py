@@ -18,6 +18,8 @@ class IratRig:
     """A simulated iRat in a corridor that runs in a process of its own, and what connects an owner with it."""
 
     driver = "irat"
+    faults = ("awol", "mute", "slow", "stall", "slip", "ir_dead", "cam_gone", "cam_black", "cam_freeze")
+    strengths = {"slow": 0.5, "ir_dead": 7.0}
 
     def __init__(self, world: World, folder: Path) -> None:
         self.world, self.folder = world, folder
@@ -26,9 +28,11 @@ class IratRig:
         self.sim = Simulator(
             folder, world.seed, clock=world, wall=lambda: world.now().timestamp(), real=world, width=NARROW
         )
-        self.faults = self.sim.faults
-        self.faults.set("carried", ROBOTS["irat"].corridor)
-        self.network = Network(world, self.sim.radio, self.faults, self.process)
+        self.sim.faults.set("carried", ROBOTS["irat"].corridor)
+        self.network = network = Network(world, self.sim.radio, self.sim.faults, self.process)
+        self.pull, self.plug, self.stall, self.halve = network.unplug, network.plug, network.stall, network.halve
+        self._last: dict = {}  # the motion before
+        self._end = ""  # how it ended, if nobody has held the robot since
         world.spawn(self.sim.run, "simulator", self.process)
 
     def _think(self, folder, packet, clock) -> BrainProcess:
@@ -63,6 +67,39 @@ class IratRig:
 
     def count(self, event: str) -> int:
         return self.sim.journal.counts[event]
+
+    def tell(self, told) -> None:
+        """Have each of the simulator's notes told, at the moment at which it is written."""
+
+        def noted(record: dict) -> None:
+            if record["event"] == "rest":
+                self._end = record["end"]
+            elif record["event"] in ("hold", "connected", "disconnected", "power_on"):
+                self._end = ""
+            told(record)
+
+        self.sim.journal.told = noted
+
+    @property
+    def stalled_s(self) -> float:
+        """Return how long the network kept back what it was given last (s)."""
+        return self.network.kept_back_s
+
+    def is_by_itself(self, motion: dict) -> bool:
+        """Tell whether a motion goes on with the one before, which rested because velocities came late."""
+        last, self._last = self._last, motion
+        same = all(last.get(name) == motion[name] for name in ("epoch", "linear", "angular"))
+        return same and self._end == "silence"
+
+    def fault(self, verb: str, value: float = 1.0) -> None:
+        self.sim.faults.set(verb, value)
+
+    def clear_faults(self) -> None:
+        self.sim.faults.clear()
+
+    def power_cycle(self) -> None:
+        """Switch the robot off and on."""
+        self.sim.faults.set("power_cycle", count=1)
 
     def close(self) -> None:
         self.sim.journal.close()

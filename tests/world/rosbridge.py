@@ -17,7 +17,8 @@ class Network:
     def __init__(self, world: World, radio: Radio, faults: FaultBoard, robot: Process) -> None:
         self.world, self.radio, self.faults = world, radio, faults
         self.lines: list[Line] = []
-        self.opened, self.plugged, self._stalled_until = 0, True, 0.0
+        self.opened, self.plugged, self.halved = 0, True, False
+        self._stalled_until = self.kept_back_s = 0.0
         world.spawn(self._serve, "radio", robot)
 
     def open(self, address: str) -> "Line":
@@ -52,7 +53,12 @@ class Network:
     def stall(self, seconds: float) -> None:
         """Carry nothing for so long; it arrives then."""
         self.world.note(f"the network stalled for {seconds:.3f} s")
-        self._stalled_until = self.world.monotonic() + seconds
+        self._stalled_until, self.kept_back_s = self.world.monotonic() + seconds, seconds
+
+    def halve(self) -> None:
+        """End the connection in the middle of the next message to the robot."""
+        self.world.note("half of the next message is lost")
+        self.halved = True
 
     @property
     def carries(self) -> bool:
@@ -88,7 +94,11 @@ class Line:
     def send(self, frame: str) -> None:
         if self.ended:
             raise ConnectionResetError(104, "Connection reset by peer")
-        self.to_robot.append(frame)
+        if self._network.halved:
+            self._network.halved = False
+            self.close()
+        else:
+            self.to_robot.append(frame)
 
     def __iter__(self) -> Iterator[str]:
         while not self.ended:

@@ -1,7 +1,7 @@
 """The iRat in virtual time: its owner, driver, brain and rosbridge over the simulated maze."""
 
 import random
-from math import dist
+from math import dist, inf
 
 import pytest
 
@@ -17,7 +17,8 @@ def busy(seed):
 
 
 def held(portal, number=0):
-    """Begin a held motion, and wait until the robot moves."""
+    """Begin a motion that is held until its controls are lost, and wait until the robot moves."""
+    portal.controls.moment_s = inf
     command = portal.move(number)
     portal.in_motion()
     return command
@@ -193,9 +194,7 @@ def goal(portal):
     row = slam.map.count - 6
     place, (x, y) = where[row + 1], (float(v) for v in slam.map.poses[row, :2])
     apart = dist(place, driven.plant.pose[:2])
-    done = portal.final(
-        portal.issue("goal", map=slam.map_number, x=x, y=y, experience=int(slam.map.ids[row])), 200
-    )
+    done = portal.final(portal.issue("goal", map=slam.map_number, x=x, y=y, experience=int(slam.map.ids[row])), 200)
     assert done.state == "completed", done.reason
     assert dist(place, driven.plant.pose[:2]) < max(0.2, apart / 2), "it came near to the place"
 

@@ -184,8 +184,10 @@ class Listener:
             raise redis.ConnectionError("Connection closed by server.")
 
     def get_message(self, ignore_subscribe_messages: bool = False, timeout: float = 0.0) -> dict | None:
-        world = self._store.world
-        world.park(world.monotonic() + timeout, lambda: self.inbox or self.broken or not self._store.up)
+        store, world = self._store, self._store.world
+        world.park(
+            world.monotonic() + timeout, lambda: (self.inbox and not store.silent) or self.broken or not store.up
+        )
         self._check()
         return self.inbox.popleft() if self.inbox and not self._store.silent else None
 

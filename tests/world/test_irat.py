@@ -5,6 +5,9 @@ from math import dist, inf
 
 import pytest
 
+from tests.conftest import at_length
+from tests.world import chaos
+from tests.world.chaos import Chaos
 from tests.world.delays import Delays
 from tests.world.seeds import hunt, seeds
 
@@ -202,6 +205,17 @@ def goal(portal):
 @seeds(1, 10, 30)
 def test_it_explores_and_goes_to_a_goal(worlds, seed):
     hunt(worlds, seed, goal)
+
+
+@pytest.mark.parametrize("troubles", [*map(at_length, ("STOPS", "STORES", "WIRES", "DEATHS", "CLOCKS")), "EVERYTHING"])
+@seeds(2, 20, 200)
+def test_whatever_happens(worlds, troubles, seed):
+    hunt(worlds, seed, lambda portal: Chaos(portal).run(40, getattr(chaos, troubles)))
+
+
+@seeds(1, 20, 200)
+def test_whatever_happens_on_a_busy_machine(worlds, seed):
+    hunt(worlds, seed, lambda portal: Chaos(portal).run(40, chaos.EVERYTHING), chaos.busy)
 
 
 def test_the_same_seed_makes_the_same_history(worlds):

@@ -24,7 +24,7 @@ NEW = {  # a robot's row, as if no world had been before
     "cycle": Cycle.OFFLINE, "reason": "", "stop_latched": False, "releases": 0, "stopped_at": None,
     "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},
 }  # fmt: skip
-SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
+SPOTS = ((-0.2, 0.3), (0.19, 0.45), (0.0, 0.35))
 
 
 class Portal:
@@ -34,6 +34,7 @@ class Portal:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         Robot.objects.filter(pk=robot.pk).update(**NEW)
         self.world, self.robot, self.people = World(seed, delays), robot, people
+        self._moves = 0
         self.wishes, self.slug = ROBOTS[robot.driver], robot.slug
         self.store = MemoryStore(self.world)
         bus.speak_through(self.store)
@@ -75,7 +76,8 @@ class Portal:
         self.until(lambda: self.row.cycle == Cycle.READY, 180, "a robot that is in order")
 
     def grant(self, seconds: float = 9 * 3600.0) -> None:
-        """Give ada the robot, once it is ready."""
+        """Give ada the robot, once it is ready; after the turn before it is handed over."""
+        Robot.objects.filter(pk=self.robot.pk, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
         self.ready()
         Robot.objects.filter(pk=self.robot.pk).update(cycle=Cycle.OPERATING)
         now = self.world.now()
@@ -87,26 +89,29 @@ class Portal:
         grant = services.open_grant(self.robot)
         return services.issue(self.slug, self.people["ada"], kind, args, services.next_seq(grant)).command
 
-    def move(self, number: int) -> Command:
+    def move(self) -> Command:
+        """Ask for a motion to a place where no motion before went."""
+        number, self._moves = self._moves, self._moves + 1
         x, y = SPOTS[number % len(SPOTS)]
-        command = self.issue("move", x=round(x + 0.0001 * (number % 1000), 4), y=y)
+        x, y = round(x + 0.0002 * (number % 200), 4), round(y + 0.0005 * (number // 600), 4)
+        command = self.issue("move", x=x, y=y)
         return self.controls.hold(command) if self.robot.spec().command(command.kind).held else command
 
     def ready_again(self, seconds: float = 60.0) -> None:
         """Wait until the robot is connected and its turn goes on."""
         self.until(lambda: self.owner and self.owner.connection.connected, seconds, "the connection")
 
-    def works_on(self, number: int, seconds: float = 60.0) -> None:
+    def works_on(self, seconds: float = 60.0) -> None:
         """Ask for motions until one is completed, at most so many seconds."""
         end = self.world.monotonic() + seconds
         said = ""
         while self.world.monotonic() < end:
             try:
-                command = self.final(self.move(number + 500))
+                command = self.final(self.move())
             except RobotError as error:
                 said = str(error)
             else:
-                said, number = f"{command.state}: {command.reason}", number + 1
+                said = f"{command.state}: {command.reason}"
                 if command.state == "completed":
                     return
             self.world.sleep(0.5)

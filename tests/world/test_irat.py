@@ -19,15 +19,15 @@ def busy(seed):
     return Delays(seed, share=0.01, mean_s=0.05, longest_s=0.5)
 
 
-def held(portal, number=0):
+def held(portal):
     """Begin a motion that is held until its controls are lost, and wait until the robot moves."""
     portal.controls.moment_s = inf
-    command = portal.move(number)
+    command = portal.move()
     portal.in_motion()
     return command
 
 
-def exploring(portal, number=0):
+def exploring(portal):
     """Begin to explore, and wait until the robot moves."""
     command = portal.issue("explore")
     portal.in_motion()
@@ -51,8 +51,8 @@ def nothing_moves(portal, seconds):
 def stops(portal, begin, within_s):
     portal.grant()
     dice = random.Random(portal.world.seed)
-    for i in range(5):
-        command = begin(portal, i)
+    for _ in range(5):
+        command = begin(portal)
         portal.world.sleep(dice.random())
         took = portal.stop()
         assert took <= within_s, f"at rest {took:.3f} s after the stop"
@@ -81,8 +81,8 @@ def test_a_stop_on_a_busy_machine(worlds, seed):
 def lost_controls(portal):
     portal.grant()
     dice = random.Random(portal.world.seed)
-    for i in range(5):
-        command = held(portal, i)
+    for _ in range(5):
+        command = held(portal)
         portal.world.sleep(dice.random())
         assert portal.rig.moving, "it moves for as long as the controls are held"
         portal.controls.let_go()
@@ -109,7 +109,7 @@ def lost_connection(portal):
     portal.rig.network.plug()
     portal.until(lambda: not portal.row.reason, 60, "another connection")
     nothing_moves(portal, 2)
-    held(portal, 1)
+    held(portal)
 
 
 @seeds(2, 20, 200)

@@ -1,0 +1,60 @@
+"""Motions that last long enough for something to happen in them."""
+
+from itertools import cycle
+
+from robots.conformance.report import NotApplicable
+from robots.conformance.runs import Run
+from robots.conformance.trial import Trial
+from robots.conformance.values import good
+from robots.contract.session import JSON
+from robots.contract.spec import CommandKind
+
+TRIES = 5  # a motion that ended before anything could happen in it is begun again so often
+Motions = list[tuple[str, JSON]]
+
+
+def motions_of(trial: Trial, command: CommandKind) -> Motions:
+    """Return commands of one kind that each lead somewhere else."""
+    return [(command.kind, args) for args in good(trial, command)]
+
+
+def longest(trial: Trial) -> Motions:
+    """Return commands of the kind that was seen moving for the longest time, one after another. Raises NotApplicable.
+
+    A kind with a single place to go to is none, unless it goes on by itself, as a patrol does.
+    """
+    found: list[tuple[float, Motions]] = []
+    for command in trial.motions():
+        listed = [] if command.held else motions_of(trial, command)
+        moved = trial.moved.get(command.kind, 0.0)
+        if listed and (len(listed) > 1 or moved > 1e3 or not trial.moved):
+            found.append((moved, listed))
+    best = max(found, key=lambda one: one[0], default=(0.0, []))
+    if not best[1]:
+        raise NotApplicable("no kind moves the robot from one place to another; give examples of values in robot.toml")
+    return best[1]
+
+
+def underway(trial: Trial, listed: Motions, looks: int = 1) -> Run | None:
+    """Begin a motion of the list and return it once it was seen moving so many times; None where none lasts so long.
+
+    The list is turned, so that the next motion leads somewhere else.
+    """
+    for kind, args in _turned(listed):
+        run, seen = trial.run(kind, args), 0
+        for state in trial.looks(run, trial.limits.answer_s):
+            seen += state.moving and run.acknowledged.is_set()
+            if seen >= looks:
+                return run
+        trial.settle()
+    return None
+
+
+def _turned(listed: Motions) -> Motions:
+    """Return the next motions, and turn the list so that another one comes first the next time."""
+    turns, found = cycle(range(len(listed))), []
+    for _ in range(max(TRIES, len(listed))):
+        next(turns)
+        listed.append(listed.pop(0))
+        found.append(listed[-1])
+    return found

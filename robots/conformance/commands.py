@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from robots.conformance.report import NotApplicable
+from robots.conformance.report import NotApplicable, Note
 from robots.conformance.runs import ACKNOWLEDGED, SENT, Run, denial, said, shown
-from robots.conformance.trial import Trial, apart
+from robots.conformance.trial import ENDLESS, Trial, apart
 from robots.conformance.values import bad, base, ends, good, is_refusal, refusal
 from robots.contract.session import JSON, Progress
 from robots.contract.spec import CommandKind
@@ -92,6 +92,8 @@ def carried_out(trial: Trial) -> Iterator[str]:
             yield from _watched(trial, command, args)
     if len(left) == len(trial.spec.commands):
         raise NotApplicable("no command could be carried out; give examples of values in robot.toml")
+    if left:
+        yield Note(f"Not carried out, because no good values are known: {', '.join(left)}.")
 
 
 def _watched(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
@@ -101,7 +103,7 @@ def _watched(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
         if state.moving:
             moving = trial.clock.monotonic() - since
     endless = not run.ended.is_set()
-    trial.moved[command.kind] = max(trial.moved.get(command.kind, 0.0), moving + 1e3 * endless * (moving > 0))
+    trial.moved[command.kind] = max(trial.moved.get(command.kind, 0.0), moving + ENDLESS * (endless and moving > 0))
     if endless and command.held:
         yield from _released(trial, run, what)
     elif endless:

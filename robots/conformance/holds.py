@@ -1,10 +1,11 @@
 """Checks of `hold`: at any moment, from any thread, it ends the motion for good and the robot rests."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 from robots.conformance.commands import STILL
 from robots.conformance.motions import TRIES, Motions, longest, motions_of, underway
-from robots.conformance.report import NotApplicable
+from robots.conformance.report import NotApplicable, Note
 from robots.conformance.runs import ACKNOWLEDGED, SENT, Call, Run, denial, said, shown
 from robots.conformance.trial import Trial, apart
 from robots.contract.session import RobotState
@@ -26,9 +27,9 @@ def hold(trial: Trial) -> Iterator[str]:
     trial.settle()
     for when in ("after a motion", "a second time"):
         yield from _held(trial, trial.call(trial.opened_session().hold, "hold"), when)
-    run = underway(trial, listed)
-    if run is None:
-        yield "No motion begins after a hold; a hold must not stay in force."
+    run = trial.run(*listed[0])
+    if not trial.poll(partial(_begun, run), trial.limits.answer_s) or (run.error and not run.acknowledged.is_set()):
+        yield f"A motion after a hold ended with {said(run.error)}; a hold must not stay in force."
 
 
 def _at_stage(trial: Trial, listed: Motions, stage: str) -> Iterator[str]:
@@ -83,7 +84,9 @@ def _judged(trial: Trial, begin: Callable[[], Run | None], calls: list[Call], wo
         if run.error is not None:
             yield f"execute ended with {said(run.error)} after hold() {words}; raise Held."
             return
-    if run is not None:
+    if run is None:
+        yield Note(f"No motion lasts so long that it can be held {words}.")
+    else:
         yield f"execute returned as if nothing had happened after hold() {words}; raise Held."
 
 
@@ -119,12 +122,10 @@ def held_kinds(trial: Trial) -> Iterator[str]:
         trial.settle()
         run = underway(trial, motions_of(trial, command))
         if run is None:
-            yield f"The held motion {command.kind!r} was not seen moving; go on while permit() lets it."
+            yield Note(f"The held motion {command.kind!r} was not seen moving.")
             continue
         what, asked = shown(run.kind, run.args), run.permits
-        if not trial.poll(
-            lambda run=run, asked=asked: run.permits > asked or run.ended.is_set(), trial.limits.answer_s
-        ):
+        if not trial.poll(partial(_goes_on, run, asked), trial.limits.answer_s):
             yield f"{what} does not call permit() while it moves; call it again and again."
         run.refuse = denial()
         if not run.ends(trial.limits.answer_s):
@@ -133,6 +134,14 @@ def held_kinds(trial: Trial) -> Iterator[str]:
             yield f"{what} ended with {said(run.error)} after permit() raised on its way; let it through as it is."
         if not trial.poll(lambda: not trial.opened_session().state().moving, trial.limits.answer_s):
             yield f"The robot does not come to rest after the controls of {what} were released."
+
+
+def _goes_on(run: Run, asked: int) -> bool:
+    return run.permits > asked or run.ended.is_set()
+
+
+def _begun(run: Run) -> bool:
+    return run.acknowledged.is_set() or run.ended.is_set()
 
 
 def replaced(trial: Trial) -> Iterator[str]:
@@ -145,6 +154,7 @@ def replaced(trial: Trial) -> Iterator[str]:
         listed = motions_of(trial, command)
         run = underway(trial, listed)
         if run is None:
+            yield Note(f"No motion of the kind {command.kind!r} lasts so long that it can be replaced.")
             continue
         what, run.refuse = shown(run.kind, run.args), Replaced("A newer target takes its place.")
         if not run.ends(trial.limit_of(command.kind)):
@@ -155,9 +165,7 @@ def replaced(trial: Trial) -> Iterator[str]:
         elif run.error is not run.refuse:
             yield f"{what} ended with {said(run.error)} after permit() raised Replaced; let it through."
         after = trial.run(*listed[0])
-        if not after.acknowledged.wait(0) and not trial.poll(
-            lambda after=after: after.acknowledged.is_set() or after.ended.is_set(), trial.limits.answer_s
-        ):
+        if not trial.poll(partial(_begun, after), trial.limits.answer_s):
             yield f"No target can follow {what} after it was replaced."
         elif after.ended.is_set() and after.error is not None:
             yield f"The target that replaced {what} ended with {said(after.error)}."

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from robots.conformance.commands import STILL
 from robots.conformance.motions import longest, underway
-from robots.conformance.report import NotApplicable
+from robots.conformance.report import NotApplicable, Note
 from robots.conformance.runs import denial, said
 from robots.conformance.states import _wrong_in
 from robots.conformance.trial import Broken, Faults, Trial, apart
@@ -25,7 +25,9 @@ def close_under_motion(trial: Trial) -> Iterator[str]:
         yield "close() under a motion did not return; it must not wait for the command."
     elif shut.error is not None:
         yield f"close() under a motion raised {said(shut.error)}; it never raises."
-    if run is not None:
+    if run is None:
+        yield Note("No motion lasts so long that it can be closed in it.")
+    else:
         if not run.ends(trial.limit_of(run.kind)):
             yield "execute did not end after close(); let it raise LineGone."
         elif run.error is not None and not isinstance(run.error, RobotError):

@@ -17,13 +17,19 @@ class Verdict(StrEnum):
     NOT_APPLICABLE = "not applicable"
 
 
+class Note(str):
+    """A remark of a check, which is no fault: what it could not look at."""
+
+    __slots__ = ()
+
+
 class NotApplicable(Exception):
     """Raised by a check that has nothing to look at; its text is the reason."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """One check: its name, its verdict, and what was wrong or why it does not apply; each fault is a sentence."""
+    """One check: its name, its verdict, and sentences: what was wrong, what was left out, or why it does not apply."""
 
     check: str
     verdict: Verdict

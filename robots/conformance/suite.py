@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from robots.clock import Timer
 from robots.conformance import beside, commands, holds, lines, states
-from robots.conformance.report import NotApplicable, Report, Result, Verdict
+from robots.conformance.report import NotApplicable, Note, Report, Result, Verdict
 from robots.conformance.runs import said
 from robots.conformance.trial import Broken, Faults, Limits, Opening, Trial
 from robots.contract.session import JSON
@@ -83,7 +83,9 @@ def _made(trial: Trial, check: str, function: Check, broken: str) -> Result:
         wrong.append(str(error))
     except Exception as error:  # noqa: BLE001 - of the driver, which the check called
         wrong.append(f"The driver raised {said(error)}; errors are those of robots/drivers/errors.py.")
-    return Result(check, Verdict.FAILED if wrong else Verdict.PASSED, tuple(wrong))
+    faults = [word for word in wrong if not isinstance(word, Note)]
+    notes = [word for word in wrong if isinstance(word, Note)]
+    return Result(check, Verdict.FAILED if faults else Verdict.PASSED, (*faults, *notes))
 
 
 def _out_of_order(trial: Trial, check: str) -> str:

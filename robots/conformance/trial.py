@@ -16,6 +16,7 @@ from robots.drivers.errors import HardwareFault, RobotError
 
 Opening = Callable[[], Session]
 PAUSE_S = 0.02  # between two looks
+ENDLESS = 1e6  # s, counts as the length of a motion that does not end by itself while it is watched
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Trial:
         self.children = children()
         self.session: Session | None = None
         self.runs: list[Run] = []
-        self.moved: dict[str, float] = {}  # seconds for which each kind was seen moving
+        self.moved: dict[str, float] = {}  # for how long (s) each kind was seen moving
         self.states: dict[str, RobotState] = {}  # the last state seen in a motion of each kind
 
     def motions(self) -> tuple[CommandKind, ...]:

@@ -35,8 +35,7 @@ def lanes(trial: Trial) -> Iterator[str]:
             trial.settle()
             yield from _beside(trial, listed[0], command.kind, args)
             listed.append(listed.pop(0))
-        if command.default and command.shown:
-            yield from _shown(trial, command.kind, command.default, command.shown)
+            yield from _shown(trial, command.kind, args, command.shown)
 
 
 def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> Iterator[str]:
@@ -54,7 +53,7 @@ def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> It
     ):
         return
     beside = setting[0]
-    if not beside.ended.is_set():
+    if beside.late:
         yield f"{what} waits for the motion that runs; it must need no lock that a motion or a hold needs."
     elif beside.error is not None and not isinstance(beside.error, RobotError):
         yield f"{what} beside a motion ended with {said(beside.error)}."
@@ -64,10 +63,10 @@ def _beside(trial: Trial, motion: tuple[str, JSON], kind: str, args: JSON) -> It
         yield f"The motion ended with {said(run.error)} when {what} was carried out beside it."
 
 
-def _shown(trial: Trial, kind: str, default: Mapping[str, object], where: Mapping[str, str]) -> Iterator[str]:
+def _shown(trial: Trial, kind: str, args: JSON, where: Mapping[str, str]) -> Iterator[str]:
     session = trial.opened_session()
     for argument, channel in where.items():
-        wanted = default.get(argument)
+        wanted = args.get(argument)
 
         def reached(channel: str = channel, wanted: object = wanted) -> bool:
             value = trial.spec.named(session.state()).get(channel)

@@ -138,7 +138,7 @@ def stages(run: Run, command: CommandKind, what: str) -> Iterator[str]:
         yield f'{what} told the stages {told[:4]}; there are "sent", "acknowledged" and a Progress.'
     elif told != [SENT, ACKNOWLEDGED] * (len(told) // 2):
         yield f'{what} told the stages {told[:4]}; tell "sent" when it was sent, then "acknowledged", each once.'
-    if command.moves and not told and run.error is None:
+    if command.moves and not told and (run.error is None or isinstance(run.error, Held)):
         yield f'{what} told no stage; call on_stage("sent") and on_stage("acknowledged").'
     if told and not run.permits_at_sent:
         yield f"{what} was sent before permit() was called; call it right before each actuation."

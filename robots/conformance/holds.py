@@ -13,6 +13,7 @@ from robots.drivers.errors import Held, Replaced
 
 INSTANTS = (1, 3, 8)  # states in which the robot was seen moving, before it is held
 REST_LOOKS, REST_S = 4, 0.1
+WAITS = "did not return"
 
 
 def hold(trial: Trial) -> Iterator[str]:
@@ -20,7 +21,10 @@ def hold(trial: Trial) -> Iterator[str]:
     session, listed = trial.opened(), longest(trial)
     yield from _held(trial, trial.call(session.hold, "hold"), "at rest")
     for stage in (SENT, ACKNOWLEDGED):
-        yield from _at_stage(trial, listed, stage)
+        wrong = list(_at_stage(trial, listed, stage))
+        yield from wrong
+        if any(WAITS in words for words in wrong):
+            return
     for looks in INSTANTS:
         yield from _on_the_way(trial, listed, looks, 1)
     yield from _on_the_way(trial, listed, 1, 2)
@@ -91,8 +95,8 @@ def _judged(trial: Trial, begin: Callable[[], Run | None], calls: list[Call], wo
 
 
 def _held(trial: Trial, call: Call, words: str) -> Iterator[str]:
-    if not call.ends(trial.limits.answer_s):
-        yield f"hold() {words} did not return; it must not wait for the command, nor for a lock that execute holds."
+    if not call.ends(trial.limits.answer_s) or call.late:
+        yield f"hold() {words} {WAITS}; it must not wait for the command, nor for a lock that execute holds."
     elif call.error is not None:
         yield f"hold() {words} raised {said(call.error)}."
     elif not isinstance(call.value, RobotState):
@@ -115,6 +119,7 @@ def _rests(trial: Trial, words: str) -> Iterator[str]:
 
 def held_kinds(trial: Trial) -> Iterator[str]:
     """A motion with held controls asks for its permit again and again, and ends with what that raises."""
+    trial.opened()
     kinds = [c for c in trial.motions() if c.held and motions_of(trial, c)]
     if not kinds:
         raise NotApplicable("no kind of command is held")
@@ -125,7 +130,8 @@ def held_kinds(trial: Trial) -> Iterator[str]:
             yield Note(f"The held motion {command.kind!r} was not seen moving.")
             continue
         what, asked = shown(run.kind, run.args), run.permits
-        if not trial.poll(partial(_goes_on, run, asked), trial.limits.answer_s):
+        trial.poll(partial(_goes_on, run, asked), trial.limits.answer_s)
+        if not run.permits_on_way:
             yield f"{what} does not call permit() while it moves; call it again and again."
         run.refuse = denial()
         if not run.ends(trial.limits.answer_s):
@@ -146,6 +152,7 @@ def _begun(run: Run) -> bool:
 
 def replaced(trial: Trial) -> Iterator[str]:
     """A replaceable motion asks on its way and leaves the robot to the next target."""
+    trial.opened()
     kinds = [c for c in trial.motions() if c.replaceable and len(motions_of(trial, c)) > 1]
     if not kinds:
         raise NotApplicable("no kind of command is replaceable and has two places to go to")

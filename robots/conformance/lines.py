@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from robots.conformance.commands import STILL
 from robots.conformance.motions import longest, underway
-from robots.conformance.report import NotApplicable, Note
-from robots.conformance.runs import denial, said
+from robots.conformance.report import NotApplicable
+from robots.conformance.runs import ACKNOWLEDGED, Call, denial, said, shown
 from robots.conformance.states import _wrong_in
 from robots.conformance.trial import Broken, Faults, Trial, apart
 from robots.drivers.errors import HardwareFault, RobotError
@@ -17,21 +17,25 @@ COMMANDS = 3  # carried out over a noisy line
 
 def close_under_motion(trial: Trial) -> Iterator[str]:
     """`close` under a motion returns, ends the command, and the robot can be connected again and rests."""
-    trial.opened()
-    run = underway(trial, longest(trial))
-    session = trial.opened_session()
-    shut = trial.call(session.close, "close")
-    if not shut.ends(trial.limits.answer_s):
+    session, shut = trial.opened(), list[Call]()
+
+    def close() -> None:
+        shut.append(trial.call(session.close, "close"))
+        shut[0].ends(trial.limits.answer_s)
+
+    kind, args = longest(trial)[0]
+    run = trial.run(kind, args, at={ACKNOWLEDGED: close})
+    if not trial.poll(lambda: shut or run.ended.is_set(), trial.limits.answer_s):
+        yield f"{shown(kind, args)} was not acknowledged."
+        return
+    if not run.ends(trial.limit_of(kind)):
+        yield "execute did not end after close(); let it raise LineGone."
+    elif run.error is not None and not isinstance(run.error, RobotError):
+        yield f"execute ended with {said(run.error)} after close(); raise LineGone."
+    if shut and shut[0].late:
         yield "close() under a motion did not return; it must not wait for the command."
-    elif shut.error is not None:
-        yield f"close() under a motion raised {said(shut.error)}; it never raises."
-    if run is None:
-        yield Note("No motion lasts so long that it can be closed in it.")
-    else:
-        if not run.ends(trial.limit_of(run.kind)):
-            yield "execute did not end after close(); let it raise LineGone."
-        elif run.error is not None and not isinstance(run.error, RobotError):
-            yield f"execute ended with {said(run.error)} after close(); raise LineGone."
+    elif shut and shut[0].error is not None:
+        yield f"close() under a motion raised {said(shut[0].error)}; it never raises."
     yield from _comes_back(trial, "after close() under a motion")
 
 

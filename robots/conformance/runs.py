@@ -18,6 +18,7 @@ class Call:
     def __init__(self, clock: Timer, function: Callable[[], object], name: str) -> None:
         self._clock, self._function = clock, function
         self.ended = threading.Event()
+        self.late = False  # it was waited for in vain
         self.value: object = None
         self.error: BaseException | None = None
         threading.Thread(target=self._run, name=f"conformance {name}", daemon=True).start()
@@ -32,7 +33,9 @@ class Call:
 
     def ends(self, seconds: float) -> bool:
         """Wait until it has ended, for at most so many seconds of the clock; tell whether it has."""
-        return self._clock.wait(self.ended, seconds)
+        ended = self._clock.wait(self.ended, seconds)
+        self.late = self.late or not ended
+        return ended
 
 
 class Run(Call):

@@ -315,7 +315,7 @@ BROKEN = [
     (TellsLess, "state", "does not tell the channel 'pace'"),
     (TellsNoNumber, "state", "In motion (go) state() tells nan for 'cart'"),
     (TellsTooManyJoints, "state", "tells 2 joints; the spec declares 1"),
-    (OffTheRail, "state", "tells 5 for the joint 'cart', which its scale says lies in"),
+    (OffTheRail, "state", "for the joint 'cart', which its scale says lies in"),
     (KeepsNothing, "state", "latest() returns nothing"),
     (TellsNoState, "connect", "connect() returned NoneType instead of a RobotState"),
     (IsEverywhere, "connect", "connect() to an address where nothing is answers no error"),

@@ -13,24 +13,32 @@ from robots.drivers.errors import Held, Replaced
 
 INSTANTS = (1, 3, 8)  # states in which the robot was seen moving, before it is held
 REST_LOOKS, REST_S = 4, 0.1
-WAITS = "did not return"
 
 
 def hold(trial: Trial) -> Iterator[str]:
     """Before, during and after a motion; while a stage is told; twice; from two threads at once."""
     session, listed = trial.opened(), longest(trial)
-    yield from _held(trial, trial.call(session.hold, "hold"), "at rest")
-    for stage in (SENT, ACKNOWLEDGED):
-        wrong = list(_at_stage(trial, listed, stage))
-        yield from wrong
-        if any(WAITS in words for words in wrong):
+    moments: tuple[Callable[[], Iterator[str]], ...] = (
+        lambda: _held(trial, trial.call(session.hold, "hold"), "at rest"),
+        *(partial(_at_stage, trial, listed, stage) for stage in (SENT, ACKNOWLEDGED)),
+        *(partial(_on_the_way, trial, listed, looks, 1) for looks in INSTANTS),
+        partial(_on_the_way, trial, listed, 1, 2),
+        *(partial(_after, trial, when) for when in ("after a motion", "a second time")),
+        partial(_not_in_force, trial, listed),
+    )
+    for moment in moments:
+        words = list(moment())
+        yield from words
+        if any(not isinstance(word, Note) for word in words):
             return
-    for looks in INSTANTS:
-        yield from _on_the_way(trial, listed, looks, 1)
-    yield from _on_the_way(trial, listed, 1, 2)
-    trial.settle()
-    for when in ("after a motion", "a second time"):
-        yield from _held(trial, trial.call(trial.opened_session().hold, "hold"), when)
+
+
+def _after(trial: Trial, when: str) -> Iterator[str]:
+    yield from _held(trial, trial.call(trial.opened().hold, "hold"), when)
+
+
+def _not_in_force(trial: Trial, listed: Motions) -> Iterator[str]:
+    """Begin a motion after a hold."""
     run = trial.run(*listed[0])
     if not trial.poll(partial(_begun, run), trial.limits.answer_s) or (run.error and not run.acknowledged.is_set()):
         yield f"A motion after a hold ended with {said(run.error)}; a hold must not stay in force."
@@ -96,7 +104,7 @@ def _judged(trial: Trial, begin: Callable[[], Run | None], calls: list[Call], wo
 
 def _held(trial: Trial, call: Call, words: str) -> Iterator[str]:
     if not call.ends(trial.limits.answer_s) or call.late:
-        yield f"hold() {words} {WAITS}; it must not wait for the command, nor for a lock that execute holds."
+        yield f"hold() {words} did not return; it must not wait for the command, nor for a lock that execute holds."
     elif call.error is not None:
         yield f"hold() {words} raised {said(call.error)}."
     elif not isinstance(call.value, RobotState):

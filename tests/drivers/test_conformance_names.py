@@ -14,7 +14,6 @@ from robots.contract.session import Outcome, Progress, RobotState
 from robots.drivers.errors import HardwareFault, LineGone
 from tests.drivers.rail import CAMERA, CLOCK, SPEC, Cart, Rail
 
-pytestmark = pytest.mark.gate
 PATIENT = Limits(answer_s=600.0, watch_s=3.0, beyond_s=600.0)  # of a clock that runs ten times faster
 HASTY = Limits(answer_s=10.0, watch_s=3.0, beyond_s=5.0)  # for what never ends
 
@@ -27,6 +26,7 @@ def tried(driver, *only, spec=SPEC, limits=PATIENT):
     )  # fmt: skip
 
 
+@pytest.mark.gate
 def test_a_driver_that_is_in_order_passes_every_check_that_applies():
     report = tried(Rail)
     assert not report.failures, report.text()
@@ -297,7 +297,6 @@ class NoPicture(Rail):
 BROKEN = [
     (TakesAnything, "values", "execute takes go(x=nan); refuse it with BadRequest"),
     (Complains, "values", "by ValueError"),
-    (NeverAsks, "permit", "execute never called permit() for go(x="),
     (AsksTooLate, "permit", "although permit() had raised; call permit() before the actuation"),
     (SwallowsTheNo, "permit", "execute answered HardwareFault (It did not work.); let it through as it is"),
     (StagesReversed, "commands", "told the stages ['acknowledged', 'sent']"),
@@ -307,7 +306,6 @@ BROKEN = [
     (FailsWithoutWords, "commands", "ended with KeyError"),
     (IgnoresHold, "hold", "returned a state that moves"),
     (LiesOnHold, "hold", "The robot moves on after hold()"),
-    (LockedHold, "hold", 'hold() while on_stage("sent") is told did not return'),
     (ForgetsTheHold, "hold", "returned as if nothing had happened"),
     (HoldsForEver, "hold", "A motion after a hold ended with HardwareFault (The cart is held.)"),
     (OnAnotherClock, "state", "stamp it by self.clock.monotonic()"),
@@ -320,33 +318,48 @@ BROKEN = [
     (TellsNoState, "connect", "connect() returned NoneType instead of a RobotState"),
     (IsEverywhere, "connect", "connect() to an address where nothing is answers no error"),
     (CloseRaises, "end", "close() a second time raised LineGone"),
-    (LeavesAThread, "end", "these threads are left: watcher of the rail"),
     (BeginsWithADelta, "streams", "begins with a delta"),
     (NeverAKeyAgain, "streams", "sends no key packet although stream() returned True"),
     (TooLong, "streams", "has 1048577 bytes; send at most 1048576"),
     (AnotherStream, "streams", "It sends the stream 'map'"),
-    (PaceWaits, "lanes", "waits for the motion that runs"),
-    (NotShown, "lanes", "The channel 'pace' does not show"),
     (RecoversUnasked, "recovery", "recover() never called permit()"),
     (RecoversTooEarly, "recovery", "The robot moved in recover() although permit() had raised"),
     (JogsOn, "held motions", "does not call permit() while it moves"),
     (CannotBeReplaced, "replaced", "did not call permit() on its way"),
-    (GoesOnWithoutALine, "close in motion", "execute did not end after close()"),
-    (CloseWaits, "close in motion", "close() under a motion did not return"),
     (LostWithoutWords, "lost line", "execute ended with OSError"),
     (BelievesNoise, "noise", "Under the fault 'corrupt' state() tells inf for 'cart'"),
     (NoPicture, "pictures", "6 bytes that are no JPEG or PNG"),
 ]
+WAITS_FOR_EVER = [
+    (LeavesAThread, "end", "these threads are left: watcher of the rail"),
+    (NeverAsks, "permit", "execute never called permit() for go(x="),
+    (LockedHold, "hold", 'hold() while on_stage("sent") is told did not return'),
+    (PaceWaits, "lanes", "waits for the motion that runs"),
+    (NotShown, "lanes", "The channel 'pace' does not show"),
+    (GoesOnWithoutALine, "close in motion", "execute did not end after close()"),
+    (CloseWaits, "close in motion", "close() under a motion did not return"),
+]
 
 
-@pytest.mark.parametrize(("driver", "check", "words"), BROKEN, ids=lambda value: getattr(value, "__name__", None))
-def test_what_is_broken_is_named(driver, check, words):
+def named(driver, check, words, limits):
     before = ("commands",) if check in ("state", "streams") else ()  # what they judge is seen there
-    report = tried(driver, *before, check, limits=HASTY)
+    report = tried(driver, *before, check, limits=limits)
     assert report.of(check).verdict == Verdict.FAILED, report.text()
     assert any(words in said for said in report.of(check).words), report.text()
 
 
+@pytest.mark.gate
+@pytest.mark.parametrize(("driver", "check", "words"), BROKEN, ids=lambda value: getattr(value, "__name__", ""))
+def test_what_is_broken_is_named(driver, check, words):
+    named(driver, check, words, PATIENT)
+
+
+@pytest.mark.parametrize(("driver", "check", "words"), WAITS_FOR_EVER, ids=lambda value: getattr(value, "__name__", ""))
+def test_what_waits_for_ever_is_named(driver, check, words):
+    named(driver, check, words, HASTY)
+
+
+@pytest.mark.gate
 def test_a_policy_that_nothing_can_judge_is_named():
     """A bound of seconds alone, and one of a speed that no state tells."""
 

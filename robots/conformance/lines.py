@@ -5,13 +5,14 @@ from collections.abc import Iterator
 from robots.conformance.commands import STILL
 from robots.conformance.motions import longest, underway
 from robots.conformance.report import NotApplicable
-from robots.conformance.runs import ACKNOWLEDGED, Call, denial, said, shown
+from robots.conformance.runs import ACKNOWLEDGED, Call, Run, denial, said, shown
 from robots.conformance.states import _wrong_in
 from robots.conformance.trial import Broken, Faults, Trial, apart
 from robots.drivers.errors import HardwareFault, RobotError
 
 NOISE = (("corrupt", 0.02), ("drop", 0.02), ("double", 0.05), ("slow", 0.3))
-SILENT, POWER = "awol", "power_cycle"
+SILENT = "awol"
+RESTARTS = ("power_cycle", "restart")
 COMMANDS = 3  # carried out over a noisy line
 
 
@@ -87,37 +88,65 @@ def _board(trial: Trial) -> Faults:
 
 def lost_line(trial: Trial) -> Iterator[str]:
     """A robot that falls silent under a motion is a fault with a sentence, and it comes back."""
-    yield from _harmed(trial, SILENT, None)
+    board, run = _board(trial), _begun(trial)
+    board.set(SILENT)
+    session = trial.opened_session()
+    trial.poll(run.ended.is_set, trial.limits.watch_s)
+    asked = trial.call(session.state, "state")
+    if not asked.ends(trial.limits.answer_s):
+        yield "state() does not return while the robot is silent; raise LineSilent or LineGone."
+    elif asked.error is None and (not run.ended.is_set() or run.error is None):
+        raise NotApplicable(f"the simulator's fault {SILENT!r} changes nothing that is noticed")
+    elif asked.error is not None and not is_fault(asked.error):
+        yield f"state() of a robot that is silent raised {said(asked.error)}; raise a HardwareFault with a sentence."
+    yield from _ended(trial, run, "when the robot fell silent")
+    yield from _mended(trial, board, "after the robot was silent")
 
 
 def lost_power(trial: Trial) -> Iterator[str]:
-    """So is one that loses its power."""
-    yield from _harmed(trial, POWER, 1)
-
-
-def _harmed(trial: Trial, verb: str, count: int | None) -> Iterator[str]:
+    """So is a controller that is started again under a motion."""
     board = _board(trial)
-    session = trial.opened()
+    boots = board.boots()
+    if boots is None:
+        raise NotApplicable("the simulator does not tell when its controller is started again")
+    for verb in RESTARTS:
+        run = _begun(trial)
+        board.set(verb, 1.0, 1)
+        if trial.poll(lambda: board.boots() != boots, trial.limits.watch_s):
+            yield from _ended(trial, run, f"under the fault {verb!r}")
+            yield from _mended(trial, board, f"after the fault {verb!r}")
+            return
+        board.clear()
+        trial.settle()
+    raise NotApplicable("no fault of the simulator starts its controller again")
+
+
+def _begun(trial: Trial) -> Run:
+    trial.opened()
     run = underway(trial, longest(trial))
     if run is None:
         raise NotApplicable("no motion lasts so long")
-    if not board.set(verb, 1.0, count):
-        raise NotApplicable(f"the simulator has no fault {verb!r}")
-    trial.poll(run.ended.is_set, trial.limits.watch_s)
-    if not run.ended.is_set() and count is None:  # the robot patrols by itself; its state is asked
-        call = trial.call(session.state, "state")
-        if call.ends(trial.limits.answer_s) and call.error is None:
-            board.clear()
-            raise NotApplicable(f"the simulator's fault {verb!r} changes nothing")
+    return run
+
+
+def is_fault(error: BaseException | None) -> bool:
+    """Tell whether an error is one of the machine's, with a sentence."""
+    return isinstance(error, HardwareFault) and bool(str(error).strip())
+
+
+def _ended(trial: Trial, run: Run, when: str) -> Iterator[str]:
     if not run.ends(trial.limit_of(run.kind)):
-        yield f"execute did not end within its limit under the fault {verb!r}."
+        yield f"execute did not end within its limit {when}."
     elif run.error is not None and not isinstance(run.error, RobotError):
-        yield f"execute ended with {said(run.error)} under the fault {verb!r}; raise a HardwareFault with a sentence."
+        yield f"execute ended with {said(run.error)} {when}; raise a HardwareFault with a sentence."
+
+
+def _mended(trial: Trial, board: Faults, when: str) -> Iterator[str]:
     board.clear()
     try:
         trial.settle()
     except Broken as error:
-        yield f"{str(error).rstrip('.')}, after the fault {verb!r} was over."
+        yield f"{str(error).rstrip('.')}, {when}."
 
 
 def noise(trial: Trial) -> Iterator[str]:

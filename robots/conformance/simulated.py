@@ -56,6 +56,11 @@ class Board:
         counts = self._ask(verb="status").get("counts")
         return int(counts.get("motion", 0)) if isinstance(counts, dict) else None
 
+    def boots(self) -> int | None:
+        """Return the number of the controller's present start; None where the simulator does not tell it."""
+        boot = self._ask(verb="status").get("boot")
+        return boot if isinstance(boot, int) else None
+
 
 @dataclass(frozen=True)
 class Simulated:

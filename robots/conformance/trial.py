@@ -46,6 +46,9 @@ class Faults(Protocol):
     def motions(self) -> int | None:
         """Return how many motions the simulator has counted; None where it does not count them."""
 
+    def boots(self) -> int | None:
+        """Return the number of the controller's present start; None where the simulator does not tell it."""
+
 
 class Broken(Exception):
     """The robot cannot be brought in order; the text says why."""

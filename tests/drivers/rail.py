@@ -46,7 +46,7 @@ class Cart:
     def __init__(self):
         self.start = self.goal = 0.0
         self.pace, self.began, self.counted = SLOW, CLOCK.monotonic(), 0
-        self.faults = {}
+        self.faults, self.boot = {}, 1
 
     def x(self):
         way = self.goal - self.start
@@ -62,6 +62,7 @@ class Cart:
 
     def set(self, verb, value=1.0, count=None):
         self.faults[verb] = value
+        self.boot += verb == "power_cycle"
         return True
 
     def clear(self):
@@ -69,6 +70,9 @@ class Cart:
 
     def motions(self):
         return self.counted
+
+    def boots(self):
+        return self.boot
 
 
 class Rail(Session):

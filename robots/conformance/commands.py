@@ -98,6 +98,7 @@ def carried_out(trial: Trial) -> Iterator[str]:
 
 def _watched(trial: Trial, command: CommandKind, args: JSON) -> Iterator[str]:
     run, what = trial.run(command.kind, args), shown(command.kind, args)
+    trial.poll(run.begun, trial.limits.answer_s)
     since, moving = trial.clock.monotonic(), 0.0
     for state in trial.looks(run, trial.limits.watch_s):
         if state.moving:

@@ -40,7 +40,7 @@ def _after(trial: Trial, when: str) -> Iterator[str]:
 def _not_in_force(trial: Trial, listed: Motions) -> Iterator[str]:
     """Begin a motion after a hold."""
     run = trial.run(*listed[0])
-    if not trial.poll(partial(_begun, run), trial.limits.answer_s) or (run.error and not run.acknowledged.is_set()):
+    if not trial.poll(run.begun, trial.limits.answer_s) or (run.error and not run.acknowledged.is_set()):
         yield f"A motion after a hold ended with {said(run.error)}; a hold must not stay in force."
 
 
@@ -154,10 +154,6 @@ def _goes_on(run: Run, asked: int) -> bool:
     return run.permits > asked or run.ended.is_set()
 
 
-def _begun(run: Run) -> bool:
-    return run.acknowledged.is_set() or run.ended.is_set()
-
-
 def replaced(trial: Trial) -> Iterator[str]:
     """A replaceable motion asks on its way and leaves the robot to the next target."""
     trial.opened()
@@ -180,7 +176,7 @@ def replaced(trial: Trial) -> Iterator[str]:
         elif run.error is not run.refuse:
             yield f"{what} ended with {said(run.error)} after permit() raised Replaced; let it through."
         after = trial.run(*listed[0])
-        if not trial.poll(partial(_begun, after), trial.limits.answer_s):
+        if not trial.poll(after.begun, trial.limits.answer_s):
             yield f"No target can follow {what} after it was replaced."
         elif after.ended.is_set() and after.error is not None:
             yield f"The target that replaced {what} ended with {said(after.error)}."

@@ -61,7 +61,7 @@ def conform_installed(
         settings = {"epoch": epoch, "folder": folder} | ({"token": token} if token else {})
         return conform(
             opening(name, wire, settings, clock), spec, clock, name=name, limits=limits, description=description,
-            examples=examples, faults=simulated.board if simulated else None,
+            examples=examples, faults=(lambda: simulated.board) if simulated else (lambda: None),
             nowhere=opening(name, str(Path(folder) / "nowhere"), settings, clock),
             pictures=(lambda: simulated.pictures(views(description))) if simulated else dict, only=only, told=told,
         )  # fmt: skip

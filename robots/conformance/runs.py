@@ -73,6 +73,10 @@ class Run(Call):
         if stage == ACKNOWLEDGED:
             self.acknowledged.set()
 
+    def begun(self) -> bool:
+        """Tell whether the robot has understood it, or it has ended."""
+        return self.acknowledged.is_set() or self.ended.is_set()
+
     @property
     def outcome(self) -> Outcome | None:
         """Return what the driver returned, if it is an outcome."""

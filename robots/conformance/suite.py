@@ -42,7 +42,7 @@ HEARD = ("streams",)  # judged by what was heard before, whatever became of the 
 def conform(
     opening: Opening, spec: Spec, clock: Timer, *, name: str = "", limits: Limits | None = None,
     description: Mapping[str, object] | None = None, examples: Mapping[str, Sequence[JSON]] | None = None,
-    faults: Faults | None = None, nowhere: Opening | None = None,
+    faults: Callable[[], Faults | None] = lambda: None, nowhere: Opening | None = None,
     pictures: Callable[[], Mapping[str, str]] = dict, only: Sequence[str] = (),
     told: Callable[[Result], None] = lambda _: None,
 ) -> Report:  # fmt: skip
@@ -50,7 +50,7 @@ def conform(
 
     `opening` makes a session that is not connected; `clock` is the one that the session reads (`Session.clock`).
     `name` is the driver's, where it is installed. `description` is its robot.toml, `examples` are values with which
-    kinds can be carried out, `faults` the board of its simulator, `nowhere` makes a session whose address leads
+    kinds can be carried out, `faults` returns the board of its simulator, `nowhere` makes a session whose address leads
     nowhere, `pictures` returns the addresses of cameras by view. `only` are names of `CHECKS`; `told` hears each
     result at once.
     """

@@ -50,6 +50,10 @@ class Faults(Protocol):
         """Return the number of the controller's present start; None where the simulator does not tell it."""
 
 
+def _no_board() -> None:
+    return None
+
+
 class Broken(Exception):
     """The robot cannot be brought in order; the text says why."""
 
@@ -68,7 +72,7 @@ class Trial:
     name: str = ""
     description: Mapping[str, Any] = field(default_factory=dict)
     examples: Mapping[str, Sequence[JSON]] = field(default_factory=dict)
-    faults: Faults | None = None
+    board: Callable[[], Faults | None] = _no_board
     nowhere: Opening | None = None
     pictures: Callable[[], Mapping[str, str]] = dict
 
@@ -81,6 +85,11 @@ class Trial:
         self.runs: list[Run] = []
         self.moved: dict[str, float] = {}  # for how long (s) each kind was seen moving
         self.states: dict[str, RobotState] = {}  # the last state seen in a motion of each kind
+
+    @property
+    def faults(self) -> Faults | None:
+        """Return the fault board; it may appear some time after the line of a simulator."""
+        return self.board()
 
     def motions(self) -> tuple[CommandKind, ...]:
         """Return the kinds that move the robot."""
@@ -162,8 +171,9 @@ class Trial:
 
     def looks(self, run: Run, seconds: float) -> Iterator[RobotState]:
         """Yield states while a command runs, for at most so many seconds; nothing of a robot that does not answer."""
-        session, until = self.opened_session(), self.clock.monotonic() + seconds
-        while not run.ended.is_set() and self.clock.monotonic() < until:
+        session, until, again = self.opened_session(), self.clock.monotonic() + seconds, True
+        while again:  # at least once, however long the machine stalls
+            again = not run.ended.is_set() and self.clock.monotonic() < until
             try:
                 state = session.state()
             except RobotError:

@@ -54,7 +54,7 @@ class Command(BaseCommand):
         if options["json"]:
             options["json"].write_text(report.as_json())
         if report.failures:
-            raise CommandError(f"{len(report.failures)} checks failed.", returncode=1)
+            raise CommandError(f"{len(report.failures)} of {len(report.results)} checks failed.", returncode=1)
 
     def _address(self, options: dict[str, Any]) -> str:
         name, address = options["driver"], options["address"]

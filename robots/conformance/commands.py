@@ -16,6 +16,7 @@ STILL = 0.01  # rad, m: readings this close are of a robot that did not move
 def values(trial: Trial) -> Iterator[str]:
     """Every number at its ends and past them; what is refused is refused before the permit is asked."""
     session = trial.opened()
+    before, counted = session.state(), trial.counted()
     for command in trial.spec.commands:
         given = base(trial, command)
         for args in ends(command, given):
@@ -33,6 +34,9 @@ def values(trial: Trial) -> Iterator[str]:
     run = _probed(trial, "no_such_command", {})
     if not isinstance(run.error, BadRequest):
         yield f"execute answers a kind that the spec does not declare by {said(run.error)}; raise BadRequest."
+    after = session.state()
+    if after.moving or apart(before.joints, after.joints) > STILL or trial.counted_since(counted):
+        yield "The robot moved although no permit was given and most values were refused."
 
 
 def _at_an_end(trial: Trial, kind: str, args: JSON) -> Iterator[str]:
@@ -59,7 +63,7 @@ def permit(trial: Trial) -> Iterator[str]:
     session, tried = trial.opened(), 0
     for command in trial.spec.commands:
         for args in good(trial, command)[:2]:
-            before, counted = session.state(), trial.faults.motions() if trial.faults else None
+            before, counted = session.state(), trial.counted()
             run, what = _probed(trial, command.kind, args), shown(command.kind, args)
             if isinstance(run.error, RobotError) and not run.permits:
                 continue  # the robot has a reason of its own
@@ -73,7 +77,7 @@ def permit(trial: Trial) -> Iterator[str]:
             after = session.state()
             if after.moving or apart(before.joints, after.joints) > STILL:
                 yield f"The robot moved by {what} although permit() had raised; call permit() before the actuation."
-            elif counted is not None and trial.faults and trial.faults.motions() != counted:
+            elif trial.counted_since(counted):
                 yield f"The simulator counted a motion by {what} although permit() had raised."
     if not tried:
         raise NotApplicable("no command could be carried out; give examples of values in robot.toml")

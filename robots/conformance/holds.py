@@ -23,6 +23,7 @@ def hold(trial: Trial) -> Iterator[str]:
         *(partial(_at_stage, trial, listed, stage) for stage in (SENT, ACKNOWLEDGED)),
         *(partial(_on_the_way, trial, listed, looks, 1) for looks in INSTANTS),
         partial(_on_the_way, trial, listed, 1, 2),
+        *(partial(_at_stage, trial, held, SENT) for held in _of_held_kinds(trial)),
         *(partial(_after, trial, when) for when in ("after a motion", "a second time")),
         partial(_not_in_force, trial, listed),
     )
@@ -31,6 +32,10 @@ def hold(trial: Trial) -> Iterator[str]:
         yield from words
         if any(not isinstance(word, Note) for word in words):
             return
+
+
+def _of_held_kinds(trial: Trial) -> list[Motions]:
+    return [listed for c in trial.motions() if c.held and (listed := motions_of(trial, c))]
 
 
 def _after(trial: Trial, when: str) -> Iterator[str]:
@@ -115,7 +120,7 @@ def _held(trial: Trial, call: Call, words: str) -> Iterator[str]:
 
 def _rests(trial: Trial, words: str) -> Iterator[str]:
     """Look some more: a robot that was held does not go on."""
-    session = trial.opened_session()
+    session, counted = trial.opened_session(), trial.counted()
     first = session.state()
     for _ in range(REST_LOOKS):
         trial.clock.sleep(REST_S)
@@ -123,6 +128,8 @@ def _rests(trial: Trial, words: str) -> Iterator[str]:
         if state.moving or apart(first.joints, state.joints) > STILL:
             yield f"The robot moves on after hold() {words} has returned; bring it to rest before."
             return
+    if trial.counted_since(counted):
+        yield f"The simulator counted another motion after hold() {words} had returned; end the command for good."
 
 
 def held_kinds(trial: Trial) -> Iterator[str]:

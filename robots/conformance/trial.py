@@ -184,6 +184,15 @@ class Trial:
             yield state
             self.clock.sleep(PAUSE_S)
 
+    def counted(self) -> int | None:
+        """Return how many motions the simulator has counted; None where nothing counts them."""
+        board = self.faults
+        return None if board is None else board.motions()
+
+    def counted_since(self, counted: int | None) -> bool:
+        """Tell whether the simulator has counted another motion since."""
+        return counted is not None and self.counted() not in (None, counted)
+
     def limit_of(self, kind: str) -> float:
         """Return after how many seconds a command of that kind counts as never ending."""
         found = self.spec.command(kind)

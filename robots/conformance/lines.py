@@ -6,7 +6,7 @@ from robots.conformance.commands import STILL
 from robots.conformance.motions import longest, underway
 from robots.conformance.report import NotApplicable
 from robots.conformance.runs import ACKNOWLEDGED, Call, Run, denial, said, shown
-from robots.conformance.states import _wrong_in
+from robots.conformance.states import wrong_in
 from robots.conformance.trial import Broken, Faults, Trial, apart
 from robots.drivers.errors import HardwareFault, RobotError
 
@@ -77,7 +77,7 @@ def recovery(trial: Trial) -> Iterator[str]:
     state = trial.asked(lambda: session.recover(count), "recover")
     if not state.ready or state.fault:
         yield f"The robot is not ready after recover(): {state.fault or 'it does not say why'}."
-    yield from (f"The state that recover() returns {wrong}" for wrong in _wrong_in(trial, state))
+    yield from (f"The state that recover() returns {wrong}" for wrong in wrong_in(trial, state))
 
 
 def _board(trial: Trial) -> Faults:
@@ -162,7 +162,7 @@ def noise(trial: Trial) -> Iterator[str]:
         for kind, args in listed[:COMMANDS]:
             run = trial.run(kind, args)
             for state in trial.looks(run, trial.limits.watch_s / COMMANDS):
-                yield from (f"Under the fault {verb!r} state() {wrong}" for wrong in _wrong_in(trial, state))
+                yield from (f"Under the fault {verb!r} state() {wrong}" for wrong in wrong_in(trial, state))
             if not run.ended.is_set():
                 trial.call(trial.opened_session().hold, "hold").ends(trial.limits.answer_s)
             if not run.ends(trial.limit_of(kind)):

@@ -100,7 +100,7 @@ def state(trial: Trial) -> Iterator[str]:
     session = trial.opened()
     seen = [("state()", trial.asked(session.state, "state")), ("hold()", trial.asked(session.hold, "hold"))]
     for words, one in (*seen, *((f"In motion ({kind}) state()", one) for kind, one in trial.states.items())):
-        yield from (f"{words} {wrong}" for wrong in _wrong_in(trial, one))
+        yield from (f"{words} {wrong}" for wrong in wrong_in(trial, one))
     for ask, words in ((session.state, "state()"), (session.hold, "hold()")):
         yield from _stamped(trial, ask, words)
     kept = session.latest()
@@ -118,7 +118,8 @@ def _stamped(trial: Trial, ask: Callable[[], RobotState], words: str) -> Iterato
         yield f"{words} was heard at {told:.1f}, and the clock showed {shown}; stamp it by self.clock.monotonic()."
 
 
-def _wrong_in(trial: Trial, one: RobotState) -> Iterator[str]:
+def wrong_in(trial: Trial, one: RobotState) -> Iterator[str]:
+    """Yield what is wrong with a state, each as a sentence without its subject."""
     spec = trial.spec
     if len(one.joints) != len(spec.joints):
         yield f"tells {len(one.joints)} joints; the spec declares {len(spec.joints)}."

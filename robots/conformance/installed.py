@@ -36,13 +36,13 @@ def opening(name: str, address: str, settings: JSON, clock: Timer) -> Opening:
 
 
 def conform_installed(
-    name: str, address: str, *, speed: float = 1.0, epoch: int = 1, token: str = "", limits: Limits | None = None,
+    name: str, address: str, *, factor: float = 1.0, epoch: int = 1, token: str = "", limits: Limits | None = None,
     only: Sequence[str] = (), told: Told = lambda _: None,
 ) -> Report:  # fmt: skip
     """Run the suite over the installed driver `name`. `address`: `sim:NAME`, `serial:/dev/PORT` or `tcp:HOST:PORT`.
 
     Kinds are carried out with the values that `[conformance]` of its robot.toml lists, else inside their ranges.
-    `speed` is how many times faster than real time a simulator runs, `epoch` the fencing epoch of the sessions.
+    `factor` is how many times faster than real time a simulator runs, `epoch` the fencing epoch of the sessions.
     Raises LookupError where no such driver is installed, NotStarted where its simulator does not start.
     """
     try:
@@ -55,9 +55,9 @@ def conform_installed(
         description: dict[str, Any] = load(name)
     except (OSError, ValueError) as error:
         return Report(name, (Result("spec", Verdict.FAILED, (f"Its robot.toml cannot be read: {error}.",)),))
-    clock = TIMER if speed == 1.0 else FasterTimer(speed)
+    clock = TIMER if factor == 1.0 else FasterTimer(factor)
     examples: Mapping[str, Sequence[JSON]] = description.get("conformance", {})
-    with _at(address, speed) as (wire, simulated), tempfile.TemporaryDirectory(prefix="farhand-conform-") as folder:
+    with _at(address, factor) as (wire, simulated), tempfile.TemporaryDirectory(prefix="farhand-conform-") as folder:
         settings = {"epoch": epoch, "folder": folder} | ({"token": token} if token else {})
         return conform(
             opening(name, wire, settings, clock), spec, clock, name=name, limits=limits, description=description,
@@ -68,10 +68,10 @@ def conform_installed(
 
 
 @contextmanager
-def _at(address: str, speed: float) -> Iterator[tuple[str, Simulated | None]]:
+def _at(address: str, factor: float) -> Iterator[tuple[str, Simulated | None]]:
     kind, _, name = address.partition(":")
     if kind != "sim":
         yield wire_address(address), None
         return
-    with simulator(name, speed) as simulated:
+    with simulator(name, factor) as simulated:
         yield simulated.address, simulated

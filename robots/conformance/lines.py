@@ -44,7 +44,7 @@ def _comes_back(trial: Trial, when: str) -> Iterator[str]:
     """Connect again, hold what still moves, and look whether commands are carried out."""
     session = trial.opened_session()
     try:
-        if trial.asked(session.connect, "connect").moving and trial.asked(session.hold, "hold").moving:
+        if trial.connected(session).moving and trial.asked(session.hold, "hold").moving:
             yield f"The robot moves on {when}, although it was connected and held again."
         trial.settle()
     except Broken as error:

@@ -21,7 +21,7 @@ class Call:
         self.late = False  # it was waited for in vain
         self.value: object = None
         self.error: BaseException | None = None
-        threading.Thread(target=self._run, name=f"conformance {name}", daemon=True).start()
+        clock.spawn(self._run, f"conformance {name}")
 
     def _run(self) -> None:
         try:

@@ -88,12 +88,12 @@ class Simulated:
 
 
 @contextmanager
-def simulator(name: str, speed: float = 1.0) -> Iterator[Simulated]:
-    """Run the simulator `name` in a folder of its own, `speed` times faster than real time. Raises NotStarted."""
+def simulator(name: str, factor: float = 1.0) -> Iterator[Simulated]:
+    """Run the simulator `name` in a folder of its own, `factor` times faster than real time. Raises NotStarted."""
     with tempfile.TemporaryDirectory(prefix="farhand-conform-", ignore_cleanup_errors=True) as kept:
         folder = Path(kept)
         argv = [sys.executable, "-m", simulator_module(name), "--dir", str(folder)]
-        argv += ["--speed", str(speed)] if speed != 1.0 else []
+        argv += ["--speed", str(factor)] if factor != 1.0 else []
         env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         with (folder / "said.log").open("wb") as out:
             process = subprocess.Popen(argv, env=env, stdout=out, stderr=subprocess.STDOUT)  # noqa: S603 - ours

@@ -7,15 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from robots.clock import Timer, poll
+from robots.clock import Limit, Timer, poll
 from robots.conformance.runs import Call, Run, said
 from robots.conformance.streams import Recorder
 from robots.contract.session import JSON, RobotState, Session
 from robots.contract.spec import CommandKind, Spec
-from robots.drivers.errors import HardwareFault, RobotError
+from robots.drivers.errors import HardwareFault, LineSilent, RobotError
 
 Opening = Callable[[], Session]
 PAUSE_S = 0.02  # between two looks
+AGAIN_S = 1.0  # between two attempts to connect
 ENDLESS = 1e6  # s, counts as the length of a motion that does not end by itself while it is watched
 
 
@@ -23,12 +24,14 @@ ENDLESS = 1e6  # s, counts as the length of a motion that does not end by itself
 class Limits:
     """How long the suite waits, in seconds of the session's clock; none of them judges how fast a robot is.
 
-    `answer_s`: a call that moves nothing, and a hold. `watch_s`: a motion is watched so long, then held, so that a
+    `answer_s`: a call that moves nothing, and a hold. `opens_s`: `connect` is called again so long after a fault, as
+    the owner does: the controller may boot. `watch_s`: a motion is watched so long, then held, so that a
     patrol need not end. `beyond_s`: beyond its own limit, until a motion counts as never ending. `age_s`: of a state
     that the robot was just asked for.
     """
 
     answer_s: float = 60.0
+    opens_s: float = 30.0
     watch_s: float = 15.0
     beyond_s: float = 60.0
     age_s: float = 10.0
@@ -101,7 +104,7 @@ class Trial:
             self.session = self.opening()
             self.recorder.again()
             self.session.on_packet = self.recorder.take
-            self.asked(self.session.connect, "connect")
+            self.connected(self.session)
         state = self.asked(self.session.state, "state")
         if state.moving:
             self.asked(self.session.hold, "hold")
@@ -111,6 +114,17 @@ class Trial:
             raise Broken(f"The robot is not ready after recover(): {state.fault or 'it does not say why'}.")
         return self.session
 
+    def connected(self, session: Session) -> RobotState:
+        """Connect, again and again where the hardware is not ready for it. Raises Broken."""
+        limit = Limit(self.clock, self.limits.opens_s)
+        while True:
+            call = Call(self.clock, session.connect, "connect")
+            if not call.ends(self.limits.answer_s) or not isinstance(call.error, HardwareFault) or limit.over:
+                return self.told(call, "connect")
+            if not isinstance(call.error, LineSilent):
+                session.close()
+            self.clock.sleep(AGAIN_S)
+
     def opened_session(self) -> Session:
         """Return the session that is there. Raises Broken."""
         if self.session is None:
@@ -119,7 +133,10 @@ class Trial:
 
     def asked(self, function: Callable[[], object], name: str) -> RobotState:
         """Return the state that a method of the session returns. Raises Broken for anything else."""
-        call = Call(self.clock, function, name)
+        return self.told(Call(self.clock, function, name), name)
+
+    def told(self, call: Call, name: str) -> RobotState:
+        """Return the state that a call returns. Raises Broken for anything else."""
         if not call.ends(self.limits.answer_s + self.limits.beyond_s):
             raise Broken(f"{name}() did not return.")
         if call.error is not None:

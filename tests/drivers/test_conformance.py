@@ -34,7 +34,7 @@ WITHOUT = {
 def judged(name):
     speed = SPEED.get(name, 1.0)
     limits = Limits(answer_s=600.0, watch_s=1.5 * speed, beyond_s=600.0)
-    report = conform_installed(name, f"sim:{name}", speed=speed, limits=limits)
+    report = conform_installed(name, f"sim:{name}", factor=speed, limits=limits)
     assert not report.failures, report.text()
     assert {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE} <= WITHOUT[name], report.text()
     assert [r.check for r in report.results] == list(CHECKS)

@@ -34,7 +34,9 @@ class Command(BaseCommand):
         parser.add_argument(
             "--only", action="append", default=[], choices=list(CHECKS), help="a check; may be repeated"
         )
-        parser.add_argument("--speed", type=float, default=1.0, help="how many times faster a simulator runs")
+        parser.add_argument(
+            "--speed", dest="factor", type=float, default=1.0, help="how many times faster a simulator runs"
+        )
         parser.add_argument("--epoch", type=int, default=1, help="the fencing epoch of the sessions")
         parser.add_argument("--json", type=Path, help="a file that gets the report, too")
 
@@ -45,7 +47,7 @@ class Command(BaseCommand):
         self.stdout.write(f"{name} at {address}{', a simulator that is started for it' if kind == 'sim' else ''}.\n")
         try:
             report = conform_installed(
-                name, address, speed=options["speed"], epoch=options["epoch"], only=options["only"], told=self._tell,
+                name, address, factor=options["factor"], epoch=options["epoch"], only=options["only"], told=self._tell,
                 token=os.environ.get(f"FARHAND_TOKEN_{name.upper().replace('-', '_')}", ""),
             )  # fmt: skip
         except (LookupError, NotStarted) as error:

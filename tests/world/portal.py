@@ -7,6 +7,7 @@ from django.conf import settings
 
 from robots import bus, services
 from robots.clock import SYSTEM
+from robots.drivers.errors import RobotError
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
@@ -82,6 +83,26 @@ class Portal:
     def move(self, number: int) -> Command:
         x, y = SPOTS[number % len(SPOTS)]
         return self.issue("move", x=round(x + 0.0001 * (number % 1000), 4), y=y)
+
+    def ready_again(self, seconds: float = 60.0) -> None:
+        """Wait until the robot is connected and its turn goes on."""
+        self.until(lambda: self.owner and self.owner.connection.connected, seconds, "the connection")
+
+    def works_on(self, number: int, seconds: float = 60.0) -> None:
+        """Ask for motions until one is completed, at most so many seconds."""
+        end = self.world.monotonic() + seconds
+        said = ""
+        while self.world.monotonic() < end:
+            try:
+                command = self.final(self.move(number + 500))
+            except RobotError as error:
+                said = str(error)
+            else:
+                said, number = f"{command.state}: {command.reason}", number + 1
+                if command.state == "completed":
+                    return
+            self.world.sleep(0.5)
+        raise AssertionError(f"nothing moves again: {said}")
 
     def final(self, command: Command, seconds: float = 90.0) -> Command:
         """Wait for the end of a command."""

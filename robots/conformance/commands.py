@@ -139,6 +139,8 @@ def _judged(run: Run, command: CommandKind, what: str, held: bool) -> Iterator[s
 def stages(run: Run, command: CommandKind, what: str) -> Iterator[str]:
     """Tell what is wrong with the stages of a command that was carried out."""
     told = run.told()
+    if run.error is not None and told[-1:] == [SENT]:
+        told = told[:-1]  # it ended there
     if any(stage not in (SENT, ACKNOWLEDGED) for stage in told):
         yield f'{what} told the stages {told[:4]}; there are "sent", "acknowledged" and a Progress.'
     elif told != [SENT, ACKNOWLEDGED] * (len(told) // 2):

@@ -18,7 +18,7 @@ from tests.packaged import SHUTTLE, TURNTABLE, installed_from
 from tests.rig import PYTHON, ROOT
 
 # how many times faster than real time each simulator runs; the others run in real time
-SPEED = {"mercury": 4.0, "pa10": 4.0, "irat": 2.0}
+SPEED = {"mercury": 2.0, "pa10": 4.0, "irat": 2.0}
 OURS = sorted(file.parent.name for file in (ROOT / "robots/drivers").glob("*/driver.py"))
 # what a robot has nothing to show for, of its own spec and simulator
 WITHOUT = {

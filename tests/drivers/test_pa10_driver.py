@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from robots.drivers.errors import Held, OutOfWorkspace, Stopped
+from robots.drivers.errors import Held, OutOfWorkspace, Replaced, Stopped
 from robots.drivers.pa10.driver import Driver
 from robots.drivers.pa10.units import pose_request
 from robots.motion.described import chain
@@ -115,6 +115,19 @@ def test_a_jog_lasts_while_it_is_permitted_and_stops_before_the_table(arm, share
     assert 0.015 < shared.status()["objects"]["tip"][2] < 0.06
     assert arm.state().ready, "stopping before a box is no error"
     assert arm.execute("line", {**dict(zip(("x", "y"), arm.latest().pose[:2], strict=True)), "z": 0.2, **DOWN}, allow, lambda _: None)  # fmt: skip
+
+
+def test_a_straight_line_follows_a_motion_that_it_replaces(arm):
+    """The controller begins it at rest only."""
+    do(arm, "pose", **ABOVE)
+
+    def permit():
+        if arm.latest().moving:
+            raise Replaced("A newer target takes its place.")
+
+    with pytest.raises(Replaced):
+        arm.execute("line", {**ABOVE, "y": -0.16, "speed": 0.05}, permit, lambda _: None)
+    assert do(arm, "line", **{**ABOVE, "z": 0.2}).state.pose[:3] == pytest.approx((0.5, 0.16, 0.2), abs=1e-3)
 
 
 @contextlib.contextmanager

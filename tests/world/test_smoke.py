@@ -6,13 +6,13 @@ from tests.world.seeds import hunt
 def a_turn(portal):
     portal.grant()
     begun = len(portal.motions())  # it was homed
-    assert portal.final(portal.move(0)).state == "completed"
-    stopped = portal.move(1)
+    assert portal.final(portal.move()).state == "completed"
+    stopped = portal.move()
     portal.in_motion()
     assert portal.stop() <= 0.3
     assert portal.final(stopped).state == "cancelled"
     portal.release()
-    assert portal.final(portal.move(2)).state == "completed"
+    assert portal.final(portal.move()).state == "completed"
     assert len(portal.motions()) == begun + 3
 
 

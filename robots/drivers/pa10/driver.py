@@ -32,6 +32,7 @@ JOG_S = 0.08  # between two velocities; the controller drops one after 0.25 s
 JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
 JOG_M_S, JOG_RAD_S = 0.15, 0.6
 GRIP_S = 3.0
+STRAIGHT = "l"  # begins at rest only; the motion that it replaces has left the arm moving
 TAUGHT = 9000  # the number under which a program is stored before it is executed
 
 
@@ -132,6 +133,10 @@ class Driver(Session):
 
         free = until_held(permit, lambda: self._holds)
         before = self.line.state()
+        if request.letter == STRAIGHT and self._take(before).moving:
+            free()
+            self._rests()
+            before = self.line.state()
         self._take(before)
         self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
         arm = self._until_rest(request, before, permit, tell)
@@ -216,6 +221,9 @@ class Driver(Session):
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""
         self._holds += 1
+        return self._rests()
+
+    def _rests(self) -> RobotState:
         self.line.hold()
         return until_at_rest(self.state, self.clock, REST_S, "The arm", LOOK_S)
 

@@ -20,7 +20,9 @@ from workers.recorder.movies import COMMAND, MovieMaker
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
 assert media  # a fixture that all tests here use
-LONG = [(100 * n, int(grey)) for n, grey in enumerate(np.random.default_rng(1).integers(0, 255, 600))]
+# pictures of noise, which fill several chunks of a file soon: its program may wait long for the processor
+NOISE = np.random.default_rng(1).integers(0, 255, (24, 164, 193), np.uint8)
+LONG = [(500 * n, picture) for n, picture in enumerate(NOISE)]
 
 
 @pytest.fixture

@@ -77,13 +77,13 @@ class World:
             self.owner = None
             self.clock.go(60)
 
-    def goes_on(self, rounds=25):
-        """Let the loops of the owner and the queue go round, a second apart."""
+    def goes_on(self, rounds, apart_s=1.0):
+        """Let the loops of the owner and the queue go round."""
         owner, left = self.owner, rounds
 
         def round_over(_seconds):
             nonlocal left
-            self.clock.go(1.0)
+            self.clock.go(apart_s)
             owner.link.seen()
             owner.lease.renew()
             followed(owner)

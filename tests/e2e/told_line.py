@@ -1,0 +1,63 @@
+"""A page's clock and its line about its person's places, both moved by hand: no test waits for a countdown."""
+
+import json
+import re
+from datetime import timedelta
+
+
+from portal.live.standing import act, places
+from queueing import services as queue
+from queueing.places import standings
+from robots.clock import SYSTEM
+from tests.waiting import CEILING_S, wait_for
+
+OWN_LINE = re.compile("/ws/me/")
+
+
+def stopped_clock(page):
+    """Stop the clock of a page before it is opened; return the time of day that it shows from now on."""
+    now = SYSTEM.now()
+    page.clock.install(time=now)
+    now += timedelta(seconds=1)
+    page.clock.pause_at(now)
+    return now
+
+
+class ToldLine:
+    """The server's side of `/ws/me/` on the page's own stopped clock: rows by services, words by the consumer's."""
+
+    def __init__(self, page, user):
+        self.page, self.user = page, user
+        self.now = stopped_clock(page)
+        self._sockets = []
+        page.route_web_socket(OWN_LINE, self._opened)
+
+    def _opened(self, socket):
+        socket.on_message(lambda text: self._asked(socket, json.loads(text)))
+        self._sockets.append(socket)
+
+    def _asked(self, socket, asked):
+        if asked["t"] == "look":
+            self.tell()
+        if asked["t"] == "do":
+            wrong = act(self.user, asked["what"], asked["robot"], asked["ticket"], self.now)
+            answer = {"t": "answer", "to": asked["what"], "robot": asked["robot"], "ok": not wrong, "text": wrong}
+            socket.send(json.dumps(answer))
+            self.tell()
+
+    def tell(self):
+        """Tell the places as they are now."""
+        wait_for(lambda: self.page.wait_for_timeout(0) or self._sockets, CEILING_S, "the page's line")
+        self._sockets[-1].send(json.dumps(places(standings(self.user, self.now), self.now)))
+
+    def serve(self):
+        """Advance the queues, as housekeeping does each second, and tell what came of it."""
+        queue.tick(self.now)
+        self.tell()
+
+    def go(self, seconds):
+        """Let so much time pass, in which nothing is told."""
+        self.now += timedelta(seconds=seconds)
+        self.page.clock.run_for(round(1000 * seconds))
+
+

@@ -87,6 +87,7 @@ def portal(transactional_db, redis_server, robot, house):
 def bare(transactional_db, redis_server, house):
     """The web process over rows alone; tests that need it take it as their `portal`."""
     bus.connection().flushall()
+    shutil.rmtree(settings.VAR / "mail", ignore_errors=True)
     made = BarePortal(house.web_process())
     yield made
     made.stop()

@@ -14,7 +14,8 @@ from queueing.models import Ticket, Turn
 from robots import bus, web_uptime
 from robots.clock import SYSTEM
 from tests.e2e.conftest import session
-from tests.e2e.told_line import ToldLine, stopped_clock
+from tests.e2e.told_line import ToldLine, own_time, stopped_clock
+from tests.waiting import CEILING_S, wait_for
 
 pytestmark = pytest.mark.gate
 BAR = "#turnbar"
@@ -146,8 +147,10 @@ def driving(portal, visitor):
     portal.drive(user, "mercury")
     session(one, user)
     stopped_clock(one.page)
+    told = own_time(one.page)
     one.page.goto("/robots/mercury/")
     expect(one.page.locator("#robot")).to_have_class(re.compile("operating"))
+    wait_for(lambda: one.page.wait_for_timeout(0) or told, CEILING_S, "the server's time")
     one.page.clock.run_for(1000)
     expect(one.page.locator("#place [data-do=leave]")).to_be_visible()
     return one.page

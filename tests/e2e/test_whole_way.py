@@ -12,6 +12,7 @@ from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.drawn import settle
+from tests.e2e.newcomer import end_turn
 
 
 @pytest.fixture
@@ -91,14 +92,6 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     assert SurveyResponse.objects.count() == 1
     expect(watcher.page.locator("#log")).to_contain_text("A burst of air left a hole")
     assert Turn.objects.filter(ended_at=None).get().user.username == "bob"
-
-
-def end_turn(page):
-    """Press twice, as the page asks."""
-    page.click("[data-do=leave]")
-    expect(page.locator("[data-do=leave]")).to_have_text("Press again to end it")
-    page.wait_for_timeout(500)
-    page.click("[data-do=leave]")
 
 
 def operating(visitor, name="ada"):

@@ -11,7 +11,7 @@ from queueing.places import standings
 from robots.clock import SYSTEM
 from tests.waiting import CEILING_S, wait_for
 
-OWN_LINE = re.compile("/ws/me/")
+ANY_LINE, OWN_LINE = re.compile("/ws/"), re.compile("/ws/me/")
 
 
 def stopped_clock(page):
@@ -21,6 +21,25 @@ def stopped_clock(page):
     now += timedelta(seconds=1)
     page.clock.pause_at(now)
     return now
+
+
+def own_time(page):
+    """Let the lines of a page pass all but the server's time, of which it is told once; return a list of that once."""
+    told = []
+
+    def opened(socket):
+        server = socket.connect_to_server()
+        server.on_message(lambda text: passed(socket, text))
+
+    def passed(socket, text):
+        said = json.loads(text) if isinstance(text, str) else {}
+        pong = said.get("t") == "pong"
+        socket.send(json.dumps(said | {"n": 0}) if pong and told else text)  # answers no ping: somebody is there
+        if pong:
+            told.append(said)
+
+    page.route_web_socket(ANY_LINE, opened)
+    return told
 
 
 class ToldLine:

@@ -2,14 +2,20 @@
 
 # the page has done what it had to do, and drawn it
 IDLE = "() => new Promise((done) => requestIdleCallback(() => requestAnimationFrame(() => setTimeout(done))))"
-# observers of sizes and of what is in view run once a frame, and what they change is drawn in the next
-FRAMES = """() => new Promise((done) => {
-  const frame = (left) => left ? requestAnimationFrame(() => frame(left - 1)) : setTimeout(done);
-  frame(3);
+# observers of sizes and of what is in view run once a frame, and what they change is drawn in the next; smooth
+# scrolling begins some frames later and is over when nothing has moved for as many
+STEADY = """() => new Promise((done) => {
+  let was = "", same = 0;
+  const frame = () => {
+    const is = `${scrollX} ${scrollY} ${innerWidth} ${innerHeight} ${document.documentElement.scrollHeight}`;
+    [same, was] = [is === was ? same + 1 : 0, is];
+    if (same < 8) requestAnimationFrame(frame);
+    else setTimeout(done);
+  };
+  frame();
 })"""
 
 
 def settle(page):
     """Wait until observers have answered a change of the page's size or place, however slowly it draws."""
-    page.wait_for_timeout(100)  # smooth scrolling and transitions begin
-    page.evaluate(FRAMES)
+    page.evaluate(STEADY)

@@ -14,6 +14,8 @@ STEADY = """() => new Promise((done) => {
   };
   frame();
 })"""
+# what comes and goes above the panels, as when a busy machine's robot is silent for a moment, moves what is below it
+QUIET = "() => { document.getElementById('banner').style.display = 'none'; }"
 
 
 def settle(page):

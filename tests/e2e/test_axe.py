@@ -102,6 +102,8 @@ def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, 
     page.locator("#screen").press("Escape")
     expect(page.locator("#release")).to_be_visible()
     seen(one, *both(look))
+    page.locator("#place [data-do=leave]").click()  # asks whether the turn is to end
+    seen(one, *both(look))
     driven = queue.open_turn(portal.robot)
     portal.end(driven)
     expect(page.locator("#place")).to_contain_text("Your turn is over")

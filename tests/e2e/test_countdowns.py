@@ -11,9 +11,9 @@ from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, OrientationRead
 from queueing import services as queue
 from queueing.models import Ticket, Turn
-from robots import bus, web_uptime
 from robots.clock import SYSTEM
 from tests.e2e.conftest import session
+from tests.e2e.drawn import QUIET
 from tests.e2e.told_line import ToldLine, own_time, stopped_clock
 from tests.waiting import CEILING_S, wait_for
 
@@ -115,7 +115,6 @@ def test_an_idle_turn_counts_down_from_the_warning_and_ends_with_its_reason(port
     one = told()
     line = one.line
     bob = portal.person("bob", "mercury")
-    bus.connection().set(web_uptime.KEY, (line.now - timedelta(hours=1)).timestamp(), ex=web_uptime.LASTS_S)
     offered(portal, one)
     queue.accept(portal.robot, one.user, line.now)
     queue.join(portal.robot, bob, line.now)
@@ -189,6 +188,29 @@ def test_presses_and_focus_outlast_every_tick_of_the_panel(driving):
         expect(timer).not_to_have_text(before)
     assert page.evaluate("document.activeElement === kept && kept.isConnected")
     assert page.evaluate("lost") == 0
+
+
+def test_ending_the_turn_is_asked_in_place_for_a_while_and_a_double_click_is_one_press(driving):
+    page = driving
+    page.evaluate(QUIET)
+    end = page.locator("#place [data-do=leave]")
+    before = end.bounding_box()
+    end.dblclick()
+    expect(end).to_have_text("Press again to end it")
+    page.clock.run_for(1000)
+    expect(page.locator("#place")).to_contain_text("You cannot undo this")
+    after = end.bounding_box()
+    assert (after["x"], after["y"], after["height"]) == (before["x"], before["y"], before["height"])
+    page.clock.run_for(6000)
+    expect(end).to_have_text("Press again to end it")
+    assert Turn.objects.get().ended_at is None, "a double click is one press"
+    page.clock.run_for(2000)
+    expect(end).to_have_text("End my turn")
+    end.click()
+    page.clock.run_for(500)
+    end.click()
+    expect(page.locator("#place")).to_contain_text("Write in the operator's log")
+    assert Turn.objects.get().ended_at is not None
 
 
 def test_the_pause_after_a_failed_test_counts_down_and_then_the_link_works(portal, visitor):

@@ -4,11 +4,12 @@ import json
 import re
 from datetime import timedelta
 
-
+from portal.live.person import PULSE_S
 from portal.live.standing import act, places
 from queueing import services as queue
 from queueing.places import standings
-from robots.clock import SYSTEM
+from robots import bus, web_uptime
+from robots.clock import SYSTEM, ms_of
 from tests.waiting import CEILING_S, wait_for
 
 ANY_LINE, OWN_LINE = re.compile("/ws/"), re.compile("/ws/me/")
@@ -67,6 +68,7 @@ class ToldLine:
     def tell(self):
         """Tell the places as they are now."""
         wait_for(lambda: self.page.wait_for_timeout(0) or self._sockets, CEILING_S, "the page's line")
+        bus.connection().set(web_uptime.KEY, (self.now - timedelta(hours=1)).timestamp())  # people could come all along
         self._sockets[-1].send(json.dumps(places(standings(self.user, self.now), self.now)))
 
     def serve(self):
@@ -75,8 +77,11 @@ class ToldLine:
         self.tell()
 
     def go(self, seconds):
-        """Let so much time pass, in which nothing is told."""
-        self.now += timedelta(seconds=seconds)
-        self.page.clock.run_for(round(1000 * seconds))
-
-
+        """Let so much time pass, in which nothing is told but that the server is there."""
+        while seconds > 0:
+            step = min(seconds, PULSE_S)
+            self.page.clock.run_for(round(1000 * step))
+            self.now += timedelta(seconds=step)
+            seconds -= step
+            if seconds > 0:
+                self._sockets[-1].send(json.dumps({"t": "pulse", "now_ms": ms_of(self.now)}))

@@ -96,7 +96,7 @@ def test_what_is_written_before_the_script_has_come_is_a_draft_too(portal, visit
     page.route(re.compile(r"/turn-\w+\.js"), lambda route: held.append(route))
     page.goto(turn.get_absolute_url(), wait_until="commit")
     page.fill("#text", "A watch, at half past four.")
-    wait_for(lambda: page.wait_for_timeout(20) or held, 10, "the script is asked for")
+    wait_for(lambda: page.wait_for_timeout(0) or held, 10, "the script is asked for")
     held[0].continue_()
     expect(page.locator("textarea[name^=s]")).to_have_value("to dig in winter")
     expect(page.locator("#text")).to_have_value("A watch, at half past four.")

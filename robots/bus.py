@@ -137,9 +137,21 @@ def watch_key(slug: str, what: str) -> str:
     return f"farhand:{slug}:watch:{what}"
 
 
-@cache
+_given: list[redis.Redis] = []  # what this process speaks through instead of a server, if it was given something
+
+
+def speak_through(store: redis.Redis | None) -> None:
+    """Speak through this store from now on, for short calls and for pub/sub; None: through the server again."""
+    _given[:] = [] if store is None else [store]
+
+
 def connection() -> redis.Redis:
     """Return this process's connection pool for short calls."""
+    return _given[0] if _given else _pool()
+
+
+@cache
+def _pool() -> redis.Redis:
     return redis.Redis.from_url(
         settings.REDIS_URL,
         socket_timeout=settings.REDIS_TIMEOUT_S,
@@ -150,6 +162,8 @@ def connection() -> redis.Redis:
 
 def listener() -> redis.Redis:
     """Return a connection for pub/sub: opened within `OPEN_S`; who listens finds out by pings that it is gone."""
+    if _given:
+        return _given[0]
     return redis.Redis.from_url(settings.REDIS_URL, socket_timeout=OPEN_S, socket_connect_timeout=1.0, retry=None)
 
 

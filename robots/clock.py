@@ -1,4 +1,4 @@
-"""The injected clock: now and sleep together.
+"""The injected clock: now, sleep, waits, threads and locks together.
 
 Watchdogs and leases use `monotonic`. Where the platform allows it, it counts the time in which the machine is
 suspended, so that closing a laptop cannot extend a lease. What people may use, as a turn, is measured by `awake`,
@@ -11,29 +11,43 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
-from typing import Protocol, overload
+from typing import Any, Protocol, overload
 
 
 class Waitable(Protocol):
-    """An event or a condition."""
+    """An event, or anything else that can be awaited."""
 
     def wait(self, timeout: float, /) -> bool:
-        """Wait until it is set or notified, for at most so many seconds; tell whether it was."""
+        """Wait until it has come, for at most so many seconds (0: look only); tell whether it has."""
 
 
 class Until:
     """A condition with what is awaited under it, for `Timer.wait`; the caller holds the condition's lock."""
 
     def __init__(self, changed: threading.Condition, holds: Callable[[], object]) -> None:
-        self._changed, self._holds = changed, holds
+        self.changed, self.holds = changed, holds
 
     def wait(self, timeout: float, /) -> bool:
         """Wait until it holds, for at most so many seconds; tell whether it does."""
-        return bool(self._changed.wait_for(self._holds, timeout))
+        return bool(self.changed.wait_for(self.holds, timeout))
+
+
+class Lock(Protocol):
+    """A reentrant lock that may be held while its thread waits for something else."""
+
+    def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
+        """Take it, or wait for it for at most so many seconds (-1: as long as it takes); tell whether it was taken."""
+
+    def release(self) -> None:
+        """Give it back."""
+
+    def __enter__(self) -> bool: ...
+
+    def __exit__(self, *_: Any) -> None: ...
 
 
 class Timer(Protocol):
-    """What drivers and simulators need of a clock."""
+    """Time and threads, as drivers and simulators need them."""
 
     def monotonic(self) -> float:
         """Return seconds that never go back."""
@@ -42,10 +56,30 @@ class Timer(Protocol):
         """Sleep for so many seconds."""
 
     def wait(self, what: Waitable, seconds: float, /) -> bool:
-        """Wait for an event or a condition, at most so many seconds; tell whether it came."""
+        """Wait for something, at most so many seconds; tell whether it came."""
+
+    def spawn(self, run: Callable[[], object], name: str, /) -> threading.Thread:
+        """Start a thread of that name, which ends with its process. Raises RuntimeError where there is no room."""
+
+    def lock(self) -> Lock:
+        """Make a lock. One that is never held while its thread waits may be a plain one."""
 
 
-class FasterTimer:
+class MachineThreads:
+    """The threads of the machine."""
+
+    def spawn(self, run: Callable[[], object], name: str) -> threading.Thread:
+        """Start a thread of that name, which ends with its process. Raises RuntimeError where there is no room."""
+        thread = threading.Thread(target=run, name=name, daemon=True)
+        thread.start()
+        return thread
+
+    def lock(self) -> Lock:
+        """Make a lock."""
+        return threading.RLock()
+
+
+class FasterTimer(MachineThreads):
     """A timer on which time passes `factor` times faster than on the machine's; all of the same factor agree."""
 
     def __init__(self, factor: float = 1.0) -> None:
@@ -60,7 +94,7 @@ class FasterTimer:
         time.sleep(max(0.0, seconds) / self._factor)
 
     def wait(self, what: Waitable, seconds: float, /) -> bool:
-        """Wait for an event or a condition, at most so many of its seconds; tell whether it came."""
+        """Wait for something, at most so many of its seconds; tell whether it came."""
         return what.wait(max(0.0, seconds) / self._factor)
 
 
@@ -107,17 +141,11 @@ Wall = Callable[[], float]  # the time of day: seconds since 1970, UTC
 WALL: Wall = time.time  # the machine's
 
 
-class Clock(Protocol):
-    """The time as every part of Farhand sees it; `monotonic` counts suspend."""
-
-    def monotonic(self) -> float:
-        """Return seconds that never go back."""
+class Clock(Timer, Protocol):
+    """Time and threads as every part of Farhand sees them; `monotonic` counts suspend."""
 
     def awake(self) -> float:
         """Return seconds that never go back and stand still while the machine is suspended."""
-
-    def sleep(self, seconds: float, /) -> None:
-        """Sleep for so many seconds."""
 
     def now(self) -> datetime:
         """Return the wall-clock time, timezone aware, UTC."""
@@ -126,7 +154,7 @@ class Clock(Protocol):
 _BOOTTIME = getattr(time, "CLOCK_BOOTTIME", None)
 
 
-class SystemClock:
+class MachineClock(MachineThreads):
     """The clock of the machine."""
 
     now = partial(datetime.now, UTC)
@@ -138,5 +166,49 @@ class SystemClock:
         if seconds > 0:
             time.sleep(seconds)
 
+    def wait(self, what: Waitable, seconds: float) -> bool:
+        """Wait for something, at most so many seconds; tell whether it came."""
+        return what.wait(max(0.0, seconds))
 
-SYSTEM: Clock = SystemClock()
+
+class ProcessClock:
+    """The clock by which this process lives: the machine's, unless it was given another (`live_by`)."""
+
+    def __init__(self) -> None:
+        self._given: Clock = MachineClock()
+
+    def live_by(self, clock: Clock) -> Clock:
+        """Live by that clock from now on; return the one before."""
+        before, self._given = self._given, clock
+        return before
+
+    def monotonic(self) -> float:
+        """Return seconds that never go back."""
+        return self._given.monotonic()
+
+    def awake(self) -> float:
+        """Return seconds that never go back and stand still while the machine is suspended."""
+        return self._given.awake()
+
+    def now(self) -> datetime:
+        """Return the wall-clock time, timezone aware, UTC."""
+        return self._given.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep for `seconds` (s)."""
+        self._given.sleep(seconds)
+
+    def wait(self, what: Waitable, seconds: float) -> bool:
+        """Wait for something, at most so many seconds; tell whether it came."""
+        return self._given.wait(what, seconds)
+
+    def spawn(self, run: Callable[[], object], name: str) -> threading.Thread:
+        """Start a thread of that name, which ends with its process."""
+        return self._given.spawn(run, name)
+
+    def lock(self) -> Lock:
+        """Make a lock."""
+        return self._given.lock()
+
+
+SYSTEM = ProcessClock()

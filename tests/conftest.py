@@ -3,6 +3,7 @@
 import logging
 import subprocess
 import sys
+import threading
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -14,6 +15,7 @@ from pytest_django.plugin import blocking_manager_key
 from whitenoise.middleware import WhiteNoiseMiddleware
 
 from portal.logs.outlet import Console
+from robots.clock import SYSTEM
 from tests import waiting
 from tests.proof import AT_LENGTH, Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here
@@ -87,6 +89,17 @@ class FakeClock:
     def go(self, seconds: float) -> datetime:
         self.t += seconds
         return self.now()
+
+    def wait(self, what, seconds: float) -> bool:
+        came = what.wait(0)
+        self.t += 0 if came else max(0.0, seconds)
+        return came
+
+    def spawn(self, run, name: str) -> threading.Thread:
+        return SYSTEM.spawn(run, name)
+
+    def lock(self):
+        return SYSTEM.lock()
 
 
 @pytest.fixture

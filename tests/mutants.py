@@ -55,7 +55,7 @@ MUTANTS = (
     Mutant(4, "the gate does not ask for the lease", "workers/safety/gate.py",
            "        if not self.lease.valid:\n", "        if False:\n", MACHINE),
     Mutant(4, "a frozen owner is not killed", "workers/safety/lease.py",
-           "        kill_recorded_owner(lease)\n", "",
+           "        self._processes.kill_recorded_owner(lease)\n", "",
            "tests/faults/test_promises_owner.py::test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more[mercury]"),
     Mutant(5, "the lease is taken from whoever has it", "workers/safety/lease.py",
            "        if not self._over(lease):\n            return False\n", "",

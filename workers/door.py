@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
+from robots.clock import TIMER, Timer
 from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
 from robots.drivers.errors import HardwareFault, RobotError, why
 
@@ -84,6 +85,11 @@ class GuardedSession(Session):
                 with self._door.open(HardwareFault):
                     self._session = self._make()
             return self._session
+
+    @property
+    def clock(self) -> Timer:  # type: ignore[override]
+        """The clock by which the driver's states are stamped."""
+        return getattr(self._session, "clock", TIMER)
 
     @property
     def line(self) -> Any:

@@ -1,8 +1,6 @@
 """The robot of this process: its database row and its driver."""
 
 import math
-import threading
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +13,7 @@ from robots.messages import Changed
 from robots.models import Lease, Robot
 from robots.states import Cycle
 from workers.door import GuardedSession
+from workers.machine import OpenSession
 from workers.safety.gate import Known
 from workers.safety.lease import OwnerLease
 from workers.streams import Streams
@@ -27,13 +26,14 @@ class OwnedRobot:
     """Row and driver of one robot; `running` is True from the owner's start to its end."""
 
     def __init__(
-        self, robot: Robot, lease: OwnerLease, clock: Clock, trace: PublishFrame, streams: Streams
+        self, robot: Robot, lease: OwnerLease, clock: Clock, trace: PublishFrame, streams: Streams,
+        session: OpenSession = open_session,
     ) -> None:  # fmt: skip
         self.robot, self.clock = robot, clock
         self.running = False
-        self._lease, self._trace, self._streams = lease, trace, streams
+        self._lease, self._trace, self._streams, self._session = lease, trace, streams, session
         self.now = lease.now  # the database's time
-        self._remembering, self._remembered = threading.Lock(), -math.inf
+        self._remembering, self._remembered = clock.lock(), -math.inf
         self.driver: Session = self._open_session()
 
     def renew_driver(self) -> None:
@@ -45,7 +45,7 @@ class OwnedRobot:
         self._streams.restart(epoch)
 
         def make() -> Session:
-            made = open_session(robot.driver, robot.wire_address, robot.driver_settings(epoch), self._frame)
+            made = self._session(robot.driver, robot.wire_address, robot.driver_settings(epoch), self._frame)
             made.on_packet = self._streams.take
             return made
 
@@ -72,10 +72,9 @@ class OwnedRobot:
             bus.publish(self.robot.slug, Changed("robot"))
         return bool(done)
 
-    @staticmethod
-    def age(state: RobotState) -> float:
+    def age(self, state: RobotState) -> float:
         """Return the age of a state (s). Only here is the clock of drivers' states compared with the present."""
-        return time.monotonic() - state.at
+        return self.driver.clock.monotonic() - state.at
 
     def known(self) -> Known | None:
         """Return the values of a fresh state by name; None if there is none."""

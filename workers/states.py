@@ -1,7 +1,5 @@
 """The loop that publishes the robot's state, and asks for it if the robot has not sent it lately."""
 
-import time
-
 import redis
 from django.db import Error, close_old_connections
 
@@ -50,14 +48,14 @@ class States:
         every = 1.0 / float(owned.robot.description().get("motion", {}).get("state_hz", STATE_HZ))
         while owned.running:
             self._pace.sleep(every, every if self._heard else UNHEARD_S)
-            if time.monotonic() - looked >= TRACE_S:
-                looked = time.monotonic()
+            if self._owned.clock.monotonic() - looked >= TRACE_S:
+                looked = self._owned.clock.monotonic()
                 self._trace.look()
                 self._look()
             heard = owned.driver.latest()
             quiet = heard is None or owned.age(heard) >= ASK_S
-            if self._connection.connected and quiet and time.monotonic() - asked >= ASK_S:
-                asked = time.monotonic()
+            if self._connection.connected and quiet and self._owned.clock.monotonic() - asked >= ASK_S:
+                asked = self._owned.clock.monotonic()
                 try:
                     owned.driver.state()
                 except HardwareFault as error:
@@ -71,9 +69,9 @@ class States:
 
     def _keep(self, state: RobotState) -> None:
         """Keep the values of channels in the lease's row now and then: needs are judged by them, pages show them."""
-        if not self._packed or time.monotonic() - self._kept < KEEP_S:
+        if not self._packed or self._owned.clock.monotonic() - self._kept < KEEP_S:
             return
-        self._kept = time.monotonic()
+        self._kept = self._owned.clock.monotonic()
         try:
             self._owned.remember(state)
         except Error:  # the database is away: the next one is kept
@@ -108,8 +106,8 @@ class States:
             return
         compact = None
         silent = self._owned.age(state) > WHOLE_S  # its stamp would soon be taken for a later one
-        if self._layout is not None and not silent and time.monotonic() - self._whole < WHOLE_S:
+        if self._layout is not None and not silent and self._owned.clock.monotonic() - self._whole < WHOLE_S:
             compact = self._layout.encode(at_ms, state, latched, told)
         if compact is None:
-            self._whole = time.monotonic()
+            self._whole = self._owned.clock.monotonic()
         bus.publish_compact(self._owned.robot.slug, compact or packet)

@@ -9,6 +9,7 @@ import logging
 import threading
 import traceback
 from collections.abc import Callable
+from functools import partial
 
 import redis
 from django.db import Error, close_old_connections
@@ -33,9 +34,7 @@ class Threads:
 
     def begin(self, name: str, loop: Callable[[], None]) -> None:
         """Run `loop` in a thread of that name."""
-        thread = threading.Thread(target=self._guarded, args=(name, loop), name=name, daemon=True)
-        thread.start()
-        self._threads.append(thread)
+        self._threads.append(self._owned.clock.spawn(partial(self._guarded, name, loop), name))
 
     def join(self, name: str, seconds: float) -> None:
         """Wait at most `seconds` (s) for the thread of that name."""

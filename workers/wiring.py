@@ -26,6 +26,7 @@ from workers.commands.run import Runner
 from workers.connection import Connection
 from workers.control import Control
 from workers.handover import Handover
+from workers.machine import Machine
 from workers.owned import OwnedRobot
 from workers.recovery import Recovery
 from workers.regain import Listen, Regain
@@ -64,23 +65,24 @@ class Owner:
 
     def __init__(
         self, slug: str, clock: Clock = SYSTEM, on_lost: Callable[[], None] | None = None,
-        listen: Listen = lambda queue, on: None,
+        listen: Listen = lambda queue, on: None, machine: Machine | None = None,
     ) -> None:  # fmt: skip
         robot = Robot.objects.get(slug=slug)
         run = Path(settings.VAR) / "run"
         run.mkdir(parents=True, exist_ok=True)
+        machine = machine or Machine()
         self.clock, self.pace, self._brownout = clock, Pace(clock), Brownout()
         self.latch = StopLatch(run / f"{slug}.stopped")
-        self.lease = OwnerLease(robot, run / f"{slug}.lock", clock)
+        self.lease = OwnerLease(robot, run / f"{slug}.lock", clock, machine.processes)
         self.link = Link(clock, float(settings.FARHAND["REDIS_GONE_S"]))
         self.grants = KnownGrants(clock, self.lease.measured_now)
         stamps = DatabaseClock(clock, self.lease.now)  # of all that is published
         trace = WireTrace(slug, stamps)
         self.streams = Streams(slug, robot.spec().streams, stamps)
-        self.owned = OwnedRobot(robot, self.lease, clock, trace.publish, self.streams)
+        self.owned = OwnedRobot(robot, self.lease, clock, trace.publish, self.streams, machine.session)
         self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
         self.deadman = DeadManTimer(clock)
-        self.pictures = Pictures(robot, stamps, self.owned.picture)
+        self.pictures = Pictures(robot, stamps, self.owned.picture, machine.camera)
         self.heartbeat = Heartbeat(self.owned, run / f"{slug}.heartbeat")
         self._wire_safety(on_lost or end_at_once)
         self.threads = Threads(self.owned, self.watch.leave)

@@ -31,7 +31,8 @@ class RobotState:
     A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
     and its controller's own word for what it is doing.
     `values` are those of the channels that the spec declares, by name. `at` is when the hardware was heard, on the
-    clock of `time.monotonic` (s); it is converted in one place, the owner's `OwnedRobot.age`.
+    session's `clock` (s), which is `time.monotonic` unless it was given another; it is converted in one place, the
+    owner's `OwnedRobot.age`.
     """
 
     at: float

@@ -8,6 +8,7 @@ kind at most 5 a second are written after the first 100, and the next line says 
 import json
 import threading
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ class Journal:
     def __init__(self, path: Path, real: Timer = TIMER) -> None:
         self._path, self._real = path, real
         self._lock = threading.Lock()
+        self.told: Callable[[dict[str, Any]], None] | None = None  # told of each event, in the thread that notes it
         self._file = path.open("a", buffering=1)
         self.counts: Counter[str] = Counter()
         self._left_out: Counter[str] = Counter()
@@ -34,6 +36,8 @@ class Journal:
         """Write `event` with its details; count it at least."""
         now = self._real.monotonic()
         record = {"t": round(now, 4), "event": event, **details}
+        if self.told is not None:
+            self.told(record)
         with self._lock:
             if not self._has_room(event, now):
                 self._left_out[event] += 1
@@ -47,6 +51,10 @@ class Journal:
                 self._file.close()
                 self._path.replace(self._path.with_suffix(".old"))
                 self._file = self._path.open("a", buffering=1)
+
+    def close(self) -> None:
+        """Write nothing more."""
+        self._file.close()
 
     def _has_room(self, event: str, now: float) -> bool:
         if event not in BY_CLIENTS:

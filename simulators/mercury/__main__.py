@@ -8,6 +8,7 @@ socket), `journal.jsonl`, `bed.npy` and `state.json`.
 
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -34,20 +35,18 @@ from simulators.mercury.sound import ArmSound
 from simulators.mercury.state import START, keep, restore
 from simulators.mercury.workspace import Workspace
 
+OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # tells of refused clients
 READOUT_S = 0.030  # the card reads the chip after the exposure
 
 
 class Simulator:
     """All parts: bed, arm, controller, line and camera."""
 
-    def __init__(
-        self, folder: Path, seed: int, tcp: int | None = None, baud: int = wire.BAUD, clock: Timer = TIMER
-    ) -> None:
+    def __init__(self, folder: Path, seed: int, opened: OpenLine, clock: Timer = TIMER, real: Timer = TIMER) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock = folder, clock
         self.faults = FaultBoard(seed)
-        self.journal = Journal(folder / "journal.jsonl")
-        record_deaths(self.journal)
+        self.journal = Journal(folder / "journal.jsonl", real)
         description = load("mercury")
         self.bed = SandBed(seed)
         self.bed.restore(folder / "bed.npy")
@@ -60,22 +59,24 @@ class Simulator:
         self.controller = Controller(
             description, self.body, self._blow, self.faults, self.journal, boot, self._keep, clock
         )
-        tty = folder / "tty"
-        self.line = (
-            Line(tty, self.faults, baud, clock)
-            if tcp is None
-            else TcpLine(tty, self.faults, baud, tcp, lambda: self.journal.note("refused"), clock)
-        )
+        self.line = opened(folder / "tty", self.faults, lambda: self.journal.note("refused"))
         self._rng = np.random.default_rng(seed)
         self._bed_lock = threading.Lock()
-        low, high = description["camera"]["exposure_range_s"]
+        self._exposures = description["camera"]["exposure_range_s"]
         self.microphone = Microphone(lambda: ArmSound(self.body, space, self._blowing), self.faults, clock)
-        self.camera = CameraServer(self._take, self.faults, (low, high), clock, self.microphone)
+        self._running = True
+        self._sand: threading.Thread | None = None  # the last that was blown
+
+    def open(self) -> CameraServer:
+        """Open what other programs reach it by, apart from its line: camera, microphone and faults."""
+        folder, (low, high) = self._folder, self._exposures
+        record_deaths(self.journal)
+        camera = CameraServer(self.take, self.faults, (low, high), self._clock, self.microphone)
         serve(folder / "faults", self.faults, self.status)
-        address = f"http://127.0.0.1:{self.camera.port}"
+        address = f"http://127.0.0.1:{camera.port}"
         replace_text(folder / "microphone", f"{address}{self.microphone.path}\n")
         replace_text(folder / "camera", f"{address}\n")
-        self._running = True
+        return camera
 
     def _keep(self, boot: int) -> None:
         keep(self._state, self.body.setpoint, boot)
@@ -89,9 +90,10 @@ class Simulator:
                 self.bed.blow(x_mm, y_mm, seconds)
                 self.bed.save(self._folder / "bed.npy")
 
-        threading.Thread(target=work, name="sand").start()
+        self._sand = self._clock.spawn(work, "sand")
 
-    def _take(self, exposure: float) -> NDArray[np.uint8]:
+    def take(self, exposure: float) -> NDArray[np.uint8]:
+        """Return a picture that is exposed for so long (s) from now on."""
         begin = self._clock.monotonic()
         self._clock.sleep(exposure + 0.004)
         poses = self.body.during(begin, begin + exposure, 5)
@@ -127,6 +129,8 @@ class Simulator:
                 self._keep(self.controller.boot)
             moved = self.body.moving
         self._keep(self.controller.boot)
+        if self._sand is not None:
+            self._sand.join()
 
     def stop(self, *_: object) -> None:
         """End the loop."""
@@ -141,9 +145,17 @@ def main() -> None:
     parser.add_argument("--tcp", type=int)
     parser.add_argument("--baud", type=int, default=wire.BAUD, help="of the line; the arm's own is 4800")
     options = parser.parse_args()
-    simulator = Simulator(options.dir, options.seed, options.tcp, options.baud, FasterTimer(options.speed))
+    clock = FasterTimer(options.speed)
+
+    def opened(tty: Path, faults: FaultBoard, refused: Callable[[], None]) -> Line:
+        if options.tcp is None:
+            return Line(tty, faults, options.baud, clock)
+        return TcpLine(tty, faults, options.baud, options.tcp, refused, clock)
+
+    simulator = Simulator(options.dir, options.seed, opened, clock)
+    camera = simulator.open()
     stop_when_told(simulator)
-    sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {simulator.camera.port}\n")
+    sys.stdout.write(f"line {(options.dir / 'tty').resolve()} camera port {camera.port}\n")
     sys.stdout.flush()
     simulator.run()
 

@@ -14,6 +14,7 @@ from robots.states import CommandState
 from tests.conftest import wait_for
 from tests.services.owner import Arm, made_owner
 from tests.waiting import CEILING_S
+from workers.machine import Machine
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -27,9 +28,7 @@ def told():
 
 
 @pytest.fixture
-def owner(robot, people, told, monkeypatch):
-    made = made_owner(robot, people, listen=lambda *what: told.append(what), on_lost=lambda: told.append("left"))
-
+def owner(robot, people, told):
     class Opened(Arm):
         def connect(self):
             told.append(("connect", made.lease.epoch))
@@ -38,7 +37,10 @@ def owner(robot, people, told, monkeypatch):
         def close(self):
             told.append("close")
 
-    monkeypatch.setattr("workers.owned.open_session", lambda *_: Opened())
+    made = made_owner(
+        robot, people, listen=lambda *what: told.append(what), on_lost=lambda: told.append("left"),
+        machine=Machine(lambda *_: Opened()),
+    )  # fmt: skip
     made.owned.driver = Opened()
     made.connection.connected = True
     return made

@@ -8,6 +8,7 @@ from django.db import connection
 from django.db.migrations.executor import MigrationExecutor
 
 from portal.pages.views import console_facts
+from robots.clock import SYSTEM
 from robots.contract.capabilities import Calibration, ResultRow
 from robots.contract.find import spec_of
 from robots.models import Robot
@@ -87,7 +88,7 @@ def test_stills_are_bounded_by_the_range_of_their_exposure(robot, admin):
     admin.post(address(robot), sent(robot, still_exposure_s="0.01", still_threshold="2"))
     robot.refresh_from_db()
     assert not {"still_exposure_s", "still_threshold"} & set(robot.driver_settings()), "the driver takes no pictures"
-    eyes = Pictures(robot, None, None)
+    eyes = Pictures(robot, SYSTEM, None)
     assert (eyes._stills.exposure_s, eyes._stills.threshold) == (0.01, 2.0)
     robot.settings = {"still_exposure_s": 9.0}
     eyes.configure(robot)

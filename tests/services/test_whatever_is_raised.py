@@ -14,10 +14,11 @@ from robots.models import Incident, Robot
 from tests.conftest import wait_for
 from tests.raised import ALL, ORDINARY, name
 from tests.services.owner import made_owner
-from workers import calibrate, owned
+from workers import calibrate
 from workers.cameras import camera as cameras
 from workers.cameras import source
 from workers.door import Door, GuardedSession
+from workers.machine import Machine
 
 REST = RobotState(0.0, (0.0,) * 7, (0.0,) * 6, False, True)
 
@@ -241,8 +242,8 @@ def test_an_error_that_cannot_say_what_it_is_has_a_sentence_too():
 def opened(robot, people, monkeypatch):
     """An owner; `opened.kind.broken` and `.error` say what its driver raises from now on."""
     kind = broken()
-    monkeypatch.setattr(owned, "open_session", lambda *given: kind(*given))
-    made = made_owner(robot, people)
+    machine = Machine(lambda name, *given: kind(name, *given), lambda *_: Good())
+    made = made_owner(robot, people, machine=machine)
     made.owned.renew_driver()
     made.kind = kind
     monkeypatch.setattr(made.threads, "begin", lambda *_: None)
@@ -310,13 +311,16 @@ class Good:
 
 @pytest.fixture
 def camera(robot):
-    made = cameras.Camera(robot, 0, "", lambda view, seconds: None)
+    def opened(*where):
+        return made.where(*where)
+
+    made = cameras.Camera(robot, 0, "", lambda view, seconds: None, opened=opened)
     yield made
     made.close()
 
 
 @pytest.mark.django_db
-def test_every_picture_ends_in_a_sentence_and_the_next_is_tried_anew(robot, camera, monkeypatch):
+def test_every_picture_ends_in_a_sentence_and_the_next_is_tried_anew(robot, camera):
     class Source:
         def grab(self, exposure_s):
             raise self.error
@@ -331,12 +335,12 @@ def test_every_picture_ends_in_a_sentence_and_the_next_is_tried_anew(robot, came
             raise error
 
         for where in (unopened, lambda *_: Source()):
-            monkeypatch.setattr(cameras, "open_camera", where)
+            camera.where = where
             with pytest.raises(CameraFault, match="The camera failed") as told:
                 camera.grab(0.01)
             assert "S3cret" not in str(told.value)
             assert camera._source is None
-    monkeypatch.setattr(cameras, "open_camera", lambda *_: Good())
+    camera.where = lambda *_: Good()
     assert camera.grab(0.01).shape == (165, 192)
 
 
@@ -351,9 +355,8 @@ def test_pictures_go_on_without_what_corrects_them(opened, monkeypatch):
                 return None, self
             raise self.error
 
-    pictures = type(opened.pictures)(opened.owned.robot, opened.clock, opened.owned.picture)
+    pictures = type(opened.pictures)(opened.owned.robot, opened.clock, opened.owned.picture, lambda *_: Good())
     pictures._brightness = Corrector()
-    monkeypatch.setattr(cameras, "open_camera", lambda *_: Good())
     everything = bus.Wanted(*[True] * len(bus.Wanted._fields))
     monkeypatch.setattr(bus, "how_watched", lambda *_: everything)
     for error in (None, *ALL):

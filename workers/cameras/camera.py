@@ -1,21 +1,24 @@
 """One camera of a robot: opened when it is needed, closed when it fails."""
 
 import contextlib
-import threading
 
+from robots.clock import SYSTEM, Clock
 from robots.drivers.errors import CameraFault
 from robots.models import Robot
-from workers.cameras.source import DriverCamera, OfDriver, Picture, Source, fitted, open_camera
+from workers.cameras.source import DriverCamera, OfDriver, OpenCamera, Picture, Source, fitted, open_camera
 from workers.door import Door
 
 
 class Camera:
     """Takes pictures in the size that the robot's description names."""
 
-    def __init__(self, robot: Robot, index: int, name: str, of_driver: OfDriver) -> None:
+    def __init__(
+        self, robot: Robot, index: int, name: str, of_driver: OfDriver, clock: Clock = SYSTEM,
+        opened: OpenCamera = open_camera,
+    ) -> None:  # fmt: skip
         self._description = robot.description()["camera"]
         self.index, self.name, self._of_driver = index, name, of_driver
-        self.lock = threading.RLock()
+        self.lock, self._opened = clock.lock(), opened
         self._address, self._rig = robot.camera_address(index), robot.rig_dir
         self._source: Source | None = None
         self._door = Door(CameraFault, "The camera failed")
@@ -45,7 +48,7 @@ class Camera:
         colour = bool(self._description.get("colour"))
         if self._description.get("by_driver"):
             return DriverCamera(self._of_driver, self.name, colour)
-        return open_camera(self._address, self._rig, self.name, colour)
+        return self._opened(self._address, self._rig, self.name, colour)
 
     def next(self) -> int:
         """Return the number of the next picture, counted when it is taken, so that a late picture can be recognised."""

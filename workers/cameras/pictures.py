@@ -23,7 +23,7 @@ from robots.messages import Changed
 from robots.models import Command, Frame, Grant, Robot, frame_name
 from robots.vision.stability import Picture, Verdict, settle
 from workers.cameras.camera import Camera
-from workers.cameras.source import OfDriver
+from workers.cameras.source import OfDriver, OpenCamera, open_camera
 from workers.cameras.steps import Steps, jpeg
 from workers.cameras.video import Shot, load
 from workers.door import Door
@@ -39,14 +39,15 @@ def grey(picture: Picture) -> Picture:
 class Pictures:
     """The cameras of one robot. Stills are taken with the first camera."""
 
-    def __init__(self, robot: Robot, clock: Clock, of_driver: OfDriver) -> None:
+    def __init__(self, robot: Robot, clock: Clock, of_driver: OfDriver, opened: OpenCamera = open_camera) -> None:
         self._robot, self._clock = robot, clock
         self._description = robot.description().get("camera", {})
-        self.cameras = [Camera(robot, i, name, of_driver) for i, name in enumerate(views(robot.description()))]
+        named = enumerate(views(robot.description()))
+        self.cameras = [Camera(robot, i, name, of_driver, clock, opened) for i, name in named]
         if self.cameras:
             load()  # now, while no other thread waits for it
         video = self._description.get("video_quantizer"), coding(robot.description())
-        self._steps = [Steps(robot.slug, camera.index, *video) for camera in self.cameras]
+        self._steps = [Steps(robot.slug, camera.index, *video, clock) for camera in self.cameras]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
         self._declared = robot.spec().capability(Stills)

@@ -236,6 +236,9 @@ class StreamCamera:
         return not self._ended.is_set()
 
 
+OpenCamera = Callable[[str, Path, str, bool], Source]
+
+
 def open_camera(url: str, rig: Path, view: str = "", colour: bool = False) -> Source:
     """Return the camera at an address; an empty address means the simulated camera `view` of `rig`.
 

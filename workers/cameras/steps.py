@@ -5,6 +5,7 @@ from typing import NamedTuple
 import cv2
 
 from robots import bus
+from robots.clock import SYSTEM, Timer
 from robots.description import CODING
 from robots.messages import picture_packet
 from robots.vision.stability import Picture
@@ -35,11 +36,13 @@ class Due(NamedTuple):
 class Steps:
     """What is sent of one camera. Times are those of one clock (s)."""
 
-    def __init__(self, slug: str, camera: int, quantizer: int | None, coding: str = CODING) -> None:
+    def __init__(
+        self, slug: str, camera: int, quantizer: int | None, coding: str = CODING, clock: Timer = SYSTEM
+    ) -> None:
         self._slug, self._camera = slug, camera
         fine = QUANTIZER if quantizer is None else quantizer
-        self._video = Video(slug, camera, fine, coding=coding)
-        self._coarse_video = Video(slug, camera, max(fine, COARSER), coarse=True, coding=coding)
+        self._video = Video(slug, camera, fine, coding=coding, clock=clock)
+        self._coarse_video = Video(slug, camera, max(fine, COARSER), coarse=True, coding=coding, clock=clock)
         self._jpeg_at = self._coarse_at = float("-inf")
         self._coarse = False  # somebody wants coarse JPEG, when it was last looked
 

@@ -9,12 +9,12 @@ What fails here ends the video for a while; JPEG pictures do not depend on it.
 import logging
 import os
 import threading
-import time
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from robots import bus
+from robots.clock import SYSTEM, Timer, Until
 from robots.contract.video import FARTHEST, GROUP_S, LONGEST_S, VideoPacket, pack, unpack
 from robots.description import CODING
 from robots.vision.stability import Picture
@@ -85,8 +85,10 @@ class Video:
     """Takes pictures in any thread; encodes and sends the newest in its own."""
 
     def __init__(
-        self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False, coding: str = CODING
-    ) -> None:
+        self, slug: str, camera: int, quantizer: int = QUANTIZER, coarse: bool = False, coding: str = CODING,
+        clock: Timer = SYSTEM,
+    ) -> None:  # fmt: skip
+        self._clock = clock
         self._slug, self._camera, self._coarse = slug, camera, coarse
         self._quantizer, self._coding = quantizer, coding
         self._news = threading.Condition()
@@ -107,7 +109,7 @@ class Video:
         """Encode this picture next, instead of one that still waits; `key`: somebody needs one that stands alone."""
         with self._news:
             waiting = self._shot
-            if time.monotonic() < self._paused_until or (waiting is not None and waiting.number > shot.number):
+            if self._clock.monotonic() < self._paused_until or (waiting is not None and waiting.number > shot.number):
                 return
             self._shot, self._key = shot, key or self._key
             self._news.notify()
@@ -115,25 +117,22 @@ class Video:
                 self._begin()
 
     def _begin(self) -> None:
-        thread = threading.Thread(target=self._encode, daemon=True, name=f"video {self._camera}")
-        try:
-            thread.start()
+        try:  # the thread waits for the lock that the caller holds
+            self._thread = self._clock.spawn(self._encode, f"video {self._camera}")
         except RuntimeError:  # the system has no thread left
             log.exception(FAILED, self._camera)
             self._failed()
-        else:
-            self._thread = thread  # which waits for the lock that the caller holds
 
     def _failed(self) -> None:
         """Make no video for a while; the caller holds the lock."""
-        self._paused_until = time.monotonic() + PAUSE_S
+        self._paused_until = self._clock.monotonic() + PAUSE_S
         self._shot = self._thread = self._encoder = None
         self._key = False
 
     def _next(self) -> tuple[Shot, bool] | None:
         """Return the next picture, and whether one must stand alone; None after a while: then the thread ends."""
         with self._news:
-            self._news.wait_for(lambda: self._shot is not None, IDLE_S)
+            self._clock.wait(Until(self._news, lambda: self._shot is not None), IDLE_S)
             shot, self._shot = self._shot, None
             if shot is None:
                 self._thread = self._encoder = None

@@ -4,7 +4,7 @@ import contextlib
 import threading
 from collections.abc import Iterator
 
-from robots.clock import Clock
+from robots.clock import Clock, Until
 from robots.models import Command
 from workers.safety.gate import Gate
 
@@ -22,7 +22,7 @@ class Pace:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._stirred = threading.Condition()
+        self._stirred, self._stirs = threading.Condition(), 0
         self._until = clock.monotonic() + LIVELY_S
 
     @property
@@ -34,13 +34,15 @@ class Pace:
         """Note that the robot is in use."""
         with self._stirred:
             self._until = self._clock.monotonic() + LIVELY_S
+            self._stirs += 1
             self._stirred.notify_all()
 
     def sleep(self, lively_s: float, idle_s: float) -> float:
         """Sleep for `lively_s`; on an idle robot for `idle_s` or until a stir. Return the chosen time (s)."""
         with self._stirred:
             if not self.lively:
-                self._stirred.wait(idle_s)
+                stirs = self._stirs
+                self._clock.wait(Until(self._stirred, lambda: self._stirs != stirs), idle_s)
                 return idle_s
         self._clock.sleep(lively_s)
         return lively_s
@@ -56,7 +58,7 @@ class Lane:
         self.beat = clock.monotonic()  # when the lane's loop last went round
         self._busy_until = 0.0
         self._wake = threading.Event()
-        self.turn = threading.Lock()  # held while a command runs; a hold of the robot never waits for it
+        self.turn = clock.lock()  # held while a command runs; a hold of the robot never waits for it
 
     def wake(self) -> None:
         """Wake the lane: command rows may wait."""
@@ -66,7 +68,7 @@ class Lane:
 
     def sleep(self, seconds: float) -> None:
         """Wait for a wake-up, at most `seconds` (s), and note that the loop came round."""
-        self._wake.wait(seconds)
+        self._clock.wait(self._wake, seconds)
         self._wake.clear()
         self.beat = self._clock.monotonic()
 

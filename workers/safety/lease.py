@@ -4,8 +4,6 @@ import contextlib
 import fcntl
 import logging
 import os
-import signal
-import socket
 import threading
 from collections.abc import Callable
 from datetime import datetime, timedelta
@@ -19,6 +17,7 @@ from robots.clock import SYSTEM, Clock
 from robots.grants import take_epoch
 from robots.models import Lease, Robot
 from robots.prepared import PreparedUpdate, Slot
+from workers.safety.processes import Processes
 
 log = logging.getLogger(__name__)
 RENEW_S = 0.75  # three attempts within a lease of three seconds
@@ -27,49 +26,13 @@ PID, UNTIL = Slot("pid", BigIntegerField()), Slot("until", DateTimeField())
 _RENEW = PreparedUpdate(lambda: Lease.objects.filter(robot=ROBOT, epoch=EPOCH, pid=PID), expires_at=UNTIL)
 
 
-def process_start(pid: int) -> str:
-    """Return the process's start time as the kernel gives it; empty if there is no such process."""
-    try:
-        text = Path(f"/proc/{pid}/stat").read_text()
-    except OSError:
-        return ""
-    return text.rpartition(")")[2].split()[19]
-
-
-def owner_gone(lease: Lease) -> bool:
-    """Return whether the lease's process is known to own the robot no more.
-
-    It gave the lease back, or ran on this host and has ended, or is the one that asks.
-    """
-    if not lease.pid:
-        return True
-    return lease.host == socket.gethostname() and (
-        lease.pid == os.getpid() or process_start(lease.pid) != lease.started
-    )
-
-
-def kill_recorded_owner(lease: Lease) -> None:
-    """Kill the process that the lease names, if the same process still runs on this host."""
-    if lease.host != socket.gethostname() or not lease.pid or lease.pid == os.getpid():
-        return
-    if not lease.started or process_start(lease.pid) != lease.started:
-        return
-    with contextlib.suppress(ProcessLookupError):
-        descriptor = os.pidfd_open(lease.pid)
-        try:
-            if process_start(lease.pid) == lease.started:
-                log.warning("killing the frozen owner %s of epoch %s", lease.pid, lease.epoch)
-                signal.pidfd_send_signal(descriptor, signal.SIGKILL)
-        finally:
-            os.close(descriptor)
-
-
 class DatabaseClock:
     """A clock whose `now` is the database's time, as far as the owner's lease has measured it."""
 
     def __init__(self, clock: Clock, now: Callable[[], datetime]) -> None:
         self.now = now
         self.monotonic, self.awake, self.sleep = clock.monotonic, clock.awake, clock.sleep
+        self.wait, self.spawn, self.lock = clock.wait, clock.spawn, clock.lock
 
 
 class OwnerLease:
@@ -78,8 +41,12 @@ class OwnerLease:
     If the lease lapses: hold, then take it again under a new epoch. If another has taken it: hold, and end.
     """
 
-    def __init__(self, robot: Robot, lock_file: Path, clock: Clock = SYSTEM) -> None:
+    def __init__(
+        self, robot: Robot, lock_file: Path, clock: Clock = SYSTEM, processes: Processes | None = None
+    ) -> None:
         self._robot, self._lock_file, self._clock = robot, lock_file, clock
+        self._processes = processes or Processes()
+        self.own = self._processes.own
         self._seconds = float(settings.FARHAND["LEASE_S"])
         self._descriptor: int | None = None
         self._until = 0.0
@@ -113,7 +80,7 @@ class OwnerLease:
         lease = Lease.objects.get(robot=self._robot)
         if not self._over(lease):
             return False
-        kill_recorded_owner(lease)
+        self._processes.kill_recorded_owner(lease)
         if not self._lock_device():
             return False
         return self._take(lease)
@@ -124,15 +91,15 @@ class OwnerLease:
         The time of day may have been set since it was written. So an owner that may live is waited for by our own
         clock: it is gone if it has renewed nothing for a whole lease.
         """
-        if lease.expires_at is None or (owner_gone(lease) and lease.expires_at <= self.now()):
+        if lease.expires_at is None or (self._processes.owner_gone(lease) and lease.expires_at <= self.now()):
             return True
         if self._found != (found := (lease.expires_at, lease.epoch)):
             self._found, self._found_at = found, self._clock.awake()
         return self._clock.awake() - self._found_at > self._seconds
 
     def _take(self, lease: Lease) -> bool:
-        begun, pid = self._clock.monotonic(), os.getpid()
-        epoch = take_epoch(lease, self.now(), self._seconds, socket.gethostname(), pid, process_start(pid))
+        begun, own = self._clock.monotonic(), self.own
+        epoch = take_epoch(lease, self.now(), self._seconds, own.host, own.pid, own.started)
         if epoch is None:
             return False
         with self._lock:
@@ -145,7 +112,7 @@ class OwnerLease:
         Called while no command runs. Raises django.db.Error while the database does not answer.
         """
         self.measure_offset()
-        lease = Lease.objects.filter(robot=self._robot, epoch=self.epoch, pid=os.getpid()).first()
+        lease = Lease.objects.filter(robot=self._robot, epoch=self.epoch, pid=self.own.pid).first()
         if self.lost or lease is None or not self._take(lease):
             self.lost = True
             return False
@@ -199,7 +166,7 @@ class OwnerLease:
         self.measure_offset()
         begun, epoch = self._clock.monotonic(), self.epoch
         until = self.now() + timedelta(seconds=self._seconds)
-        done = _RENEW(robot=self._robot.pk, epoch=epoch, pid=os.getpid(), until=until)
+        done = _RENEW(robot=self._robot.pk, epoch=epoch, pid=self.own.pid, until=until)
         with self._lock:
             if epoch != self.epoch:
                 return  # it was taken again in the meantime
@@ -230,6 +197,10 @@ class OwnerLease:
         with contextlib.suppress(Exception):
             Lease.objects.filter(robot=self._robot, epoch=self.epoch).update(expires_at=self.now(), pid=0)
         self.lost = True
+        self.unlock_device()
+
+    def unlock_device(self) -> None:
+        """Close the device lock, as the kernel does when the process ends."""
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None

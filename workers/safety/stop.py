@@ -1,7 +1,6 @@
 """The stop: holds the hardware and latches on disk; the row follows."""
 
 import logging
-import threading
 from datetime import datetime, timedelta
 
 from django.db.models import BigAutoField
@@ -29,7 +28,7 @@ class Stop:
 
     def __init__(self, owned: OwnedRobot, latch: StopLatch) -> None:
         self._owned, self._latch = owned, latch
-        self._halting = threading.Lock()
+        self._halting = owned.clock.lock()
         self._releases: int | None = None  # number of releases in the row when it was last read
         self._at_rest = False  # the robot confirmed the hold of the latched stop
         self._rests_by: datetime | None = None  # the latest time of rest of an unconfirmed stop
@@ -79,9 +78,8 @@ class Stop:
                 return  # pressed twice; a late press must not undo a release
             first = not latch.latched
             latch.forbid(self._releases)
-            kept = threading.Thread(target=latch.keep, name="latch")  # a slow disk must not delay the hold
             try:
-                kept.start()
+                kept = self._owned.clock.spawn(latch.keep, "latch")  # a slow disk must not delay the hold
             except RuntimeError:  # the system has no thread left
                 self._hold()
                 latch.keep()

@@ -9,7 +9,6 @@ import contextlib
 import logging
 import os
 import threading
-import time
 from contextlib import closing
 
 from django.db import Error, connections
@@ -54,12 +53,10 @@ class Sound:
     def want(self, robot: Robot) -> None:
         """Hear the robot for about another second; returns at once."""
         with self._lock:
-            self._robot, self._until = robot, time.monotonic() + LINGER_S
+            self._robot, self._until = robot, self._clock.monotonic() + LINGER_S
             if self._thread is None:
-                thread = threading.Thread(target=self._hear, daemon=True, name="sound")
                 with contextlib.suppress(RuntimeError):  # the system has no thread left: the next look tries again
-                    thread.start()
-                    self._thread = thread
+                    self._thread = self._clock.spawn(self._hear, "sound")
 
     @property
     def running(self) -> bool:
@@ -69,14 +66,14 @@ class Sound:
     def _wanted(self) -> Robot | None:
         """Return the robot while somebody listens; None ends the thread."""
         with self._lock:
-            if time.monotonic() < self._until:
+            if self._clock.monotonic() < self._until:
                 return self._robot
             self._thread, self._failing, self._pause_s = None, "", PAUSE_S
             return None
 
     def _goes_on(self, address: str) -> bool:
         robot = self._robot
-        return time.monotonic() < self._until and robot is not None and robot.microphone == address
+        return self._clock.monotonic() < self._until and robot is not None and robot.microphone == address
 
     def _hear(self) -> None:
         try:
@@ -101,15 +98,15 @@ class Sound:
         self._run = (self._run + 1) & 0xFF
         encoder = Encoder()
         with closing(Microphone(robot.microphone, robot.rig_dir)) as microphone:
-            evenly = Evenly(PIECE_MS / 1000, time.monotonic())
+            evenly = Evenly(PIECE_MS / 1000, self._clock.monotonic())
             for piece in microphone.pieces():
                 if not self._goes_on(robot.microphone):
                     return
                 self._number += 1
-                wait_s = evenly.wait_s(time.monotonic())
+                wait_s = evenly.wait_s(self._clock.monotonic())
                 if wait_s is None:
                     continue
-                time.sleep(wait_s)
+                self._clock.sleep(wait_s)
                 at_ms = self._now_ms() - PIECE_MS
                 if data := encoder.encode(piece):
                     bus.publish_sound(self._slug, pack(SoundPacket(self._number, at_ms, PIECE_MS, data, self._run)))
@@ -124,14 +121,14 @@ class Sound:
             log.warning("sound: %s", text)
             self._tell_staff(robot, text)
         self._failing = text
-        until = time.monotonic() + self._pause_s
+        until = self._clock.monotonic() + self._pause_s
         self._pause_s = min(2 * self._pause_s, LONGEST_PAUSE_S)
-        while time.monotonic() < until and self._goes_on(robot.microphone):
+        while self._clock.monotonic() < until and self._goes_on(robot.microphone):
             bus.publish_sound(self._slug, pack(sentence(text, self._now_ms(), self._number, self._run)))
-            time.sleep(SAY_S)
+            self._clock.sleep(SAY_S)
 
     def _tell_staff(self, robot: Robot, text: str) -> None:
-        now = time.monotonic()
+        now = self._clock.monotonic()
         if now - self._told_at < TOLD_S:
             return
         self._told_at = now

@@ -12,7 +12,7 @@ from robots.drivers.errors import HardwareFault, Held, RobotError
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.checks import check
 from robots.drivers.mercury.limits import check_target
-from robots.drivers.mercury.line import HostLine
+from robots.drivers.mercury.line import HostLine, open_port
 from robots.drivers.mercury.protocol import Flag, Frame, Instruction, Mode, Reply
 from robots.drivers.mercury.scara import scara
 from robots.drivers.permits import until_held
@@ -29,11 +29,13 @@ STOPPED = "The motion was stopped on its way."
 class Driver(Session):
     """A `robots.contract.session.Session`. `address` is a port or a pyserial URL."""
 
+    opened = staticmethod(open_port)
+
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
         self._description = load("mercury")
         self._arm = scara(self._description)
-        self.line = HostLine(address, int(self._description["line"]["resends"]), trace, self.clock)
+        self.line = HostLine(address, int(self._description["line"]["resends"]), trace, self.clock, self.opened)
         self._rest_pose: tuple[float, ...] | None = None
 
     def connect(self) -> RobotState:

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import serial
 
-from robots.clock import TIMER, Limit, Timer
+from robots.clock import TIMER, Limit, Timer, Until
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import (
     ControllerRefused,
@@ -54,16 +54,29 @@ def _end_unacknowledged(port: serial.SerialBase) -> None:
         same.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, UNACKNOWLEDGED_MS)
 
 
+def open_port(url: str, local: bool) -> serial.SerialBase:
+    """Open a port of this machine (`local`), exclusively, or one behind a network."""
+    return serial.serial_for_url(
+        url, baudrate=wire.BAUD, timeout=READ_S if local else READ_OVER_NET_S, write_timeout=1.0,
+        **({"exclusive": True} if local else {}),
+    )  # fmt: skip
+
+
+OpenPort = Callable[[str, bool], serial.SerialBase]
+
+
 class HostLine:
     """A serial port with a reader thread; frames are matched by sequence number."""
 
-    def __init__(self, url: str, resends: int, trace: Trace | None, clock: Timer = TIMER) -> None:
-        self._url, self._resends, self._trace, self._clock = url, resends, trace, clock
+    def __init__(
+        self, url: str, resends: int, trace: Trace | None, clock: Timer = TIMER, opened: OpenPort = open_port
+    ) -> None:
+        self._url, self._resends, self._trace, self._clock, self._opened = url, resends, trace, clock, opened
         self._local = "://" not in url
         self._heard_at = 0.0  # on its clock (s); or when the port was opened
         self._port: serial.SerialBase | None = None
-        self._write_lock = threading.Lock()
-        self._news = threading.Condition()
+        self._write_lock = clock.lock()
+        self._news, self._told = threading.Condition(), 0
         self._replies: dict[int, Frame] = {}
         self._ends: dict[int, Frame] = {}
         self._states: dict[int, wire.ControllerState] = {}
@@ -87,10 +100,7 @@ class HostLine:
             return
         self.close()
         try:
-            self._port = serial.serial_for_url(
-                self._url, baudrate=wire.BAUD, timeout=READ_S if self._local else READ_OVER_NET_S, write_timeout=1.0,
-                **({"exclusive": True} if self._local else {}),
-            )  # fmt: skip
+            self._port = self._opened(self._url, self._local)
         except Exception as error:  # also termios.error, of an adapter that vanishes while it is opened
             fault = LineBusy if self._local and is_in_use(error) else LineGone
             named = "serial port" if self._local else "line"
@@ -98,9 +108,8 @@ class HostLine:
             raise fault(f"The robot's {named} cannot be opened: {told}") from error
         (_keep_ready if self._local else _end_unacknowledged)(self._port)
         self._gone, self._heard_at = None, self._clock.monotonic()
-        reader = threading.Thread(target=self._read, name="line", daemon=True)
-        reader.start()  # raises where the system has no thread left; the port is closed before the next attempt
-        self._reader = reader
+        # raises where the system has no thread left; the port is closed before the next attempt
+        self._reader = self._clock.spawn(self._read, "line")
 
     @property
     def _in_order(self) -> bool:
@@ -147,7 +156,17 @@ class HostLine:
     def _lose(self, why: str) -> None:
         with self._news:
             self._gone = self._gone or why
-            self._news.notify_all()
+            self._tell()
+
+    def _tell(self) -> None:
+        """Wake who waits for news; the caller holds the lock."""
+        self._told += 1
+        self._news.notify_all()
+
+    def _await_news(self, seconds: float) -> None:
+        """Wait for the next news, at most so many seconds; the caller holds the lock."""
+        told = self._told
+        self._clock.wait(Until(self._news, lambda: self._told != told), seconds)
 
     def _heard(self, frame: Frame) -> None:
         """Receive one reply; one that does not fit its id or has impossible numbers is dropped."""
@@ -170,7 +189,7 @@ class HostLine:
                 self._spoilt.add(frame.seq)
             else:
                 self._replies[frame.seq] = frame
-            self._news.notify_all()
+            self._tell()
 
     def _send(self, frame: Frame, permit: Permit | None) -> None:
         with self._write_lock:
@@ -217,7 +236,7 @@ class HostLine:
                     left = limit.left
                     if left <= 0 or frame.seq in self._spoilt:
                         break
-                    self._clock.wait(self._news, left)
+                    self._await_news(left)
         raise LineSilent(f"The robot did not answer {self._resends + 1} tries on its serial line.")
 
     def instruct(
@@ -288,5 +307,5 @@ class HostLine:
                     return None
                 if self._gone is not None:
                     raise LineGone("The robot's serial line is gone; the cable may be unplugged.")
-                self._clock.wait(self._news, left)
+                self._await_news(left)
             return self._ends[seq]

@@ -1,0 +1,119 @@
+"""The Mercury arm in a world: simulator, line, driver and camera."""
+
+from pathlib import Path
+
+import numpy as np
+
+from robots.drivers.errors import CameraFault
+from robots.drivers.mercury.driver import Driver
+from simulators.mercury.__main__ import Simulator
+from tests.world.wires import Cable, Port, line_of
+from tests.world.world import World
+
+EXPOSURE_S = 0.0067
+SEQ = 2  # where the number of an instruction stands in it
+
+
+class MercuryRig:
+    """A simulated arm that runs in a process of its own, and what connects an owner with it."""
+
+    driver = "mercury"
+    faults = ("awol", "slow", "drop", "corrupt", "double", "limit_hit", "mute")
+    strengths = {"slow": 0.5, "drop": 0.1, "corrupt": 0.1, "double": 0.1}
+
+    def __init__(self, world: World, folder: Path) -> None:
+        self.world, self.folder, self.cable = world, folder, Cable(world)
+        self.pull, self.plug = self.cable.pull, self.cable.plug
+        self.stall, self.halve = self.cable.stall, self.cable.halve
+        self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
+        self.process = world.process("simulator", delayed=False)
+        self.sim = Simulator(folder, world.seed, line_of(self.cable), world, world)
+        world.spawn(self.sim.run, "simulator", self.process)
+
+    def session(self, name, address, settings, trace=None):
+        """Open a session of the driver over the cable."""
+
+        rig = self
+
+        class InWorld(Driver):
+            clock = self.world
+
+            @staticmethod
+            def opened(url, local):
+                return Port(rig.cable, sent)
+
+            def recover(self, permit):
+                nonlocal recovers
+                recovers = True
+                try:
+                    return super().recover(permit)
+                finally:
+                    recovers = False
+
+        recovers = False
+
+        def sent(data: bytes) -> None:
+            rig.by_itself[data[SEQ]] = recovers
+
+        return InWorld(address, settings, trace)
+
+    def camera(self, url, rig, view="", colour=False):
+        return Eye(self)
+
+    @property
+    def moving(self) -> bool:
+        return self.sim.body.moving
+
+    def journal(self) -> list[dict]:
+        """Return what the simulator did, oldest first."""
+        return journal(self.folder)
+
+    def count(self, event: str) -> int:
+        return self.sim.journal.counts[event]
+
+    def tell(self, told) -> None:
+        """Have each of the simulator's notes told, at the moment at which it is written."""
+        self.sim.journal.told = told
+
+    @property
+    def stalled_s(self) -> float:
+        """Return how long the cable kept back what it was given last (s)."""
+        return self.cable.kept_back_s
+
+    def is_by_itself(self, motion: dict) -> bool:
+        """Tell whether the owner began a motion by itself, to put the robot in order."""
+        return self.by_itself[motion["seq"]]
+
+    def fault(self, verb: str, value: float = 1.0) -> None:
+        self.sim.faults.set(verb, value)
+
+    def clear_faults(self) -> None:
+        self.sim.faults.clear()
+
+    def power_cycle(self) -> None:
+        """Switch the robot off and on."""
+        self.sim.faults.set("power_cycle", count=1)
+
+    def close(self) -> None:
+        self.sim.journal.close()
+
+
+class Eye:
+    """The camera, without its HTTP server."""
+
+    def __init__(self, rig: MercuryRig) -> None:
+        self._rig = rig
+
+    def grab(self, exposure_s: float | None) -> np.ndarray:
+        if self._rig.sim.faults.value("cam_gone"):
+            raise CameraFault("The camera does not answer.")
+        return self._rig.sim.take(exposure_s or EXPOSURE_S)
+
+    def close(self) -> None:
+        pass
+
+
+def journal(folder: Path) -> list[dict]:
+    import json
+
+    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]

@@ -1,0 +1,89 @@
+"""What is true of every motion, judged at the moment at which the simulator begins it, and when a run is over."""
+
+from collections import Counter
+from math import inf
+
+from robots.models import Command, Grant, Lease
+from robots.services import START_S
+from robots.states import COMMAND_FINAL
+from tests.world.portal import Portal
+
+WIRE_S = 0.4  # an instruction that was permitted is on its way for so long, at most
+LOOK_S = 0.02
+
+
+class Motions:
+    """Watches one portal's robot. What cannot be is in `wrong`, and fails `check`."""
+
+    def __init__(self, portal: Portal) -> None:
+        self._portal, self._world = portal, portal.world
+        self.wrong: list[str] = []
+        self.begun: Counter[object] = Counter()  # by goal
+        self._latched_since, self._epoch_since, self._epoch = inf, -inf, 0
+        self._wired_since = -inf  # since when the wire carries what it is given at once
+        self.issued: dict[int, float] = {}  # commands, by when they were asked for (monotonic, s)
+        self.clock_set = False
+        portal.rig.tell(self._noted)
+        observer = self._world.process("observer", delayed=False)
+        self._world.spawn(self._watch, "observer", observer)
+
+    def _watch(self) -> None:
+        """Note since when the robot's owner is stopped, and since when it is the owner."""
+        while True:
+            self._world.sleep(LOOK_S)
+            owner, now = self._portal.owner, self._world.monotonic()
+            if owner is not None and not owner.latch.latched:
+                self._latched_since = inf
+            elif owner is not None:
+                self._latched_since = min(self._latched_since, now)
+            if owner is not None and owner.lease.epoch != self._epoch:
+                self._epoch, self._epoch_since = owner.lease.epoch, now
+
+    def _noted(self, record: dict) -> None:
+        """Judge a motion that begins now; called in the simulator's thread."""
+        if record["event"] == "motion" and not self._portal.rig.is_by_itself(record):
+            goal = self._portal.wishes.made(record)
+            self.begun[goal] += 1
+            self._judge(goal)
+
+    def _judge(self, goal: object) -> None:
+        world, at = self._world, self._world.monotonic()
+        command = next((one for one in self.commands() if self._portal.wishes.goal(one) == goal), None)
+        if command is None:
+            return  # the owner's own, to put the robot in order: judged by its grant
+        named = f"motion {goal} of the command {command.pk} at {at:.3f} s"
+        wire_s = WIRE_S + max(0.0, self._portal.rig.stalled_s)
+        if self.begun[goal] > 1:
+            self.wrong.append(f"{named} is its {self.begun[goal]}th")
+        if at - self._latched_since > wire_s:
+            self.wrong.append(f"{named} began {at - self._latched_since:.3f} s after a stop was latched")
+        grant = Grant.objects.get(pk=command.grant_id)
+        if (
+            grant.ended_at is not None
+            and (world.now() - grant.ended_at).total_seconds() > wire_s
+            and not self.clock_set
+        ):
+            self.wrong.append(f"{named} began after its grant had ended at {grant.ended_at}")
+        if command.epoch != self._epoch and at - self._epoch_since > wire_s:
+            self.wrong.append(f"{named} is of the epoch {command.epoch}, and the owner's is {self._epoch}")
+        asked = self.issued.get(command.pk, at)
+        if at - asked > START_S + wire_s and not self.clock_set:
+            self.wrong.append(f"{named} began {at - asked:.3f} s after it was asked for")
+
+    def commands(self):
+        return Command.objects.filter(kind__in=self._portal.wishes.moves)
+
+    def check(self) -> None:
+        """Judge what has become of every command. Fails with all that is wrong."""
+        for command in self.commands():
+            times = self.begun[self._portal.wishes.goal(command)]
+            if command.state not in COMMAND_FINAL:
+                self.wrong.append(f"{command.pk} is {command.state} in the end")
+            elif command.state == "completed" and times != 1:
+                self.wrong.append(f"{command.pk} is completed, and the robot began {times} such motions")
+            elif command.state in ("rejected", "expired") and times:
+                self.wrong.append(f"{command.pk} is {command.state}, and the robot moved: {command.reason}")
+        if Grant.objects.filter(ended_at=None).count() > 1:
+            self.wrong.append("more than one grant is open")
+        assert not self.wrong, "\n".join(self.wrong)
+        assert Lease.objects.get().epoch == self._portal.owner.lease.epoch

@@ -1,0 +1,137 @@
+"""A world with the rows of the people side, a store, and one robot with its owner."""
+
+import shutil
+from datetime import timedelta
+
+from django.conf import settings
+
+from robots import bus, services
+from robots.clock import SYSTEM
+from robots.drivers.errors import RobotError
+from robots.models import Command, Robot
+from robots.states import COMMAND_FINAL, Cycle, GrantKind
+from tests.faults.wishes import ROBOTS
+from tests.world.delays import NONE, Delays
+from tests.world.mercury import MercuryRig
+from tests.world.owner import Supervisor
+from tests.world.store import MemoryStore
+from tests.world.world import World
+
+RIGS = {"mercury": MercuryRig}
+SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
+
+
+class Portal:
+    """What a test in virtual time begins with; `close` it before the next."""
+
+    def __init__(self, seed: int, robot: Robot, people: dict, folder, delays: Delays = NONE) -> None:
+        shutil.rmtree(settings.VAR / "run", ignore_errors=True)
+        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OFFLINE, reason="", stop_latched=False)
+        self.world, self.robot, self.people = World(seed, delays), robot, people
+        self.wishes, self.slug = ROBOTS[robot.driver], robot.slug
+        self.store = MemoryStore(self.world)
+        bus.speak_through(self.store)
+        self._before = SYSTEM.live_by(self.world)
+        self.rig = RIGS[robot.driver](self.world, folder)
+        self.supervisor = Supervisor(self.world, robot.slug, self.rig)
+
+    def close(self) -> None:
+        try:
+            self.world.close()
+        finally:
+            self.rig.close()
+            SYSTEM.live_by(self._before)
+            bus.speak_through(None)
+
+    # what is
+
+    @property
+    def owner(self):
+        """Return the owner that has begun and lives; None while there is none."""
+        return self.supervisor.owner
+
+    @property
+    def row(self) -> Robot:
+        return Robot.objects.get(pk=self.robot.pk)
+
+    def motions(self) -> list[dict]:
+        """Return the motions that commands began, as the simulator noted them."""
+        return self.wishes.motions(self.rig.journal())
+
+    def until(self, holds, seconds: float, what: str):
+        return self.world.until(holds, seconds, what)
+
+    # what people do
+
+    def ready(self) -> None:
+        """Wait until the robot could be offered."""
+        self.until(lambda: self.row.cycle == Cycle.READY, 180, "a robot that is in order")
+
+    def grant(self, seconds: float = 9 * 3600.0) -> None:
+        """Give ada the robot, once it is ready."""
+        self.ready()
+        Robot.objects.filter(pk=self.robot.pk).update(cycle=Cycle.OPERATING)
+        now = self.world.now()
+        services.start_grant(self.robot, GrantKind.TURN, now, self.people["ada"], now + timedelta(seconds=seconds))
+
+    def issue(self, kind: str, wake: bool = True, **args: float) -> Command:
+        """Ask for a command in the words of all robots; see `tests.faults.wishes`."""
+        kind, args = self.wishes.spell(kind, args, None)
+        grant = services.open_grant(self.robot)
+        return services.issue(self.slug, self.people["ada"], kind, args, services.next_seq(grant)).command
+
+    def move(self, number: int) -> Command:
+        x, y = SPOTS[number % len(SPOTS)]
+        return self.issue("move", x=round(x + 0.0001 * (number % 1000), 4), y=y)
+
+    def ready_again(self, seconds: float = 60.0) -> None:
+        """Wait until the robot is connected and its turn goes on."""
+        self.until(lambda: self.owner and self.owner.connection.connected, seconds, "the connection")
+
+    def works_on(self, number: int, seconds: float = 60.0) -> None:
+        """Ask for motions until one is completed, at most so many seconds."""
+        end = self.world.monotonic() + seconds
+        said = ""
+        while self.world.monotonic() < end:
+            try:
+                command = self.final(self.move(number + 500))
+            except RobotError as error:
+                said = str(error)
+            else:
+                said, number = f"{command.state}: {command.reason}", number + 1
+                if command.state == "completed":
+                    return
+            self.world.sleep(0.5)
+        raise AssertionError(f"nothing moves again: {said}")
+
+    def final(self, command: Command, seconds: float = 90.0) -> Command:
+        """Wait for the end of a command."""
+
+        def over() -> bool:
+            command.refresh_from_db()
+            return command.state in COMMAND_FINAL
+
+        self.until(over, seconds, f"the end of {command.kind}")
+        return command
+
+    def all_final(self, seconds: float = 90.0) -> None:
+        self.until(lambda: not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), seconds, "every end")
+
+    def in_motion(self) -> None:
+        self.until(lambda: self.rig.moving, 30, "a motion")
+
+    def at_rest(self, seconds: float = 10.0) -> None:
+        self.until(lambda: not self.rig.moving, seconds, "rest")
+
+    def stop(self) -> float:
+        """Press Stop; return how long it took to rest (s)."""
+        at = self.world.monotonic()
+        bus.send_stop(self.slug)
+        self.at_rest()
+        return self.world.monotonic() - at
+
+    def release(self) -> None:
+        """Release the stop once its row is written."""
+        self.until(lambda: self.row.stop_latched, 10, "the row of the stop")
+        services.release_stop(self.robot, self.people["ada"], checked=True)
+        self.until(lambda: self.owner and not self.owner.latch.latched, 10, "the release")

@@ -1,0 +1,18 @@
+"""Promises 1 to 4, 8, 10, 11, 22 and 23 in virtual time: whatever happens, no motion that must not be."""
+
+import pytest
+
+from tests.world import chaos
+from tests.world.chaos import Chaos, busy
+from tests.world.seeds import hunt, seeds
+
+
+@pytest.mark.parametrize("troubles", ["STOPS", "STORES", "WIRES", "DEATHS", "CLOCKS", "EVERYTHING"])
+@seeds(2, 20, 200)
+def test_whatever_happens(worlds, troubles, seed):
+    hunt(worlds, seed, lambda portal: Chaos(portal).run(40, getattr(chaos, troubles)))
+
+
+@seeds(2, 20, 200)
+def test_whatever_happens_on_a_busy_machine(worlds, seed):
+    hunt(worlds, seed, lambda portal: Chaos(portal).run(40, chaos.EVERYTHING), busy)

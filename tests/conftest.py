@@ -259,7 +259,7 @@ def pytest_collection_modifyitems(items):
 def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
-    limited = AT_LENGTH or item.get_closest_marker("timed")
+    limited = item.get_closest_marker("timed") or (AT_LENGTH and not item.get_closest_marker("gate"))
     waiting.shortest_s = 0.0 if limited else waiting.CEILING_S
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
     of_django = isinstance(item.cls, type) and issubclass(item.cls, TransactionTestCase)  # asks for no fixture

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 GIVEN_A_CLOCK = (
     "robots/drivers/mercury", "robots/drivers", "robots/motion", "robots/vision", "robots/autonomy/ratslam",
-    "simulators", "simulators/common", "tests/unit", "tests/services", "tests/security",
+    "simulators", "simulators/common", "tests/unit", "tests/services", "tests/security", "tests/world",
 )  # fmt: skip
 FREE = ("robots/drivers/irat/ros/scripts", "robots", "workers/safety", "tests/faults", "benchmarks")
 ASKS = """\

@@ -16,7 +16,7 @@ from tests.world.owner import Supervisor
 from tests.world.store import MemoryStore
 from tests.world.world import World
 
-RIGS = {"mercury": MercuryRig}
+RIGS = {"mercury": MercuryRig, "errands": MercuryRig}
 SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
 
 
@@ -27,7 +27,7 @@ class Portal:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OFFLINE, reason="", stop_latched=False)
         self.world, self.robot, self.people = World(seed, delays), robot, people
-        self.wishes, self.slug = ROBOTS[robot.driver], robot.slug
+        self.wishes, self.slug = ROBOTS[RIGS[robot.driver].driver], robot.slug
         self.store = MemoryStore(self.world)
         bus.speak_through(self.store)
         self._before = SYSTEM.live_by(self.world)

@@ -8,7 +8,7 @@ GATE = not timed and not length
 unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
-.PHONY: wheel run setup setup-test setup-all lerobot test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
+.PHONY: wheel run setup setup-test setup-all lerobot quick world test test-node test-sqlite test-postgres test-all test-lerobot check bench proofs mutants asvs soak shots lock clean
 
 run: setup
 	@exec $(PY) manage.py demo --port $(PORT)
@@ -25,6 +25,19 @@ setup-all:
 # LeRobot's robots, an optional extra.
 lerobot:
 	@$(PYTHON) tools/setup.py lerobot
+
+# In a minute: linters, types, the front end's tests, those nearest to what changed, and a robot in virtual time.
+quick: setup-test
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy .
+	$(PY) tools/run_node_tests.py
+	FARHAND_TEST_DB=sqlite PYTHONPATH=. $(PY) tools/quick.py $(SIDE_BY_SIDE) -n 2 --timeout 900 -m "$(GATE)"
+	FARHAND_TEST_DB=sqlite $(TEST) tests/world -k smoke -m "$(GATE)"
+
+# Robots, owners and people in virtual time, at length; or one seed again: make world SEED=7
+world: setup-test
+	FARHAND_AT_LENGTH=1 FARHAND_SEED=$(SEED) FARHAND_TEST_DB=sqlite $(TEST) -n 2 tests/world
 
 # What judges no measured second, on PostgreSQL where databases differ. A failure keeps nothing else from running.
 test: setup-test
@@ -58,6 +71,7 @@ check: setup-test
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy .
 	.venv/bin/lint-imports
+	PYTHONPATH=. $(PY) -m tests.outdated
 	FARHAND_VAR=$$(mktemp -d) $(PY) manage.py makemigrations --check --dry-run
 	FARHAND_VAR=$$(mktemp -d) FARHAND_PUBLIC=1 ALLOWED_HOSTS=robots.example.org EMAIL_URL=smtp://localhost:25 $(PY) manage.py check --deploy --fail-level WARNING
 

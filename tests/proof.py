@@ -1,4 +1,4 @@
-"""The report of a proof: numbers wanted and run, and the measured figure."""
+"""The report of a proof: numbers wanted and run, the measured figure, and how it was measured."""
 
 import json
 import os
@@ -6,22 +6,34 @@ import re
 import time
 from pathlib import Path
 
+from tests import pace
+
 FULL = os.environ.get("FARHAND_PROOFS") == "full"
 # more examples than `make test` has time for: in `make test-all`, and where variants of the code are to be found broken
 AT_LENGTH = FULL or bool({"FARHAND_AT_LENGTH", "FARHAND_MUTANT"} & os.environ.keys())
+VIRTUAL, REAL = "virtual", "real"
 
 
 class Proof:
-    """One test's part of a promise's proof."""
+    """One test's part of a promise's proof.
 
-    def __init__(self, test, promise):
-        self.test, self.promise = test, promise
-        self._counts = []
+    `time` tells whose time passes: that of a clock that the test moves, or of the machine. `kept`: the folder into
+    which it writes; without one nobody reads it, so the pace of the machine is not measured.
+    """
+
+    def __init__(self, test, promise, time=VIRTUAL, kept=None, measured=pace.measured):
+        self.test, self.promise, self.time = test, promise, time
+        self._folder = kept or os.environ.get("FARHAND_PROOFS_TO")
+        self._measured = measured if self._folder else dict
+        self._counts, self._discarded = [], []
+        self._before = self._measured()
 
     @classmethod
-    def at(cls, node):
-        """Return the proof of a test that is named after its promise."""
-        return cls(f"{Path(str(node.path)).name}::{node.name}", int(re.match(r"test_promise_(\d+)", node.name)[1]))
+    def at(cls, node, **given):
+        """Return the proof of a test that is named after its promise; those with real processes are marked."""
+        real = node.get_closest_marker("timed") or node.get_closest_marker("gate")
+        promise = int(re.match(r"test_promise_(\d+)", node.name)[1])
+        return cls(f"{Path(str(node.path)).name}::{node.name}", promise, REAL if real else VIRTUAL, **given)
 
     def count(self, what, small, full, asked=None):
         """Return how many to run; `asked` is the promise's own number where this machine is too small."""
@@ -29,12 +41,17 @@ class Proof:
         self._counts.append({"what": what, "ran": number, "asked": asked or full})
         return number
 
+    def discards(self, number, why):
+        """Say how many samples are not in the figure, and why."""
+        self._discarded += [{"number": number, "why": why}] if number else []
+
     def holds(self, figure):
         """Say that the promise held, and the figure; called last, after every assertion."""
-        folder = os.environ.get("FARHAND_PROOFS_TO")
         line = {"promise": self.promise, "test": self.test, "figure": figure, "counts": self._counts, "full": FULL,
-                "at": time.strftime("%Y-%m-%d"), "database": os.environ.get("FARHAND_TEST_DB", "sqlite")}  # fmt: skip
+                "at": time.strftime("%Y-%m-%d"), "database": os.environ.get("FARHAND_TEST_DB", "sqlite"),
+                "time": self.time, "discarded": self._discarded,
+                "pace": {"before": self._before, "after": self._measured()}}  # fmt: skip
         print(json.dumps(line))
-        if folder:
-            with (Path(folder) / "proofs.jsonl").open("a") as out:
+        if self._folder:
+            with (Path(self._folder) / "proofs.jsonl").open("a") as out:
                 out.write(json.dumps(line) + "\n")

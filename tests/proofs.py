@@ -13,12 +13,16 @@ import sys
 import tempfile
 from pathlib import Path
 
+from tests import history
+
 ROOT = Path(__file__).resolve().parent.parent
 KEPT = ROOT / "docs" / "reference" / "proofs.json"
 PAGE = ROOT / "docs" / "reference" / "proofs.md"
 ROBOTS = ("mercury", "pa10", "irat")
 ON_BOTH = (4, 7, 21, 22, 23)  # promises that are run on both databases
 LIST = "proofs.txt"
+OF_SECONDS = (6, 7, 14, 22, 23, 24, 28, 29, 31, 32, 43, 48, 49)  # only a real machine can show how many
+MADE = ("docs/reference/proofs.json", "docs/reference/proofs.md")  # change while the proofs run
 PROMISES = {
     1: "One command, at most one motion.",
     2: "A crash means `unknown`, never a replay.",
@@ -154,23 +158,24 @@ def choice(promise: int, only: str) -> list[str]:
 
 def run(tests: list[str], database: str) -> bool:
     """Run these tests; keep what they say. Return whether they were green."""
+    commit = history.commit(ROOT, MADE)  # before: whoever runs them may write on meanwhile
     with tempfile.TemporaryDirectory() as folder:
         env = {
             **os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": database,
             "FARHAND_PROOFS": "full", "FARHAND_PROOFS_TO": folder,
         }  # fmt: skip
         done = subprocess.run([sys.executable, "-m", "pytest", *tests], cwd=ROOT, env=env, check=False)
-        take(Path(folder))
+        take(Path(folder), commit)
     return done.returncode in (0, 5)
 
 
-def take(folder: Path) -> None:
-    """Add what the tests wrote into `folder` to what is kept."""
+def take(folder: Path, commit: str) -> None:
+    """Add what the tests of that commit wrote into `folder` to what is kept."""
     lines = folder / "proofs.jsonl"
     found = [json.loads(line) for line in lines.read_text().splitlines()] if lines.exists() else []
     results = kept()
     for line in found:
-        line["machine"] = machine()
+        line |= {"machine": machine(), "commit": commit}
         same = [
             r
             for r in results
@@ -202,6 +207,22 @@ def without_figures(promise: int) -> str:
     return ELSEWHERE.get(promise) or (f"No figures; tested by {names}." if names else "No proof yet.")
 
 
+def how(r: dict) -> str:
+    """Return how a figure was measured; older ones do not say it."""
+    if not {"time", "commit", "pace", "discarded"} & r.keys():
+        return "not recorded"
+    pace = ", ".join(
+        f"{when} work {p['work']:.1f}, sleep {p['sleep']:.1f}" for when, p in r.get("pace", {}).items() if p
+    )
+    lost = "; ".join(f"{d['number']} discarded: {d['why']}" for d in r.get("discarded", [])) or "0 discarded"
+    return "; ".join([
+        f"{r['time']} time" if "time" in r else "time not recorded",
+        f"commit {r['commit']}" if r.get("commit") else "commit not recorded",
+        f"pace {pace}" if pace else "pace not recorded",
+        lost if "discarded" in r else "discarded samples not recorded",
+    ])  # fmt: skip
+
+
 def write() -> None:
     """Write the page."""
     lines = [
@@ -209,6 +230,12 @@ def write() -> None:
         "Written by `make proofs`; what the rig is, and what counts as one, is in "
         "[how the promises are proven](../explanation/proofs.md). Numbers run stand beside numbers asked for: where "
         "they are smaller, this machine was too small or the time too short, and running it again adds to them.", "",
+        "**How** a figure was measured stands beside it, for its newest run. *Real time*: by the clock of real processes. "
+        "*Virtual time*: by a clock that the test moves, so it shows an order and a number, and nothing of how quick a "
+        f"machine is; what promises {', '.join(map(str, OF_SECONDS))} say of seconds, only real time shows. The commit is "
+        "that of the code; `+changes` says that the tree had others. The pace is how many times as long as nominal a "
+        "fixed work and short sleeps took, before the test and after it. A discarded sample is one that says nothing; "
+        "older figures do not tell these, which is named so.", "",
     ]  # fmt: skip
     results = kept()
     for number, text in PROMISES.items():
@@ -217,10 +244,10 @@ def write() -> None:
         if not mine:
             lines += [without_figures(number), ""]
             continue
-        lines += ["| figure | run / asked | test | database | date |", "|---|---|---|---|---|"]
+        lines += ["| figure | run / asked | how | test | database | date |", "|---|---|---|---|---|---|"]
         for r in mine:
             numbers = "; ".join(f"{c['ran']} / {c['asked']} {c['what']}" for c in r["counts"])
-            lines.append(f"| {r['figure']} | {numbers} | `{r['test']}` | {r['database']} | {r['at']} |")
+            lines.append(f"| {r['figure']} | {numbers} | {how(r)} | `{r['test']}` | {r['database']} | {r['at']} |")
         lines += ["", f"On {mine[-1]['machine']}.", ""]
     PAGE.write_text("\n".join(lines))
 
@@ -228,7 +255,7 @@ def write() -> None:
 def main() -> None:
     """Run what is asked for, or what has not been run in full."""
     if sys.argv[1:2] == ["--take"]:  # what another run of the tests wrote down
-        take(Path(sys.argv[2]))
+        take(Path(sys.argv[2]), history.commit(ROOT, MADE))
         write()
         return
     asked = [int(a) for a in sys.argv[1:] if a.isdigit()]

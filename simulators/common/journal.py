@@ -26,7 +26,7 @@ class Journal:
     def __init__(self, path: Path, real: Timer = TIMER) -> None:
         self._path, self._real = path, real
         self._lock = threading.Lock()
-        self.told: Callable[[dict[str, Any]], None] | None = None  # also told of each event, in the thread that notes it
+        self.told: Callable[[dict[str, Any]], None] | None = None  # told of each event, in the thread that notes it
         self._file = path.open("a", buffering=1)
         self.counts: Counter[str] = Counter()
         self._left_out: Counter[str] = Counter()

@@ -36,6 +36,7 @@ from simulators.mercury.state import START, keep, restore
 from simulators.mercury.workspace import Workspace
 
 OpenLine = Callable[[Path, FaultBoard, Callable[[], None]], Line]  # tells of refused clients
+KEEP_S = 0.02  # between two times that the place of a moving arm is kept
 READOUT_S = 0.030  # the card reads the chip after the exposure
 
 
@@ -118,15 +119,17 @@ class Simulator:
     def run(self) -> None:
         """Serve the line until told to stop."""
         receiver = wire.Receiver(wire.INSTRUCTIONS, lambda seq: self.controller.refuse_broken(seq, self.line.send))
-        moved = False
+        moved, kept = False, 0.0
         while self._running:
             arrived = self.line.poll(self.controller.busy)
             if arrived.data:
                 for frame in receiver.feed(*arrived):
                     self.controller.handle(frame, self.line.send)
             self.controller.advance(self._clock.monotonic(), self.line.send)
-            if moved or self.body.moving:  # if it is killed during a motion, it starts again at that position
+            due = self._clock.monotonic() >= kept + KEEP_S or not self.body.moving
+            if due and (moved or self.body.moving):  # if it is killed during a motion, it starts again about there
                 self._keep(self.controller.boot)
+                kept = self._clock.monotonic()
             moved = self.body.moving
         self._keep(self.controller.boot)
         if self._sand is not None:

@@ -14,6 +14,7 @@ from robots.states import COMMAND_FINAL, COMMAND_RUNNING
 from tests.conftest import EACH_AT_LENGTH, at_length, wait_for
 from tests.faults.controls import LOST
 from tests.faults.doomed import LABELS
+from tests.faults.witness import STALLED
 from tests.waiting import CEILING_S
 from workers.recovery import MENDED
 from workers.safety.gate import TOO_LATE
@@ -58,6 +59,7 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
     assert not rig.motions(*refused.filter(state="rejected"))
     assert all(len(rig.motions(one)) <= 1 + returned for one in refused)
     assert number <= made <= number + returned, f"{made} motions of {number} commands, {returned} soft resets"
+    proof.discards(refused.count(), STALLED)
     proof.holds(f"{number} commands delivered {wakes} times more: {made} motions, 0 doubled")
 
 

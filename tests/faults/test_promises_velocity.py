@@ -24,6 +24,7 @@ from tests.conftest import IRAT, wait_for
 from tests.drivers.irat_wire import WireClient
 from tests.faults.test_promises_stop import held_after, percentile, release, rested
 from tests.faults.test_promises_wire import WILD
+from tests.faults.witness import STALLED
 from tests.looked import heard
 
 pytestmark = [pytest.mark.parametrize("which", [IRAT], indirect=True)]
@@ -250,6 +251,7 @@ def test_promise_07_stop_overtakes_a_motion_that_renews_itself(rig, proof, witne
         release(rig)
     assert len(took) >= times / 2, f"measurements: not within {times} attempts, because the machine stalled too often"
     assert percentile(took, 0.99) <= 0.300, took
+    proof.discards(witness.discarded, STALLED)
     proof.holds(f"{kind}: 99 % of {len(took)} stops at rest within {percentile(took, 0.99) * 1000:.0f} ms")
 
 

@@ -5,6 +5,7 @@ import time
 
 TICK_S = 0.01
 STALL_S = 0.05
+STALLED = "the machine stalled"
 
 
 class Witness(threading.Thread):

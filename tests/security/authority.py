@@ -4,12 +4,13 @@ import contextlib
 import socket
 import ssl
 import threading
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 
+from robots.clock import SYSTEM
 from tests.waiting import CEILING_S
 
 HOST = "localhost"  # the certificate's; 127.0.0.1 is the same server by a name that it has no certificate for
@@ -36,7 +37,7 @@ class Authority:
         )
 
     def _made(self, issuer, name, key, extension):
-        now = datetime.now(UTC)
+        now = SYSTEM.now()
         made = x509.CertificateBuilder().issuer_name(issuer).subject_name(name).public_key(key.public_key())
         made = made.serial_number(x509.random_serial_number()).add_extension(extension, critical=False)
         made = made.not_valid_before(now - timedelta(days=1)).not_valid_after(now + timedelta(days=1))

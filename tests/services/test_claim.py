@@ -1,6 +1,6 @@
 """Claiming, advancing and ending command rows."""
 
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 from django.db import connection, transaction
@@ -8,12 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots import services
+from robots.clock import SYSTEM
 from robots.models import Command
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState, GrantKind
 from workers.commands import claim, finish
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db]
-NOW = datetime.now(UTC)
+NOW = SYSTEM.now()
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """A lock-out ends by its lift alone; what goes wrong with one robot costs no other its queue."""
 
 import threading
-import time
 
 import pytest
 from django.db import OperationalError, connection, transaction
@@ -12,6 +11,7 @@ from queueing import services as queue
 from queueing.errors import RobotUnavailable
 from queueing.models import QueueRobot, Ticket, Turn
 from robots import services
+from robots.clock import SYSTEM
 from robots.contract.find import spec_of
 from robots.drivers.errors import NotPermitted
 from robots.grants import newest_grant_that_moves
@@ -88,13 +88,13 @@ def test_a_lock_out_at_the_same_moment_wins(robot, people, owned, clock, first):
             except RobotUnavailable as error:
                 locked.append(str(error))
             held.set()
-            time.sleep(0.4 if first == "accept" else 0.0)  # not committed yet
+            SYSTEM.sleep(0.4 if first == "accept" else 0.0)  # not committed yet
 
     def lock_out():
         with transaction.atomic():
             services.lock_out(robot, people["kim"], "hands in the cell")
             held.set()
-            time.sleep(0.4 if first == "lock-out" else 0.0)
+            SYSTEM.sleep(0.4 if first == "lock-out" else 0.0)
 
     one, other = (accept, lock_out) if first == "accept" else (lock_out, accept)
     threads = [begun(one)]
@@ -123,7 +123,7 @@ def test_a_robot_is_closed_while_its_grant_is_being_ended(robot, people, owned, 
             with transaction.atomic():
                 services.end_grant(grant, GrantEnd.FINISHED, "the turn is over", clock.now())
                 ended.set()
-                time.sleep(0.4)
+                SYSTEM.sleep(0.4)
                 Robot.objects.filter(pk=robot.pk).update(reason="to be put in order")
         except OperationalError as error:
             failed.append(error)

@@ -1,11 +1,12 @@
 """Commands, stop and lock-out, with their permissions."""
 
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 import redis
 
 from robots import bus, services
+from robots.clock import SYSTEM
 from robots.drivers.errors import BadRequest, GrantOver, NotPermitted, OutOfWorkspace, Stopped
 from robots.models import Command, Frame, Grant, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -15,7 +16,7 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
 
 def now():
-    return datetime.now(UTC)
+    return SYSTEM.now()
 
 
 def test_the_holder_of_the_grant_commands(robot, people, grant):

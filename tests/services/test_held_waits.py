@@ -1,7 +1,7 @@
 """A held motion that waited behind another: it moves only if its controls are still held."""
 
 import asyncio
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 
@@ -9,6 +9,7 @@ from portal.live import consumers, viewing
 from portal.live.messages import Command as Asked
 from portal.live.messages import Keep, Released
 from robots import bus, services
+from robots.clock import SYSTEM
 from robots.contract.find import spec_of
 from robots.states import GrantKind
 from tests.services.owner import made_owner
@@ -103,7 +104,7 @@ class Line:
     """What a page's socket passes on, and a database that answers when the test says so."""
 
     def __init__(self, robot, people, monkeypatch, kind):
-        now = datetime.now(UTC)
+        now = SYSTEM.now()
         services.start_grant(robot, GrantKind.TURN, now, people["ada"], now + timedelta(minutes=5))
         monkeypatch.setattr(viewing, "current_user", lambda scope: people["ada"])
         monkeypatch.setattr(viewing, "sign_in_of", lambda scope, user: None)

@@ -1,7 +1,6 @@
 """Two pages of one operator give different commands the same number: the second is told that it was not carried out."""
 
 import asyncio
-from datetime import UTC, datetime
 
 import pytest
 from django.test import Client
@@ -9,6 +8,7 @@ from django.test import Client
 from portal.live import actions, consumers
 from portal.live.messages import Command as Asked
 from robots import bus, services
+from robots.clock import SYSTEM
 from robots.models import Command, Frame
 from robots.services.commands import NumberUsed, _write
 from tests.conftest import CALIBRATION
@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.service, pytest.mark.django_db]
 
 
 def now():
-    return datetime.now(UTC)
+    return SYSTEM.now()
 
 
 @pytest.fixture

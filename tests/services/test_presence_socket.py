@@ -1,12 +1,12 @@
 """What a socket notes of a person's presence, and that nothing of it is noted after the socket's end."""
 
 import threading
-import time
 from types import SimpleNamespace
 
 import pytest
 
 from portal.live import consumers
+from robots.clock import SYSTEM
 from tests.waiting import CEILING_S
 
 pytestmark = pytest.mark.service
@@ -20,7 +20,7 @@ def test_the_presence_that_a_ping_notes_is_never_noted_after_the_socket_has_ende
 
     def seen(*_, **__):
         begun.set()
-        time.sleep(SLOW_S)
+        SYSTEM.sleep(SLOW_S)
         told.append("here")
 
     monkeypatch.setattr(consumers, "current_user", lambda scope: user)

@@ -1,7 +1,7 @@
 """A Stop pressed on a page's socket names the grant that the socket was told last."""
 
 import asyncio
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 
@@ -9,6 +9,7 @@ from portal.live import consumers, viewing
 from portal.live.messages import Stop
 from portal.live.snapshot import status_of
 from robots import bus, services
+from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
 from robots.states import Cycle, GrantEnd, GrantKind
@@ -43,14 +44,14 @@ def press(page):
 
 
 def begin(robot, person):
-    now = datetime.now(UTC)
+    now = SYSTEM.now()
     return services.start_grant(robot, GrantKind.TURN, now, person, now + timedelta(minutes=5))
 
 
 def test_a_page_that_missed_the_end_of_its_turn_names_that_turn(robot, people, owned, page, sent):
     before = begin(robot, people["ada"])
     ada = page("ada")
-    services.end_grant(before, GrantEnd.STAFF, "over", datetime.now(UTC))
+    services.end_grant(before, GrantEnd.STAFF, "over", SYSTEM.now())
     begin(robot, people["bob"])
     press(ada)  # it was kept from reading, so it knows no better
     assert [bus.grant_of_stop(word) for word in sent] == [before.pk]
@@ -70,5 +71,5 @@ def test_staff_stop_whoever_operates_and_others_send_nothing(robot, people, owne
 @pytest.mark.parametrize("cycle", [Cycle.OPERATING, Cycle.READY, Cycle.HANDOVER])
 def test_everybody_is_told_that_a_robot_is_stopped_also_in_a_turn(robot, owned, cycle):
     Robot.objects.update(cycle=cycle, stop_latched=True)
-    told = status_of(Robot.objects.get(), datetime.now(UTC))
+    told = status_of(Robot.objects.get(), SYSTEM.now())
     assert told == ("stopped", "Stopped", "Stopped. Release needs a look at the picture.")

@@ -1,11 +1,11 @@
 """The writer of one recording: it takes what comes without waiting, leaves out what the disk cannot take, and ends by itself."""
 
 import threading
-import time
 from types import SimpleNamespace
 
 import pytest
 
+from robots.clock import SYSTEM
 from robots.contract.session import RobotState
 from robots.contract.streams import Stream, StreamPacket, pack
 from robots.messages import picture_packet, state_packet
@@ -95,7 +95,7 @@ def test_a_recording_ends_at_its_greatest_size_and_says_so(tmp_path):
         one.picture(0, n * S, picture(n))
         one.state(n * S, state(n))
         one.stream(n * S, pack(StreamPacket(0, n, 0, True, JPEG)))
-        time.sleep(0.0002)
+        SYSTEM.sleep(0.0002)
     end = ended(one)
     assert not end.whole and "greatest size" in end.reason
     assert (tmp_path / "c.mcap").stat().st_size < 1_300_000
@@ -108,7 +108,7 @@ def test_a_disk_without_room_ends_it_and_what_was_recorded_stays(tmp_path):
     one = taping(tmp_path / "d.mcap", room=lambda: next(rooms, False))
     for n in range(10):
         one.state(int(n * FLUSH_S * S), state(n))
-        time.sleep(0.02)
+        SYSTEM.sleep(0.02)
     end = ended(one)
     assert not end.whole and "no room" in end.reason
     assert len(topics(tmp_path / "d.mcap")) >= 2

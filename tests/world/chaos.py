@@ -28,7 +28,7 @@ class Chaos:
 
     def __post_init__(self) -> None:
         self.world, self.dice = self.portal.world, random.Random(f"chaos {self.portal.world.seed}")
-        self.history, self._moves = Motions(self.portal), 0
+        self.history = Motions(self.portal)
 
     def run(self, steps: int, troubles: tuple[str, ...]) -> None:
         """Let so many things happen, then look whether everything comes into order again, and judge the history."""
@@ -76,11 +76,10 @@ class Chaos:
 
     def drive(self) -> Command | None:
         """Ask for the next motion; return its command, or None where it is refused."""
-        self._moves += 1
         try:
             if services.open_grant(self.portal.robot) is None:
                 self.portal.grant()
-            made = self.portal.move(self._moves)
+            made = self.portal.move()
             self.history.issued[made.pk] = self.world.monotonic()
             return made
         except (RobotError, Grant.DoesNotExist) as error:

@@ -9,7 +9,6 @@ from tests.world.chaos import Chaos
 from tests.world.housekeeping import Housekeeping, Web
 from tests.world.model import Model
 from tests.world.people import Person
-from tests.world.portal import SPOTS
 from tests.world.staff import Staff
 
 DRIVERS = ("ada", "bob", "cy", "dan")
@@ -25,7 +24,6 @@ class Crowd(Chaos):
         self.portal, self.world, self.jobs = portal, portal.world, jobs
         self.dice = random.Random(f"crowd {self.world.seed}")
         Robot.objects.filter(pk=portal.robot.pk).update(turn_s=self.turn_s)
-        self._places = 0
         self.web = Web(self.world)
         self.housekeeping = Housekeeping(self.world)
         self.people: list[Person] = []
@@ -33,12 +31,6 @@ class Crowd(Chaos):
         self.model.judges_time = not late
         self.staff = Staff(self, portal.people["kim"])
         self.people += [Person(self, name, portal.people[name]) for name in DRIVERS]
-
-    def place(self) -> dict[str, float]:
-        """Return a place over the sand to which nobody has sent the robot before."""
-        number, self._places = self._places, self._places + 1
-        x, y = SPOTS[number % len(SPOTS)]
-        return {"x": round(x + 0.0001 * (number % 1000), 4), "y": y}
 
     def run(self, seconds: float, troubles: tuple[str, ...] = ()) -> None:
         """Let so many seconds pass, with a trouble now and then; then mend everything and judge the history."""
@@ -72,8 +64,12 @@ class Crowd(Chaos):
                 return self.portal.row.cycle in (Cycle.READY, Cycle.OFFERED, Cycle.OPERATING)
 
             self.portal.until(in_order, LAST_S, "a robot that is in order")
-            self.portal.ready_again()
+            self.portal.until(self._connected, 60.0, "the connection")
             self.portal.until(lambda: not self.unfinished(), 90.0, "the end of every command")
+
+    def _connected(self) -> bool:
+        owner = self.portal.owner
+        return owner is not None and owner.connection.connected
 
     # what happens to the people's side
 

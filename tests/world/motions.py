@@ -9,7 +9,7 @@ from robots.states import COMMAND_FINAL
 from tests.world.portal import Portal
 
 WIRE_S = 0.4  # an instruction that was permitted is on its way for so long, at most
-LOOK_S = 0.02
+LOOK_S = 0.05
 
 
 class Motions:

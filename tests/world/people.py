@@ -191,7 +191,7 @@ class Person:
         return made
 
     def _asked(self) -> tuple[str, dict]:
-        return self.portal.wishes.spell("move", self.crowd.place(), None)
+        return self.portal.wishes.spell("move", self.portal.place(), None)
 
     def _move(self) -> None:
         made = self._issue(*self._asked())

@@ -7,6 +7,7 @@ from django.conf import settings
 
 from robots import bus, services
 from robots.clock import SYSTEM
+from robots.drivers.errors import RobotError
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
@@ -17,7 +18,7 @@ from tests.world.store import MemoryStore
 from tests.world.world import World
 
 RIGS = {"mercury": MercuryRig, "errands": MercuryRig}
-SPOTS = ((-0.2, 0.3), (0.2, 0.45), (0.0, 0.35))
+SPOTS = ((-0.2, 0.3), (0.19, 0.45), (0.0, 0.35))
 
 
 class Portal:
@@ -27,6 +28,7 @@ class Portal:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
         Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OFFLINE, reason="", stop_latched=False)
         self.world, self.robot, self.people = World(seed, delays), robot, people
+        self._moves = 0
         self.wishes, self.slug = ROBOTS[RIGS[robot.driver].driver], robot.slug
         self.store = MemoryStore(self.world)
         bus.speak_through(self.store)
@@ -67,7 +69,8 @@ class Portal:
         self.until(lambda: self.row.cycle == Cycle.READY, 180, "a robot that is in order")
 
     def grant(self, seconds: float = 9 * 3600.0) -> None:
-        """Give ada the robot, once it is ready."""
+        """Give ada the robot, once it is ready; after the turn before it is handed over."""
+        Robot.objects.filter(pk=self.robot.pk, cycle=Cycle.OPERATING).update(cycle=Cycle.HANDOVER)
         self.ready()
         Robot.objects.filter(pk=self.robot.pk).update(cycle=Cycle.OPERATING)
         now = self.world.now()
@@ -79,9 +82,35 @@ class Portal:
         grant = services.open_grant(self.robot)
         return services.issue(self.slug, self.people["ada"], kind, args, services.next_seq(grant)).command
 
-    def move(self, number: int) -> Command:
+    def place(self) -> dict[str, float]:
+        """Return a place where no motion before went."""
+        number, self._moves = self._moves, self._moves + 1
         x, y = SPOTS[number % len(SPOTS)]
-        return self.issue("move", x=round(x + 0.0001 * (number % 1000), 4), y=y)
+        return {"x": round(x + 0.0002 * (number % 200), 4), "y": round(y + 0.0005 * (number // 600), 4)}
+
+    def move(self) -> Command:
+        """Ask for a motion to a place where no motion before went."""
+        return self.issue("move", **self.place())
+
+    def ready_again(self, seconds: float = 60.0) -> None:
+        """Wait until the robot is connected and its turn goes on."""
+        self.until(lambda: self.owner and self.owner.connection.connected, seconds, "the connection")
+
+    def works_on(self, seconds: float = 60.0) -> None:
+        """Ask for motions until one is completed, at most so many seconds."""
+        end = self.world.monotonic() + seconds
+        said = ""
+        while self.world.monotonic() < end:
+            try:
+                command = self.final(self.move())
+            except RobotError as error:
+                said = str(error)
+            else:
+                said = f"{command.state}: {command.reason}"
+                if command.state == "completed":
+                    return
+            self.world.sleep(0.5)
+        raise AssertionError(f"nothing moves again: {said}")
 
     def final(self, command: Command, seconds: float = 90.0) -> Command:
         """Wait for the end of a command."""

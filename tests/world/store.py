@@ -179,15 +179,19 @@ class Listener:
             self.inbox.append({"type": "pong", "pattern": None, "channel": None, "data": b""})
 
     def _check(self) -> None:
-        if self.broken or not self._store.up:
+        if self._lost:
             self.broken = True
             raise redis.ConnectionError("Connection closed by server.")
 
     def get_message(self, ignore_subscribe_messages: bool = False, timeout: float = 0.0) -> dict | None:
         world = self._store.world
-        world.park(world.monotonic() + timeout, lambda: self.inbox or self.broken or not self._store.up)
+        came = world.park(world.monotonic() + timeout, lambda: self._lost or (self.inbox and not self._store.silent))
         self._check()
-        return self.inbox.popleft() if self.inbox and not self._store.silent else None
+        return self.inbox.popleft() if came else None
+
+    @property
+    def _lost(self) -> bool:
+        return self.broken or not self._store.up
 
     def close(self) -> None:
         if self in self._store.listeners:

@@ -15,9 +15,9 @@ def stops(portal, number, within_s):
     """Stop in mid-motion again and again, with moves queued; nothing moves until the release."""
     portal.grant()
     dice = random.Random(portal.world.seed)
-    for i in range(number):
-        for k in range(3):
-            portal.move(3 * i + k)
+    for _ in range(number):
+        for _ in range(3):
+            portal.move()
         portal.in_motion()
         portal.world.sleep(dice.random() * 0.3)
         took = portal.stop()
@@ -45,7 +45,7 @@ def test_a_stop_on_a_busy_machine(worlds, seed):
 def lost_controls(portal, number, within_s):
     portal.grant()
     dice, world = random.Random(portal.world.seed), portal.world
-    portal.final(portal.move(0))
+    portal.final(portal.move())
     for i in range(number):
         kind, args = portal.wishes.jog((-1) ** i)
         command = portal.issue(kind, **args)

@@ -143,6 +143,8 @@ class World:
 
     def wait(self, what: Waitable, seconds: float) -> bool:
         due = self._t + max(0.0, seconds)
+        if isinstance(what, threading.Event):
+            return self.park(due, what.is_set)
         if not isinstance(what, Until):
             return self.park(due, lambda: what.wait(0))
         what.changed.release()
@@ -304,12 +306,12 @@ class World:
         return self._history.hexdigest()[:16]
 
     def until(self, holds: Callable[[], object], seconds: float, what: str) -> object:
-        """Wait until it holds, looking each 10 ms; fail after so many seconds."""
-        end = self._t + seconds
+        """Wait until it holds; fail after so many seconds. It looks each 10 ms at first, less and less often later."""
+        begun = self._t
         while not (value := holds()):
             self.check_errors()
-            assert self._t < end, f"{what}: not within {seconds:g} s"
-            self.sleep(0.01)
+            assert self._t < begun + seconds, f"{what}: not within {seconds:g} s"
+            self.sleep(min(0.01 + 0.05 * max(0.0, self._t - begun - 0.5), 0.25))
         return value
 
     def check_errors(self) -> None:

@@ -1,0 +1,50 @@
+"""The linters' rules reach the rooms that they are for; one glob of pyproject.toml that fits nothing would go unseen."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+GIVEN_A_CLOCK = (
+    "robots/drivers/mercury", "robots/drivers", "robots/motion", "robots/vision", "robots/autonomy/ratslam",
+    "simulators", "simulators/common", "tests/unit", "tests/services", "tests/security",
+)  # fmt: skip
+FREE = ("robots/drivers/irat/ros/scripts", "robots", "workers/safety", "tests/faults", "benchmarks")
+ASKS = """\
+import datetime
+import json, time as t
+from datetime import UTC, date
+from datetime import datetime as d
+from time import monotonic
+
+ANSWERS = (
+    d.now(UTC),
+    datetime.datetime.utcnow(),
+    d.today(),
+    date.today(),
+)
+"""
+LINES = [2, 5, 8, 9, 10, 11]
+
+
+def refused(room: str) -> list[int]:
+    """Return the lines of `ASKS` in which Ruff refuses a clock, in a file of that room."""
+    command = [sys.executable, "-m", "ruff", "check", "--select", "TID251", "--output-format", "concise", "-"]
+    told = subprocess.run(
+        [*command, "--stdin-filename", str(ROOT / room / "not_there.py")],
+        cwd=ROOT, input=ASKS, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert not told.stderr, told.stderr
+    return [int(line.split(":")[1]) for line in told.stdout.splitlines() if "TID251" in line]
+
+
+@pytest.mark.parametrize("room", GIVEN_A_CLOCK)
+def test_whoever_is_given_a_clock_asks_no_other(room):
+    assert refused(room) == LINES
+
+
+@pytest.mark.parametrize("room", FREE)
+def test_elsewhere_the_clock_may_be_asked(room):
+    assert refused(room) == []

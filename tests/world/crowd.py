@@ -20,7 +20,7 @@ class Crowd(Chaos):
 
     turn_s = 25
 
-    def __init__(self, portal, jobs: bool = False, late: bool = False) -> None:
+    def __init__(self, portal, drivers: tuple[str, ...] = DRIVERS, jobs: bool = False, late: bool = False) -> None:
         self.portal, self.world, self.jobs = portal, portal.world, jobs
         self.dice = random.Random(f"crowd {self.world.seed}")
         Robot.objects.filter(pk=portal.robot.pk).update(turn_s=self.turn_s)
@@ -29,8 +29,9 @@ class Crowd(Chaos):
         self.people: list[Person] = []
         self.model = self.history = Model(self)
         self.model.judges_time = not late
+        self.over = not drivers  # nobody begins anything new
         self.staff = Staff(self, portal.people["kim"])
-        self.people += [Person(self, name, portal.people[name]) for name in DRIVERS]
+        self.people += [Person(self, name, portal.people[name]) for name in drivers]
 
     def run(self, seconds: float, troubles: tuple[str, ...] = ()) -> None:
         """Let so many seconds pass, with a trouble now and then; then mend everything and judge the history."""
@@ -52,7 +53,7 @@ class Crowd(Chaos):
     def settle(self) -> None:
         """Mend everything, and wait until nothing is open any more that people began."""
         self.heal()
-        self.web.up, self.staff.at_work = True, False
+        self.web.up, self.over = True, True
         self.world.thaw(self.housekeeping.process)
         with self.model.disturbed():
             self.portal.until(lambda: not self.unfinished(), 90.0, "the end of every command")

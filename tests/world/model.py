@@ -7,13 +7,13 @@ sleeps; a time limit counts only where nothing was away, frozen or killed (`dist
 from collections import Counter, defaultdict
 from contextlib import contextmanager
 from itertools import pairwise
-from math import inf
+from math import inf, isclose
 
 from django.conf import settings
 from django.db.models import F
 
 from operatorlog.models import Entry, SurveyResponse
-from queueing.models import OPEN_JOB, OPEN_TICKET, Job, JobState, PlaceEnd, Ticket, TicketState, Turn
+from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, JobState, PlaceEnd, Ticket, TicketState, Turn
 from robots.models import Command, Grant
 from robots.services import START_S
 from robots.states import COMMAND_FINAL, CommandState, GrantEnd
@@ -119,7 +119,7 @@ class Model(Motions):
         heard = {person.user.pk: person.reported_at for person in self._crowd.people}
         for pk, until, user, _ in turns:
             self.lasted_s[pk] = at - self._turns.setdefault(pk, at)
-            self.unheard_s[pk] = at - heard[user]
+            self.unheard_s[pk] = at - heard.get(user, at)
             late_s = (now - until).total_seconds()
             if late_s > TURN_S + TICK_S and self.calm:
                 self.say("turn", pk, f"the turn {pk} runs {late_s:.2f} s after its end")
@@ -162,6 +162,8 @@ class Model(Motions):
         for person in self._crowd.people:
             self._check_told(person)
         self._check_jobs()
+        for account in Account.objects.filter(user__isnull=False):
+            self._check_charge(account)
         super().check()
 
     def _check_intervals(self) -> None:
@@ -234,6 +236,22 @@ class Model(Motions):
         if not causes.get(ticket.end_reason, False):
             self.wrong.append(f"{named}, and nothing happened for which it should")
 
+    def _check_charge(self, account: Account) -> None:
+        """Let an account have been charged for what it used last, once, and for no more than that lasted."""
+        turns = Turn.objects.filter(user=account.user).exclude(ended_at=None).select_related("ticket")
+        for turn in turns:
+            if turn.charged_s > self.lasted_s.get(turn.pk, 0.0) + EARLY_S:
+                self.wrong.append(
+                    f"the turn {turn.pk} costs {turn.charged_s} s and lasted {self.lasted_s.get(turn.pk)} s"
+                )
+        tags = [turn.ticket.start_tag + turn.charged_s for turn in turns]
+        jobs = Job.objects.filter(account=account, start_tag__isnull=False).exclude(charged=None)
+        tags += [job.start_tag + job.charged for job in jobs]
+        if account.finish_tag and not any(isclose(account.finish_tag, tag, abs_tol=1e-6) for tag in tags):
+            self.wrong.append(
+                f"the account of {account.user} stands at {account.finish_tag}, and was charged to {tags}"
+            )
+
     def _check_jobs(self) -> None:
         """Let a job have run to its end at most once, and have ended as its newest command has."""
         done = defaultdict(int)
@@ -250,5 +268,11 @@ class Model(Motions):
                 self.wrong.append(f"the job {job.pk} is {job.state}, and its commands are {states}")
             if CommandState.UNKNOWN in states[:-1]:
                 self.wrong.append(f"the job {job.pk} was begun again after nobody knew how it had ended: {states}")
-            if job.state == JobState.WAITING and not job.reason:
-                self.wrong.append(f"the job {job.pk} ended without a reason")
+            if job.state != JobState.DONE and not job.reason:
+                self.wrong.append(f"the job {job.pk} ended as {job.state} without a reason")
+            if job.state == JobState.CANCELLED and not self._cancelled(job):
+                self.wrong.append(f"nobody cancelled the job {job.pk}, and no stop came: {job.reason}")
+
+    def _cancelled(self, job: Job) -> bool:
+        person = next(one for one in self._crowd.people if one.user.pk == job.user_id)
+        return job.pk in person.told.cancelled or self._portal.row.stopped_at is not None

@@ -110,7 +110,8 @@ class Person:
         self.think(8.0)
         while True:
             self.there = True
-            self.attempt(self._look)
+            if not self.crowd.over:
+                self.attempt(self._look)
             self.think(3.0)
 
     def _look(self) -> None:

@@ -22,13 +22,12 @@ class Staff:
         self.removed: set[int] = set()  # tickets
         self.suspended: set[int] = set()  # people
         self.locked_out = False
-        self.at_work = True
         self.world.spawn(self._live, "kim", self.world.process("kim"))
 
     def _live(self) -> None:
         while True:
             self.world.sleep(5.0 + self.dice.random() * 60.0)
-            if self.at_work and self.crowd.web.up:
+            if self.crowd.web.up and not self.crowd.over:
                 try:
                     self._act()
                 except (RobotError, DatabaseAway) as refusal:

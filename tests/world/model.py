@@ -22,8 +22,8 @@ from tests.world.motions import WIRE_S, Motions
 RULES = settings.FARHAND
 EVERY_S = 0.4
 AFTER_S = 10.0  # after its limit a command is final
-TURN_S = 1.0  # after its deadline nobody may drive any more
-TICK_S = 2.5  # between two ticks, and the tick itself
+TURN_S = 1.2  # after its deadline the row of a grant is ended, by a tick; nobody may drive any more before
+TICK_S = 2.5  # what the row of a turn or an offer may lag behind, where the grant's own did already
 CALM_S = 20.0  # after a disturbance, until everything is in order again
 EARLY_S = 2.5  # what is measured by looks each so often may seem shorter
 

@@ -43,7 +43,7 @@ class Person:
     """Somebody with an account: waits, drives, writes, asks for jobs, goes away and comes back."""
 
     def __init__(self, crowd, name: str, user) -> None:
-        self.crowd, self.name, self.user = crowd, name, user
+        self.crowd, self.name, self.user = crowd, name, type(user).objects.get(pk=user.pk)
         self.portal, self.world, self.robot = crowd.portal, crowd.portal.world, crowd.portal.robot
         self.dice = random.Random(f"{name} {self.world.seed}")
         self.told, self.did = Told(), Counter()

@@ -16,7 +16,7 @@ class Staff:
     """Stops, releases, locks out, removes and suspends, now and then; opens again what it has closed."""
 
     def __init__(self, crowd, user) -> None:
-        self.crowd, self.user = crowd, user
+        self.crowd, self.user = crowd, type(user).objects.get(pk=user.pk)  # who has read no permissions yet
         self.portal, self.world, self.robot = crowd.portal, crowd.portal.world, crowd.portal.robot
         self.dice = random.Random(f"staff {self.world.seed}")
         self.removed: set[int] = set()  # tickets

@@ -45,8 +45,17 @@ def test_promise_22_people_while_stores_are_away(crowds, proof, seed):
 
 
 @pytest.mark.parametrize("which", ["errands"], indirect=True)
-@pytest.mark.parametrize("troubles", ["nothing", "everything"])
+@pytest.mark.parametrize("troubles", ["nothing", "deaths", "everything"])
 @seeds(2, 20, 200)
 def test_promise_47_jobs_beside_turns(errands, crowds, proof, troubles, seed):
     hunt(crowds, seed, lambda portal: Crowd(portal, jobs=True).run(SECONDS, IN_ANY_ORDER[troubles]))
     proof.holds(TOLD.format(SECONDS, f"jobs and {troubles}"))
+
+
+def test_a_seed_is_a_run_of_a_crowd(crowds):
+    histories = []
+    for seed in (7, 7, 8):
+        portal = crowds(seed)
+        Crowd(portal).run(40.0, crowd.EVERYTHING)
+        histories.append(portal.world.history)
+    assert histories[0] == histories[1] != histories[2]

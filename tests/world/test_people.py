@@ -2,13 +2,12 @@
 
 import pytest
 
-from tests.proof import AT_LENGTH
 from tests.world import chaos, crowd
 from tests.world.chaos import busy
 from tests.world.crowd import Crowd
 from tests.world.seeds import hunt, seeds
 
-SECONDS = 400.0 if AT_LENGTH else 100.0
+SECONDS = 100.0
 IN_ANY_ORDER = {
     "nothing": (),
     "people's side": crowd.PEOPLES_SIDE,

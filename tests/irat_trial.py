@@ -220,6 +220,10 @@ class Trial:
             if self.now >= self._due - 1e-9:
                 self._see()
 
+    def lock(self) -> Any:
+        """Make a lock, which this thread alone takes."""
+        return threading.Lock()
+
     def wait(self, what: Waitable, seconds: float, /) -> bool:
         """Let the world's time pass until it comes, which it does in this thread or not at all."""
         end = self.now + max(seconds, 0.0)

@@ -120,7 +120,7 @@ MUTANTS = (
            'now - self._said > self._motion["forget_s"]:', "now - self._said > 1e9:",
            "tests/drivers/test_irat_wire.py::test_a_velocity_is_forgotten_after_a_quarter_of_a_second"),
     Mutant(44, "the iRat's hold is answered before it rests", "simulators/irat/operations.py",
-           "        while not rested() and not limit.over:", "        while False:",
+           "            if rests or hold.limit.over:", "            if True:",
            "tests/drivers/test_irat_wire.py::test_a_hold_is_answered_at_rest_and_refuses_velocities_meanwhile"),
     Mutant(44, "who has not claimed the iRat drives it", "simulators/irat/operations.py",
            "        if self.claims.commander is not peer:\n", "        if False:\n",

@@ -2,7 +2,8 @@
 
 Threads: `control` runs motions and keeps the robot in order; `config` runs commands beside a motion; `watch` holds
 motions that are no longer allowed, and `heartbeat` tells the supervisor that it does; `listen` receives stops; `link`,
-`follow` and `renew` query the stores; `state` and `camera` publish; `sound` does while somebody listens.
+`follow` and `renew` query the stores; `hold` holds what a row says is stopped; `state` and `camera` publish; `sound`
+does while somebody listens.
 """
 
 import logging
@@ -144,6 +145,7 @@ class Owner:
         begin("listen", self.listener.loop)
         begin("link", self.follower.ask_link)
         begin("follow", self.follower.rows)
+        begin("hold", self.follower.hold)
         begin("control", self.control.loop)
         if self.beside in self.lanes:
             begin("config", partial(self.config.loop_config, lambda: self.connection.connected))

@@ -9,13 +9,14 @@ import contextlib
 import itertools
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
 
 from robots.clock import TIMER, Timer
 from robots.contract.session import Permit
@@ -33,6 +34,32 @@ MOST_READ = 64_000_000  # a longer one ends the connection
 Heard = Callable[[Message], None]
 
 
+class Connection(Protocol):
+    """An open connection to a rosbridge, as threads use it; `websockets` has the usual one."""
+
+    def send(self, frame: str, /) -> None:
+        """Send a frame. Raises an error once the connection has ended."""
+
+    def __iter__(self) -> Iterator[str | bytes]:
+        """Yield what arrives, until the connection has ended."""
+
+    def close(self) -> None:
+        """End it; whoever waits for a frame is told."""
+
+
+OpenConnection = Callable[[str], Connection]
+
+
+def connected(address: str) -> Connection:
+    """Return a connection to a ws:// URL. Raises whatever its library raises."""
+    line = connect(
+        address, compression=None, max_size=MOST_READ, open_timeout=OPEN_S, close_timeout=1.0,
+        ping_interval=PING_S, ping_timeout=2 * PING_S, proxy=None,
+    ).__enter__()  # fmt: skip
+    line.socket.settimeout(SEND_S)  # reading waits by itself
+    return line
+
+
 @dataclass
 class _Call:
     answered: threading.Event = field(default_factory=threading.Event)
@@ -43,11 +70,11 @@ class _Call:
 class Bridge:
     """Thread safe. `address` is a ws:// URL, host:port, or a file that contains one of them."""
 
-    def __init__(self, address: str, clock: Timer = TIMER) -> None:
-        self._address, self._clock = address, clock
-        self._line: ClientConnection | None = None
+    def __init__(self, address: str, clock: Timer = TIMER, opened: OpenConnection = connected) -> None:
+        self._address, self._clock, self._opened = address, clock, opened
+        self._line: Connection | None = None
         self._reader: threading.Thread | None = None
-        self._opening = threading.Lock()
+        self._opening = clock.lock()
         self._heard: dict[str, tuple[str, Heard, float]] = {}
         self._calls: dict[str, _Call] = {}
         self._numbers = itertools.count(1)
@@ -66,17 +93,12 @@ class Bridge:
         with self._opening:
             self._close()
             try:
-                line = connect(
-                    self._where(), compression=None, max_size=MOST_READ, open_timeout=OPEN_S, close_timeout=1.0,
-                    ping_interval=PING_S, ping_timeout=2 * PING_S, proxy=None,
-                ).__enter__()  # fmt: skip
-                line.socket.settimeout(SEND_S)  # reading waits by itself
+                line = self._opened(self._where())
             except Exception as error:  # the library asserts where it does not expect an answer
                 raise LineGone(f"The robot's rosbridge cannot be reached: {why_not(error)}") from error
             self._line, self.heard_at = line, self._clock.monotonic()
-            reader = threading.Thread(target=self._read, args=(line,), name="rosbridge", daemon=True)
-            reader.start()  # raises where the system has no thread left; it is closed before the next attempt
-            self._reader = reader
+            # raises where the system has no thread left; the line is closed before the next attempt
+            self._reader = self._clock.spawn(partial(self._read, line), "rosbridge")
         for topic, (kind, _, every_s) in list(self._heard.items()):
             self._subscribe(topic, kind, every_s)
 
@@ -155,7 +177,7 @@ class Bridge:
             self._lost(line)
             raise LineGone(f"The connection to the robot broke: {why(error)}.") from error
 
-    def _read(self, line: ClientConnection) -> None:
+    def _read(self, line: Connection) -> None:
         """Hand on what arrives, until the connection ends."""
         try:
             for data in line:
@@ -196,7 +218,7 @@ class Bridge:
         elif op == "status":
             self.complaint = str(found.get("msg", ""))[:300]
 
-    def _lost(self, line: ClientConnection) -> None:
+    def _lost(self, line: Connection) -> None:
         """Forget a connection that has ended; whoever waits for an answer is told at once."""
         if self._line is line:
             self._line = None

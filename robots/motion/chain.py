@@ -5,6 +5,7 @@ Independent of any robot. Lengths in m, angles in rad; poses are 4 x 4 homogeneo
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import degrees
 from xml.etree import ElementTree
 
 import numpy as np
@@ -151,7 +152,7 @@ class Chain:
         """Return a sentence that names the first joint outside its limits; empty if all are inside."""
         for joint, value in zip(self.joints, np.asarray(q, float), strict=True):
             if not joint.low - slack <= value <= joint.high + slack:
-                low, high, at = (float(np.degrees(v)) for v in (joint.low, joint.high, value))
+                low, high, at = (degrees(float(v)) for v in (joint.low, joint.high, value))
                 there = f"{at:.1f}" if abs(at) < 1e6 else f"{at:.3g}"
                 return f"joint {joint.name} would be at {there}°, outside {low:.1f}° to {high:.1f}°"
         return ""

@@ -8,7 +8,7 @@ SILENT_S = 1.0  # a commander that is silent for so long may be replaced under i
 
 
 class Claims:
-    """The present commander and the newest epoch. Called in the network's event loop."""
+    """The present commander and the newest epoch. Not for several threads."""
 
     def __init__(self, clock: Timer = TIMER) -> None:
         self._clock = clock

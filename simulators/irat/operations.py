@@ -1,7 +1,7 @@
 """What a frame does: subscriptions, velocities, services."""
 
-import asyncio
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from robots.clock import TIMER, WALL, Limit, Timer, Wall
@@ -26,7 +26,6 @@ from simulators.irat.drive import End
 from simulators.irat.peer import Peer, Subscription
 
 Note = Callable[..., None]
-LOOK_S = 0.002  # real time, between two looks whether it rests
 EARLY = 0.8  # share of a topic's period after which its next message is not too early
 MOST_SUBSCRIPTIONS = 64
 MOST_HOLDS = 32  # of one client, not answered yet
@@ -57,14 +56,23 @@ class Robot(Protocol):
         """Return what the robot says of itself."""
 
 
+@dataclass
+class _Hold:
+    """A hold that is not answered yet, and the motion that it ends."""
+
+    peer: Peer
+    asked: Operation
+    motion: int
+    limit: Limit
+
+
 class Operations:
-    """Does what frames ask for, in the network's event loop."""
+    """Does what frames ask for; not for several threads. `settle` answers the holds once the robot rests."""
 
     def __init__(self, robot: Robot, note: Note, clock: Timer = TIMER, wall: Wall = WALL) -> None:
         self._robot, self._note, self._clock, self._wall = robot, note, clock, wall
         self.claims = Claims(clock)
-        self._waiting: set[asyncio.Task[None]] = set()  # an event loop keeps no task alive by itself
-        self._holds: dict[Peer, int] = {}
+        self.holds: list[_Hold] = []
         self._held_at = 0.0  # by `wall`, the newest hold
         self._services: dict[str, Callable[[Peer, Operation], None]] = {
             HOLD: self._hold, CLAIM: self._claim, STATUS: self._report,
@@ -198,24 +206,16 @@ class Operations:
         self._held_at = self._wall()
         self._note("hold", peer=peer.name, moving=self._robot.moving)
         self._robot.hold()
-        if self._holds.get(peer, 0) >= MOST_HOLDS:
+        if sum(hold.peer is peer for hold in self.holds) >= MOST_HOLDS:
             raise Refused(f"{MOST_HOLDS} holds wait for their answers already; the robot is being held")
-        self._holds[peer] = self._holds.get(peer, 0) + 1
-        task = asyncio.get_running_loop().create_task(self._rest(peer, asked, self._robot.motion))
-        self._waiting.add(task)
-        task.add_done_callback(self._waiting.discard)
+        self.holds.append(_Hold(peer, asked, self._robot.motion, Limit(self._clock, REST_S)))
+        self.settle()
 
-    async def _rest(self, peer: Peer, asked: Operation, held: int) -> None:
-        limit = Limit(self._clock, REST_S)
-
-        def rested() -> bool:  # its commander may drive on between two looks
-            return not self._robot.moving or self._robot.motion != held
-
-        while not rested() and not limit.over:
-            await asyncio.sleep(LOOK_S)
-        rests = rested()
-        message = "at rest" if rests else f"the robot still moves {REST_S:g} s after the hold"
-        self._holds[peer] -= 1
-        if not self._holds[peer]:
-            del self._holds[peer]
-        self._answer(peer, asked, {"success": rests, "message": message})
+    def settle(self) -> None:
+        """Answer each hold whose robot rests, or that has waited too long; called after each tick of the robot."""
+        for hold in list(self.holds):
+            rests = not self._robot.moving or self._robot.motion != hold.motion  # it may have been driven on since
+            if rests or hold.limit.over:
+                self.holds.remove(hold)
+                message = "at rest" if rests else f"the robot still moves {REST_S:g} s after the hold"
+                self._answer(hold.peer, hold.asked, {"success": rests, "message": message})

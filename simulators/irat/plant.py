@@ -17,7 +17,7 @@ TICK_S = 0.02
 STEPS = round(TICK_S / scene.STEP_S)
 STILL_RAD_S, STILL_M_S = 0.05, 0.002  # below this wheels and hull rest
 NOISE_M = 0.002  # of a range sensor
-FREE, HELD = 1e-4, 10.0  # damping of a wheel, free and blocked (N m s/rad)
+FREE, HELD = 1e-4, 0.1  # damping of a wheel, free and blocked (N m s/rad); with more the physics is unstable
 SENSOR_Z = 0.05
 LEAST_GRIP = 0.002  # what is left of the friction on the slipperiest floor
 

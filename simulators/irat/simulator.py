@@ -21,6 +21,7 @@ from simulators.common.threads import names, record_deaths
 from simulators.irat.cameras import Overhead, RobotCamera, Stage, jpeg
 from simulators.irat.drive import End
 from simulators.irat.plant import TICK_S
+from simulators.irat.radio import Radio
 from simulators.irat.server import Network
 from simulators.irat.state import Kept, keep, restore
 from simulators.irat.world import World
@@ -35,35 +36,44 @@ LIVE_S = 0.02  # share of the charge below which the robot has no power
 
 
 class Simulator:
-    """All parts. `open_floor`: the dock alone, without a maze."""
+    """All parts. `open_floor`: the dock alone, without a maze. `real` is the clock that all processes share.
+
+    `width` of the camera's pictures: a narrower one is quick, and a little worse.
+    """
 
     def __init__(
-        self, folder: Path, port: int = 0, seed: int = 1, open_floor: bool = False, clock: Timer = TIMER,
-        wall: Wall = WALL,
+        self, folder: Path, seed: int = 1, open_floor: bool = False, clock: Timer = TIMER, wall: Wall = WALL,
+        real: Timer = TIMER, width: int | None = None,
     ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
-        self._folder, self._clock, self._wall, self._lock = folder, clock, wall, threading.RLock()
-        self.faults, self.journal = FaultBoard(seed), Journal(folder / "journal.jsonl")
-        record_deaths(self.journal)
+        self._folder, self._clock, self._wall, self._lock = folder, clock, wall, clock.lock()
+        self.faults, self.journal = FaultBoard(seed), Journal(folder / "journal.jsonl", real)
         kept = restore(folder / "state.json")
         self.world = World(self.journal.note, self.faults, seed, kept.pose, kept.charge, not open_floor)
         self.boot, self._kept_at = (kept.boot + 1) % BOOTS, 0.0
         self._keep()
         self._stage = Stage(not open_floor)
-        self._camera = RobotCamera(self._stage, seed=seed)
+        self._camera = RobotCamera(self._stage, width, seed=seed)
         self._camera.take(self.world.plant.frame)  # after an installation this compiles the rasteriser for seconds
         self._above: Overhead | None = None
         self._frozen: bytes | None = None
         self.pictures = 0
         self._running, self._woken = True, threading.Event()
         self._began = self._publish_due = self._clock.monotonic()
-        self.network = Network(port, self, self.faults, self.journal.note, clock, wall)
-        self.overhead = CameraServer(self._from_above, FaultBoard(), (0.001, 0.1), wall=wall)
-        serve(folder / "faults", self.faults, self.status)
-        threading.Thread(target=self._film, name="camera", daemon=True).start()
+        self.radio = Radio(self, self.faults, self.journal.note, clock, wall)
+        self._network: Radio | Network = self.radio
         self.journal.note("power_on", boot=self.boot)
-        replace_text(folder / "overhead", f"http://127.0.0.1:{self.overhead.port}\n")
-        replace_text(folder / "tty", f"ws://127.0.0.1:{self.network.port}\n")
+
+    def open(self, port: int = 0) -> Network:
+        """Open what other programs reach it by: rosbridge at a port (0: any), the view from above, and faults."""
+        folder = self._folder
+        record_deaths(self.journal)
+        self._network = network = Network(port, self.radio, self.faults, self.journal.note, self._clock)
+        overhead = CameraServer(self._from_above, FaultBoard(), (0.001, 0.1), wall=self._wall)
+        serve(folder / "faults", self.faults, self.status)
+        replace_text(folder / "overhead", f"http://127.0.0.1:{overhead.port}\n")
+        replace_text(folder / "tty", f"ws://127.0.0.1:{network.port}\n")
+        return network
 
     # what stands behind the network
 
@@ -100,7 +110,7 @@ class Simulator:
             drive = self.world.drive
             return Status(
                 self.boot, drive.motion, str(drive.end), drive.moving, drive.holding, drive.stalled,
-                self.world.battery.charger_current > 0.0, self.network.epoch,
+                self.world.battery.charger_current > 0.0, self.radio.epoch,
                 round(self._clock.monotonic() - self._began, 3),
             )  # fmt: skip
 
@@ -108,6 +118,7 @@ class Simulator:
 
     def run(self) -> None:
         """Let time pass until stopped; ticks are longer while nothing moves."""
+        self._clock.spawn(self._film, "camera")
         last = due = self._clock.monotonic()
         while self._running:
             idle = self.world.idle
@@ -121,9 +132,11 @@ class Simulator:
             if pause < -CATCH_UP_S:
                 due = self._clock.monotonic()
             now = self._clock.monotonic()
+            passed = min(max(now - last, LET_IN_S), IDLE_S)  # somebody may wake it twice at the same time
             with self._lock:
                 self._spoil()
-                self.world.tick(min(now - last, IDLE_S) if idle and self.world.idle else TICK_S)
+                self.world.tick(passed if idle and self.world.idle else TICK_S)
+            self._network.settle()
             last = now
             if now >= self._publish_due:
                 self._publish_due = max(self._publish_due + PUBLISH_S, now - PUBLISH_S)
@@ -136,22 +149,22 @@ class Simulator:
         if self.faults.take("power_cycle") or self.faults.take("restart"):
             self._restart()
         off = self.world.battery.charge < LIVE_S and not self.world.charging
-        if off != self.network.off:
-            self.network.off = off
+        if off != self.radio.off:
+            self.radio.off = off
             self.journal.note("flat" if off else "power_back")
             self._restart()
 
     def _restart(self) -> None:
         if self.world.drive.moving:
             self.journal.note("rest", motion=self.world.drive.motion, end=str(End.LOST))
-        self.network.power_off()
+        self._network.power_off()
         self.boot, self._began = (self.boot + 1) % BOOTS, self._clock.monotonic()
         self.world.start()
         self._keep()
         self.journal.note("power_on", boot=self.boot)
 
     def _publish(self) -> None:
-        watched = self.network.watched
+        watched = self.radio.watched
         if not watched - {CAMERA}:
             return
         with self._lock:
@@ -164,7 +177,7 @@ class Simulator:
             )
             charger = round(battery.charger_current, 4)
             ranges = Ranges(*world.plant.ranges()) if RANGES in watched else Ranges(0, 0, 0)
-        self.network.publish(
+        self._network.publish(
             [
                 (VELOCITIES, lambda n: velocities(velocity, n, at)),
                 (ODOMETRY, lambda n: here.encode(n, at)),
@@ -181,7 +194,7 @@ class Simulator:
         """Take pictures while somebody subscribes to them."""
         due = self._clock.monotonic()
         while self._running:
-            if CAMERA not in self.network.watched:
+            if CAMERA not in self.radio.watched:
                 self._clock.sleep(IDLE_S)
                 due = self._clock.monotonic()
                 continue
@@ -189,7 +202,7 @@ class Simulator:
             self._clock.sleep(max(0.0, due - self._clock.monotonic()))
             taken = self._picture()
             if taken is not None:
-                self.network.publish([(CAMERA, partial(_numbered, Picture(taken, self._wall())))])
+                self._network.publish([(CAMERA, partial(_numbered, Picture(taken, self._wall())))])
 
     def _picture(self) -> bytes | None:
         """Return one JPEG with the faults of the fault board, None if the camera gives none."""
@@ -238,9 +251,9 @@ class Simulator:
                 "charge": world.battery.charge,
                 "charging": world.charging,
                 "driven": world.driven,
-                "epoch": self.network.epoch,
+                "epoch": self.radio.epoch,
                 "boot": self.boot,
-                "power": not self.network.off,
+                "power": not self.radio.off,
                 "pictures": self.pictures,
                 "threads": names(),
             }
@@ -263,7 +276,7 @@ class Simulator:
         poll(lambda: not self.moving, self._clock, END_S, TICK_S)
         self._running = False
         self._woken.set()
-        self.network.close()
+        self._network.close()
 
 
 def _numbered(picture: Picture, sequence: int) -> dict[str, Any]:

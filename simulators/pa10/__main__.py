@@ -7,12 +7,14 @@ Unix socket), `journal.jsonl`, `programs.json` and `scene.npy`.
 import gc
 import os
 import sys
+from functools import partial
 
 from robots.clock import FasterTimer
 from robots.description import load
 from simulators.common.process import arguments, stop_when_told
 from simulators.common.threads import end_with_any
 from simulators.pa10.controllers import CONTROLLERS
+from simulators.pa10.planning import Planning
 from simulators.pa10.priority import first_in_line
 from simulators.pa10.simulator import Simulator
 
@@ -31,9 +33,11 @@ def main() -> None:
     options = parser.parse_args()
     token = os.environ.get("PA10_TOKEN", "")
     watchdog, clock = (options.watchdog, options.nobody), FasterTimer(options.speed)
-    simulator = Simulator(options.dir, options.port, options.controller, token, watchdog, clock)
+    planner = partial(Planning, forked=True)
+    simulator = Simulator(options.dir, planner, options.controller, token, watchdog, clock)
+    port = simulator.open(options.port)
     stop_when_told(simulator)
-    sys.stdout.write(f"listening on 127.0.0.1:{simulator.network.port}\n")
+    sys.stdout.write(f"listening on 127.0.0.1:{port}\n")
     sys.stdout.flush()
     sys.setswitchinterval(SWITCH_S)
     gc.collect()

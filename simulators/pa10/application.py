@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager
 
 import numpy as np
 
-from robots.clock import TIMER, Limit, Timer
+from robots.clock import TIMER, Limit, Timer, Until
 from robots.drivers.pa10.courses import Course, Courses, is_default
 from robots.drivers.pa10.protocol import MOTIONS, VELOCITIES, End, Malformed, Mode, Request, program
 from robots.motion.chain import Joints
@@ -235,7 +235,7 @@ class Application:
             self._none_came_first(asked)
             if self.busy or self._mode == Mode.RANGE_ERROR:
                 raise Refused("busy", "the arm was moved while the program was checked")
-            runner.start(self, steps, self._holds)  # it waits for this lock; the system may have no thread left
+            runner.start(self, steps, self._holds, self._clock)  # waits for this lock; there may be no thread left
             self._mode, self.program, self.step_of, self.note = Mode.PROG_EXEC, number, 0, ""
             self._note("program", number=number, steps=len(steps))
         return f"ok program {number} {seconds:.1f} s"
@@ -263,10 +263,12 @@ class Application:
         """See `runner.Arm`."""
         with self._rested:
             until = self._ticks + seconds / STEP_S
-            while self._holds == mine and self._ticks < until:
-                if rest and not self._set.on_path:
-                    return
-                self._clock.wait(self._rested, 0.02)
+
+            def over() -> bool:
+                return self._holds != mine or self._ticks >= until or (rest and not self._set.on_path)
+
+            while not self._clock.wait(Until(self._rested, over), 0.02):
+                pass
 
     # what the control thread does
 
@@ -350,8 +352,8 @@ class Application:
 
     def wait_for_rest(self, seconds: float) -> str:
         """Wait while the arm moves (`W`); return as `letter`."""
-        limit = Limit(self._clock, seconds)
+        limit, rests = Limit(self._clock, seconds), Until(self._rested, lambda: not self.busy)
         with self._rested:
-            while self.busy and not limit.over:
-                self._clock.wait(self._rested, 0.02)
+            while not self._clock.wait(rests, 0.02) and not limit.over:
+                pass
         return self.letter()

@@ -55,30 +55,34 @@ class SharedScene:
 
 
 class Cameras:
-    """Renders on request, one picture at a time."""
+    """Renders on request, one picture at a time. `seed` is of the sensors' noise."""
 
-    def __init__(self, folder: Path) -> None:
-        description = load("pa10")
-        camera = description["camera"]
+    def __init__(self, folder: Path, seed: int | None = None) -> None:
+        camera = load("pa10")["camera"]
         model = scene.spec().compile()
         self._data, self._model = mujoco.MjData(model), model
         self._shared = SharedScene(folder / "scene.mem", model.nq)
         self._renderer = make(model, camera["width"], camera["height"])
         self._one_at_a_time = threading.Lock()
         self._taken: dict[str, tuple[bytes, NDArray[np.uint8]]] = {}
-        self._dice = np.random.default_rng()
+        self._dice = np.random.default_rng(seed)
+
+    def open(self, folder: Path) -> dict[str, str]:
+        """Open their servers; return the address of each camera."""
         faults = FaultBoard()
         serve(folder / "camera_faults", faults, dict)
-        self.addresses: dict[str, str] = {}
+        addresses: dict[str, str] = {}
         self._servers = []
-        for name in views(description):
-            server = CameraServer(lambda _, name=name: self._take(name), faults, RANGE)  # type: ignore[misc]
+        for name in views(load("pa10")):
+            server = CameraServer(lambda _, name=name: self.take(name), faults, RANGE)  # type: ignore[misc]
             self._servers.append(server)
-            self.addresses[name] = f"http://127.0.0.1:{server.port}"
-        replace_text(folder / "cameras.json", json.dumps(self.addresses))
-        replace_text(folder / "camera", next(iter(self.addresses.values())) + "\n")
+            addresses[name] = f"http://127.0.0.1:{server.port}"
+        replace_text(folder / "cameras.json", json.dumps(addresses))
+        replace_text(folder / "camera", next(iter(addresses.values())) + "\n")
+        return addresses
 
-    def _take(self, name: str) -> NDArray[np.uint8]:
+    def take(self, name: str) -> NDArray[np.uint8]:
+        """Return a picture of shape (rows, columns, 3), red-green-blue."""
         with self._one_at_a_time:
             places = self._shared.read()
             key = np.round(places, PLACES).tobytes()
@@ -100,8 +104,8 @@ class Cameras:
 def run(folder: Path, parent: int) -> None:
     """Run until stopped, or until the control process has ended, whose number `parent` is."""
     os.nice(NICER)
-    cameras = Cameras(folder)
-    logging.getLogger(__name__).info("cameras at %s", cameras.addresses)
+    addresses = Cameras(folder).open(folder)
+    logging.getLogger(__name__).info("cameras at %s", addresses)
     over = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: over.set())
     signal.signal(signal.SIGINT, lambda *_: over.set())

@@ -5,20 +5,19 @@ noticed at once.
 """
 
 import contextlib
-import socket
-import struct
 import threading
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 
-from robots.clock import TIMER, Timer
+from robots.clock import TIMER, Timer, Until
 from robots.drivers.pa10.protocol import Malformed
 from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard
+from simulators.pa10.lines import Line
 
 MOST_WAITING = 1000  # lines in the queue; more are refused
-UNREAD_S = 2.0  # longest wait of an answer for a client that does not read; real time, which the network counts
-LOST_S = (5, 2, 3)  # TCP keep-alive: first probe, next probes (s), number
+LOOK_S = 3600.0  # between two looks into an empty queue; who puts something there says so
 Order = Callable[[], str]
 Note = Callable[..., None]
 
@@ -26,19 +25,13 @@ Note = Callable[..., None]
 class Client:
     """A connected client. `owner`: it has claimed the arm with `i`, so silence counts."""
 
-    def __init__(self, line: socket.socket, peer: str, faults: FaultBoard, note: Note, clock: Timer = TIMER) -> None:
+    def __init__(self, line: Line, peer: str, faults: FaultBoard, note: Note, clock: Timer = TIMER) -> None:
         self.line, self.peer, self._faults, self._note, self._clock = line, peer, faults, note, clock
         self.epoch, self.owner, self.heard = 0, False, self._clock.monotonic()
         self._row: deque[Order] = deque()
         self._changed = threading.Condition()
         self._answering, self._waits, self._closed = False, 0, False
         self._writing = threading.Lock()
-        line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(UNREAD_S), 0))
-        line.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-        for name, value in zip(("TCP_KEEPIDLE", "TCP_KEEPINTVL", "TCP_KEEPCNT"), LOST_S, strict=True):
-            if hasattr(socket, name):
-                line.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
     @property
     def silent_s(self) -> float:
@@ -49,7 +42,7 @@ class Client:
 
     def begin(self) -> None:
         """Start to answer lines."""
-        threading.Thread(target=self._answer, name="client", daemon=True).start()
+        self._clock.spawn(self._answer, "client")
 
     def put(self, order: Order) -> None:
         """Put an order into the queue."""
@@ -65,7 +58,7 @@ class Client:
         """Answer `W` when the arm rests; many of them share a thread."""
         with self._changed:
             if self._waits == 0:
-                threading.Thread(target=self._wait, args=(rest,), name="wait", daemon=True).start()
+                self._clock.spawn(partial(self._wait, rest), "wait")
             self._waits += 1
         return ""
 
@@ -81,8 +74,8 @@ class Client:
         while True:
             with self._changed:
                 self._answering = False
-                while not self._row and not self._closed:
-                    self._changed.wait()
+                while not self._clock.wait(Until(self._changed, lambda: self._row or self._closed), LOOK_S):
+                    pass
                 if self._closed:
                     return
                 order, self._answering = self._row.popleft(), True
@@ -121,7 +114,7 @@ class Client:
             self._row.clear()
             self._changed.notify_all()
         with contextlib.suppress(OSError):
-            self.line.shutdown(socket.SHUT_RDWR)
+            self.line.shut()
 
     def close(self) -> None:
         """Close the socket; called last, by the reader."""

@@ -1,10 +1,11 @@
 """Runs a program's steps one after the other in a thread, until the last step or a hold."""
 
-import threading
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
+from robots.clock import Timer
 from robots.drivers.pa10.protocol import MOTIONS, Request
 from robots.motion.planner import Refused
 
@@ -30,9 +31,9 @@ class Arm(Protocol):
         """Note the end of the program, with the error that ended it, if any."""
 
 
-def start(arm: Arm, steps: list[Request], mine: int) -> None:
+def start(arm: Arm, steps: list[Request], mine: int, clock: Timer) -> None:
     """Start a program whose check found it free."""
-    threading.Thread(target=_run, args=(arm, steps, mine), name="program", daemon=True).start()
+    clock.spawn(partial(_run, arm, steps, mine), "program")
 
 
 def _run(arm: Arm, steps: list[Request], mine: int) -> None:

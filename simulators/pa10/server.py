@@ -6,8 +6,6 @@ overtakes everything, the end of the connection holds, and each end is logged wi
 """
 
 import contextlib
-import socket
-import threading
 from collections.abc import Callable
 from functools import partial
 from typing import Protocol
@@ -16,7 +14,7 @@ from robots.clock import TIMER, Timer
 from robots.drivers.pa10.protocol import LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
 from simulators.pa10.client import Client, Order
-from simulators.pa10.lines import lines
+from simulators.pa10.lines import Line, lines
 
 Note = Callable[..., None]
 WAIT_S = 120.0
@@ -37,6 +35,16 @@ class Arm(Protocol):
 
     def keep(self, number: int, text: str) -> None:
         """Replace a stored program. Raises Malformed, Refused."""
+
+
+class Listener(Protocol):
+    """Where clients connect."""
+
+    def accept(self) -> tuple[Line, str, str]:
+        """Wait for a connection; return its end here, the client's host, and its name. Raises OSError."""
+
+    def close(self) -> None:
+        """Let nobody connect any more."""
 
 
 class Upload:
@@ -64,10 +72,10 @@ class Upload:
 
 
 class Network:
-    """Listens on `port` (0: any) and serves one client."""
+    """Serves one client of those that connect."""
 
     def __init__(
-        self, port: int, arm: Arm, faults: FaultBoard, note: Note, token: str = "",
+        self, arm: Arm, faults: FaultBoard, note: Note, token: str = "",
         allowed: tuple[str, ...] = ("127.0.0.1", "::1"), clock: Timer = TIMER,
     ) -> None:  # fmt: skip
         self._clock = clock
@@ -76,20 +84,20 @@ class Network:
         self._strangers: list[Client] = []
         self._newest = 0  # the newest epoch so far
         self._left = self._clock.monotonic()  # since when nobody has been connected
-        self._door = threading.RLock()  # for connecting and disconnecting
+        self._door = clock.lock()  # for connecting and disconnecting
         self._open = True
-        self._server = socket.create_server(("127.0.0.1", port))
-        threading.Thread(target=self._listen, name="network", daemon=True).start()
+        self._listener: Listener | None = None
 
-    @property
-    def port(self) -> int:
-        """Return the port of the server."""
-        return int(self._server.getsockname()[1])
+    def listen(self, listener: Listener) -> None:
+        """Let clients connect."""
+        self._listener = listener
+        self._clock.spawn(partial(self._listen, listener), "network")
 
     def close(self) -> None:
         """Stop listening."""
         self._open = False
-        self._server.close()
+        if self._listener is not None:
+            self._listener.close()
         with self._door:
             self._end("the application ends")
 
@@ -123,11 +131,11 @@ class Network:
         self._note("disconnected", peer=client.peer, cause=cause)
         client.shut()
 
-    def _listen(self) -> None:
+    def _listen(self, listener: Listener) -> None:
         while self._open:
             try:
-                line, address = self._server.accept()
-                client = Client(line, f"{address[0]}:{address[1]}", self._faults, self._note, self._clock)
+                line, host, peer = listener.accept()
+                client = Client(line, peer, self._faults, self._note, self._clock)
             except OSError:
                 self._clock.sleep(0.05)  # closed, or no descriptors left for now
                 continue
@@ -137,7 +145,7 @@ class Network:
             if oldest is not None:
                 oldest.shut()
             try:
-                threading.Thread(target=self._serve, args=(client, address[0]), name="reader", daemon=True).start()
+                self._clock.spawn(partial(self._serve, client, host), "reader")
             except RuntimeError:  # the system has no thread left for now
                 self._left_by(client, "no thread is left for it")
 

@@ -2,6 +2,7 @@
 
 import os
 import threading
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from robots.clock import TIMER, Timer, poll
+from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import VELOCITIES, ArmState, Request
 from robots.files import replace_text, replaced
 from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard, serve
-from simulators.common.fork import fork
+from simulators.common.fork import Fork, fork
 from simulators.common.journal import Journal
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
@@ -22,13 +24,13 @@ from simulators.pa10.application import Application
 from simulators.pa10.cameras import SharedScene
 from simulators.pa10.client import Order
 from simulators.pa10.controllers import CONTROLLERS
-from simulators.pa10.planning import Planning
 from simulators.pa10.plant import Measured, Plant
 from simulators.pa10.rest import Rest
 from simulators.pa10.scene import BLOCKS, STEP_S, Judge
-from simulators.pa10.server import Network
+from simulators.pa10.server import Network, Note
 from simulators.pa10.setpoint import Reference
 from simulators.pa10.store import ProgramStore
+from simulators.pa10.tcp import TcpListener
 from simulators.pa10.velocity import DEAD_MAN_S
 from simulators.pa10.watchdog import watch
 
@@ -41,18 +43,20 @@ SLACK = 1e-4  # rad, rad/s
 LOOK_EVERY = 500  # steps between two looks for fallen objects
 FALLEN_M, FALLEN_LOOKS = -0.1, 3
 OBJECTS = tuple(name for name, _, _ in BLOCKS)
+Planner = Callable[[Note], Courses]  # opens it; it notes what happens to it
 
 
 class Simulator:
-    """Plant, controller, application, network and cameras."""
+    """Plant, controller, application and network. `watchdog`: the longest silence of an owner, of anybody (s)."""
 
     def __init__(
-        self, folder: Path, port: int, controller: str, token: str, watchdog: tuple[float, float], clock: Timer = TIMER
-    ) -> None:
+        self, folder: Path, planner: Planner, controller: str, token: str, watchdog: tuple[float, float],
+        clock: Timer = TIMER, real: Timer = TIMER,
+    ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock = folder, clock
-        self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl")
-        self._courses = Planning(self.journal.note, forked=True)
+        self.faults, self.journal = FaultBoard(), Journal(folder / "journal.jsonl", real)
+        self._courses = planner(self.journal.note)
         self.plant = Plant(qpos=self._kept())
         self._controller = CONTROLLERS[controller]()
         self._judge, self.nearest = Judge(self.plant.model), (Judge.FAR, "")
@@ -65,17 +69,25 @@ class Simulator:
         self._measured = self.plant.measured()
         self._reference = self._measured.q
         self.store = ProgramStore(folder / "programs.json")
-        record_deaths(self.journal)
         self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
         self._shared.write(self.plant.qpos)
-        self._cameras = fork(partial(cameras.run, folder, os.getpid()))  # last, before there are threads
-        self.network = Network(port, self, self.faults, self.journal.note, token, clock=clock)
-        self._running, self._ending = True, False
-        threading.Thread(target=self._mind_cameras, name="cameras", daemon=True).start()
-        serve(folder / "faults", self.faults, self.status)
-        replace_text(folder / "tty", f"127.0.0.1:{self.network.port}\n")
-        watch(self.network, *watchdog, self.begin_again, clock)
+        self.network = Network(self, self.faults, self.journal.note, token, clock=clock)
+        self._watchdog = watchdog
+        self._cameras: Fork | None = None
+        self._ending: threading.Thread | None = None
+        self._running = True
+
+    def open(self, port: int) -> int:
+        """Open what other programs reach it by, on a port (0: any); return it. No thread may have been started yet."""
+        record_deaths(self.journal)
+        self._cameras = fork(partial(cameras.run, self._folder, os.getpid()))
+        listener = TcpListener(port)
+        self.network.listen(listener)
+        self._clock.spawn(partial(self._mind, self._cameras), "cameras")
+        serve(self._folder / "faults", self.faults, self.status)
+        replace_text(self._folder / "tty", f"127.0.0.1:{listener.port}\n")
+        return listener.port
 
     def _kept(self) -> Any:
         try:
@@ -84,10 +96,10 @@ class Simulator:
             return None
         return found if found.dtype == np.float64 and np.isfinite(found).all() else None
 
-    def _mind_cameras(self) -> None:
+    def _mind(self, process: Fork) -> None:
         """Let this thread die once the cameras' process does, which ends the simulator."""
-        status = self._cameras.wait()
-        if not self._ending:
+        status = process.wait()
+        if self._ending is None:
             raise RuntimeError(f"the process of the cameras ended with status {status}")
 
     def _begin(self, why: str, error: str = "", extra: tuple[Any, ...] = ()) -> None:
@@ -171,6 +183,7 @@ class Simulator:
 
     def run(self) -> None:
         """Control at 500 Hz until stopped; late steps are made up for, and an arm at rest pauses the loop."""
+        watch(self.network, *self._watchdog, self.begin_again, self._clock)
         due = self._clock.monotonic()
         while self._running:
             due += STEP_S
@@ -187,6 +200,8 @@ class Simulator:
                 self._rest.last(self._busy)
                 due = self._clock.monotonic()
         self._keep()
+        if self._ending is not None:
+            self._ending.join()
 
     def _busy(self) -> bool:
         """Return whether the loop has work although nothing moves."""
@@ -227,8 +242,8 @@ class Simulator:
         """Disturb the arm (N m on S1) and let an object slip, as the fault board says."""
         self.plant.disturbance[0] = self.faults.value("disturb")
         if self.faults.take("restart"):
-            again = ("asked for by a fault verb", self.begin_again)
-            threading.Thread(target=self.network.restart, args=again, name="restart", daemon=True).start()
+            again = partial(self.network.restart, "asked for by a fault verb", self.begin_again)
+            self._clock.spawn(again, "restart")
         if self.faults.take("slip"):
             self._slips = SLIP_STEPS
             self.journal.note("slip")
@@ -248,8 +263,7 @@ class Simulator:
 
     def stop(self, *_: object) -> None:
         """End the loop; the arm rests first."""
-        self._ending = True
-        threading.Thread(target=self._end, name="end").start()
+        self._ending = self._clock.spawn(self._end, "end")
 
     def _end(self) -> None:
         self.app.hold()
@@ -258,4 +272,5 @@ class Simulator:
         self._rest.wake()
         self.network.close()
         self._courses.close()
-        self._cameras.terminate()
+        if self._cameras is not None:
+            self._cameras.terminate()

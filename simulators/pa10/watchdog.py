@@ -1,6 +1,5 @@
 """The watchdog of Dziemian et al. 2004, figure 4 (b): a thread that checks whether anybody is connected."""
 
-import threading
 from collections.abc import Callable
 
 from robots.clock import TIMER, Timer
@@ -19,4 +18,4 @@ def watch(
             clock.sleep(LOOK_S)
             network.watch(silence_s, nobody_s, again)
 
-    threading.Thread(target=look, name="watchdog", daemon=True).start()
+    clock.spawn(look, "watchdog")

@@ -25,7 +25,8 @@ from simulators.common.threads import end_with_any, record_deaths
 
 NAMES = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
 TURN = 4096  # ticks
-LOW, HIGH, MIDDLE = 700, 3395, 2047  # ticks: the calibrated range
+MIDDLE = 2047  # ticks, of every calibrated range
+RANGE, OF_ROLL = (700, 3395), (200, 3895)  # ticks: calibrated ranges; the wrist rolls almost all the way round
 MODEL, FIRMWARE = 777, (3, 10)
 EVERYBODY = 0xFE
 REGISTERS = 128  # bytes
@@ -36,14 +37,20 @@ STIFFNESS, FASTEST, QUICKEST = 18.0, 3000.0, 30_000.0  # 1/s, ticks/s, ticks/s2
 ARRIVED = 2.0  # ticks
 
 
+def range_of(number: int) -> tuple[int, int]:
+    """Return the calibrated range of a servo (ticks)."""
+    return OF_ROLL if NAMES[number - 1] == "wrist_roll" else RANGE
+
+
 class Servo:
     """One servo: its registers, and a motor that moves to its goal."""
 
     def __init__(self, number: int, at: float) -> None:
+        low, high = range_of(number)
         self.registers = bytearray(REGISTERS)
         self.registers[0:2] = bytes(FIRMWARE)
         self.registers[5] = number
-        for address, value in ((3, MODEL), (MIN_LIMIT, LOW), (MAX_LIMIT, HIGH), (GOAL, round(at))):
+        for address, value in ((3, MODEL), (MIN_LIMIT, low), (MAX_LIMIT, high), (GOAL, round(at))):
             self.put(address, value)
         self.at, self.speed = at, 0.0
         self.step()
@@ -109,8 +116,9 @@ class Simulator:
 
     def _calibrated(self) -> None:
         kept = {
-            name: {"id": n, "drive_mode": 0, "homing_offset": 0, "range_min": LOW, "range_max": HIGH}
+            name: {"id": n, "drive_mode": 0, "homing_offset": 0, "range_min": low, "range_max": high}
             for n, name in enumerate(NAMES, 1)
+            for low, high in (range_of(n),)
         }
         replace_text(self._folder / "calibration" / "farhand.json", json.dumps(kept))
 

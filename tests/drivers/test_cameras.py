@@ -129,7 +129,7 @@ class Redirects(http.server.BaseHTTPRequestHandler):
 def redirecting():
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Redirects)
     Redirects.target, Redirects.asked = f"http://127.0.0.1:{server.server_port}/secret", []
-    Thread(target=server.serve_forever, daemon=True).start()
+    Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}"
     server.shutdown()
     server.server_close()

@@ -65,7 +65,7 @@ def network():
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     server.daemon_threads = True
-    threading.Thread(target=server.serve_forever, daemon=True).start()
+    threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
     server.at, server.answers, server.asked = f"http://127.0.0.1:{server.server_address[1]}", answers, asked
     yield server
     server.shutdown()

@@ -13,15 +13,20 @@ from operatorlog import services as log
 from operatorlog.models import SurveyQuestion, Visibility
 from portal.seeding import SURVEY, add_robot
 from queueing import services as queue
+from queueing.models import Queue, Ticket, TicketState
+from queueing.rows import announce
 from robots import bus
 from robots.clock import SYSTEM
 from robots.contract.session import RobotState
 from robots.messages import state_packet
-from robots.models import Frame, Lease, Robot
-from robots.states import Cycle, GrantEnd
+from robots.models import Command, Frame, Lease, Robot
+from robots.states import CommandState, Cycle, GrantEnd
+from tests.waiting import CEILING_S, wait_for
+from workers.commands.finish import advance, finish
 
 PASSWORD = "correct horse 42"
 JOINTS = {"mercury": (0.9, 1.8, 0.0, 0.0), "pa10": (0.0, 0.44, 1.31, 0.0, 1.4, 0.0, 0.05)}
+LASTS_S = 3600  # offers and turns, however busy the machine is
 SIZES = {"mercury": (192, 165), "pa10": (320, 240)}
 
 
@@ -33,7 +38,7 @@ class BarePortal:
         self.robot = self.robots["mercury"]
         for robot in self.robots.values():
             Lease.objects.create(robot=robot, epoch=1, expires_at=SYSTEM.now() + timedelta(days=9))
-        Robot.objects.update(cycle=Cycle.READY)
+        Robot.objects.update(cycle=Cycle.READY, turn_s=LASTS_S)
         for position, (prompt, kind, options, low, high) in enumerate(SURVEY):
             SurveyQuestion.objects.create(
                 prompt=prompt, kind=kind, options=options, low_label=low, high_label=high, position=position
@@ -74,6 +79,24 @@ class BarePortal:
         for number in range(2):
             self.picture(robot, number, turn.grant)
         return turn
+
+    def serve(self):
+        """Advance the queues once somebody has joined, with nobody absent; an offer lasts."""
+        wait_for(Ticket.objects.filter(state=TicketState.WAITING).exists, CEILING_S, "somebody who waits")
+        now = SYSTEM.now()
+        queue.tick(now, up_since=now)
+        Ticket.objects.filter(state=TicketState.OFFERED).update(offer_until=now + timedelta(seconds=LASTS_S))
+        for line in Queue.objects.all():
+            announce(line)
+
+    def perform(self):
+        """End every command well, as an owner does; tell whether there was one."""
+        waiting = list(Command.objects.filter(state=CommandState.QUEUED))
+        for command in waiting:
+            for state in (CommandState.ACCEPTED, CommandState.SENT, CommandState.ACKNOWLEDGED):
+                advance(command, state, SYSTEM.now())
+            finish(command, CommandState.COMPLETED, SYSTEM.now())
+        return bool(waiting)
 
     def end(self, turn):
         queue.end_turn(turn, GrantEnd.STAFF, "ended by the operator", SYSTEM.now())

@@ -32,7 +32,16 @@ AXE_RUN = "async () => (await axe.run(document, {resultTypes: ['violations'], ru
 # an animation in a page that is not drawn never finishes
 RESTED = "() => Promise.race([Promise.allSettled(document.getAnimations().map((a) => a.finished)), new Promise((r) => setTimeout(r, 5000))])"
 LETS_GO_S = 60
-expect.set_options(timeout=15_000 if AT_LENGTH else 1000 * CEILING_S)
+
+
+@pytest.fixture(autouse=True)
+def patience():
+    """How long a page may take is judged at length alone, and never of a test that is in the gate."""
+    expect.set_options(timeout=1000 * CEILING_S if _patient() else 15_000)
+
+
+def _patient():
+    return not AT_LENGTH or waiting.shortest_s > 0
 
 
 class Portal:
@@ -87,6 +96,7 @@ def portal(transactional_db, redis_server, robot, house):
 def bare(transactional_db, redis_server, house):
     """The web process over rows alone; tests that need it take it as their `portal`."""
     bus.connection().flushall()
+    shutil.rmtree(settings.VAR / "mail", ignore_errors=True)
     made = BarePortal(house.web_process())
     yield made
     made.stop()
@@ -135,7 +145,7 @@ class Visitor:
         self.context = browser.new_context(
             base_url=portal.url, locale="en-US", **{"viewport": {"width": 1280, "height": 860}, **options}
         )
-        if not AT_LENGTH:
+        if _patient():
             self.context.set_default_timeout(1000 * CEILING_S)
         self.errors: list[str] = []
         self.allowed: tuple[str, ...] = ()

@@ -2,14 +2,22 @@
 
 # the page has done what it had to do, and drawn it
 IDLE = "() => new Promise((done) => requestIdleCallback(() => requestAnimationFrame(() => setTimeout(done))))"
-# observers of sizes and of what is in view run once a frame, and what they change is drawn in the next
-FRAMES = """() => new Promise((done) => {
-  const frame = (left) => left ? requestAnimationFrame(() => frame(left - 1)) : setTimeout(done);
-  frame(3);
+# observers of sizes and of what is in view run once a frame, and what they change is drawn in the next; smooth
+# scrolling begins some frames later and is over when nothing has moved for as many
+STEADY = """() => new Promise((done) => {
+  let was = "", same = 0;
+  const frame = () => {
+    const is = `${scrollX} ${scrollY} ${innerWidth} ${innerHeight} ${document.documentElement.scrollHeight}`;
+    [same, was] = [is === was ? same + 1 : 0, is];
+    if (same < 8) requestAnimationFrame(frame);
+    else setTimeout(done);
+  };
+  frame();
 })"""
+# what comes and goes above the panels, as when a busy machine's robot is silent for a moment, moves what is below it
+QUIET = "() => { document.getElementById('banner').style.display = 'none'; }"
 
 
 def settle(page):
     """Wait until observers have answered a change of the page's size or place, however slowly it draws."""
-    page.wait_for_timeout(100)  # smooth scrolling and transitions begin
-    page.evaluate(FRAMES)
+    page.evaluate(STEADY)

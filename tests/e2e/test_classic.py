@@ -8,11 +8,10 @@ from playwright.sync_api import expect
 from operatorlog.models import Entry
 from queueing.models import Turn
 from robots.models import Command
-from tests.e2e.test_whole_way import PAGES
+from tests.e2e.test_layout import PUBLIC
 from tests.waiting import CEILING_S, wait_for
 
 
-@pytest.mark.gate
 def test_the_whole_way_without_scripts(portal, visitor):
     ada = visitor(java_script_enabled=False)
     page = ada.page
@@ -77,9 +76,49 @@ def test_the_whole_way_without_scripts(portal, visitor):
     assert Turn.objects.get().classic
 
 
-@pytest.mark.gate
-def test_pages_read_without_scripts(portal, visitor):
-    one = visitor(java_script_enabled=False)
-    for address in PAGES:
-        assert one.page.goto(address).ok
-        assert len(one.page.locator("main").inner_text()) > 30
+class TestOnRows:
+    """The same where rows stand for the robot: what its owner and housekeeping do is done by their services."""
+
+    @pytest.fixture
+    def portal(self, bare):
+        return bare
+
+    @pytest.mark.gate
+    def test_the_way_without_scripts_but_for_the_motions(self, portal, visitor):
+        one = visitor(java_script_enabled=False)
+        page = one.page
+        one.sign_up("ada").get_cleared()
+        portal.picture("mercury", 0)
+        page.goto("/classic/mercury/")
+        token = page.url
+        assert re.search(r"/classic/mercury/[\w-]{20,}/$", token)
+        page.click("button[value=join]")
+        portal.serve()
+        page.click("text=Update")
+        page.click("main button[value=accept]")
+        expect(page.locator("main")).to_contain_text("You drive")
+        # a click in the image map beside the sand is refused in words
+        page.locator("input[name=large]").click(position={"x": 2 * 200, "y": 2 * 155})
+        expect(page.locator(".messages")).to_contain_text("off the sand")
+        assert not Command.objects.exists()
+        page.click("button[value=stop]")
+        expect(page.locator("main")).to_contain_text("The robot is stopped")
+        assert type(portal.robot).objects.get(pk=portal.robot.pk).stop_latched
+        page.check("[name=checked]")
+        page.click("button[value=release]")
+        expect(page.locator(".messages")).to_contain_text("released")
+        page.click("summary")
+        page.click("button[value=leave]")
+        page.click("text=Write in the operator's log")
+        page.fill("#text", "Driven without a single script.")
+        page.click("main form.form button")
+        expect(page.locator("main")).to_contain_text("Driven without a single script.")
+        assert Entry.objects.get().text == "Driven without a single script."
+        assert Turn.objects.get().classic
+
+    @pytest.mark.gate
+    def test_pages_read_without_scripts(self, portal, visitor):
+        one = visitor(java_script_enabled=False)
+        for address in PUBLIC:
+            assert one.page.goto(address).ok
+            assert len(one.page.locator("main").inner_text()) > 30

@@ -1,10 +1,16 @@
 """A browser counts its own way how much fits into a field; whatever it lets somebody write is taken, once."""
 
+import pytest
 from playwright.sync_api import expect
 
 from operatorlog.models import Entry, SurveyAnswer, SurveyResponse
 from tests.e2e.conftest import session
-from tests.e2e.test_turn_form import portal as portal
+
+
+@pytest.fixture
+def portal(bare):
+    return bare
+
 
 LINE = "A watch \U0001f916, at\nhalf past four.\n"
 

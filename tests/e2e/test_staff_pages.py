@@ -36,63 +36,62 @@ def portal(bare):
 
 @pytest.fixture
 def staff(portal, visitor):
-    """Open the browser of a superuser."""
+    """Open browsers of a superuser, one in each look."""
     root = portal.person("root", is_staff=True, is_superuser=True)
 
-    def make(look):
-        one = visitor(**look)
-        session(one, root)
-        return one
+    def make():
+        for look in (LIGHT, DARK):
+            one = visitor(**look)
+            session(one, root)
+            yield one
 
     return make
 
 
-@pytest.mark.parametrize("look", [LIGHT, DARK])
-def test_stop_is_in_view_at_the_top_of_the_robots_page_in_the_admin(portal, staff, look):
+def test_stop_is_in_view_at_the_top_of_the_robots_page_in_the_admin(portal, staff):
     Robot.objects.filter(pk=portal.robot.pk).update(stop_latched=True, reason="It was stopped.")
-    one = staff(look)
-    one.page.goto(f"/admin/robots/robot/{portal.robot.pk}/change/")
-    stop = one.page.get_by_role("button", name="Stop", exact=True)
-    assert stop.evaluate(INSIDE)
-    stop.click()
-    one.page.get_by_text("Stop was sent.").wait_for()
-    assert one.page.get_by_role("button", name="Stop", exact=True).evaluate(INSIDE), "with a message above it"
-    one.axe("the robot in the admin")
+    for one in staff():
+        one.page.goto(f"/admin/robots/robot/{portal.robot.pk}/change/")
+        stop = one.page.get_by_role("button", name="Stop", exact=True)
+        assert stop.evaluate(INSIDE)
+        stop.click()
+        one.page.get_by_text("Stop was sent.").wait_for()
+        assert one.page.get_by_role("button", name="Stop", exact=True).evaluate(INSIDE), "with a message above it"
+        one.axe("the robot in the admin")
 
 
-@pytest.mark.parametrize("look", [LIGHT, DARK])
-def test_lists_of_the_admin_show_red_only_what_is_bad_and_pictures_with_words(portal, staff, look):
+def test_lists_of_the_admin_show_red_only_what_is_bad_and_pictures_with_words(portal, staff):
     entry = portal.entry(portal.person("ada", "mercury"), "mercury")
     Robot.objects.exclude(pk=portal.robot.pk).update(stop_latched=True)
-    one = staff(look)
-    one.page.goto("/admin/robots/robot/")
-    cells = {
-        c.inner_text(): c.evaluate("e => getComputedStyle(e.firstElementChild || e).color")
-        for c in one.page.locator(".field-stop").all()
-    }
-    assert set(cells) == {"stopped", "not stopped"}
-    assert cells["stopped"] != cells["not stopped"]
-    one.axe("robots")
-    one.page.goto("/admin/accounts/user/")
-    assert (
-        one.page.locator("td img[src*='icon-no']").first.evaluate("e => getComputedStyle(e).filter") == "grayscale(1)"
-    )
-    for address in (
-        "/admin/operatorlog/entry/",
-        f"/admin/operatorlog/entry/{entry.pk}/change/",
-        "/admin/robots/frame/",
-    ):
-        one.page.goto(address)
-        picture = one.page.locator("img.farhand-thumbnail").first
-        assert picture.get_attribute("alt").startswith("Picture "), address
-        assert picture.get_attribute("loading") == "lazy"
-        picture.scroll_into_view_if_needed()
-        one.page.wait_for_function("e => e.naturalWidth > 0", arg=picture.element_handle())
-        one.axe(address)
+    for one in staff():
+        one.page.goto("/admin/robots/robot/")
+        cells = {
+            c.inner_text(): c.evaluate("e => getComputedStyle(e.firstElementChild || e).color")
+            for c in one.page.locator(".field-stop").all()
+        }
+        assert set(cells) == {"stopped", "not stopped"}
+        assert cells["stopped"] != cells["not stopped"]
+        one.axe("robots")
+        one.page.goto("/admin/accounts/user/")
+        assert (
+            one.page.locator("td img[src*='icon-no']").first.evaluate("e => getComputedStyle(e).filter")
+            == "grayscale(1)"
+        )
+        for address in (
+            "/admin/operatorlog/entry/",
+            f"/admin/operatorlog/entry/{entry.pk}/change/",
+            "/admin/robots/frame/",
+        ):
+            one.page.goto(address)
+            picture = one.page.locator("img.farhand-thumbnail").first
+            assert picture.get_attribute("alt").startswith("Picture "), address
+            assert picture.get_attribute("loading") == "lazy"
+            picture.scroll_into_view_if_needed()
+            one.page.wait_for_function("e => e.naturalWidth > 0", arg=picture.element_handle())
+            one.axe(address)
 
 
-@pytest.mark.parametrize("look", [LIGHT, DARK])
-def test_no_label_of_the_surveys_results_lies_over_a_number(portal, staff, look):
+def test_no_label_of_the_surveys_results_lies_over_a_number(portal, staff):
     choice = SurveyQuestion.objects.create(
         prompt="Layout?", kind="choice", options=f"{LONG}\nYes\n{'w' * 200}", position=9
     )
@@ -100,23 +99,22 @@ def test_no_label_of_the_surveys_results_lies_over_a_number(portal, staff, look)
         turn = portal.end(portal.drive(portal.person(f"p{n:02}", "mercury"), "mercury"))
         log.answer_survey(turn, turn.user, {choice.pk: (LONG, "Yes", "w" * 200)[n % 3]}, SYSTEM.now())
     assert SurveyAnswer.objects.count() == 12
-    one = staff(look)
-    one.page.goto("/survey/results/")
-    assert one.page.locator(".bars").count() >= 3
-    assert one.page.evaluate(OVERLAP) == []
-    assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    one.axe("results")
+    for one in staff():
+        one.page.goto("/survey/results/")
+        assert one.page.locator(".bars").count() >= 3
+        assert one.page.evaluate(OVERLAP) == []
+        assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        one.axe("results")
 
 
-@pytest.mark.parametrize("look", [LIGHT, DARK])
-def test_no_number_of_the_statistics_lies_over_another(portal, staff, look):
+def test_no_number_of_the_statistics_lies_over_another(portal, staff):
     irat, ada, now = add_robot("irat"), portal.person("ada"), SYSTEM.now()
     for n in range(12):
         job = job_done(irat, ada, now - timedelta(minutes=100 * n + 1))
         told = {"battery": 6.5 + 0.1 * n, "experiences": 820.0 * n, "driven": float(n)}
         Command.objects.filter(grant__job_run__job=job).update(result={"channels": {"began": told, "ended": told}})
-    one = staff(look)
-    one.page.goto("/robots/irat/statistics/")
-    assert one.page.locator(".plot").count() == 3
-    assert one.page.evaluate(TEXTS) == [[], [], []]
-    assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    for one in staff():
+        one.page.goto("/robots/irat/statistics/")
+        assert one.page.locator(".plot").count() == 3
+        assert one.page.evaluate(TEXTS) == [[], [], []]
+        assert one.page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -226,18 +226,5 @@ def test_a_gamepad_and_many_people_move_nothing(watching, size, which):
         )
 
 
-def test_the_bar_about_idleness_is_one_low_line_and_the_banner_comes_below_it(watching):
-    page = watching("mercury", (390, 844)).page
-    page.evaluate("""() => { const bar = document.getElementById("turnbar"); bar.hidden = false; bar.dataset.state = "idle";
-      bar.innerHTML = `<div class="turnbar-in"><p class="turnbar-words"><b>Your turn ends in</b><span class="turnbar-timer">20 s</span>
-        <span>because nothing was done.</span></p><div class="turnbar-do"><button class="button primary">I'm here</button></div></div>`; }""")
-    settle(page)
-    assert page.locator("#turnbar").bounding_box()["height"] < 70
-    assert page.evaluate("""() => { const banner = document.getElementById("banner"); banner.hidden = false;
-      banner.textContent = "Connection lost"; scrollTo({ top: 400, behavior: "instant" });
-      const low = banner.getBoundingClientRect().top, { bottom } = document.getElementById("turnbar").getBoundingClientRect();
-      return low >= bottom - 1; }""")
-
-
 def portal_robot(driver):
     return Robot.objects.get(driver=driver)

@@ -4,25 +4,33 @@ import re
 from datetime import timedelta
 
 import pytest
+from django.conf import settings
 from playwright.sync_api import expect
 
 from queueing import services as queue
 from queueing.models import Ticket, Turn
-from queueing.rows import announce
 from robots import bus, services, web_uptime
 from robots.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
+from tests.e2e.drawn import QUIET
+from tests.e2e.told_line import ToldLine, own_time
 
 PHONE, DESKTOP = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
+IDLE_S = settings.FARHAND["IDLE_S"]
 BAR, ALERT = "#turnbar", "[role=alert][aria-live=assertive]"
 WHERE = (
     "() => ['#screen', '[data-command=stop]', '#place'].map((s) => document.querySelector(s).getBoundingClientRect().y)"
 )
 # where the banner would be on a page that has been scrolled
 BANNER = """() => { const banner = document.getElementById("banner"), was = scrollY;
-  banner.hidden = false; scrollTo({ top: 400, behavior: "instant" });
-  const { top } = banner.getBoundingClientRect(); banner.hidden = true; scrollTo({ top: was, behavior: "instant" }); return top; }"""
+  [banner.hidden, banner.style.display] = [false, ""]; scrollTo({ top: 400, behavior: "instant" });
+  const { top } = banner.getBoundingClientRect(); banner.style.display = "none"; scrollTo({ top: was, behavior: "instant" }); return top; }"""
+
+
+@pytest.fixture
+def portal(bare):
+    return bare
 
 
 @pytest.fixture
@@ -30,9 +38,9 @@ def driving(portal, visitor):
     """Ada drives; Bob waits, on a page of his own."""
 
     def make(**options):
-        ada, bob = visitor(**options).cleared("ada"), visitor().cleared("bob", "/log/")
-        ada.page.click("[data-do=join]")
-        ada.page.locator("[data-do=accept]").press("Enter")
+        ada, bob = visitor(**options).cleared("ada", None), visitor().cleared("bob", "/log/")
+        portal.drive(ada.user, "mercury")
+        ada.page.goto("/robots/mercury/")
         expect(ada.page.locator("#robot")).to_have_class(re.compile("operating"))
         queue.join(portal.robot, bob.user, SYSTEM.now())
         return ada
@@ -40,15 +48,14 @@ def driving(portal, visitor):
     return make
 
 
-def idle(portal, left_s):
-    """As if nothing had been done for so long that so many seconds are left."""
-    from django.conf import settings
-
-    at = SYSTEM.now() - timedelta(seconds=settings.FARHAND["IDLE_S"] - left_s)
+def idle(seconds):
+    """As if nothing had been done for so long while somebody waited, who is there; then advance the queues."""
+    now = SYSTEM.now()
+    at = now - timedelta(seconds=seconds)
     up_for_long()
-    Turn.objects.filter(ended_at=None).update(started_at=at, until=SYSTEM.now() + timedelta(seconds=200))
-    Ticket.objects.filter(state="waiting").update(joined_at=at)
-    announce(queue.queue_of(portal.robot))
+    Turn.objects.filter(ended_at=None).update(started_at=at)
+    Ticket.objects.filter(state="waiting").update(joined_at=at, last_seen=now)
+    queue.tick(now)
 
 
 def up_for_long():
@@ -57,16 +64,26 @@ def up_for_long():
     bus.connection().set(web_uptime.KEY, began.timestamp(), ex=web_uptime.LASTS_S)
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize("size", [PHONE, at_length(DESKTOP)], ids=["phone", "desktop"])
-def test_who_does_nothing_is_asked_in_time_and_stays_by_the_keyboard(portal, driving, size):
-    ada = driving(viewport=size)
+def test_who_does_nothing_is_asked_in_time_and_stays_by_the_keyboard(portal, visitor, size):
+    ada, bob = visitor(viewport=size).cleared("ada", None), portal.person("bob", "mercury")
+    portal.drive(ada.user, "mercury")
     page, bar = ada.page, ada.page.locator(BAR)
-    idle(portal, 40)
-    page.wait_for_timeout(1500)
+    own_time(page)
+    line = ToldLine(page, ada.user)
+    page.goto("/robots/mercury/")
+    expect(page.locator("#robot")).to_have_class(re.compile("operating"))
+    page.evaluate(QUIET)
+    long_ago = line.now - timedelta(seconds=IDLE_S - 21)  # a clock that ran on would let the page lose its robot
+    queue.join(portal.robot, bob, long_ago)
+    Turn.objects.update(started_at=long_ago)
+    line.tell()
     expect(bar).to_be_hidden()
     before = page.evaluate(WHERE)
-    idle(portal, 22)
-    expect(bar).to_contain_text(re.compile(r"Your turn ends in\s*(20|1\d) s\s*because nothing was done"), timeout=8000)
+    line.go(1)
+    line.tell()
+    expect(bar).to_contain_text(re.compile(r"Your turn ends in\s*20 s\s*because nothing was done"))
     assert page.evaluate(WHERE) == before, "nothing is pushed around"
     expect(page.locator(ALERT)).to_contain_text("because nothing was done")
     assert bar.bounding_box()["y"] == 0, "it lies over the head of the page, not beside Stop"
@@ -78,12 +95,12 @@ def test_who_does_nothing_is_asked_in_time_and_stays_by_the_keyboard(portal, dri
     expect(page.get_by_role("button", name="I'm here")).to_be_focused()
     page.keyboard.press("Enter")
     expect(bar).to_be_hidden()
-    expect(page.locator("#screen")).to_be_focused(timeout=3000)
-    assert Turn.objects.get().acted_at is not None
-    Turn.objects.update(acted_at=None)
-    idle(portal, 20)
-    expect(bar).to_be_visible(timeout=8000)
-    Turn.objects.update(acted_at=SYSTEM.now() + timedelta(seconds=99))  # the page is told 10 s before
+    expect(page.locator("#screen")).to_be_focused()
+    assert Turn.objects.get().acted_at == line.now
+    Turn.objects.update(acted_at=long_ago)
+    line.tell()
+    expect(bar).to_be_visible()
+    page.clock.resume()  # axe has to wait
     ada.axe("idle")
 
 
@@ -91,9 +108,9 @@ def test_the_end_for_idleness_is_told_everywhere_with_its_reason(portal, driving
     ada = driving(viewport=PHONE)
     page, elsewhere = ada.page, ada.context.new_page()
     elsewhere.goto(page.url.split("/robots/")[0] + "/log/")
-    idle(portal, 2)
+    idle(IDLE_S + 1)
     why = "Nothing was done for 2 min while others waited."
-    expect(page.locator("#place")).to_contain_text(why, timeout=15_000)
+    expect(page.locator("#place")).to_contain_text(why)
     expect(page.locator("#place")).to_contain_text("Only the 2 min")
     expect(page.locator("#notice")).to_contain_text(why)
     assert "Thank you" not in page.inner_text("body")
@@ -110,7 +127,8 @@ def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, drivi
     phone.goto(page.url.split("/robots/")[0] + "/log/")
     expect(phone.locator(BAR)).to_contain_text("You operate Mercury")
     page.close()  # in her pocket
-    services.lock_out(Robot.objects.get(), kim, "A leaf lies in the sand.")
+    services.lock_out(Robot.objects.get(pk=portal.robot.pk), kim, "A leaf lies in the sand.")
+    queue.tick(SYSTEM.now())
     try:
         expect(phone.locator(BAR)).to_contain_text(
             re.compile(
@@ -126,13 +144,14 @@ def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, drivi
         expect(phone.locator("#place")).to_contain_text("Your turn is over")
         expect(phone.locator("#place")).to_contain_text("when staff open the robot again")
     finally:
-        services.lift_lock_out(Robot.objects.get(), kim)
+        services.lift_lock_out(Robot.objects.get(pk=portal.robot.pk), kim)
 
 
 def test_without_scripts_the_console_says_the_rule_and_the_reason(portal, visitor):
     ada, bob = visitor(java_script_enabled=False).cleared("ada", None), visitor().cleared("bob", "/log/")
     queue.join(portal.robot, ada.user, SYSTEM.now(), classic=True)
-    wait_for(lambda: Ticket.objects.get().state == "offered", 10, "the offer")
+    portal.picture("mercury", 0)
+    portal.serve()
     page = ada.page
     page.goto("/classic/mercury/")
     page.locator("main").get_by_role("button", name="Take control").click()
@@ -153,6 +172,6 @@ def test_without_scripts_the_console_says_the_rule_and_the_reason(portal, visito
     Turn.objects.update(acted_at=at - timedelta(seconds=30))
     Ticket.objects.filter(user=bob.user).update(joined_at=at - timedelta(seconds=30))
     Turn.objects.update(started_at=at - timedelta(seconds=30))
-    wait_for(lambda: Turn.objects.get().ended_at, 10, "the end")
+    queue.tick(SYSTEM.now())
     page.get_by_role("link", name="Update").click()
     expect(page.locator("main")).to_contain_text("Your turn is over. Nothing was done for 3 min while others waited.")

@@ -11,7 +11,7 @@ from queueing.models import Turn
 from robots.models import Command, Robot
 from tests.conftest import wait_for
 from tests.e2e.conftest import session
-from tests.e2e.drawn import settle
+from tests.e2e.newcomer import end_turn
 
 
 @pytest.fixture
@@ -91,14 +91,6 @@ def test_two_people_one_drives_the_other_waits_and_then_gets_the_turn(transactio
     assert SurveyResponse.objects.count() == 1
     expect(watcher.page.locator("#log")).to_contain_text("A burst of air left a hole")
     assert Turn.objects.filter(ended_at=None).get().user.username == "bob"
-
-
-def end_turn(page):
-    """Press twice, as the page asks."""
-    page.click("[data-do=leave]")
-    expect(page.locator("[data-do=leave]")).to_have_text("Press again to end it")
-    page.wait_for_timeout(500)
-    page.click("[data-do=leave]")
 
 
 def operating(visitor, name="ada"):
@@ -188,19 +180,6 @@ def test_a_killed_worker_is_told_in_plain_words(portal, visitor):
     expect(ada.page.locator("[data-command=down]")).to_have_attribute("aria-disabled", "false", timeout=20_000)
 
 
-PAGES = ["/", "/story/", "/status/", "/log/", "/robots/mercury/", "/robots/mercury/orientation/", "/accounts/login/", "/accounts/signup/", "/classic/mercury/"]  # fmt: skip
-
-
-@pytest.mark.length  # test_axe.py asks the same of these pages and more, with both schemes, of the web process alone
-def test_axe_finds_nothing_on_public_pages(portal, visitor):
-    for scheme in ("light", "dark"):
-        one = visitor(color_scheme=scheme)
-        for address in PAGES:
-            one.page.goto(address)
-            one.page.wait_for_timeout(200)
-            one.axe(scheme)
-
-
 def test_axe_finds_nothing_while_driving_nor_after(portal, visitor, survey):
     ada = operating(visitor)
     ada.axe("driving")
@@ -214,23 +193,6 @@ def test_axe_finds_nothing_while_driving_nor_after(portal, visitor, survey):
     end_turn(ada.page)
     ada.page.click("text=Write in the operator's log")
     ada.axe("turn")
-
-
-def test_image_and_controls_stay_together_on_a_small_phone(portal, visitor):
-    ada = operating(visitor)
-    ada.page.set_viewport_size({"width": 360, "height": 640})
-    ada.page.locator("#screen").scroll_into_view_if_needed()
-    ada.page.mouse.wheel(0, 300)
-    settle(ada.page)
-    for selector in ("#screen", "[data-command=go]", "[data-command=stop]"):
-        box = ada.page.locator(selector).bounding_box()
-        assert box["y"] >= 0, selector
-        assert box["y"] + box["height"] <= 640, selector
-        assert box["x"] >= 0
-        assert box["x"] + box["width"] <= 360
-    assert ada.page.evaluate("document.documentElement.scrollWidth") <= 360
-    for button in ada.page.locator("#controls .button").all():
-        assert button.bounding_box()["height"] >= 44
 
 
 def test_the_keeper_tests_resets_and_watches_the_wire(portal, visitor, django_user_model):

@@ -18,8 +18,20 @@ STEPS = {
 }
 SET = {name: lambda clock, by=by: clock.step(by) for name, by in STEPS.items()}
 CHANGES = SET | {"the machine slept": lambda clock: clock.suspend(2 * HOUR)}
-each_change = pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-each_step = pytest.mark.parametrize("by", STEPS.values(), ids=STEPS)
+ON_BOTH = (
+    "from 1970",
+    "20 s back",
+    "the machine slept",
+)  # the statements are alike for all: of each database these are asked
+
+
+def _each(name, values):
+    marks = {one: [pytest.mark.service] if one in ON_BOTH else [] for one in values}
+    return pytest.mark.parametrize(name, [pytest.param(told, id=one, marks=marks[one]) for one, told in values.items()])
+
+
+each_change = _each("change", CHANGES)
+each_step = _each("by", STEPS)
 
 
 def drive(robot, people, clock):

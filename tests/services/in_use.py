@@ -19,6 +19,7 @@ from robots.recordings import keeping
 from robots.states import CommandState, GrantEnd, GrantKind
 
 BOX = {"name": "the vase", "low": [0.4, 0.1, 0.0], "high": [0.6, 0.3, 0.3]}
+GOAL = {"map": 1, "x": 0.5, "y": 0.5}
 DRIVEN = {"battery": 11.5, "charge": 50.0, "driven": 3.0, "map": 1.0}
 
 
@@ -54,14 +55,22 @@ def driven(robot, person, now, minutes=3):
     return turn
 
 
-def job_done(robot, person, now):
-    """Return a job that ended well, with the channels that statistics count."""
-    job = ask(robot, Asker(user=person), "goal", {"map": 1, "x": 0.5, "y": 0.5}, now, name="A walker")
-    grant = start_grant(robot, GrantKind.JOB, now)
+def running(job, now, state=CommandState.ACKNOWLEDGED, **more):
+    """Let a job run, with a command in this state; return its grant."""
+    grant = start_grant(job.robot, GrantKind.JOB, now, job.user)
     JobRun.objects.create(job=job, grant=grant)
     Command.objects.create(
-        robot=robot, grant=grant, client_seq=1, issued_by=person, kind="goal", args=job.args, epoch=1,
-        state=CommandState.COMPLETED, created_at=now, accepted_at=now, ended_at=now, deadline=now,
+        robot=job.robot, grant=grant, client_seq=1, issued_by=job.user, kind=job.kind, args=job.args, epoch=1,
+        state=state, created_at=now, deadline=now, **more,
+    )  # fmt: skip
+    type(job).objects.filter(pk=job.pk).update(state="running")
+    return grant
+
+
+def job_done(robot, person, now, goal=GOAL):
+    """Return a job that ended well, with the channels that statistics count."""
+    job = ask(robot, Asker(user=person), "goal", goal, now, name="A walker")
+    grant = running(job, now, state=CommandState.COMPLETED, ended_at=now, accepted_at=now,
         result={"channels": {"began": DRIVEN, "ended": DRIVEN | {"driven": 4.5}}, "sent": {"x": 0.5}},
         progress={"text": "half way", "share": 0.5},
     )  # fmt: skip

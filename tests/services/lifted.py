@@ -9,7 +9,7 @@ from queueing import services as queue
 from robots.clock import SYSTEM
 from robots.drivers.errors import LineGone
 from robots.models import Lease, Robot
-from tests.services.owner import Arm
+from tests.services.owner import Arm, followed
 from workers.wiring import Owner
 
 
@@ -77,16 +77,16 @@ class World:
             self.owner = None
             self.clock.go(60)
 
-    def goes_on(self, rounds=25):
-        """Let the loops of the owner and the queue go round, a second apart."""
+    def goes_on(self, rounds, apart_s=1.0):
+        """Let the loops of the owner and the queue go round."""
         owner, left = self.owner, rounds
 
         def round_over(_seconds):
             nonlocal left
-            self.clock.go(1.0)
+            self.clock.go(apart_s)
             owner.link.seen()
             owner.lease.renew()
-            owner.stopping.follow()
+            followed(owner)
             owner.follower.follow_grant()
             queue.tick(self.clock.now())
             owner.lane.beat = self.clock.monotonic()

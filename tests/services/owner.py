@@ -56,6 +56,13 @@ def begun(function, *args):
     return thread
 
 
+def followed(owner):
+    """Let an owner follow the rows of stop and grants once, as its threads `follow` and `hold` do."""
+    owner.stopping.follow()
+    owner.stopping.hold_due()
+    owner.stopping.follow()
+
+
 def made_owner(robot, people, **options):
     """Return the owner of a robot whose turn is ada's; nothing runs by itself."""
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)

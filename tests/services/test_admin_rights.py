@@ -7,7 +7,7 @@ from django.contrib.auth.models import Group, Permission
 from accounts.models import Clearance, User
 from robots.clock import SYSTEM
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 NEW = "a long enough phrase 9"
 
 

@@ -15,7 +15,7 @@ from django.db import OperationalError, connection
 from portal import archive, privacy, restoring
 from robots.models import Robot
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
+pytestmark = pytest.mark.django_db(transaction=True)
 SINCE = ("robots.0018_settings", "robots.0019_settings_alone")
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -76,11 +76,13 @@ def of_an_older_version(name, data):
     return b"".join(json.dumps(row).encode() + b"\n" for row in rows)
 
 
+@pytest.mark.service
 def test_settings_of_an_older_backup_are_restored(backup, media):
     restoring.read(changed(backup, of_an_older_version), replace=True)
     assert Robot.objects.get().settings == {"speed": 0.2, "still_exposure_s": 0.01}
 
 
+@pytest.mark.service
 def test_settings_are_restored(robot, people, media, tmp_path):
     Robot.objects.update(settings={"speed": 0.25})
     archive.write(tmp_path / "with.tar.gz")
@@ -127,6 +129,7 @@ BROKEN = {
 }  # fmt: skip
 
 
+@pytest.mark.service
 @pytest.mark.asvs("5.3.2")
 @pytest.mark.parametrize("how", BROKEN)
 def test_a_broken_backup_changes_nothing(backup, media, how, tmp_path):
@@ -140,6 +143,7 @@ def test_a_broken_backup_changes_nothing(backup, media, how, tmp_path):
     assert {p.name for p in media.iterdir()} == {"frames"}
 
 
+@pytest.mark.service
 @pytest.mark.asvs("5.3.2")
 def test_a_backup_cut_off_changes_nothing(backup, media):
     Robot.objects.update(name="As it is now")
@@ -152,6 +156,7 @@ def test_a_backup_cut_off_changes_nothing(backup, media):
         assert everything(media) == before
 
 
+@pytest.mark.service
 def test_restoring_brings_rows_and_pictures_back(backup, media):
     rows, hashes, _ = everything(media)
     Robot.objects.update(name="As it is now")
@@ -165,6 +170,7 @@ def test_restoring_brings_rows_and_pictures_back(backup, media):
     assert {p.name for p in media.iterdir()} == {"frames"}
 
 
+@pytest.mark.service
 @pytest.mark.django_db(transaction=True)
 def test_a_commit_that_fails_puts_rows_and_pictures_back(backup, media, monkeypatch):
     (media / "frames" / "mercury" / "later.jpg").write_bytes(b"taken after the backup")
@@ -182,6 +188,7 @@ def test_a_commit_that_fails_puts_rows_and_pictures_back(backup, media, monkeypa
     assert everything(media) == before
 
 
+@pytest.mark.service
 def test_a_swap_that_was_killed_is_undone_by_the_next(backup, media):
     (media / restoring.OLD).mkdir()
     (media / "frames").rename(media / restoring.OLD / "frames")

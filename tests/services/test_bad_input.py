@@ -6,7 +6,6 @@ from itertools import product
 from urllib.parse import urlencode
 
 import pytest
-from django.apps import apps
 from django.db import transaction
 
 from accounts import staff
@@ -98,34 +97,6 @@ def test_promise_36_bad_input_is_answered_in_words(robot, roles, client, caplog,
     assert failed == []
 
 
-def rows():
-    """How many rows each table has."""
-    return {model._meta.label: model.objects.count() for model in apps.get_models()}
-
-
-@pytest.mark.asvs("2.4.1")
-@pytest.mark.parametrize("role", ["anonymous", "signed_in", "cleared", "operator", "superuser"])
-def test_looking_at_pages_again_and_again_adds_no_rows(robot, roles, client, role):
-    from queueing.models import Turn
-
-    load_bank(robot)
-    if role != "anonymous":
-        client.force_login(roles[role])
-    pages = [a for a in addresses(robot, Turn.objects.get()) if not a.startswith("/favicon")]
-    pages += [
-        "/classic/mercury/x/",
-        "/log/?robot=mercury",
-        "/accounts/password/reset/key/x-y/",
-        "/accounts/confirm-email/x/",
-    ]
-    counts = []
-    for _ in range(4):
-        for page in pages:
-            client.get(page, follow=True)
-        counts.append(rows())
-    assert counts[-1] == counts[0]
-
-
 PATHS = ["/robots/{}/", "/turns/{}/", "/classic/mercury/{}/", "/classic/{}/", "/classic/mercury/{}.gif", "/media/frames/{}",
          "/admin/robots/robot/{}/change/", "/admin/robots/robot/{}/status/", "/admin/robots/robot/{}/do/stop/",
          "/admin/accounts/user/{}/change/", "/accounts/confirm-email/{}/", "/accounts/password/reset/key/{}-x/",
@@ -153,12 +124,16 @@ def test_promise_36_bad_addresses_are_answered_in_words(robot, roles, client):
 ])  # fmt: skip
 def test_a_filter_of_a_list_that_cannot_be_is_answered_in_words(robot, roles, client, path):
     client.force_login(roles["superuser"])
+    led = set()
     for lookup, value in product(
         ("year", "date__year", "iso_year", "year__gt", "year__in", "week", "day", "range", "gt", "regex", "nowhere"),
         ("9" * 25, "99999", "0", "-1", "9" * 5000, "(", "a,b", "1e308", "nan"),
     ):
-        answer = client.get(f"/admin/{path}{lookup}={value}", follow=True)
-        assert answer.status_code in (200, 400), (lookup, value)
+        answer = client.get(f"/admin/{path}{lookup}={value}")
+        assert answer.status_code in (200, 302, 400), (lookup, value)
+        if answer.status_code == 302:
+            led.add(answer["Location"])
+    assert all(client.get(address).status_code == 200 for address in led)
     assert client.get(f"/admin/{path}year=2026").status_code == 200
 
 

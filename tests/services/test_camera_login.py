@@ -96,7 +96,7 @@ def camera():
     server.challenges, server.asked, server.counted, server.over = [], [], [], threading.Event()
     server.user, server.password, server.refuse = USER, PASSWORD, ""
     server.at = f"127.0.0.1:{server.server_port}"
-    threading.Thread(target=server.serve_forever, daemon=True).start()
+    threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
     yield server
     server.over.set()
     server.shutdown()

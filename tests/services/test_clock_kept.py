@@ -18,7 +18,7 @@ from workers import tasks
 from workers.housekeeping.clean import old_frames
 from workers.recorder.recorder import Recorder
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 
 
 @pytest.fixture
@@ -58,6 +58,7 @@ def cleans(there, clock, looks, monkeypatch, hours):
     return there()
 
 
+@pytest.mark.service
 def test_a_wrong_date_that_is_corrected_within_a_day_loses_nothing(kept, clock, trusted, monkeypatch):
     clock.step(74 * YEAR)
     assert cleans(kept, clock, trusted, monkeypatch, 23) == ALL
@@ -67,6 +68,7 @@ def test_a_wrong_date_that_is_corrected_within_a_day_loses_nothing(kept, clock, 
     assert cleans(kept, clock, trusted, monkeypatch, 48) == NOTHING, "what is old goes as ever"
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("by", [74 * YEAR, -56 * YEAR])
 def test_a_first_start_with_a_wrong_date_loses_nothing(kept, clock, tmp_path, monkeypatch, by):
     clock.step(by)
@@ -76,6 +78,7 @@ def test_a_first_start_with_a_wrong_date_loses_nothing(kept, clock, tmp_path, mo
     assert cleans(kept, clock, looks, monkeypatch, 20) == ALL
 
 
+@pytest.mark.service
 def test_what_was_stored_while_it_was_1970_is_kept(kept, clock, trusted, monkeypatch):
     old = datetime(1970, 1, 2, tzinfo=UTC)
     for rows, name in ((Frame, "taken_at"), (Recording, "began_at"), (Movie, "asked_at")):

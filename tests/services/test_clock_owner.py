@@ -15,7 +15,7 @@ from tests.services.owner import made_owner
 from workers.safety.follow import LATE_S
 from workers.safety.lease import OwnerLease
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 
 
 @pytest.fixture
@@ -163,6 +163,7 @@ def test_the_lease_of_an_owner_that_has_died_is_taken_after_its_length(others, c
     assert taken
 
 
+@pytest.mark.service
 def test_the_lease_of_a_process_of_this_host_that_has_ended_is_taken_as_soon_as_it_is_over(others, clock):
     waits, _ = others
     Lease.objects.update(host=socket.gethostname(), pid=2**22 + 5)

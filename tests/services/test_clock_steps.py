@@ -24,7 +24,7 @@ from robots.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
 from tests.services.clock_steps import HOUR, YEAR, drive, each_change, each_step
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 
 
 @pytest.fixture
@@ -152,6 +152,7 @@ def test_a_turn_that_begins_between_the_step_and_the_look_has_its_length(robot, 
     assert services.open_grant(robot).until - clock.now() == length
 
 
+@pytest.mark.service
 def test_the_machine_of_the_look_alone_slept_and_others_turns_go_on(robot, people, owned, clock, tick):
     tick()
     clock.suspend(10 * HOUR - 60)
@@ -164,6 +165,7 @@ def test_the_machine_of_the_look_alone_slept_and_others_turns_go_on(robot, peopl
     assert after.ended_at is None
 
 
+@pytest.mark.service
 def test_a_database_that_is_away_is_asked_again_and_the_step_is_carried_once(driven, clock, trusted):
     before = left(clock)
     clock.step(HOUR)
@@ -180,6 +182,7 @@ def test_a_database_that_is_away_is_asked_again_and_the_step_is_carried_once(dri
     assert left(clock) == before
 
 
+@pytest.mark.service
 def test_rows_that_cannot_follow_stop_no_tick(driven, clock, trusted, monkeypatch):
     monkeypatch.setattr("queueing.steps._Move.everything", lambda self: (_ for _ in ()).throw(DataError("too large")))
     clock.step(HOUR)
@@ -187,6 +190,7 @@ def test_rows_that_cannot_follow_stop_no_tick(driven, clock, trusted, monkeypatc
     trusted.follow(lambda step, now: pytest.fail("again"))
 
 
+@pytest.mark.service
 def test_the_task_looks_at_the_clock_before_it_ends_anything(driven, clock, trusted, monkeypatch):
     monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
     clock.step(HOUR)
@@ -217,6 +221,7 @@ def test_a_tick_that_has_begun_judges_nothing_that_has_followed_the_clock_since(
     assert Ticket.objects.get(state="waiting")
 
 
+@pytest.mark.service
 def test_a_tick_that_failed_bars_no_other_one(driven, clock, trusted, monkeypatch):
     monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
     with monkeypatch.context() as broken:
@@ -256,6 +261,7 @@ def test_the_place_of_who_reports_no_more_is_kept_as_long_as_it_would_have_been(
     assert Ticket.objects.get().end_reason == "was away too long"
 
 
+@pytest.mark.service
 def test_what_is_counted_elsewhere_and_cannot_be_forgotten_moves_nothing_twice(driven, clock, trusted, monkeypatch):
     before = left(clock)
     monkeypatch.setattr(type(cache._connections["default"]), "clear", lambda self: (_ for _ in ()).throw(ValueError))
@@ -265,6 +271,7 @@ def test_what_is_counted_elsewhere_and_cannot_be_forgotten_moves_nothing_twice(d
     assert left(clock) == before
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("by", [30 * 86_400.0, -30 * 86_400.0, 56 * YEAR])
 def test_a_sign_in_outlives_a_step_and_no_sleep_lengthens_it(driven, clock, tick, by):
     day = timedelta(days=1)
@@ -311,6 +318,7 @@ def test_a_socket_waits_until_its_sign_in_has_followed_the_time_of_day(people, c
     assert ended() == ["bob", "eve"]
 
 
+@pytest.mark.service
 def test_what_was_counted_against_somebody_is_forgotten(driven, clock, tick):
     cache.set("attempts", [clock.now().timestamp()], 300)
     tick(1)
@@ -352,6 +360,7 @@ def test_a_stop_suspends_until_staff_resume_whatever_the_time_of_day_was(shuttle
     assert stopped()
 
 
+@pytest.mark.service
 def test_a_need_is_tried_again_after_the_time_of_day_was_set_back(robot, clock):
     from queueing.idle import open_need
     from robots.contract.capabilities import Need
@@ -367,6 +376,7 @@ def test_a_need_is_tried_again_after_the_time_of_day_was_set_back(robot, clock):
     assert open_need(robot, need, clock.now()), "the robot would stay empty for a day"
 
 
+@pytest.mark.service
 def test_a_test_of_a_connection_that_nobody_ends_bars_others_for_as_long_as_ever(
     robot, people, clock, tick, monkeypatch
 ):
@@ -382,6 +392,7 @@ def test_a_test_of_a_connection_that_nobody_ends_bars_others_for_as_long_as_ever
     probes.ask(robot, people["kim"], clock.go(probes.LIMIT_S))
 
 
+@pytest.mark.service
 def test_the_pause_after_a_failed_test_grows_by_no_more_than_a_pause(robot, people, clock):
     for _ in range(2):
         Attempt.objects.create(

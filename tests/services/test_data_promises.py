@@ -18,7 +18,7 @@ from tests.services.admin_forms import as_sent, controls_of
 from tests.services.test_later_changes import addresses
 from workers.housekeeping.clean import old_frames, old_sessions
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 DAY = timedelta(days=1)
 
 
@@ -46,6 +46,7 @@ def told(client):
     )
 
 
+@pytest.mark.service
 def test_a_name_is_shown_until_the_account_is_deleted_and_turns_stay_without_it(used, root):
     """name (handle) | everybody | until the account is deleted. [...] its turns and log entries stay without a name."""
     entry, turns = Entry.objects.get(author=used["ada"]), Turn.objects.filter(user=used["ada"]).count()
@@ -66,6 +67,7 @@ def test_a_name_is_shown_until_the_account_is_deleted_and_turns_stay_without_it(
     assert SurveyResponse.objects.filter(turn=entry.turn).exists()
 
 
+@pytest.mark.service
 def test_deleting_an_account_deletes_what_is_of_its_own(used, root):
     """Deleting an account in the admin deletes its sessions, tickets, attempts, clearances, jobs and programs."""
     rows = (Ticket, Attempt, Clearance, Job, Account)
@@ -83,6 +85,7 @@ def test_deleting_an_account_deletes_what_is_of_its_own(used, root):
     assert Program.objects.filter(author=None).exists(), "that of the robot"
 
 
+@pytest.mark.service
 def test_deleting_an_account_ends_its_turn_and_its_jobs_first(used, root, robot):
     """What it has open is ended first: its turn, its places, its jobs; the robot holds."""
     ada, irat = used["ada"], Robot.objects.get(slug="irat")
@@ -114,6 +117,7 @@ def test_a_mail_address_is_read_by_its_person_and_staff_who_may_see_accounts(use
     assert signed_in(used["mod"]).get(f"/admin/accounts/user/{used['ada'].pk}/change/").status_code != 200
 
 
+@pytest.mark.service
 @pytest.mark.asvs("7.3.2")
 def test_a_session_lasts_14_days_from_signing_in_and_is_removed_then(people, client):
     """session | [...] | 14 days from signing in."""
@@ -127,6 +131,7 @@ def test_a_session_lasts_14_days_from_signing_in_and_is_removed_then(people, cli
     assert old_sessions(before + DAY) == 1
 
 
+@pytest.mark.service
 @pytest.mark.asvs("7.4.2")
 def test_a_session_does_not_go_on_when_the_account_is_switched_on_again(people, admin_client):
     """Staff end all sessions of a person by deactivating the account."""
@@ -166,6 +171,7 @@ def test_a_session_ends_when_staff_reset_the_password(people, admin_client):
     assert here.get("/me/").status_code == 302
 
 
+@pytest.mark.service
 def test_which_sessions_have_the_page_open_is_forgotten_when_the_turn_ends(used, root):
     """which sessions of the operator have the robot's page open | the server | database | until the turn ends."""
     turn = Turn.objects.get(ended_at=None)
@@ -174,6 +180,7 @@ def test_which_sessions_have_the_page_open_is_forgotten_when_the_turn_ends(used,
     assert not TurnSession.objects.exists()
 
 
+@pytest.mark.service
 def test_a_picture_is_removed_after_30_days_once_no_entry_shows_it(used, root, settings):
     """pictures that nothing refers to: 30 days (`FARHAND_FRAME_KEEP_DAYS`)."""
     entry = Entry.objects.get(author=used["ada"])
@@ -191,6 +198,7 @@ def test_a_picture_is_removed_after_30_days_once_no_entry_shows_it(used, root, s
     assert not (Path(settings.MEDIA_ROOT) / shown.file).exists()
 
 
+@pytest.mark.service
 def test_a_picture_that_its_author_replaced_is_kept_no_longer(used):
     """pictures that nothing refers to: 30 days."""
     entry = Entry.objects.get(author=used["ada"])

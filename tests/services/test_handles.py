@@ -8,15 +8,17 @@ from django.test import Client
 
 from accounts import handles
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 PASSWORDS = {"password1": "correct horse 42", "password2": "correct horse 42"}
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("handle", ["ada", "Ada-Lovelace_2", "josé", "Åsa", "иван", "Ελένη", "さくらサクラ桜", "김철수", "नमस्ते", "أحمد", "x1"])  # fmt: skip
 def test_handles(robot, handle):
     handles.validate(handle)
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("handle", [
     "", "a", "x" * 25, "pаypal", "adа", "αda", "ad a", "ada\u200b", "a\u200dda", "ada\u202e", "\u3164\u3164", "\u115f\u115f", "a\0b",
     "ada\n", "a\u0336d\u0336a\u0336", "🤖🤖", "...", "12345", ".ada", "ada-", "a/b", "<b>", "admin", "Admin", "ＡＤＭＩＮ", "ad.min",
@@ -42,6 +44,7 @@ LOOK_ALIKE = [
 ]  # fmt: skip
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("older, newer", [(older, one) for older, all_like in LOOK_ALIKE for one in all_like])
 def test_what_looks_like_a_handle_is_taken_and_the_other_way_round(db, django_user_model, older, newer):
     for first, second in ((older, newer), (newer, older)):
@@ -51,11 +54,13 @@ def test_what_looks_like_a_handle_is_taken_and_the_other_way_round(db, django_us
         made.delete()
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("one, other", [("ada", "adam"), ("कि", "कु"), ("がき", "かき"), ("김철수", "김철순"), ("أحمد", "محمد"), ("иван", "ирма"), ("tom", "tim"), ("eva", "ewa"), ("ไก", "กำ"), ("nina", "hina")])  # fmt: skip
 def test_what_does_not_look_alike_is_another_name(one, other):
     assert handles.key(one) != handles.key(other)
 
 
+@pytest.mark.service
 def test_keys_are_the_skeletons_of_uts_39():
     """Pairs of Unicode's confusables.txt in each direction, several letters for one, and prototypes that are fixed."""
     for one, other in [
@@ -80,6 +85,7 @@ def test_every_letter_has_a_key_that_can_be_kept():
     assert len(handles.key("\ufdfa" * 30)) <= handles.LONGEST_KEY
 
 
+@pytest.mark.service
 @pytest.mark.django_db(transaction=True)
 def test_older_accounts_that_look_alike_stay_as_they_are(robot):
     before, after = [("accounts", "0007_help_texts")], [("accounts", "0008_look_alike_handles")]
@@ -115,6 +121,7 @@ def sign_up(handle):
     )
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("handle", ["ADA", "ａｄａ", "admin", "pаypal", "ada\u200b", "4d4", "áda", "ádmin", "5taff"])
 def test_signing_up_refuses_with_a_sentence(people, handle):
     answer = sign_up(handle)
@@ -123,6 +130,7 @@ def test_signing_up_refuses_with_a_sentence(people, handle):
     assert b"letters of one script" in answer.content, "the rules stand at the field"
 
 
+@pytest.mark.service
 def test_a_new_handle_is_kept_in_its_normal_form(people, django_user_model):
     assert sign_up("Ｇｒａｃｅ").status_code == 302
     assert django_user_model.objects.get(username="Grace").handle_key == "grace"
@@ -131,11 +139,13 @@ def test_a_new_handle_is_kept_in_its_normal_form(people, django_user_model):
     assert sign_up("coco").status_code == 200, "it looks like the Cyrillic one"
 
 
+@pytest.mark.service
 def test_the_database_refuses_a_handle_that_looks_the_same(people, django_user_model):
     with pytest.raises(IntegrityError), transaction.atomic():
         django_user_model.objects.create_user("ADA", "other@example.org", "x")
 
 
+@pytest.mark.service
 def test_older_accounts_keep_theirs_in_the_admin(people, client, admin_user):
     client.force_login(admin_user)
     page = f"/admin/accounts/user/{admin_user.pk}/change/"
@@ -150,6 +160,7 @@ def test_older_accounts_keep_theirs_in_the_admin(people, client, admin_user):
     assert b"looks like one" in client.post(page, data | {"username": "ADA"}).content
 
 
+@pytest.mark.service
 def test_an_account_from_before_with_a_shared_key_can_be_saved(people, django_user_model):
     old = people["bob"]
     django_user_model.objects.filter(pk=old.pk).update(username="Ada", handle_key=f"ada#{old.pk}")
@@ -161,6 +172,7 @@ def test_an_account_from_before_with_a_shared_key_can_be_saved(people, django_us
     assert handles.taken("4da"), "the other still looks like that"
 
 
+@pytest.mark.service
 def test_a_handle_that_somebody_takes_in_the_same_moment_is_told_in_words(client, django_user_model, monkeypatch):
     from accounts.forms import SignupForm
 

@@ -16,7 +16,7 @@ from robots.states import CommandState, GrantEnd
 from tests.services.test_jobs import GUEST, settle
 from workers.commands import claim, finish
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 
 
 @pytest.fixture
@@ -79,6 +79,7 @@ def test_every_stage_of_every_run_is_shown_with_its_time(shuttle, job, people, c
         assert f"{stamp:%H:%M:%S}" in answer.content.decode()
 
 
+@pytest.mark.service
 def test_its_progress_is_shown_in_words_and_as_a_share_and_is_kept(shuttle, job, clock):
     at = clock.go(1)
     told = {"text": "12 s of at most 60 s", "share": 0.2, "at_ms": int(at.timestamp() * 1000)}
@@ -92,6 +93,7 @@ def test_its_progress_is_shown_in_words_and_as_a_share_and_is_kept(shuttle, job,
     assert b"<progress" not in answer.content, "it is over"
 
 
+@pytest.mark.service
 @pytest.mark.parametrize(
     ("value", "words"),
     [(183.5602539, "183.6 m"), (16_777_216.0, "16777216 m"), (0.05, "0.05 m"), (1234.56, "1235 m"), (-2.0, "-2 m")],

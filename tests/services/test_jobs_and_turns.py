@@ -16,7 +16,7 @@ from robots.grants import stage_event
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 GUEST = Asker(guest="a" * 64, network="192.0.2.1")
 
 

@@ -16,13 +16,14 @@ from robots.clock import SYSTEM
 from robots.models import Command
 from tests.services.test_jobs import settle
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 
 
 def post(client, x="1.0", **more):
     return client.post("/robots/mercury/jobs/", {"kind": "go", "arg-x": x, **more})
 
 
+@pytest.mark.service
 def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
     guest, other = Client(), Client()
     assert b"Ask for it" in guest.get("/robots/mercury/jobs/").content
@@ -47,6 +48,7 @@ def test_a_guest_asks_and_finds_the_job_again(shuttle, clock):
     assert job.state == "cancelled"
 
 
+@pytest.mark.service
 def test_what_somebody_wrote_is_for_its_asker_and_staff_alone(shuttle, people, clock):
     ada, reader, staff = Client(), Client(), Client()
     ada.force_login(people["ada"])
@@ -60,6 +62,7 @@ def test_what_somebody_wrote_is_for_its_asker_and_staff_alone(shuttle, people, c
         assert (b"for my aunt" in page) is seen
 
 
+@pytest.mark.service
 def test_the_page_lists_jobs_in_the_order_in_which_they_are_served(shuttle, clock, monkeypatch):
     first, other = (Asker(guest=name * 64, network=f"192.0.2.{n}") for n, name in enumerate("ab"))
     asked = [ask(shuttle, who, "go", {"x": 1.0}, clock.now()).pk for who in (first, replace(first, guest="c"), other)]
@@ -72,6 +75,7 @@ def test_the_page_lists_jobs_in_the_order_in_which_they_are_served(shuttle, cloc
     assert [job.state for job in page.context["jobs"]] == ["running"], "the one under way is never cut off"
 
 
+@pytest.mark.service
 def test_a_job_behind_anothers_of_its_network_calls_nothing_the_readers_own(shuttle, people, clock):
     guest, other, ada = Client(), Client(), Client()
     ada.force_login(people["ada"])
@@ -85,6 +89,7 @@ def test_a_job_behind_anothers_of_its_network_calls_nothing_the_readers_own(shut
     assert "3 before it, among them an earlier request of the same person." in words[3]
 
 
+@pytest.mark.service
 @pytest.mark.asvs("2.4.1")
 def test_who_asks_and_cancels_again_and_again_is_refused_for_a_while(shuttle, people, settings):
     settings.RATE_LIMITS = {"ask": "2/5m/key"}
@@ -109,6 +114,7 @@ def test_who_asks_and_cancels_again_and_again_is_refused_for_a_while(shuttle, pe
     assert kim.post("/robots/mercury/jobs/", {"do": "resume"}).status_code == 302
 
 
+@pytest.mark.service
 @pytest.mark.asvs("8.2.2")
 def test_a_forged_cookie_is_nobody(shuttle):
     guest, thief = Client(), Client()
@@ -119,6 +125,7 @@ def test_a_forged_cookie_is_nobody(shuttle):
     assert job.state == "waiting"
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("x", ["", "nan", "inf", "1e308", "-1", "two"])
 def test_a_wrong_value_is_refused_in_words(shuttle, x):
     answer = post(Client(), x, **{"arg-rail": "2"})
@@ -129,6 +136,7 @@ def test_a_wrong_value_is_refused_in_words(shuttle, x):
     assert 'name="arg-rail" value="2"' in page
 
 
+@pytest.mark.service
 def test_a_fraction_is_refused_where_a_whole_number_is_meant(shuttle):
     answer = post(Client(), **{"arg-rail": "1.5"})
     assert (answer.status_code, Job.objects.count()) == (400, 0)
@@ -136,6 +144,7 @@ def test_a_fraction_is_refused_where_a_whole_number_is_meant(shuttle):
     assert re.search(r'id="go-rail"[^>]*step="1" min="1"', answer.content.decode())
 
 
+@pytest.mark.service
 def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
     shuttle, people, clock, django_capture_on_commit_callbacks
 ):
@@ -158,6 +167,7 @@ def test_a_person_is_told_on_every_page_and_by_mail_if_they_asked(
     assert b"Your job on" not in ada.get("/story/").content
 
 
+@pytest.mark.service
 def test_without_being_asked_no_mail_is_sent(shuttle, people, clock, django_capture_on_commit_callbacks):
     ada = Client()
     ada.force_login(people["ada"])
@@ -168,6 +178,7 @@ def test_without_being_asked_no_mail_is_sent(shuttle, people, clock, django_capt
     assert mail.outbox == []
 
 
+@pytest.mark.service
 def test_staff_resume_on_the_page_and_nobody_else(shuttle, people, clock):
     from robots import services
 
@@ -210,11 +221,13 @@ def test_a_name_on_the_page_turns_no_text_round(shuttle, people, name, shown):
     assert Job.objects.get().shown_name == shown
 
 
+@pytest.mark.service
 def test_a_guest_has_no_name_on_the_page(shuttle):
     assert post(Client(), name="admin (staff)").status_code == 302
     assert Job.objects.get().shown_name == ""
 
 
+@pytest.mark.service
 def test_older_names_are_freed_of_what_turns_text_round(shuttle, people):
     from importlib import import_module
 
@@ -229,6 +242,7 @@ def test_older_names_are_freed_of_what_turns_text_round(shuttle, people):
         assert Job.objects.get().shown_name == plain
 
 
+@pytest.mark.service
 def test_the_note_of_an_ended_job_is_dismissed_where_one_is(shuttle, people, clock):
     ada, bob = Client(), Client()
     ada.force_login(people["ada"])

@@ -11,7 +11,7 @@ from robots.contract.session import Outcome
 from robots.drivers.errors import BadRequest, HardwareFault, NotPermitted, Stopped
 from robots.models import Command, Grant, Robot
 from robots.states import Cycle, GrantKind
-from tests.services.owner import Arm, begun, made_owner
+from tests.services.owner import Arm, begun, followed, made_owner
 from tests.waiting import CEILING_S, wait_for
 from workers.commands import claim
 
@@ -305,7 +305,7 @@ class TestRestoringAfterAStop:
         issue("pace", pace=0.5)
         owner.config.run_due()
         services.stop(owner.owned.robot, people["ada"], owner.owned.now())
-        owner.stopping.follow()
+        followed(owner)
         owner.connection.connected = True
         assert self.hand_over(owner) == "ready"
         owner.owned.refresh()
@@ -329,7 +329,7 @@ class TestRestoringAfterAStop:
         mine = services.issue("turntable", people["bob"], "turn", {"angle": 1.0}, 1, stopped.owned.now()).command
         stopped.motion.run_due()  # the owner has not seen the release yet
         assert (state_of(mine), stopped.owned.driver.order) == ("queued", [])
-        stopped.stopping.follow()
+        followed(stopped)
         stopped.motion.run_due()
         assert (state_of(mine), stopped.owned.driver.order, stopped.owned.driver.pace) == (
             "completed", ["pace", "turn"], 1.0,
@@ -341,7 +341,7 @@ class TestRestoringAfterAStop:
         self.next_turn(stopped, people)
         self.released(stopped, people["bob"])
         services.issue("turntable", people["bob"], "pace", {"pace": 0.7}, 1, stopped.owned.now())
-        stopped.stopping.follow()
+        followed(stopped)
         stopped.motion.run_due()
         stopped.config.run_due()
         assert stopped.owned.driver.order == ["pace"]
@@ -351,7 +351,7 @@ class TestRestoringAfterAStop:
 
     def test_where_nobody_has_the_robot_it_is_set_back_and_nothing_moves(self, stopped, people):
         self.released(stopped, people["kim"])
-        stopped.stopping.follow()
+        followed(stopped)
         stopped.motion.run_due()
         row = Command.objects.filter(kind="pace").first()
         assert (row.grant.kind, row.grant.end_code, row.state) == ("settings", "finished", "completed")
@@ -364,7 +364,7 @@ class TestRestoringAfterAStop:
 
         self.next_turn(stopped, people)
         self.released(stopped, people["bob"])
-        stopped.stopping.follow()
+        followed(stopped)
         stopped.owned.driver.setting = fail
         mine = services.issue("turntable", people["bob"], "turn", {"angle": 1.0}, 1, stopped.owned.now()).command
         stopped.motion.run_due()

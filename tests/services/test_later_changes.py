@@ -5,10 +5,11 @@ lets staff. After each round, in which each field was changed to another value, 
 """
 
 from collections import defaultdict
+from functools import cache
 
 import pytest
 from django.contrib import admin
-from django.core.cache import cache
+from django.core.cache import cache as counts
 from django.db import transaction
 from django.test import Client
 
@@ -63,7 +64,7 @@ def signed_in(name):
 
 def broken():
     """Return what answers with an error of the server, and why."""
-    cache.clear()  # nobody has asked too often
+    counts.clear()  # nobody has asked too often
     public, staff = addresses()
     found = []
     for name, asked in (("root", public + staff), ("ada", public)):
@@ -81,23 +82,23 @@ def broken():
     return found
 
 
-def changes():
+@cache
+def changes(pages):
     """Return rounds of (page, field, value): in a round no field is changed twice."""
     client, _ = signed_in("root")
     found = defaultdict(list)
-    for _, stem, some in rows():
-        for row in some:
-            page = f"{stem}{row.pk}/change/"
-            for n, control in enumerate(controls_of(client.get(page)).values()):
-                for m, value in enumerate(other_values(control)):
-                    found[(m + n) % ROUNDS].append((page, control.name, value))
+    for page in pages:
+        for n, control in enumerate(controls_of(client.get(page)).values()):
+            for m, value in enumerate(other_values(control)):
+                found[(m + n) % ROUNDS].append((page, control.name, value))
     return found
 
 
 @pytest.mark.parametrize("number", range(ROUNDS))
 def test_no_field_that_staff_change_breaks_a_page(used, number):
     failed, taken = [], []
-    for page, name, value in changes()[number]:
+    pages = tuple(f"{stem}{row.pk}/change/" for _, stem, some in rows() for row in some)
+    for page, name, value in changes(pages)[number]:
         client, _ = signed_in("root")
         form = controls_of(client.get(page))
         if name not in form:

@@ -20,10 +20,9 @@ from tests.services.lifted import World
 from workers import handover
 from workers.incidents import incident
 
-pytestmark = [
-    pytest.mark.service, pytest.mark.django_db(transaction=True),
-    pytest.mark.parametrize("which", ["mercury", "pa10", "irat"], indirect=True),
-]  # fmt: skip
+# the rows are alike for all robots: of one, they are asked of each database
+WHICH = [pytest.param("mercury", marks=pytest.mark.service), "pa10", "irat"]
+pytestmark = [pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", WHICH, indirect=True)]
 AWAY = {"mercury": "up", "pa10": "home", "irat": "explore"}
 
 
@@ -195,7 +194,7 @@ VERBS = (
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.__name__)
 def test_a_stop_outlives_it_and_nothing_moves(world, verb):
     verb(world)
-    world.goes_on()
+    world.goes_on(13, 2.0)
     assert world.driver.moves == []
     row = world.row
     assert row.stop_latched, "a release needs the look at the picture"
@@ -279,7 +278,7 @@ def test_a_release_after_a_look_starts_nothing_until_somebody_gives_a_command(wo
     if release is not while_it_is_put_in_order:
         stopped(world)
     release(world)
-    world.goes_on()
+    world.goes_on(13, 2.0)
     assert world.driver.moves == []
     row = world.row
     assert (row.stop_latched, world.owner.latch.latched, row.cycle) == (False, False, Cycle.READY)

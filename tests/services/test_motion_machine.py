@@ -23,6 +23,7 @@ from robots.drivers.errors import RobotError
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION, FakeClock
+from tests.services.owner import followed
 from workers.commands import claim
 from workers.wiring import Owner
 
@@ -311,7 +312,7 @@ class MotionMachine(RuleBasedStateMachine):
         owner.stopping.halt("bus")
         if owner.lease.valid and not self.stopped:
             self.stopped = True
-            owner.stopping.follow()  # the row follows within a tenth of a second
+            followed(owner)  # the row follows within a tenth of a second
 
     @rule(checked=st.booleans())
     def release(self, checked):
@@ -322,7 +323,7 @@ class MotionMachine(RuleBasedStateMachine):
             return
         self.stopped = False
         for owner in self.owners:
-            owner.stopping.follow()
+            followed(owner)
 
     @rule()
     def lock_out(self):
@@ -336,7 +337,7 @@ class MotionMachine(RuleBasedStateMachine):
         )
         self.stopped = Robot.objects.get().stop_latched
         for owner in self.owners:
-            owner.stopping.follow()
+            followed(owner)
 
     @invariant()
     def at_most_one_open_grant(self):

@@ -28,7 +28,7 @@ from robots.states import GrantKind
 from tests.conftest import wait_for
 from workers.recorder.movies import MovieMaker
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 LONG_AGO = timedelta(days=2)
 
 
@@ -198,6 +198,7 @@ def test_a_time_lapse_leaves_out_the_pictures_of_a_hidden_entry(roles, client):
     assert theirs.pk
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("state", [Movie.State.WAITING, Movie.State.MAKING, Movie.State.READY])
 def test_hiding_an_entry_forgets_the_time_lapses_with_its_pictures(
     roles, client, state, tmp_path, django_capture_on_commit_callbacks
@@ -224,6 +225,7 @@ def test_hiding_an_entry_forgets_the_time_lapses_with_its_pictures(
     assert len(movies.plan_of(Movie.objects.get())["files"]) == 1
 
 
+@pytest.mark.service
 def test_hiding_an_entry_leaves_time_lapses_of_other_days_and_robots(roles, client, django_capture_on_commit_callbacks):
     turn = Turn.objects.get()
     day = still(turn.robot, turn.grant, "theirs", 40).taken_at.date()
@@ -257,6 +259,7 @@ def test_a_movie_whose_file_no_backup_has_can_be_asked_for_again(recording):
     assert let_make(movies.ask(recording, "mp4", SYSTEM.now())).state == Movie.State.READY
 
 
+@pytest.mark.service
 def test_a_movie_that_could_not_be_noted_at_once_is_noted_at_the_next_look(recording, monkeypatch):
     movie, noted = movies.ask(recording, "mp4", SYSTEM.now()), []
 
@@ -281,6 +284,7 @@ def test_a_movie_that_could_not_be_noted_at_once_is_noted_at_the_next_look(recor
     assert shown(keeping.movie_path(movie))
 
 
+@pytest.mark.service
 def test_bad_wishes_are_refused_with_a_sentence(recording, client):
     now = SYSTEM.now()
     with pytest.raises(BadRequest, match="MP4 or WebM"):
@@ -297,6 +301,7 @@ def test_bad_wishes_are_refused_with_a_sentence(recording, client):
     assert not Movie.objects.exists()
 
 
+@pytest.mark.service
 def test_one_movie_of_a_kind_and_no_more_than_can_be_made(recording, client, settings):
     now = SYSTEM.now()
     assert movies.ask(recording, "mp4", now) == movies.ask(recording, "mp4", now)
@@ -310,6 +315,7 @@ def test_one_movie_of_a_kind_and_no_more_than_can_be_made(recording, client, set
         movies.ask(recording, "webm", now)
 
 
+@pytest.mark.service
 def test_what_a_maker_began_and_did_not_finish_is_made_by_the_next(recording):
     movie = movies.ask(recording, "mp4", SYSTEM.now())
     first = MovieMaker(SYSTEM)
@@ -321,6 +327,7 @@ def test_what_a_maker_began_and_did_not_finish_is_made_by_the_next(recording):
     assert [p.name for p in keeping.movie_path(movie).parent.iterdir()] == [f"{movie.pk}.mp4"]
 
 
+@pytest.mark.service
 def test_movies_go_with_their_recording_and_after_some_days(recording):
     movie = let_make(movies.ask(recording, "mp4", SYSTEM.now()))
     path = keeping.movie_path(movie)
@@ -341,6 +348,7 @@ def test_a_program_that_is_given_rubbish_makes_nothing(tmp_path):
     assert done.stdout.split()[-1:] == ["0"], done.stdout
 
 
+@pytest.mark.service
 def test_a_movie_that_two_recorders_made_stays(recording, tmp_path):
     """One begins while the other, on another host with the same pictures, is at it."""
     asked = movies.ask(recording, "mp4", SYSTEM.now())

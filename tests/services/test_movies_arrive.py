@@ -18,9 +18,11 @@ from tests.conftest import wait_for
 from tests.services.test_movies import made, media
 from workers.recorder.movies import COMMAND, MovieMaker
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 assert media  # a fixture that all tests here use
-LONG = [(100 * n, int(grey)) for n, grey in enumerate(np.random.default_rng(1).integers(0, 255, 600))]
+# pictures of noise, which fill several chunks of a file soon: its program may wait long for the processor
+NOISE = np.random.default_rng(1).integers(0, 255, (24, 164, 193), np.uint8)
+LONG = [(500 * n, picture) for n, picture in enumerate(NOISE)]
 
 
 @pytest.fixture
@@ -66,6 +68,7 @@ def test_how_far_a_movie_is_stands_in_its_row_and_on_the_page(recording, client)
     assert movie.progress == 37, "of one that is made no more nothing is noted"
 
 
+@pytest.mark.service
 def test_what_its_program_said_last_is_noted_while_it_runs(recording):
     movie, maker = movies.ask(recording, "mp4", SYSTEM.now()), MovieMaker(SYSTEM)
     maker.look()
@@ -84,6 +87,7 @@ def test_what_its_program_said_last_is_noted_while_it_runs(recording):
     assert movie.progress == 0, "another one begins anew"
 
 
+@pytest.mark.service
 def test_movies_that_wait_tell_how_many_are_before_them(recording, client):
     now = SYSTEM.now()
     for n, state in enumerate((Movie.State.MAKING, Movie.State.WAITING, Movie.State.READY)):
@@ -99,6 +103,7 @@ def test_movies_that_wait_tell_how_many_are_before_them(recording, client):
     assert page.count("Try again") == 3 and "It has no pictures." in page and "http-equiv" not in page
 
 
+@pytest.mark.service
 @pytest.mark.skipif(connection.vendor != "postgresql", reason="one at a time writes to SQLite")
 @pytest.mark.django_db(transaction=True)
 @pytest.mark.parametrize("failed", [False, True])
@@ -122,6 +127,7 @@ def test_two_who_ask_at_once_have_one_movie_made(recording, failed):
     assert movies.claim(SYSTEM.now()) is not None and movies.claim(SYSTEM.now()) is None
 
 
+@pytest.mark.service
 def test_where_nobody_makes_movies_the_page_says_so(recording, client):
     movies.ask(recording, "mp4", SYSTEM.now() - timedelta(minutes=16))
     page = client.get(recording.get_absolute_url()).content.decode()

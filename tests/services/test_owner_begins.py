@@ -11,7 +11,7 @@ from robots.drivers.errors import GrantOver, LineGone, Stopped
 from robots.messages import Notice
 from robots.models import Grant, Incident, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
-from tests.services.owner import Arm, made_owner
+from tests.services.owner import Arm, followed, made_owner
 
 pytestmark = [
     pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.parametrize("which", ["pa10"], indirect=True),
@@ -104,9 +104,9 @@ def test_a_stop_that_nobody_heard_is_kept_from_the_beginning_and_its_release_mov
     assert owner.latch.latched
     assert mended(owner) == []
     assert Robot.objects.get().reason == "The robot is stopped."
-    owner.stopping.follow()
+    followed(owner)
     services.release_stop(owner.owned.robot, people["kim"], checked=True)
-    owner.stopping.follow()
+    followed(owner)
     assert mended(owner) == []
     assert owner.connection.connected
     assert told[-1].startswith("The robot is not ready. Your next command resets it")
@@ -122,9 +122,9 @@ def test_a_robot_that_waits_for_the_release_stays_connected_and_confirms_the_sto
     services.stop(owner.owned.robot, people["ada"], owner.owned.now())
     owner.start()
     for _ in range(3):
-        owner.stopping.follow()
+        followed(owner)
         assert mended(owner) == []
-        owner.stopping.follow()
+        followed(owner)
     assert Robot.objects.get().stop_confirmed
     assert [found.code for found in Incident.objects.all()] == ["hardware_fault"]
     assert owner.owned.driver.opened == 1
@@ -153,9 +153,9 @@ def test_nothing_passes_before_there_is_a_grant(owner):
 
 def test_a_stop_of_which_only_the_owner_heard_is_written_with_its_time(owner, people):
     owner.connection.connected = True
-    owner.stopping.follow()
+    followed(owner)
     owner.stopping.halt("bus")
-    owner.stopping.follow()
+    followed(owner)
     row = Robot.objects.get()
     assert (row.stop_latched, row.stopped_at) == (True, owner.owned.now())
 
@@ -208,10 +208,10 @@ def test_a_robot_that_says_it_failed_while_it_is_offered_is_taken_back(offered):
 
 def test_under_a_stop_it_stays_so_that_its_release_moves_nothing(offered, people):
     services.stop(offered.owned.robot, people["kim"], offered.owned.now())
-    offered.stopping.follow()
+    followed(offered)
     assert published(offered) == ("offered", "offered")
     services.release_stop(offered.owned.robot, people["kim"], checked=True)
-    offered.stopping.follow()
+    followed(offered)
     assert published(offered) == ("offered", "offered")
 
 

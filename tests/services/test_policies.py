@@ -10,7 +10,7 @@ from robots import services
 from robots.contract.session import Outcome
 from robots.drivers.errors import Held
 from robots.models import Grant
-from tests.services.owner import Arm, begun, made_owner
+from tests.services.owner import Arm, begun, followed, made_owner
 from tests.waiting import CEILING_S, wait_for
 from workers.safety.gate import LinkDown
 
@@ -159,6 +159,6 @@ def test_a_stop_in_the_row_still_reaches_a_robot_that_goes_on(owner, start):
     start("tour", stops=3)
     assert watched(owner, gone_s(owner) + 1.0, link=False) is None
     type(owner.owned.robot).objects.update(stop_latched=True)
-    owner.stopping.follow()
+    followed(owner)
     assert owner.owned.driver.holds == 1
     owner.latch.release()

@@ -16,10 +16,11 @@ from robots.drivers.errors import NotPermitted
 from robots.models import Program
 from tests.waiting import CEILING_S
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.service
 @pytest.mark.asvs("2.3.2", "2.3.4")
 @pytest.mark.django_db(transaction=True)
 def test_fifty_programs_are_fifty(robot, people):
@@ -53,6 +54,7 @@ GOOD = {
 }
 
 
+@pytest.mark.service
 @pytest.mark.asvs("1.3.6", "15.3.2")
 @pytest.mark.parametrize("field, value", [
     ("address", "serial:/dev/../etc/passwd"), ("address", "tcp:169.254.169.254:80"), ("address", "file:///etc/passwd"),
@@ -67,6 +69,7 @@ def test_a_robot_that_cannot_be_is_not_saved(robot, client, admin_user, field, v
     assert type(robot).objects.count() == 1
 
 
+@pytest.mark.service
 def test_a_robot_that_can_be_is_saved(robot, client, admin_user):
     client.force_login(admin_user)
     more = {
@@ -78,6 +81,7 @@ def test_a_robot_that_can_be_is_saved(robot, client, admin_user):
     assert client.post("/admin/robots/robot/add/", GOOD | more).status_code == 302
 
 
+@pytest.mark.service
 @pytest.mark.parametrize("driver, turns", [("mercury", True), ("irat", False), ("gone", True)])
 def test_the_length_of_turns_is_set_where_a_robot_has_commands_for_them(robot, client, admin_user, driver, turns):
     type(robot).objects.filter(pk=robot.pk).update(driver=driver)

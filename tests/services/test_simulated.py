@@ -21,7 +21,7 @@ from robots.clock import SYSTEM
 from robots.models import Robot
 from robots.states import GrantEnd
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = pytest.mark.django_db
 BADGE = re.compile(r'<span class="simulated">Simulated</span>')
 PAGES = {
     "landing": "/", "robot": "/robots/mercury/", "status": "/status/", "log": "/log/", "orientation": "/robots/mercury/orientation/",

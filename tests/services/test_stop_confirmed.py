@@ -11,7 +11,7 @@ from portal.live.snapshot import snapshot
 from robots import services
 from robots.drivers.errors import LineGone
 from robots.models import Incident, Lease, Robot
-from tests.services.owner import Arm, made_owner
+from tests.services.owner import Arm, followed, made_owner
 from workers.safety.memory import StopLatch
 
 pytestmark = [
@@ -58,8 +58,8 @@ def shown(owner, viewer=None):
 
 def press(owner, people):
     services.stop(owner.owned.robot, people["ada"], owner.owned.now())
-    owner.stopping.follow()  # the bus or the row: both end here
-    owner.stopping.follow()
+    followed(owner)  # the bus or the row: both end here
+    followed(owner)
 
 
 def test_a_stop_that_the_robot_answers_is_confirmed(owner, people):
@@ -95,11 +95,11 @@ def test_with_the_wire_pulled_it_is_not_and_says_by_when_the_robot_rests(owner, 
     assert Incident.objects.filter(code="stop_failed").exists()
     owner.clock.go(2.0)
     owner.stopping.halt("bus")  # pressed again: an earlier hold that failed is what counts
-    owner.stopping.follow()
+    followed(owner)
     assert shown(owner)["rests_by_ms"] == now["rests_by_ms"]
     wire.pulled = False
     wire.state()  # it answers again, and moves
-    owner.stopping.follow()
+    followed(owner)
     assert (shown(owner)["confirmed"], shown(owner)["rests_by_ms"], wire.moving) == (True, None, False)
 
 
@@ -109,12 +109,12 @@ def test_an_owner_that_starts_with_a_stop_latched_holds_and_confirms(owner, peop
     press(owner, people)
     Robot.objects.update(rests_by=None)
     owner.stopping.__init__(owner.owned, owner.latch)  # as a new process finds the latch
-    owner.stopping.follow()
+    followed(owner)
     assert shown(owner)["confirmed"] is False
     wire.pulled = False
     owner.clock.go(0.1)
     wire.state()
-    owner.stopping.follow()
+    followed(owner)
     assert (shown(owner)["confirmed"], wire.moving) == (True, False)
 
 
@@ -123,7 +123,7 @@ def test_a_second_press_takes_nothing_back_and_the_next_stop_begins_anew(owner, 
     services.stop(owner.owned.robot, people["ada"], owner.owned.now())
     assert shown(owner)["confirmed"] is True
     services.release_stop(owner.owned.robot, people["ada"], checked=True)
-    owner.stopping.follow()
+    followed(owner)
     assert (shown(owner), owner.latch.latched) == (None, False)
     owner.owned.driver.pulled = True
     services.stop(owner.owned.robot, people["ada"], owner.owned.now())

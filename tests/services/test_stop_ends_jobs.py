@@ -9,7 +9,7 @@ from queueing.models import Job
 from robots import services
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd
-from tests.services.owner import made_owner
+from tests.services.owner import followed, made_owner
 from tests.services.test_jobs import GUEST, OTHER
 
 pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
@@ -60,11 +60,11 @@ def test_the_job_ends_as_stopped_although_the_queue_looks_before_the_owner_follo
     ticked(owner)
     assert states() == ["cancelled", "waiting"]
     assert Job.objects.earliest("id").reason == "The robot was stopped."
-    owner.stopping.follow()
+    followed(owner)
     owner.owned.driver.on_the_way = lambda: None
     robot = owner.owned.robot
     services.release_stop(robot, people["kim"], checked=True)
-    owner.stopping.follow()
+    followed(owner)
     assert not owner.latch.latched
     ticked(owner)
     assert states() == ["cancelled", "waiting"], "a release starts nothing"

@@ -29,7 +29,7 @@ def test_any_answer_counts_of_a_host_that_is_ours(status, settings):
             pass
 
     with ThreadingHTTPServer(("127.0.0.1", 0), Answer) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
+        threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True).start()
         asyncio.run(asyncio.wait_for(_until_served("127.0.0.1", server.server_port), CEILING_S))
         server.shutdown()
     assert set(hosts) == {"example.org"}

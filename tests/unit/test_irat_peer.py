@@ -4,7 +4,8 @@ import asyncio
 from types import SimpleNamespace
 
 from simulators.common.faults import FaultBoard
-from simulators.irat.peer import BURST, MOST_ANSWERS, Peer, Subscription
+from simulators.irat.peer import MOST_ANSWERS, Subscription
+from simulators.irat.socket_peer import BURST, SocketPeer
 
 
 class Line:
@@ -32,7 +33,7 @@ async def sent(line, last):
 
 def run(work):
     async def inner():
-        peer = Peer(Line(), FaultBoard())
+        peer = SocketPeer(Line(), FaultBoard())
         writer = asyncio.create_task(peer.write())
         await work(peer)
         writer.cancel()

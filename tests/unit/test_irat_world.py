@@ -16,7 +16,7 @@ from simulators.irat import maze, scene, scenery
 from simulators.irat.battery import Battery
 from simulators.irat.drive import Drive, End
 from simulators.irat.maze import COLUMN, DOCK, HALF_M, STROKES, WALL_M, along_corridors, off_centre, walls
-from simulators.irat.plant import TICK_S, docked
+from simulators.irat.plant import TICK_S, Plant, docked
 from simulators.irat.state import Kept, keep, restore
 from tests.unit.irat_world import drive, rest, world
 
@@ -276,3 +276,14 @@ def test_the_motor_board_takes_no_velocity_outside_its_bounds(wrong):
             board.velocity(linear, angular, 1, 0.0)
     assert board.step(0.02, 0.02, (0.0, 0.0), True) == (0.0, 0.0)
     assert not board.moving
+
+
+def test_wheels_that_are_blocked_at_full_speed_stop_the_robot_where_it_is():
+    for place in along_corridors(0.3)[::28]:
+        plant = Plant(tuple(map(float, place)))
+        for blocked in (False, True, False):
+            plant.block(blocked)
+            for _ in range(40):
+                before = plant.pose
+                plant.step(0.19, 0.19)
+                assert hypot(plant.pose[0] - before[0], plant.pose[1] - before[1]) < 0.03  # a tick at full speed: 0.004

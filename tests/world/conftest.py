@@ -12,7 +12,6 @@ from accounts.models import Clearance
 from operatorlog.models import SurveyQuestion
 from queueing.models import Account, Job, Queue, QueueRobot, Ticket
 from robots.models import Command, Grant, Incident, Lease, Robot
-from robots.states import Cycle
 from tests.conftest import CALIBRATION
 from tests.packaged import ERRANDS, installed_from
 from tests.world.delays import NONE
@@ -68,7 +67,4 @@ def wipe_doings(robot, people) -> None:
     Queue.objects.update(virtual_time=0.0, greatest_finish=0.0)
     QueueRobot.objects.update(watched_at=None, resumed_at=None)
     type(people["ada"]).objects.filter(is_active=False).update(is_active=True)
-    Robot.objects.filter(pk=robot.pk).update(
-        cycle=Cycle.OFFLINE, reason="", stop_latched=False, stopped_at=None, stopped_after=None, rests_by=None,
-        lockout_note="", locked_by=None,
-    )  # fmt: skip
+    Robot.objects.filter(pk=robot.pk).update(lockout_note="", locked_by=None)

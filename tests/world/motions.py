@@ -67,7 +67,7 @@ class Motions:
             and not self.clock_set
         ):
             self.wrong.append(f"{named} began after its grant had ended at {grant.ended_at}")
-        if command.epoch != self._epoch and at - self._epoch_since > wire_s:
+        if command.epoch < self._epoch and at - self._epoch_since > wire_s:  # a newer one begins before a look
             self.wrong.append(f"{named} is of the epoch {command.epoch}, and the owner's is {self._epoch}")
         asked = self.issued.get(command.pk, at)
         if at - asked > START_S + wire_s and not self.clock_set:

@@ -2,6 +2,8 @@
 
 import threading
 
+from django.db import Error
+
 from robots.models import Lease
 from tests.world.world import Killed, World
 from workers.machine import Machine
@@ -43,6 +45,13 @@ class Worker:
         return self.process.killed
 
     def _run(self) -> None:
+        try:
+            self._own()
+        except Error as error:  # the database is away while it begins: a process ends by that
+            self.world.note(f"the worker ended: {error}")
+        self._exit()
+
+    def _own(self) -> None:
         machine = Machine(self.rig.session, self.rig.camera, WorldProcesses(self.world, self.process.number))
         made = Owner(self.slug, self.world, on_lost=self._exit, machine=machine)
         self.process.at_kill.append(made.lease.unlock_device)
@@ -51,7 +60,6 @@ class Worker:
             self.owner = made
             self.world.wait(self._told_to_end, float("inf"))
             made.stop()
-        self._exit()
 
     def _exit(self) -> None:
         """End the process, as `os._exit` does."""

@@ -3,6 +3,7 @@
 import shutil
 from datetime import timedelta
 
+import pytest
 from django.conf import settings
 
 from robots import bus, services
@@ -11,13 +12,21 @@ from robots.drivers.errors import RobotError
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
+from tests.world.controls import Controls
 from tests.world.delays import NONE, Delays
+from tests.world.irat import IratRig
 from tests.world.mercury import MercuryRig
 from tests.world.owner import Supervisor
+from tests.world.pa10 import ArmRig
 from tests.world.store import MemoryStore
 from tests.world.world import World
 
-RIGS = {"mercury": MercuryRig, "errands": MercuryRig}
+RIGS = {"mercury": MercuryRig, "pa10": ArmRig, "irat": IratRig, "errands": MercuryRig}
+EACH = pytest.mark.parametrize("which", ["mercury", "pa10", "irat"], indirect=True)
+NEW = {  # a robot's row, as if no world had been before
+    "cycle": Cycle.OFFLINE, "reason": "", "stop_latched": False, "releases": 0, "stopped_at": None,
+    "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},
+}  # fmt: skip
 SPOTS = ((-0.2, 0.3), (0.19, 0.45), (0.0, 0.35))
 
 
@@ -26,7 +35,7 @@ class Portal:
 
     def __init__(self, seed: int, robot: Robot, people: dict, folder, delays: Delays = NONE) -> None:
         shutil.rmtree(settings.VAR / "run", ignore_errors=True)
-        Robot.objects.filter(pk=robot.pk).update(cycle=Cycle.OFFLINE, reason="", stop_latched=False)
+        Robot.objects.filter(pk=robot.pk).update(**NEW)
         self.world, self.robot, self.people = World(seed, delays), robot, people
         self._moves = 0
         self.wishes, self.slug = ROBOTS[RIGS[robot.driver].driver], robot.slug
@@ -35,6 +44,7 @@ class Portal:
         self._before = SYSTEM.live_by(self.world)
         self.rig = RIGS[robot.driver](self.world, folder)
         self.supervisor = Supervisor(self.world, robot.slug, self.rig)
+        self.controls = Controls(self.world)  # of held motions
 
     def close(self) -> None:
         try:
@@ -90,7 +100,8 @@ class Portal:
 
     def move(self) -> Command:
         """Ask for a motion to a place where no motion before went."""
-        return self.issue("move", **self.place())
+        command = self.issue("move", **self.place())
+        return self.controls.hold(command) if self.robot.spec().command(command.kind).held else command
 
     def ready_again(self, seconds: float = 60.0) -> None:
         """Wait until the robot is connected and its turn goes on."""

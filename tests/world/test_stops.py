@@ -2,8 +2,9 @@
 
 import random
 
-from robots import bus
+from robots import bus, services
 from tests.world.delays import Delays
+from tests.world.portal import EACH
 from tests.world.seeds import hunt, seeds
 
 
@@ -32,14 +33,16 @@ def stops(portal, number, within_s):
         assert not portal.rig.moving, "the release moved something"
 
 
+@EACH
 @seeds(3, 30, 300)
 def test_a_stop_overtakes_everything(worlds, seed):
-    hunt(worlds, seed, lambda portal: stops(portal, 4, 0.3))
+    hunt(worlds, seed, lambda portal: stops(portal, 5, 0.3))
 
 
+@EACH
 @seeds(3, 30, 300)
 def test_a_stop_on_a_busy_machine(worlds, seed):
-    hunt(worlds, seed, lambda portal: stops(portal, 4, 3.0), busy)
+    hunt(worlds, seed, lambda portal: stops(portal, 5, 3.0), busy)
 
 
 def lost_controls(portal, number, within_s):
@@ -66,6 +69,33 @@ def lost_controls(portal, number, within_s):
         assert portal.final(command).state == "cancelled"
 
 
+@EACH
 @seeds(3, 30, 300)
 def test_a_held_motion_ends_with_its_controls(worlds, seed):
     hunt(worlds, seed, lambda portal: lost_controls(portal, 5, 0.5))
+
+
+def presses(portal, number):
+    """Press again after the release of a stop whose hold is still under way: the later press counts."""
+    portal.grant()
+    dice, world = random.Random(portal.world.seed), portal.world
+    for _ in range(number):
+        portal.rig.fault("awol")  # a hold is not confirmed before its line gives up
+        bus.send_stop(portal.slug)
+        world.sleep(dice.random() * 2.5)
+        portal.until(lambda: portal.row.stop_latched, 10, "the row of the stop")
+        services.release_stop(portal.robot, portal.people["ada"], checked=True)
+        world.sleep(dice.random() * 3)
+        bus.send_stop(portal.slug)
+        world.sleep(0.5)
+        portal.rig.clear_faults()
+        world.sleep(5)
+        assert portal.owner.latch.latched, "the press after the release was lost"
+        assert portal.row.stop_latched
+        portal.release()
+        portal.works_on()
+
+
+@seeds(3, 30, 300)
+def test_a_press_after_a_release_counts(worlds, seed):
+    hunt(worlds, seed, lambda portal: presses(portal, 3))

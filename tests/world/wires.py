@@ -13,21 +13,23 @@ from tests.world.world import World
 READ_S = 1.0
 
 
-class Cable:
-    """Two directions of bytes: `to_robot` and `to_host`. It can be pulled, stall, and lose the rest of a message."""
+class Wire:
+    """What can happen to a wire: it is pulled, it stalls, and it loses the rest of a message."""
 
     def __init__(self, world: World) -> None:
         self.world = world
-        self.to_robot, self.to_host = bytearray(), bytearray()
         self.plugged, self._stalled_until, self.kept_back_s = True, 0.0, 0.0
         self._halved = False
 
     def pull(self) -> None:
-        """Pull the plug: bytes on their way are lost, and the host's port fails."""
+        """Pull the plug: bytes on their way are lost, and who uses it is told."""
         self.world.note("the cable was pulled")
         self.plugged = False
-        self.to_robot.clear()
-        self.to_host.clear()
+        self.lose()
+
+    def lose(self) -> None:
+        """Lose what is on its way."""
+        raise NotImplementedError
 
     def plug(self) -> None:
         self.world.note("the cable was plugged in")
@@ -43,14 +45,31 @@ class Cable:
         self.world.note("half of the next message is lost")
         self._halved = True
 
+    def cut(self, data: bytes) -> bytes:
+        """Return what is carried of a message to the robot."""
+        if self._halved:
+            data, self._halved = data[: len(data) // 2], False
+        return data
+
     @property
     def carries(self) -> bool:
         return self.plugged and self.world.monotonic() >= self._stalled_until
 
+
+class Cable(Wire):
+    """Two directions of bytes: `to_robot` and `to_host`."""
+
+    def __init__(self, world: World) -> None:
+        super().__init__(world)
+        self.to_robot, self.to_host = bytearray(), bytearray()
+
+    def lose(self) -> None:
+        self.to_robot.clear()
+        self.to_host.clear()
+
     def send(self, data: bytes) -> None:
         """Take what the host writes."""
-        if self._halved:
-            data, self._halved = data[: len(data) // 2], False
+        data = self.cut(data)
         if self.plugged:
             self.to_robot += data
 

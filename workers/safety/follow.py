@@ -37,6 +37,12 @@ class Follower:
             self.follow_grant()
             self._pace.sleep(FOLLOW_S, IDLE_FOLLOW_S)
 
+    def hold(self) -> None:
+        """Hold again and again what the rows say is stopped and does not rest yet, until the owner ends."""
+        while self._owned.running:
+            self._owned.clock.wait(self._stop.due, FOLLOW_S if self._pace.lively else IDLE_FOLLOW_S)
+            self._stop.hold_due()
+
     def follow_grant(self) -> None:
         """Learn which grant is open and until when; end it if nobody else does so when its time is up."""
         grants, robot, now = self._grants, self._owned.robot, self._owned.now

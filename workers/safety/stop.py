@@ -1,6 +1,7 @@
 """The stop: holds the hardware and latches on disk; the row follows."""
 
 import logging
+import threading
 from datetime import datetime, timedelta
 
 from django.db.models import BigAutoField
@@ -34,6 +35,8 @@ class Stop:
         self._rests_by: datetime | None = None  # the latest time of rest of an unconfirmed stop
         self._heard: RobotState | None = None  # the newest state when the hold was not confirmed
         self._trouble = ""  # an unconfirmed stop that is not yet stored as an incident
+        self.due = threading.Event()  # the row alone says that the robot is stopped; `_due_releases` are the row's
+        self._due_releases = 0
 
     def begin(self) -> None:
         """Latch if the row says that the robot is stopped; before anything is connected that could move.
@@ -70,14 +73,20 @@ class Stop:
         ):
             bus.publish(robot.slug, Changed("stop"))
 
-    def halt(self, source: str) -> None:
-        """Hold the hardware and latch on disk. Queries neither Redis nor the database."""
+    def halt(self, source: str, releases: int | None = None) -> None:
+        """Hold the hardware and latch on disk. Queries neither Redis nor the database.
+
+        `releases`: how many there had been by the stop; None: as many as are known.
+        """
         latch = self._latch
+        releases = self._releases if releases is None else releases  # as of the press, not of the end of a hold
         with self._halting:
-            if latch.latched and self._at_rest:
-                return  # pressed twice; a late press must not undo a release
+            if latch.latched and self._at_rest:  # pressed twice; a late press must not undo a release
+                if releases is not None and latch.releases is not None and releases > latch.releases:
+                    latch.forbid(releases)  # the release that waits for this hold was before the press
+                return
             first = not latch.latched
-            latch.forbid(self._releases)
+            latch.forbid(releases)
             try:
                 kept = self._owned.clock.spawn(latch.keep, "latch")  # a slow disk must not delay the hold
             except RuntimeError:  # the system has no thread left
@@ -107,8 +116,15 @@ class Stop:
             self._rests_by = owned.now() + timedelta(seconds=rest_s)
         self._heard = owned.driver.latest()
 
-    def _again(self) -> None:
-        """Hold once more where a stop was not confirmed and the hardware has answered since."""
+    def hold_due(self) -> None:
+        """Hold where the row alone says that the robot is stopped, or once more where a stop was not confirmed.
+
+        A hold may take seconds, for which nobody who reads rows may wait: a stop that is pressed later than a release
+        could not be told from one before it.
+        """
+        if self.due.is_set():
+            self.due.clear()
+            self.halt("row", self._due_releases)
         if not self._latch.latched or self._at_rest or self._owned.driver.latest() in (None, self._heard):
             return
         with self._halting:
@@ -147,7 +163,8 @@ class Stop:
         in_row, releases, confirmed, rests_by = row.stop_latched, row.releases, row.stop_confirmed, row.rests_by
         self._releases = releases
         if in_row and not latch.latched:
-            self.halt("row")
+            self._due_releases = releases
+            self.due.set()
         elif in_row:
             latch.row_pending = False
         elif latch.latched and self._unwritten(releases):
@@ -155,5 +172,4 @@ class Stop:
             latch.row_pending = False
         elif latch.latched:
             self._release(releases)
-        self._again()  # last: a hold may take seconds, and the row must not wait for it
         self._tell(confirmed, rests_by)

@@ -17,6 +17,7 @@ from robots.drivers.irat.protocol import Velocity
 from robots.drivers.irat.roaming import Roaming
 from robots.drivers.irat.senses import Senses
 from robots.drivers.irat.wheels import FLAT, REST, STEP_S, Wheels
+from robots.drivers.rosbridge_client import connected
 
 HEARD_S = 3.0  # within which the robot's topics arrive
 BRAIN_S = 25.0  # within which the brain's process answers; its loops may have to be compiled
@@ -25,12 +26,16 @@ BRAIN_S = 25.0  # within which the brain's process answers; its loops may have t
 class Driver(Session):
     """A `robots.contract.session.Session`. `settings` may hold `epoch`, and `folder`, where the map is kept."""
 
+    opened = staticmethod(connected)  # how a connection is opened
+    think = staticmethod(BrainProcess)  # by what the brain runs
+
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
         folder = settings.get("folder") or Path(address).parent
         self._hand = load("irat")["hand"]
-        self.line = IratLine(address.removeprefix("socket://"), int(settings.get("epoch") or 1), clock=self.clock)
-        self.brain = BrainProcess(Path(folder) / "brain", self._told, self.clock)
+        wire, epoch = address.removeprefix("socket://"), int(settings.get("epoch") or 1)
+        self.line = IratLine(wire, epoch, clock=self.clock, opened=self.opened)
+        self.brain = self.think(Path(folder) / "brain", self._told, self.clock)
         self.senses = Senses(self.line, self.brain, self.keep, self.clock)
         self.wheels = Wheels(self.line, self.brain, self.senses, self.clock)
         self._roaming, self._charging = Roaming(self.wheels), Charging(self.wheels)

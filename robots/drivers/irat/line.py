@@ -26,7 +26,7 @@ from robots.drivers.irat.protocol import (
     Velocity,
 )
 from robots.drivers.rosbridge import Message
-from robots.drivers.rosbridge_client import ANSWER_S, Bridge
+from robots.drivers.rosbridge_client import ANSWER_S, Bridge, OpenConnection, connected
 
 T = TypeVar("T")
 
@@ -66,9 +66,10 @@ class IratLine:
     """Thread safe. `picture` is called with each picture, in the connection's thread."""
 
     def __init__(
-        self, address: str, epoch: int, picture: Callable[[Picture], None] | None = None, clock: Timer = TIMER
-    ) -> None:
-        self.bridge, self._epoch, self._picture = Bridge(address, clock), epoch, picture
+        self, address: str, epoch: int, picture: Callable[[Picture], None] | None = None, clock: Timer = TIMER,
+        opened: OpenConnection = connected,
+    ) -> None:  # fmt: skip
+        self.bridge, self._epoch, self._picture = Bridge(address, clock, opened), epoch, picture
         self._clock, self._claimed_at = clock, 0.0
         self.odometry = Newest(Odometry.decode, clock)
         self.ranges = Newest(Ranges.decode, clock)

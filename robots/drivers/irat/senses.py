@@ -52,8 +52,7 @@ class Senses:
         """Begin to feed the brain."""
         self.close()
         self._running, self._here, self._watching = True, None, False
-        self._thread = threading.Thread(target=self._loop, name="irat-senses", daemon=True)
-        self._thread.start()
+        self._thread = self._clock.spawn(self._loop, "irat-senses")
 
     def close(self) -> None:
         """End the thread."""

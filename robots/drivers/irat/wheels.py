@@ -2,7 +2,6 @@
 
 import contextlib
 import random
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 from math import hypot, remainder, tau
@@ -37,7 +36,7 @@ class Wheels:
 
     def __init__(self, line: IratLine, brain: BrainProcess, senses: Senses, clock: Timer = TIMER) -> None:
         self.line, self.brain, self.senses, self.clock = line, brain, senses, clock
-        self._sending = threading.Lock()
+        self._sending = clock.lock()
         self.holds = 0
         self._dice = random.Random()
         self._begin()

@@ -45,6 +45,9 @@ class Courses:
         self._longest_s = float(motion["limit_s"])
         self.home = posture(description, "home")
 
+    def close(self) -> None:
+        """Give back what plans need; there is nothing here."""
+
     def forbid(self, extra: tuple[Box, ...]) -> None:
         """Plan around these boxes too, beside the arm's own."""
         self.planner = planner("pa10", self._own + extra)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from robots.clock import Limit
+from robots.clock import TIMER, Limit, Timer
 from robots.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import number
 from robots.description import load
@@ -16,6 +16,7 @@ from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
 from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
 from robots.drivers.pa10.spec import PLACE
+from robots.drivers.pa10.stream import open_stream
 from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
 from robots.drivers.waiting import until_at_rest
@@ -31,6 +32,7 @@ JOG_S = 0.08  # between two velocities; the controller drops one after 0.25 s
 JOG_SHARE = 0.3  # of full speed, so that it rests soon after the keep-alives end
 JOG_M_S, JOG_RAD_S = 0.15, 0.6
 GRIP_S = 3.0
+STRAIGHT = "l"  # begins at rest only; the motion that it replaces has left the arm moving
 TAUGHT = 9000  # the number under which a program is stored before it is executed
 
 
@@ -52,10 +54,14 @@ def _sentence(note: str) -> list[str]:
 class Driver(Session):
     """A `robots.contract.session.Session`. `settings` may contain `epoch`, `token` and more forbidden `boxes`."""
 
+    opened = staticmethod(open_stream)
+    real: Timer = TIMER  # for answers: a controller plans no faster where `clock` runs faster than the machine's
+
     def __init__(self, address: str, settings: dict[str, Any], trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
         self._description, self._chain = load("pa10"), chain("pa10")
-        self.line = ArmLine(address, int(settings.get("epoch", 0)), str(settings.get("token", "")), trace)
+        epoch, token = int(settings.get("epoch", 0)), str(settings.get("token", ""))
+        self.line = ArmLine(address, epoch, token, trace, self.real, self.opened)
         self._boot: int | None = None
         self._rest: Joints | None = None
         self._holds = 0  # so that a command notices a hold by another thread
@@ -127,6 +133,10 @@ class Driver(Session):
 
         free = until_held(permit, lambda: self._holds)
         before = self.line.state()
+        if request.letter == STRAIGHT and self._take(before).moving:
+            free()
+            self._rests()
+            before = self.line.state()
         self._take(before)
         self._say(request, CHECKED_S if request.letter == "p" else PLANNED_S, free, on_stage)
         arm = self._until_rest(request, before, permit, tell)
@@ -211,6 +221,9 @@ class Driver(Session):
     def hold(self) -> RobotState:
         """Send `h` and wait until the set-point rests."""
         self._holds += 1
+        return self._rests()
+
+    def _rests(self) -> RobotState:
         self.line.hold()
         return until_at_rest(self.state, self.clock, REST_S, "The arm", LOOK_S)
 

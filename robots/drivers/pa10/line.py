@@ -1,20 +1,18 @@
 """The owner's end of the museum arm's TCP line: one question, one answer."""
 
 import contextlib
-import select
-import socket
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 from robots.addresses import HIDDEN
-from robots.clock import TIMER, Limit
+from robots.clock import TIMER, Limit, Timer
 from robots.contract.session import Permit, Trace
 from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
 from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
+from robots.drivers.pa10.stream import OpenStream, Stream, open_stream
 from robots.opening import why_not
 
-ANSWER_S = 1.0  # real time, as all limits here: how long a machine may take to plan and to answer
+ANSWER_S = 1.0  # by the machine's clock, as all limits here: how long it may take to plan and to answer
 CHECKED_S = 60.0  # a whole program
 HOLD, HELD = b"h\n", "ok hold"
 
@@ -22,11 +20,15 @@ HOLD, HELD = b"h\n", "ok hold"
 class ArmLine:
     """Thread safe; `address` is host:port, a `socket://` URL, or a file that contains the address."""
 
-    def __init__(self, address: str, epoch: int, token: str, trace: Trace | None) -> None:
+    def __init__(
+        self, address: str, epoch: int, token: str, trace: Trace | None, clock: Timer = TIMER,
+        opened: OpenStream = open_stream,
+    ) -> None:  # fmt: skip
         self._address, self._epoch, self._token, self._trace = address, epoch, token, trace
-        self._socket: socket.socket | None = None
-        self._lock = threading.Lock()  # one question, one answer
-        self._writing = threading.Lock()  # a hold is sent even while an answer is awaited
+        self._clock, self._opened = clock, opened
+        self._stream: Stream | None = None
+        self._lock = clock.lock()  # one question, one answer
+        self._writing = clock.lock()  # a hold is sent even while an answer is awaited
         self._holds = 0  # written, not yet answered
         self._rest = b""
         self.resent = self.broken = 0
@@ -34,15 +36,14 @@ class ArmLine:
     @property
     def is_open(self) -> bool:
         """Return whether a connection is open."""
-        return self._socket is not None
+        return self._stream is not None
 
     def open(self) -> None:
         """Connect and identify the owner. Raises LineGone, LineBusy."""
         with self._lock:
             self._close()
             try:
-                self._socket = socket.create_connection(self._where(), timeout=ANSWER_S)
-                self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._stream = self._opened(*self._where(), ANSWER_S)
             except (OSError, ValueError) as error:
                 self._close()
                 raise LineGone(f"The arm's controller cannot be reached: {why_not(error)}") from error
@@ -67,10 +68,10 @@ class ArmLine:
             self._close()
 
     def _close(self) -> None:
-        if self._socket is not None:
+        if self._stream is not None:
             with contextlib.suppress(OSError):
-                self._socket.close()
-        self._socket, self._rest, self._holds = None, b"", 0
+                self._stream.close()
+        self._stream, self._rest, self._holds = None, b"", 0
 
     def hold(self) -> None:
         """Send `h` at once, also while an answer is awaited; return when it was answered. Raises as `ask`."""
@@ -80,12 +81,12 @@ class ArmLine:
             with self._watched():
                 line.sendall(HOLD)
         with self._lock:
-            if self._socket is not line:
+            if self._stream is not line:
                 raise LineGone("The connection to the arm was lost before the hold was answered.")
             answer = HELD  # a thread that waited for another answer may have read it
             if self._holds:
                 with self._watched():
-                    answer = self._next_line(Limit(TIMER, ANSWER_S))
+                    answer = self._next_line(Limit(self._clock, ANSWER_S))
                 self._hold_answered()
             if answer != HELD:
                 self._close()  # an answer that comes later must not be taken for the next one
@@ -113,14 +114,14 @@ class ArmLine:
             self._open_line()
             with self._watched():
                 self._send(data, permit)
-                answer = self._answer(Limit(TIMER, seconds))
+                answer = self._answer(Limit(self._clock, seconds))
         self._noted(shown or data, answer)
         return self._judged(answer)
 
-    def _open_line(self) -> socket.socket:
-        if self._socket is None:
+    def _open_line(self) -> Stream:
+        if self._stream is None:
             raise LineGone("The arm's controller is not connected.")
-        return self._socket
+        return self._stream
 
     @contextlib.contextmanager
     def _watched(self) -> Iterator[None]:
@@ -160,15 +161,13 @@ class ArmLine:
     def _next_line(self, limit: Limit) -> str:
         """Return the next line, which must be whole before `limit`. Raises OSError, ValueError."""
         line = self._open_line()
-        arrives = select.poll()
-        arrives.register(line, select.POLLIN)
         while b"\n" not in self._rest:
             if len(self._rest) > LONGEST_ANSWER:
                 raise ConnectionResetError("the controller's answer has no end")
             left = limit.left  # asked once: a negative one would wait for ever
-            if left <= 0 or not arrives.poll(1000 * left):
+            if left <= 0:
                 raise TimeoutError
-            data = line.recv(4096)
+            data = line.receive(4096, left)
             if not data:
                 raise ConnectionResetError("the controller closed the line")
             self._rest += data

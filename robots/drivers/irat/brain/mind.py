@@ -6,6 +6,7 @@ import math
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -207,7 +208,7 @@ class Mind:
         self._saved = self._clock.monotonic()
         self._keep()
         if not self._saving.locked():
-            threading.Thread(target=self._write, args=(copy.deepcopy(self.slam),), daemon=True).start()
+            self._clock.spawn(partial(self._write, copy.deepcopy(self.slam)), "brain-save")
 
     def save(self) -> None:
         """Write the map now."""

@@ -3,23 +3,16 @@
 The brain never tells a velocity. Whoever drives asks `fresh`, which is empty once it has been silent.
 """
 
-import contextlib
 import itertools
 import logging
-import os
-import queue
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO
-
-from msgspec import MsgspecError
 
 from robots.clock import TIMER, Timer, Until
 from robots.drivers.errors import HardwareFault
-from robots.drivers.irat.brain.messages import Answer, Feed, FromBrain, Packet, Seen, ToBrain, frame, from_brain, read
+from robots.drivers.irat.brain.child import Child, ChildProcess
+from robots.drivers.irat.brain.messages import Answer, Feed, FromBrain, Packet, Seen, ToBrain
 
 log = logging.getLogger(__name__)
 SILENT_S = 0.5  # after which nobody drives by its answers
@@ -32,16 +25,19 @@ SILENT = "The robot's map does not answer."
 
 
 class BrainProcess:
-    """Thread safe. `packet` gets the byte streams' packets; `real` is the clock by which a process starts and ends."""
+    """Thread safe. `packet` gets the byte streams' packets.
+
+    `real` is the clock by which a process starts and ends, `child` makes one for a folder.
+    """
 
     def __init__(
-        self, folder: Path, packet: Callable[[Packet], None], clock: Timer = TIMER, real: Timer = TIMER
-    ) -> None:
+        self, folder: Path, packet: Callable[[Packet], None], clock: Timer = TIMER, real: Timer = TIMER,
+        child: Callable[[Path], Child] = ChildProcess,
+    ) -> None:  # fmt: skip
         self._folder, self._packet, self._clock, self._real = folder, packet, clock, real
+        self._make, self._child = child, child(folder)
         self._aim: Callable[[int], ToBrain] | None = None
-        self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
-        self._unsent: queue.SimpleQueue[tuple[IO[bytes], bytes | None] | None] = queue.SimpleQueue()
         self._feeding, self._changed = threading.Lock(), threading.Condition()
         self._calls: dict[int, Answer | None] = {}
         self._numbers = itertools.count(1)
@@ -54,38 +50,31 @@ class BrainProcess:
     @property
     def pid(self) -> int:
         """Return the process's number."""
-        return self._process.pid if self._process else 0
+        return self._child.pid
 
     def start(self) -> None:
         """Start the process, unless it runs."""
         if self._reader is not None and self._reader.is_alive():
             return
-        self._closed, self._unsent = False, queue.SimpleQueue()
-        self._launch()
-        reader = threading.Thread(target=self._keep_running, name="brain", daemon=True)
+        self._closed = False
         try:
-            threading.Thread(target=self._write, args=(self._unsent,), name="brain-in", daemon=True).start()
-            reader.start()
+            self._launch()
+            self._reader = self._real.spawn(self._keep_running, "brain")
         except RuntimeError:  # the system has no thread left for now
             self.close()
             raise
-        self._reader = reader
 
     def _launch(self) -> None:
-        path = os.pathsep.join(p for p in sys.path if p)
-        env = os.environ | {"PYTHONPATH": path, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
         with self._feeding:
-            self._process = subprocess.Popen(  # noqa: S603 - our own module
-                [sys.executable, "-m", "robots.drivers.irat.brain", str(self._folder)],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=env,
-            )  # fmt: skip
-            self._fed_at = None
+            self._child, self._fed_at = self._make(self._folder), None
+            self._child.begin()
         self.starts += 1
 
     def _keep_running(self) -> None:
         """Read what it says; start it again when it ends."""
         while True:
-            self._read()
+            for said in self._child.said():
+                self._take(said)
             if self._closed:
                 return
             log.warning("the brain of the robot ended; it is started again")
@@ -95,7 +84,7 @@ class BrainProcess:
                 return
             try:
                 self._launch()
-            except OSError as error:  # the system has no process left for now
+            except (OSError, RuntimeError) as error:  # the system has no process or thread left for now
                 log.warning("the brain of the robot cannot be started: %s", error)
                 continue
             self._aim_again()
@@ -107,12 +96,6 @@ class BrainProcess:
     def _aim_again(self) -> None:
         if self._aim is not None:
             self.post(self._aim(next(self._numbers)))
-
-    def _read(self) -> None:
-        assert self._process is not None and self._process.stdout is not None
-        with contextlib.suppress(OSError, ValueError, MsgspecError):
-            while (data := read(self._process.stdout)) is not None:
-                self._take(from_brain.decode(data))
 
     def _take(self, said: FromBrain) -> None:
         if isinstance(said, Packet):
@@ -130,27 +113,14 @@ class BrainProcess:
 
     def post(self, message: ToBrain) -> None:
         """Send a message that has no answer. What cannot be sent is lost."""
-        if self._process is not None and self._process.stdin is not None:
-            self._unsent.put((self._process.stdin, frame(message)))
-
-    @staticmethod
-    def _write(unsent: "queue.SimpleQueue[tuple[IO[bytes], bytes | None] | None]") -> None:
-        """Write what is to be sent; alone in its thread, because a process that is stuck reads nothing."""
-        while (some := unsent.get()) is not None:
-            pipe, data = some
-            with contextlib.suppress(OSError, ValueError):
-                if data is None:
-                    pipe.close()
-                else:
-                    pipe.write(data)
-                    pipe.flush()
+        self._child.send(message)
 
     def feed(self, feed: Feed) -> bool:
         """Send a step, unless the one before is not answered yet; tell whether it was sent."""
         now = self._clock.monotonic()
         if self._fed_at is not None:
-            if now - self._fed_at > STUCK_S and self._process is not None:
-                self._process.kill()
+            if now - self._fed_at > STUCK_S:
+                self._child.kill()
             return False
         with self._feeding:
             self._fed_at = now
@@ -185,23 +155,10 @@ class BrainProcess:
         """End the process. Never raises."""
         self._closed = True
         self._end()
-        self._unsent.put(None)
         if self._reader is not None and self._reader is not threading.current_thread():
             self._reader.join(2.0)
         self._reader = None
 
     def _end(self) -> None:
-        process, self.heard_at = self._process, -1e9
-        if process is None:
-            return
-        if process.stdin is not None:
-            self._unsent.put((process.stdin, None))
-        try:
-            process.wait(SAVED_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                with contextlib.suppress(OSError, ValueError):
-                    pipe.close()
+        self.heard_at = -1e9
+        self._child.end(SAVED_S)

@@ -2,7 +2,6 @@
 
 import json
 import socket
-import time
 from pathlib import Path
 
 import cv2
@@ -16,7 +15,11 @@ BROKEN_RAIL, LEAF = 1.75, 1.25  # m: places that it cannot serve
 
 
 class Driver(Session):
+    closed = False
+
     def _ask(self, **what):
+        if self.closed:
+            raise LineGone("The shuttle is not connected.")
         try:
             with socket.socket(socket.AF_UNIX) as line:
                 line.settimeout(5)
@@ -25,15 +28,17 @@ class Driver(Session):
                 said = json.loads(line.makefile().readline())
         except (OSError, ValueError) as error:
             raise LineGone(f"The shuttle does not answer: {error}.") from error
-        values = {"battery": said["battery"], "rail": said["rail"]}
-        self.keep(RobotState(time.monotonic(), (said["x"],), (said["x"],), said["moving"], True, values=values))
+        values = {"battery": said["battery"], "driven": said["driven"], "rail": said["rail"]}
+        self.keep(RobotState(self.clock.monotonic(), (said["x"],), (said["x"],), said["moving"], True, values=values))
         return said
 
     def state(self):
         self._ask(do="state")
         return self.latest()
 
-    connect = state
+    def connect(self):
+        self.closed = False
+        return self.state()
 
     def execute(self, kind, args, permit, on_stage):
         check("shuttle", kind, args, self.settings)
@@ -44,7 +49,7 @@ class Driver(Session):
         on_stage("sent")
         on_stage("acknowledged")
         while self.state().moving:
-            time.sleep(0.02)
+            self.clock.sleep(0.02)
         if self._ask(do="state")["held"]:
             raise Held("The shuttle was stopped on its way.")
         if args.get("x") == LEAF:
@@ -62,4 +67,4 @@ class Driver(Session):
         return self.latest()
 
     def close(self):
-        pass
+        self.closed = True

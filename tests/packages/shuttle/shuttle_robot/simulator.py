@@ -13,7 +13,7 @@ SPEED, COST, FILL = 1.0, 0.2, 1.0
 class Cart:
     def __init__(self, journal):
         self.x, self.goal, self.battery, self.held, self.doing = 0.0, 0.0, 1.0, False, ""
-        self.rail = 1
+        self.rail, self.driven = 1, 0.0
         self.lock, self.seen, self.journal = threading.Lock(), time.monotonic(), journal
 
     def _pass(self):
@@ -21,6 +21,7 @@ class Cart:
         step, self.seen = now - self.seen, now
         way = min(abs(self.goal - self.x), SPEED * step)
         self.x += way if self.goal > self.x else -way
+        self.driven += way
         self.battery = max(0.0, self.battery - COST * way)
         if self.doing == "dock" and self.x == self.goal:
             self.battery = min(1.0, self.battery + FILL * step)
@@ -43,7 +44,10 @@ class Cart:
                 self.doing, self.held = said["do"], False
                 with self.journal.open("a") as out:
                     out.write(json.dumps(said | {"battery": round(self.battery, 3)}) + "\n")
-            return {"x": self.x, "moving": self.moving, "held": self.held, "battery": self.battery, "rail": self.rail}
+            return {
+                "x": self.x, "moving": self.moving, "held": self.held, "battery": self.battery, "rail": self.rail,
+                "driven": self.driven,
+            }  # fmt: skip
 
 
 def main():

@@ -3,7 +3,6 @@
 import json
 import socket
 import threading
-import time
 from itertools import cycle
 from pathlib import Path
 
@@ -22,6 +21,8 @@ def angles(kind, args):
 
 
 class Driver(Session):
+    closed = False
+
     def __init__(self, *args):
         super().__init__(*args)
         self._trail, self._key, self._telling = b"", True, threading.Lock()
@@ -36,6 +37,8 @@ class Driver(Session):
             self._trail = trail
 
     def _ask(self, **what):
+        if self.closed:
+            raise LineGone("The turntable is not connected.")
         try:
             with socket.socket(socket.AF_UNIX) as line:
                 line.settimeout(5)  # the pace takes a while
@@ -47,14 +50,16 @@ class Driver(Session):
         angle = said["angle"]
         self._tell(bytes.fromhex(said["trail"]))
         values = {"warmth": said["warmth"], "pace": said["pace"]}
-        self.keep(RobotState(time.monotonic(), (angle,), (), said["moving"], True, values=values))
+        self.keep(RobotState(self.clock.monotonic(), (angle,), (), said["moving"], True, values=values))
         return said
 
     def state(self):
         self._ask(do="state")
         return self.latest()
 
-    connect = state
+    def connect(self):
+        self.closed, self._key = False, True
+        return self.state()
 
     def execute(self, kind, args, permit, on_stage):
         check("turntable", kind, args, self.settings)
@@ -72,7 +77,7 @@ class Driver(Session):
             on_stage("acknowledged")
             while (here := self.state()).moving:
                 on_stage(Progress(f"at {here.joints[0]:.1f} rad", (here.joints[0] - start) / (angle - start)))
-                time.sleep(0.05)
+                self.clock.sleep(0.05)
             if self._ask(do="state")["held"]:
                 raise Held("The turntable was stopped on its way.")
         return Outcome(args, self.latest())
@@ -82,4 +87,4 @@ class Driver(Session):
         return self.latest()
 
     def close(self):
-        pass
+        self.closed = True

@@ -1,0 +1,91 @@
+"""The robot's rosbridge, message by message: who is connected, what is said to whom. How it is carried is elsewhere."""
+
+from collections.abc import Callable, Iterable
+
+from robots.clock import TIMER, WALL, Timer, Wall
+from robots.drivers.rosbridge import Message, encode
+from simulators.common.faults import FaultBoard
+from simulators.irat.operations import Note, Operations, Robot
+from simulators.irat.peer import Peer
+
+MOST_PEERS = 32  # the oldest that does not command goes for a new one
+Messages = Iterable[tuple[str, Callable[[int], Message]]]  # topics, and what makes their message from its number
+
+
+class Radio:
+    """Not for several threads, apart from what it says of itself."""
+
+    def __init__(self, robot: Robot, faults: FaultBoard, note: Note, clock: Timer = TIMER, wall: Wall = WALL) -> None:
+        self._faults, self._note, self._clock, self._sequence = faults, note, clock, 0
+        self.peers: list[Peer] = []
+        self._operations = Operations(robot, note, clock, wall)
+        self.watched: frozenset[str] = frozenset()  # topics that somebody subscribes to
+        self.off = False  # without power: nobody is answered
+
+    @property
+    def epoch(self) -> int:
+        """Return the commander's epoch, 0 if there is none."""
+        return self._operations.claims.epoch
+
+    @property
+    def silent(self) -> bool:
+        """Return whether nothing that is said to the robot reaches it."""
+        return self.off or bool(self._faults.value("awol"))
+
+    @property
+    def holds(self) -> bool:
+        """Return whether somebody waits for the answer to a hold."""
+        return bool(self._operations.holds)
+
+    def join(self, peer: Peer) -> None:
+        """Take a new client; where there are too many, the oldest that does not command goes."""
+        self.peers.append(peer)
+        if len(self.peers) > MOST_PEERS:
+            oldest = next(p for p in self.peers if p is not self._operations.claims.commander)
+            self.peers.remove(oldest)
+            oldest.cut()
+
+    def leave(self, peer: Peer) -> None:
+        """Forget a client whose connection has ended; the robot holds if it commanded."""
+        if peer in self.peers:
+            self.peers.remove(peer)
+        self._look()
+        self._operations.leave(peer)
+
+    def take(self, peer: Peer, data: str | bytes) -> None:
+        """Do what a frame asks for, unless nothing reaches the robot. Whatever is in it, the next is read, too."""
+        if self.silent:
+            return
+        try:
+            self._operations.take(peer, data)
+        except Exception as error:  # noqa: BLE001 - one frame must not end the others' service
+            self._note("crash", error=f"{type(error).__name__}: {error}")
+            peer.answer(encode(op="status", level="error", msg="the robot failed at this frame"))
+        self._look()
+
+    def _look(self) -> None:
+        self.watched = frozenset(topic for peer in self.peers for topic in peer.subscriptions)
+
+    def publish(self, messages: Messages) -> None:
+        """Send messages of topics to those who want them now; each is made once, with its number."""
+        now, self._sequence = self._clock.monotonic(), self._sequence + 1
+        for topic, make in messages:
+            wanting = [peer for peer in self.peers if peer.wants(topic, now)]
+            if wanting:
+                frame = encode(op="publish", topic=topic, msg=make(self._sequence))
+                for peer in wanting:
+                    peer.show(topic, frame)
+
+    def settle(self) -> None:
+        """Answer holds; called after each tick of the robot."""
+        self._operations.settle()
+
+    def power_off(self) -> None:
+        """End all connections at once, and forget who commanded."""
+        self._operations.claims.forget()
+        for peer in list(self.peers):
+            peer.cut()
+
+    def close(self) -> None:
+        """End all connections."""
+        self.power_off()

@@ -1,0 +1,179 @@
+"""A cart on a rail in this process, whose driver passes the conformance suite; tests break it in many ways."""
+
+import threading
+from io import BytesIO
+
+from PIL import Image
+
+from robots.clock import FasterTimer
+from robots.contract.channels import Scalar, Scale
+from robots.contract.policies import Bound, Policies, Range
+from robots.contract.session import Outcome, Progress, RobotState, Session
+from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
+from robots.contract.streams import Stream
+from robots.contract.values import known, within
+from robots.drivers.errors import LineGone
+from robots.drivers.permits import until_held
+
+CLOCK = FasterTimer(10)
+LENGTH, STEP_S = 2.0, 0.02  # m, s
+ALONE = Policies(on_link_lost=Bound(5.0, (Range("cart", 0.0, LENGTH),), speed=2.0))
+SLOW = 0.05  # m/s, so that a motion outlasts what happens in it, on a slow machine too
+PACE = Argument("pace", "m/s", SLOW, 2.0)
+SPEC = Spec(
+    name="Rail",
+    joints=("cart",),
+    channels=(Scalar("pace", "m/s", 0.0, 2.0),),
+    streams=(Stream("trail"),),
+    scales={"cart": Scale(-0.01, LENGTH + 0.01, 1e-3), "pace": Scale(0.0, 2.0, 1e-3)},
+    commands=(
+        CommandKind("go", "Go", (Argument("x", "m", 0.0, LENGTH),), limit_s=60.0, replaceable=True, policies=ALONE),
+        CommandKind("patrol", "Patrol", limit_s=600.0, asked_by=frozenset({ANYONE, STAFF})),
+        CommandKind("jog", "Jog", (Argument("way", "", -1.0, 1.0),), limit_s=60.0, held=True),
+        CommandKind("noop", "Nothing", limit_s=5.0, moves=False, still_after=False),
+        CommandKind(
+            "pace", "Pace", (PACE,), lane="config", default={"pace": SLOW}, shown={"pace": "pace"}, moves=False,
+            still_after=False,
+        ),
+    ),
+)  # fmt: skip
+CAMERA = {"camera": {"by_driver": True, "views": ["rail"], "width": 32, "height": 8}}
+
+
+class Cart:
+    """The hardware: it goes to `goal` at its pace; as the board of its faults it falls silent and says wild things."""
+
+    def __init__(self):
+        self.start = self.goal = 0.0
+        self.pace, self.began, self.counted = SLOW, CLOCK.monotonic(), 0
+        self.faults, self.boot = {}, 1
+
+    def x(self):
+        way = self.goal - self.start
+        done = min(abs(way), self.pace * (CLOCK.monotonic() - self.began))
+        return self.start + (done if way > 0 else -done)
+
+    def go(self, goal):
+        self.counted += goal != self.x()
+        self.start, self.goal, self.began = self.x(), min(max(goal, 0.0), LENGTH), CLOCK.monotonic()
+
+    def stop(self):
+        self.start = self.goal = self.x()
+
+    def set(self, verb, value=1.0, count=None):
+        self.faults[verb] = value
+        self.boot += verb == "power_cycle"
+        return True
+
+    def clear(self):
+        self.faults.clear()
+
+    def motions(self):
+        return self.counted
+
+    def boots(self):
+        return self.boot
+
+
+class Rail(Session):
+    """Its address is the cart itself; anything else is nowhere."""
+
+    clock = CLOCK
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self.cart, self.open, self.holds, self.key, self.telling = self.address, False, 0, True, threading.Lock()
+
+    def heard(self):
+        if not self.open or {"awol", "power_cycle"} & set(self.cart.faults):
+            raise LineGone("The cart does not answer.")
+
+    def told(self, x, moving):
+        speed = self.cart.pace if moving else 0.0
+        return RobotState(
+            self.clock.monotonic(), (x,), (), moving, True, velocities=(speed,), values={"pace": self.cart.pace}
+        )
+
+    def tell(self, x):
+        with self.telling:
+            self.key = self.stream("trail", b"%f" % x, key=self.key)
+
+    def state(self):
+        self.heard()
+        x = self.cart.x()
+        self.tell(x)
+        return self.keep(self.told(x, abs(x - self.cart.goal) > 1e-9))
+
+    def connect(self):
+        self.open = isinstance(self.cart, Cart)
+        if not self.open:
+            raise LineGone("No cart is there.")
+        self.key = True
+        return self.state()
+
+    def check(self, kind, args):
+        within(known(SPEC, kind, args), args)
+
+    def execute(self, kind, args, permit, on_stage):
+        self.check(kind, args)
+        free = until_held(permit, lambda: self.holds)
+        if kind in ("noop", "pace"):
+            free()
+            if kind == "pace":
+                on_stage("sent")
+                self.set_pace(args["pace"])
+                on_stage("acknowledged")
+            return Outcome(dict(args), self.latest())
+        if kind == "jog":
+            return self.jog(args, free, on_stage)
+        self.move(args.get("x", LENGTH), free, on_stage)
+        while kind == "patrol":
+            for goal in (0.0, LENGTH):
+                free()
+                self.cart.go(goal)
+                self.until_there(free, on_stage)
+        self.until_there(free, on_stage)
+        return Outcome(dict(args), self.latest())
+
+    def set_pace(self, pace):
+        x = self.cart.x()
+        self.cart.start, self.cart.began, self.cart.pace = x, CLOCK.monotonic(), pace
+
+    def move(self, goal, free, on_stage):
+        free()
+        self.heard()
+        self.cart.go(goal)
+        on_stage("sent")
+        on_stage("acknowledged")
+
+    def until_there(self, free, on_stage):
+        while self.state().moving:
+            free()
+            on_stage(Progress("on its way"))
+            self.clock.sleep(STEP_S)
+        free()
+
+    def jog(self, args, free, on_stage):
+        try:
+            self.move(LENGTH if args["way"] > 0 else 0.0, free, on_stage)
+            while True:
+                free()
+                self.state()
+                self.clock.sleep(STEP_S)
+        finally:
+            if self.open:
+                self.cart.stop()
+
+    def hold(self):
+        self.holds += 1
+        self.heard()
+        self.cart.stop()
+        return self.state()
+
+    def close(self):
+        self.open = False
+
+    def picture(self, view, seconds):
+        data = BytesIO()
+        Image.new("L", (32, 8)).save(data, "PNG")
+        return data.getvalue()

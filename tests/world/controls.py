@@ -1,0 +1,50 @@
+"""Somebody who holds the controls of held motions, one after another."""
+
+from math import inf
+
+from robots import bus
+from robots.models import Command
+from robots.states import COMMAND_FINAL
+from tests.world.world import World
+
+EVERY_S = 0.06
+
+
+class Controls:
+    """Keep-alives for the oldest command that is not over, until `moment_s` after it was acknowledged.
+
+    `last` is when the newest was sent (monotonic, s).
+    """
+
+    moment_s = 1.0
+
+    def __init__(self, world: World) -> None:
+        self._world, self._held, self.last = world, [], 0.0
+        self._begun = False
+
+    def hold(self, command: Command) -> Command:
+        """Hold the controls for a command once it is its turn."""
+        self._held.append(command)
+        if not self._begun:
+            self._begun = True
+            self._world.spawn(self._run, "controls")
+        return command
+
+    def let_go(self) -> None:
+        """Say nothing more, as a browser does that is gone."""
+        self._held.clear()
+
+    def _run(self) -> None:
+        since, told = inf, None
+        while True:
+            held = [one for one in self._held if Command.objects.get(pk=one.pk).state not in COMMAND_FINAL]
+            self._held = held
+            if held:
+                now, command = self._world.monotonic(), held[0]
+                if command is not told:
+                    since, told = inf, command
+                if since == inf and Command.objects.get(pk=command.pk).state == "acknowledged":
+                    since = now
+                self.last = now
+                bus.send_keep_alive(command.robot.slug, command.pk, now - since < self.moment_s)
+            self._world.sleep(EVERY_S)

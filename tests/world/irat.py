@@ -1,0 +1,105 @@
+"""The iRat in a world: simulator with its maze and pictures, rosbridge, driver and brain."""
+
+import json
+from pathlib import Path
+
+from robots.drivers.irat.brain.process import BrainProcess
+from robots.drivers.irat.driver import Driver
+from simulators.irat.simulator import Simulator
+from tests.faults.wishes import ROBOTS
+from tests.world.brain import Brain
+from tests.world.rosbridge import Network
+from tests.world.world import World
+
+NARROW = 208  # of drawn pictures: quicker, and a little worse than the robot's own
+
+
+class IratRig:
+    """A simulated iRat in a corridor that runs in a process of its own, and what connects an owner with it."""
+
+    driver = "irat"
+    faults = ("awol", "mute", "slow", "stall", "slip", "ir_dead", "cam_gone", "cam_black", "cam_freeze")
+    strengths = {"slow": 0.5, "ir_dead": 7.0}
+
+    def __init__(self, world: World, folder: Path) -> None:
+        self.world, self.folder = world, folder
+        self.process = world.process("simulator", delayed=False)
+        self.brains: list[Brain] = []  # that were made, the newest last
+        self.sim = Simulator(
+            folder, world.seed, clock=world, wall=lambda: world.now().timestamp(), real=world, width=NARROW
+        )
+        self.sim.faults.set("carried", ROBOTS["irat"].corridor)
+        self.network = network = Network(world, self.sim.radio, self.sim.faults, self.process)
+        self.pull, self.plug, self.stall, self.halve = network.unplug, network.plug, network.stall, network.halve
+        self._last: dict = {}  # the motion before
+        self._end = ""  # how it ended, if nobody has held the robot since
+        world.spawn(self.sim.run, "simulator", self.process)
+
+    def _think(self, folder, packet, clock) -> BrainProcess:
+        return BrainProcess(folder, packet, clock, clock, self._brain)
+
+    def _brain(self, folder) -> Brain:
+        self.brains.append(Brain(self.world, folder))
+        return self.brains[-1]
+
+    def session(self, name, address, settings, trace=None):
+        """Open a session of the driver over the network."""
+
+        class InWorld(Driver):
+            clock = self.world
+            opened = staticmethod(self.network.open)
+            think = staticmethod(self._think)
+
+        made = InWorld("ws://world", {**settings, "folder": str(self.folder)}, trace)
+        made.wheels.seed(self.world.seed)
+        return made
+
+    def camera(self, url, rig, view="", colour=False):
+        raise AssertionError("its pictures come over its own wire")
+
+    @property
+    def moving(self) -> bool:
+        return self.sim.moving
+
+    def journal(self) -> list[dict]:
+        """Return what the simulator did, oldest first."""
+        return [json.loads(line) for line in (self.folder / "journal.jsonl").read_text().splitlines()]
+
+    def count(self, event: str) -> int:
+        return self.sim.journal.counts[event]
+
+    def tell(self, told) -> None:
+        """Have each of the simulator's notes told, at the moment at which it is written."""
+
+        def noted(record: dict) -> None:
+            if record["event"] == "rest":
+                self._end = record["end"]
+            elif record["event"] in ("hold", "connected", "disconnected", "power_on"):
+                self._end = ""
+            told(record)
+
+        self.sim.journal.told = noted
+
+    @property
+    def stalled_s(self) -> float:
+        """Return how long the network kept back what it was given last (s)."""
+        return self.network.kept_back_s
+
+    def is_by_itself(self, motion: dict) -> bool:
+        """Tell whether a motion goes on with the one before, which rested because velocities came late."""
+        last, self._last = self._last, motion
+        same = all(last.get(name) == motion[name] for name in ("epoch", "linear", "angular"))
+        return same and self._end == "silence"
+
+    def fault(self, verb: str, value: float = 1.0) -> None:
+        self.sim.faults.set(verb, value)
+
+    def clear_faults(self) -> None:
+        self.sim.faults.clear()
+
+    def power_cycle(self) -> None:
+        """Switch the robot off and on."""
+        self.sim.faults.set("power_cycle", count=1)
+
+    def close(self) -> None:
+        self.sim.journal.close()

@@ -1,0 +1,147 @@
+"""The museum arm in a world: simulator, connections, driver and cameras."""
+
+import json
+from collections.abc import Iterable
+from math import radians
+from pathlib import Path
+
+import numpy as np
+
+from robots.description import load
+from robots.drivers.errors import CameraFault
+from robots.drivers.pa10.courses import Courses
+from robots.drivers.pa10.driver import Driver
+from simulators.pa10.cameras import Cameras
+from simulators.pa10.simulator import Simulator
+from tests.world.streams import Door, Network
+from tests.world.world import World
+
+PLAN_S = 0.03  # what a plan takes on an ordinary machine
+
+
+class InPlace(Courses):
+    """Plans in the thread that asks, which takes so long."""
+
+    def __init__(self, world: World) -> None:
+        super().__init__()
+        self._world = world
+
+    def plan(self, *about, **more):
+        self._world.sleep(PLAN_S)
+        return super().plan(*about, **more)
+
+
+class ArmRig:
+    """A simulated arm that runs in a process of its own, and what connects an owner with it."""
+
+    driver = "pa10"
+    faults = ("awol", "mute", "slow", "disturb", "slip", "cam_gone")
+    strengths = {"slow": 0.5, "disturb": 60.0}
+
+    def __init__(self, world: World, folder: Path) -> None:
+        self.world, self.folder, self.cable = world, folder, Network(world)
+        self.pull, self.plug = self.cable.pull, self.cable.plug
+        self.stall, self.halve = self.cable.stall, self.cable.halve
+        self.by_itself: dict[tuple[float, ...], bool] = {}  # whether the newest line to a target put the arm in order
+        self.process = world.process("simulator", delayed=False)
+        line = load("pa10")["line"]
+        self.sim = Simulator(
+            folder, lambda note: InPlace(world), "computed_torque", "", (line["watchdog_s"], line["connect_s"]),
+            world, world,
+        )  # fmt: skip
+        self.cameras = Cameras(folder, world.seed)
+        world.spawn(self._run, "simulator", self.process)
+
+    def _run(self) -> None:
+        self.sim.network.listen(Door(self.cable))
+        self.sim.run()
+
+    def session(self, name, address, settings, trace=None):
+        """Open a session of the driver over the network."""
+
+        rig, recovers = self, False
+
+        class InWorld(Driver):
+            clock = real = self.world
+
+            @staticmethod
+            def opened(host, port, seconds):
+                return rig.cable.connect(host, port, seconds, sent)
+
+            def recover(self, permit):
+                nonlocal recovers
+                recovers = True
+                try:
+                    return super().recover(permit)
+                finally:
+                    recovers = False
+
+        def sent(data: bytes) -> None:
+            if data[:1] == b"j":
+                rig.by_itself[target(radians(float(v)) for v in data.split()[1:7])] = recovers
+
+        return InWorld("127.0.0.1:5000", settings, trace)
+
+    def camera(self, url, rig, view="", colour=False):
+        return Eye(self, view or "surroundings", colour)
+
+    @property
+    def moving(self) -> bool:
+        return self.sim.app.moving
+
+    def journal(self) -> list[dict]:
+        """Return what the simulator did, oldest first."""
+        return [json.loads(line) for line in (self.folder / "journal.jsonl").read_text().splitlines()]
+
+    def count(self, event: str) -> int:
+        return self.sim.journal.counts[event]
+
+    def tell(self, told) -> None:
+        """Have each of the simulator's notes told, at the moment at which it is written."""
+        self.sim.journal.told = told
+
+    @property
+    def stalled_s(self) -> float:
+        """Return how long the network kept back what it was given last (s)."""
+        return self.cable.kept_back_s
+
+    def is_by_itself(self, motion: dict) -> bool:
+        """Tell whether the owner began a motion by itself, to put the arm in order."""
+        return self.by_itself.get(target(motion.get("target", ())), False)
+
+    def fault(self, verb: str, value: float = 1.0) -> None:
+        self.sim.faults.set(verb, value)
+
+    def clear_faults(self) -> None:
+        self.sim.faults.clear()
+
+    def power_cycle(self) -> None:
+        """Start the control application again, as its watchdog does."""
+        self.sim.faults.set("restart", count=1)
+
+    def close(self) -> None:
+        self.sim.journal.close()
+
+
+def target(joints: Iterable[float]) -> tuple[float, ...]:
+    """Return six joints (rad) as a motion's name."""
+    return tuple(round(v, 4) for v in joints)
+
+
+class Eye:
+    """One of the cameras, without its HTTP server."""
+
+    PICTURE_S = 0.06  # what a picture takes
+
+    def __init__(self, rig: ArmRig, view: str, colour: bool) -> None:
+        self._rig, self._view, self._colour = rig, view, colour
+
+    def grab(self, exposure_s: float | None) -> np.ndarray:
+        if self._rig.sim.faults.value("cam_gone"):
+            raise CameraFault("The camera does not answer.")
+        picture = self._rig.cameras.take(self._view)
+        self._rig.world.sleep(self.PICTURE_S)
+        return picture[:, :, ::-1].copy() if self._colour else picture.mean(axis=2).astype(np.uint8)
+
+    def close(self) -> None:
+        pass

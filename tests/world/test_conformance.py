@@ -1,0 +1,51 @@
+"""The conformance suite over the Mercury arm in virtual time: no stall of the machine can reach it."""
+
+import pytest
+
+from robots.conformance.report import Verdict
+from robots.conformance.suite import conform
+from robots.conformance.trial import Limits
+from robots.contract.find import spec_of
+from robots.description import load
+from tests.conftest import at_length
+from tests.world.mercury import MercuryRig
+from tests.world.world import World
+
+pytestmark = pytest.mark.django_db(transaction=True)
+
+
+class Board:
+    """The rig's faults as a fault board."""
+
+    def __init__(self, rig):
+        self.rig = rig
+
+    def set(self, verb, value=1.0, count=None):
+        self.rig.sim.faults.set(verb, value, count)
+        return True
+
+    def clear(self):
+        self.rig.clear_faults()
+
+    def motions(self):
+        return self.rig.count("motion")
+
+    def boots(self):
+        return self.rig.sim.controller.boot
+
+
+@pytest.mark.parametrize("seed", [1, at_length(2)])
+def test_the_mercury_arm_conforms_in_virtual_time(tmp_path, seed):
+    world = World(seed)
+    rig = MercuryRig(world, tmp_path)
+    try:
+        report = conform(
+            lambda: rig.session("mercury", "", {}), spec_of("mercury"), world, description=load("mercury"),
+            faults=lambda: Board(rig), limits=Limits(watch_s=4.0),
+        )  # fmt: skip
+    finally:
+        rig.close()
+        world.close()
+    assert not report.failures, report.text()
+    left = {r.check for r in report.results if r.verdict == Verdict.NOT_APPLICABLE}
+    assert left == {"replaced", "policies", "pictures", "streams"}, report.text()

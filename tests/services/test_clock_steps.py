@@ -20,7 +20,6 @@ from queueing.steps import carry
 from queueing.tasks import queue_tick
 from queueing.tick import ABSENT_S, tick_seldom
 from robots import probes, services
-from robots.clock import SYSTEM
 from robots.models import Command, Grant, Lease, Robot
 from tests.services.clock_steps import HOUR, YEAR, drive, each_change, each_step
 
@@ -211,7 +210,7 @@ def test_a_tick_that_has_begun_judges_nothing_that_has_followed_the_clock_since(
         monkeypatch.undo()
         monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
         change(clock)
-        SYSTEM.spawn(queue_tick, "another thread of the worker").join()
+        clock.spawn(queue_tick, "another thread of the worker").join()
         tick_seldom(now)
 
     monkeypatch.setattr("queueing.tasks.tick_seldom", meanwhile)

@@ -35,8 +35,8 @@ class Crowd(Chaos):
 
     def run(self, seconds: float, troubles: tuple[str, ...] = ()) -> None:
         """Let so many seconds pass, with a trouble now and then; then mend everything and judge the history."""
-        end = self.world.monotonic() + seconds
-        while self.world.monotonic() < end:
+        end = self.world.awake() + seconds
+        while self.world.awake() < end:
             self.world.sleep(self.dice.random() * 25.0)
             self.world.check_errors()
             if troubles:

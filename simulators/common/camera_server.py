@@ -5,26 +5,20 @@ video libraries read. Some have a microphone: ``/microphone.wav``.
 """
 
 import contextlib
-import io
 import sys
 import threading
-from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from math import isfinite, nan
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
-
 from robots.brownout import Brownout
 from robots.clock import TIMER, WALL, Timer, Wall
-from simulators.common import memory, stamp
+from simulators.common import memory
 from simulators.common.faults import FaultBoard
 from simulators.common.microphone import Microphone
+from simulators.common.sensor import Sensor, Take
 
-Take = Callable[[float], NDArray[np.uint8]]
 STREAM_S = 0.1
 LEAST_OFTEN_S = 1.0  # a still may be taken from the stream, and must not wait long
 IDLE_S = 5.0  # without a picture; then the memory that the last ones took is given back
@@ -85,12 +79,8 @@ class CameraServer:
         self, take: Take, faults: FaultBoard, exposure_range: tuple[float, float], clock: Timer = TIMER,
         microphone: Microphone | None = None, real: Timer = TIMER, wall: Wall = WALL,
     ) -> None:  # fmt: skip
-        self._take, self._faults, self._clock = take, faults, clock
-        self._range, self._microphone = exposure_range, microphone
-        self._real, self._wall = real, wall
-        self._one_at_a_time = threading.Lock()
-        self._frozen: NDArray[np.uint8] | None = None
-        self._count = 0
+        self._sensor, self._faults = Sensor(take, faults, clock, wall), faults
+        self._range, self._microphone, self._real = exposure_range, microphone, real
         camera = self
 
         class Handler(BaseHTTPRequestHandler):
@@ -137,12 +127,12 @@ class CameraServer:
             request.close_connection = True
 
     def _snapshot(self, request: BaseHTTPRequestHandler, exposure: float) -> None:
-        body = self.picture(exposure)
+        body = self._picture(exposure)
         request.send_response(200)
         request.send_header("Content-Type", "image/jpeg")
         request.send_header("Content-Length", str(len(body)))
         request.send_header("Cache-Control", "no-store")
-        request.send_header("X-Frame-Count", str(self._count))
+        request.send_header("X-Frame-Count", str(self._sensor.count))
         request.end_headers()
         request.wfile.write(body)
 
@@ -154,7 +144,7 @@ class CameraServer:
         request.close_connection = True
         brownout = Brownout()
         while not self._faults.value("cam_gone"):
-            body = self.picture(exposure)
+            body = self._picture(exposure)
             head = f"--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(body)}\r\n\r\n"
             request.wfile.write(head.encode() + body + b"\r\n")
             request.wfile.flush()
@@ -163,29 +153,7 @@ class CameraServer:
             self._real.sleep(wait)
             brownout.feel(self._real.monotonic() - begun - wait, self._real.monotonic())
 
-    def picture(self, exposure: float) -> bytes:
-        """Return one JPEG, with the faults of the fault board."""
-        with self._one_at_a_time:
-            if self._faults.value("cam_slow"):
-                self._clock.sleep(self._faults.value("cam_slow"))
-            if self._faults.value("cam_freeze") and self._frozen is not None:
-                picture = self._frozen
-            else:
-                begun = self._wall()
-                picture = self._take(exposure)
-                if self._faults.value("cam_stamp"):
-                    picture = stamp.painted(picture, int(begun * 1000))
-                self._frozen = picture
-                self._count += 1
-            self._server.used_at = self._real.monotonic()
-        if self._faults.value("cam_black"):
-            picture = np.zeros_like(picture)
-        if self._faults.value("cam_flicker"):
-            picture = (picture * (0.55, 1.0)[self._count % 2]).astype(np.uint8)
-        scale = self._faults.value("cam_size")
-        image = Image.fromarray(picture)
-        if scale and self._count % 2:
-            image = image.resize((max(1, int(image.width * scale)), max(1, int(image.height * scale))))
-        out = io.BytesIO()
-        image.save(out, "JPEG", quality=94)
-        return out.getvalue()
+    def _picture(self, exposure: float) -> bytes:
+        body = self._sensor.picture(exposure)
+        self._server.used_at = self._real.monotonic()
+        return body

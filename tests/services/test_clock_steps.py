@@ -29,13 +29,7 @@ pytestmark = pytest.mark.django_db
 @pytest.fixture
 def tick(trusted, clock):
     """A tick as the housekeeping worker does it each second."""
-
-    def go(seconds=1.0):
-        clock.go(seconds)
-        trusted.follow(carry)
-        queue.tick(clock.now())
-
-    return go
+    return lambda seconds=1.0: (clock.go(seconds), trusted.follow(carry), queue.tick(clock.now()))
 
 
 @pytest.fixture

@@ -2,15 +2,12 @@
 
 from pathlib import Path
 
-import numpy as np
-
-from robots.drivers.errors import CameraFault
 from robots.drivers.mercury.driver import Driver
 from simulators.mercury.__main__ import Simulator
+from tests.world.eyes import Eye
 from tests.world.wires import Cable, Port, line_of
 from tests.world.world import World
 
-EXPOSURE_S = 0.0067
 SEQ = 2  # where the number of an instruction stands in it
 
 
@@ -64,7 +61,7 @@ class MercuryRig:
         return InWorld(address, settings, trace)
 
     def camera(self, url, rig, view="", colour=False):
-        return Eye(self)
+        return Eye(self.world, self.sim.take, self.sim.faults, colour)
 
     @property
     def moving(self) -> bool:
@@ -106,21 +103,6 @@ class MercuryRig:
 
     def close(self) -> None:
         self.sim.journal.close()
-
-
-class Eye:
-    """The camera, without its HTTP server."""
-
-    def __init__(self, rig: MercuryRig) -> None:
-        self._rig = rig
-
-    def grab(self, exposure_s: float | None) -> np.ndarray:
-        if self._rig.sim.faults.value("cam_gone"):
-            raise CameraFault("The camera does not answer.")
-        return self._rig.sim.take(exposure_s or EXPOSURE_S)
-
-    def close(self) -> None:
-        pass
 
 
 def journal(folder: Path) -> list[dict]:

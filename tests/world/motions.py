@@ -21,6 +21,7 @@ class Motions:
         self._portal, self._world = portal, portal.world
         self.wrong: list[str] = []
         self.begun: Counter[object] = Counter()  # by goal
+        self._releases = 0  # of the robot's row when the stop was latched; more: it was released since
         self._latched_since, self._epoch_since, self._epoch = inf, -inf, 0
         self._wired_since = -inf  # since when the wire carries what it is given at once
         self.issued: dict[int, float] = {}  # commands, by when they were asked for (monotonic, s)
@@ -36,8 +37,8 @@ class Motions:
             owner, now = self._portal.owner, self._world.monotonic()
             if owner is not None and not owner.latch.latched:
                 self._latched_since = inf
-            elif owner is not None:
-                self._latched_since = min(self._latched_since, now)
+            elif owner is not None and self._latched_since == inf:
+                self._latched_since, self._releases = now, self._portal.row.releases
             if owner is not None and owner.lease.epoch != self._epoch:
                 self._epoch, self._epoch_since = owner.lease.epoch, now
 
@@ -58,7 +59,7 @@ class Motions:
         wire_s = WIRE_S + max(0.0, self._portal.rig.stalled_s)
         if self.begun[goal] > len(same):
             self.wrong.append(f"{named} is its {self.begun[goal]}th")
-        if at - self._latched_since > wire_s:
+        if at - self._latched_since > wire_s and self._portal.row.releases == self._releases:
             self.wrong.append(f"{named} began {at - self._latched_since:.3f} s after a stop was latched")
         grant = Grant.objects.get(pk=command.grant_id)
         if (

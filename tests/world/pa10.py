@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from robots.description import load
-from robots.drivers.errors import CameraFault
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.driver import Driver
 from simulators.pa10.cameras import Cameras
 from simulators.pa10.simulator import Simulator
+from tests.world.eyes import Eye
 from tests.world.streams import Door, Network
 from tests.world.world import World
 
@@ -29,6 +29,9 @@ class InPlace(Courses):
     def plan(self, *about, **more):
         self._world.sleep(PLAN_S)
         return super().plan(*about, **more)
+
+
+PICTURE_S = 0.06  # what a picture takes
 
 
 class ArmRig:
@@ -83,7 +86,12 @@ class ArmRig:
         return InWorld("127.0.0.1:5000", settings, trace)
 
     def camera(self, url, rig, view="", colour=False):
-        return Eye(self, view or "surroundings", colour)
+        def take(exposure: float) -> np.ndarray:
+            picture = self.cameras.take(view or "surroundings")
+            self.world.sleep(PICTURE_S)
+            return picture
+
+        return Eye(self.world, take, self.sim.faults, colour)
 
     @property
     def moving(self) -> bool:
@@ -126,22 +134,3 @@ class ArmRig:
 def target(joints: Iterable[float]) -> tuple[float, ...]:
     """Return six joints (rad) as a motion's name."""
     return tuple(round(v, 4) for v in joints)
-
-
-class Eye:
-    """One of the cameras, without its HTTP server."""
-
-    PICTURE_S = 0.06  # what a picture takes
-
-    def __init__(self, rig: ArmRig, view: str, colour: bool) -> None:
-        self._rig, self._view, self._colour = rig, view, colour
-
-    def grab(self, exposure_s: float | None) -> np.ndarray:
-        if self._rig.sim.faults.value("cam_gone"):
-            raise CameraFault("The camera does not answer.")
-        picture = self._rig.cameras.take(self._view)
-        self._rig.world.sleep(self.PICTURE_S)
-        return picture[:, :, ::-1].copy() if self._colour else picture.mean(axis=2).astype(np.uint8)
-
-    def close(self) -> None:
-        pass

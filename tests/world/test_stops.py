@@ -34,13 +34,13 @@ def stops(portal, number, within_s):
 
 
 @EACH
-@seeds(3, 30, 300)
+@seeds(1, 30, 300)
 def test_a_stop_overtakes_everything(worlds, seed):
     hunt(worlds, seed, lambda portal: stops(portal, 5, 0.3))
 
 
 @EACH
-@seeds(3, 30, 300)
+@seeds(1, 30, 300)
 def test_a_stop_on_a_busy_machine(worlds, seed):
     hunt(worlds, seed, lambda portal: stops(portal, 5, 3.0), busy)
 
@@ -70,7 +70,7 @@ def lost_controls(portal, number, within_s):
 
 
 @EACH
-@seeds(3, 30, 300)
+@seeds(1, 30, 300)
 def test_a_held_motion_ends_with_its_controls(worlds, seed):
     hunt(worlds, seed, lambda portal: lost_controls(portal, 5, 0.5))
 
@@ -96,6 +96,6 @@ def presses(portal, number):
         portal.works_on()
 
 
-@seeds(3, 30, 300)
+@seeds(1, 30, 300)
 def test_a_press_after_a_release_counts(worlds, seed):
     hunt(worlds, seed, lambda portal: presses(portal, 3))

@@ -1,0 +1,50 @@
+"""A simulated camera's sensor: pictures as JPEG, one at a time, with the faults of a fault board."""
+
+import io
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from robots.clock import TIMER, WALL, Timer, Wall
+from simulators.common import stamp
+from simulators.common.faults import FaultBoard
+
+Take = Callable[[float], NDArray[np.uint8]]
+
+
+class Sensor:
+    """Exposes a picture by `take(exposure_s)`; `count` is how many there were."""
+
+    def __init__(self, take: Take, faults: FaultBoard, clock: Timer = TIMER, wall: Wall = WALL) -> None:
+        self._take, self._faults, self._clock, self._wall = take, faults, clock, wall
+        self._one_at_a_time = clock.lock()
+        self._frozen: NDArray[np.uint8] | None = None
+        self.count = 0
+
+    def picture(self, exposure: float) -> bytes:
+        """Return one JPEG that is exposed for so long (s)."""
+        with self._one_at_a_time:
+            if self._faults.value("cam_slow"):
+                self._clock.sleep(self._faults.value("cam_slow"))
+            if self._faults.value("cam_freeze") and self._frozen is not None:
+                picture = self._frozen
+            else:
+                begun = self._wall()
+                picture = self._take(exposure)
+                if self._faults.value("cam_stamp"):
+                    picture = stamp.painted(picture, int(begun * 1000))
+                self._frozen = picture
+                self.count += 1
+        if self._faults.value("cam_black"):
+            picture = np.zeros_like(picture)
+        if self._faults.value("cam_flicker"):
+            picture = (picture * (0.55, 1.0)[self.count % 2]).astype(np.uint8)
+        scale = self._faults.value("cam_size")
+        image = Image.fromarray(picture)
+        if scale and self.count % 2:
+            image = image.resize((max(1, int(image.width * scale)), max(1, int(image.height * scale))))
+        out = io.BytesIO()
+        image.save(out, "JPEG", quality=94)
+        return out.getvalue()

@@ -9,7 +9,6 @@ import contextlib
 import ctypes
 import os
 import signal
-import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +18,7 @@ from portal import forks
 from portal.logs.outlet import Outlet
 from portal.logs.text import PRINTED, tidy
 from portal.places import ROOT
+from robots.clock import SYSTEM
 
 HEARTBEAT_S = 10.0
 GRACE_S = 25.0
@@ -68,7 +68,7 @@ class Child:
                 self._tell(self.spec.name, f"could not be started or watched: {type(error).__name__}: {error}")
             if self.stopping:
                 return
-            ran = time.monotonic() - self._started
+            ran = SYSTEM.awake() - self._started
             pause = BACKOFF_S[min(self.restarts, len(BACKOFF_S) - 1)] if ran < 30 else BACKOFF_S[0]
             self.restarts = self.restarts + 1 if ran < 30 else 0
             code = self._process.returncode if self._process else None
@@ -76,7 +76,7 @@ class Child:
             await asyncio.sleep(pause)
 
     async def _once(self) -> None:
-        self._started = time.monotonic()
+        self._started = SYSTEM.awake()
         if self.spec.heartbeat is not None:
             self.spec.heartbeat.unlink(missing_ok=True)
         self._process = None
@@ -131,17 +131,17 @@ class Child:
         try:
             touched = path.stat().st_mtime_ns
         except FileNotFoundError:
-            silent = time.monotonic() - self._started - GRACE_S if self._waits_for_lease() is False else 0.0
+            silent = SYSTEM.awake() - self._started - GRACE_S if self._waits_for_lease() is False else 0.0
         else:
             if touched != self._touched:
-                self._touched, self._heard_at = touched, time.monotonic()
-            silent = time.monotonic() - self._heard_at
+                self._touched, self._heard_at = touched, SYSTEM.awake()
+            silent = SYSTEM.awake() - self._heard_at
         if silent > HEARTBEAT_S:
             self._tell(self.spec.name, f"its control loop is silent for {silent:.0f} s; killing it")
             self._signal(signal.SIGKILL)
 
     def _waits_for_lease(self) -> bool:
-        return time.monotonic() - self._started < GRACE_S
+        return SYSTEM.awake() - self._started < GRACE_S
 
     def _signal(self, number: int) -> None:
         if self._process is not None and self._process.returncode is None:

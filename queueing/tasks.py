@@ -1,6 +1,6 @@
 """The periodic tasks of the queues; each may be sent twice."""
 
-import threading
+from functools import cache
 
 from celery import shared_task
 
@@ -8,9 +8,14 @@ from queueing.jobs.forgetting import forget_old_jobs
 from queueing.steps import carry
 from queueing.tick import tick_seldom
 from robots import bus, web_uptime
+from robots.clock import SYSTEM, Lock
 from robots.wall_clock import wall_clock
 
-_TICKING = threading.Lock()
+
+@cache
+def ticking() -> Lock:
+    """Return the lock under which this process ticks."""
+    return SYSTEM.lock()
 
 
 @shared_task(name="queueing.tick", ignore_result=True, max_retries=0)
@@ -19,14 +24,14 @@ def queue_tick() -> None:
 
     One at a time: a tick that has begun would judge by the time of before what has followed the clock since.
     """
-    if not _TICKING.acquire(blocking=False):
+    if not ticking().acquire(blocking=False):
         return
     try:
         now = wall_clock().follow(carry)
         tick_seldom(now, web_uptime.up_since(now))
         bus.make_up()
     finally:
-        _TICKING.release()
+        ticking().release()
 
 
 @shared_task(name="queueing.clean", ignore_result=True, max_retries=0)

@@ -7,13 +7,14 @@ be made twice, are told apart in the database.
 import hashlib
 import json
 import re
-import time
 from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
 from django.core.cache import cache
 from django.http import HttpRequest, HttpResponse, HttpResponseRedirect
+
+from robots.clock import SYSTEM
 
 FIELD, FIELD_OF_JOBS = "once", "press"  # whoever asks for a job is also told who they are: a guest gets a cookie
 TOKEN = re.compile(r"[\w-]{20,64}\Z", re.ASCII)
@@ -65,7 +66,7 @@ def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
 def _made(request: HttpRequest, key: str) -> str | None:
     """Return where the first press was led to; nothing if it was refused, or is not answered in time."""
     getattr(request, "leave_room", bool)()  # another page is rendered meanwhile (portal/limits/pages.py)
-    until = time.monotonic() + WAIT_S
-    while (place := cache.get(key)) == BEING_ANSWERED and time.monotonic() < until:
-        time.sleep(POLL_S)
+    until = SYSTEM.awake() + WAIT_S
+    while (place := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
+        SYSTEM.sleep(POLL_S)
     return str(place) if place else None

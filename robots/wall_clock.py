@@ -7,7 +7,6 @@ what happened while it was started again, or while the machine was off.
 import contextlib
 import json
 import logging
-import threading
 from collections.abc import Callable
 from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
@@ -59,7 +58,7 @@ class WallClock:
 
     def __init__(self, file: Path, clock: Clock = SYSTEM, boot: Callable[[], str] = boot_id) -> None:
         self._file, self._clock, self._boot = file, clock, boot
-        self._lock = threading.Lock()
+        self._lock = clock.lock()
         self._seen: Reading | None = None
         self._doubted_s = TRUSTED_S  # still to be awake until the date is believed
         self._written = -WRITE_S

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 TURNTABLE = Path(__file__).resolve().parent / "packages" / "turntable"
-SHUTTLE = TURNTABLE.with_name("shuttle")
+SHUTTLE, ERRANDS = TURNTABLE.with_name("shuttle"), TURNTABLE.with_name("errands")
 
 
 @contextmanager

@@ -49,7 +49,7 @@ _looked = SYSTEM.monotonic()
 
 
 @signals.worker_init.connect
-def _begin(**_: object) -> None:
+def count_from_now(**_: object) -> None:
     """Count from now on: this module may have been loaded long before the worker started."""
     global _looked
     _looked = SYSTEM.monotonic()

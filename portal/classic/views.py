@@ -2,7 +2,6 @@
 
 import re
 import secrets
-import time
 from datetime import datetime
 from typing import Any
 
@@ -192,9 +191,9 @@ def _wanted(request: HttpRequest, robot: Robot, panel: Panel) -> Press | None:
 
 def _until_final(command: Command) -> Command:
     """Wait for the end of the command, as the page of 1994 did, for a limited time."""
-    until = time.monotonic() + WAIT_S
-    while not command.final and time.monotonic() < until:
-        time.sleep(POLL_S)
+    until = SYSTEM.awake() + WAIT_S
+    while not command.final and SYSTEM.awake() < until:
+        SYSTEM.sleep(POLL_S)
         command.refresh_from_db()
     return command
 

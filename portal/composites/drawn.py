@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -48,27 +47,28 @@ class Drawn(Parts):
 
     async def make(self, viewer: Viewer) -> None:
         """Draw ten times a second what the robot tells."""
-        heard = seen = due = time.monotonic()
+        clock = asyncio.get_running_loop().time
+        heard = seen = due = clock()
         shown = -UNHEARD_S
-        while time.monotonic() - heard < GONE_S:
-            due = max(due + EVERY_S, time.monotonic())
-            await asyncio.sleep(due - time.monotonic())
+        while clock() - heard < GONE_S:
+            due = max(due + EVERY_S, clock())
+            await asyncio.sleep(due - clock())
             packets = hub().streams.news(self.slug, viewer.told)
             news, picture = (viewer.state, viewer.frames.pop(0, None))
             viewer.state = None
             viewer.events.clear()
             if news is not None:
-                heard = time.monotonic()
-            seen = time.monotonic() if picture is not None else seen
-            if time.monotonic() - seen > GONE_S:
+                heard = clock()
+            seen = clock() if picture is not None else seen
+            if clock() - seen > GONE_S:
                 self._picture = None  # an old one must not look live
-            if time.monotonic() - self._looked >= JOBS_S:
-                self._looked = time.monotonic()
+            if clock() - self._looked >= JOBS_S:
+                self._looked = clock()
                 with suppress(Error):  # while the database is away the jobs that were known are drawn
                     self._jobs = await ANYBODY.orm(waiting_jobs)(self.slug)
-            if packets or picture or news is not None or time.monotonic() - shown >= UNHEARD_S:
+            if packets or picture or news is not None or clock() - shown >= UNHEARD_S:
                 jpeg = await THREAD.run(self._drawn, packets, picture, news)
-                shown = time.monotonic()
+                shown = clock()
                 self.tell(jpeg)
 
     def _drawn(self, packets: list[bytes], picture: bytes | None, state: bytes | None) -> bytes:

@@ -5,7 +5,6 @@ Without Redis each process keeps the limits by itself; no page fails.
 
 import contextlib
 import json
-import time
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -13,6 +12,8 @@ from django.core.cache.backends.base import DEFAULT_TIMEOUT, BaseCache
 from django.core.cache.backends.locmem import LocMemCache
 from django.core.cache.backends.redis import RedisCache
 from redis.exceptions import RedisError
+
+from robots.clock import SYSTEM
 
 AGAIN_S = 2.0  # between two attempts while Redis is away
 OWED = 10_000
@@ -47,21 +48,21 @@ class SharedCache(BaseCache):
         self._away_until = 0.0
 
     def _do(self, verb: str, *args: Any, **kwargs: Any) -> Any:
-        if time.monotonic() >= self._away_until:
+        if SYSTEM.awake() >= self._away_until:
             try:
                 self._settle()
                 call: Callable[..., Any] = getattr(self._shared, verb)
                 return call(*args, **kwargs)
             except (RedisError, OSError):
-                self._away_until = time.monotonic() + AGAIN_S
+                self._away_until = SYSTEM.awake() + AGAIN_S
         if verb == "delete" and len(self._owed) < OWED:
-            self._owed[args] = time.monotonic()  # (key, version)
+            self._owed[args] = SYSTEM.awake()  # (key, version)
         return getattr(self._own, verb)(*args, **kwargs)
 
     def _settle(self) -> None:
         """Delete what was to be deleted while Redis was away. Raises RedisError, OSError; the rest is owed on."""
         for (key, version), since in list(self._owed.items()):
-            if time.monotonic() - since < OWED_S:
+            if SYSTEM.awake() - since < OWED_S:
                 self._shared.delete(key, version=version)
             self._owed.pop((key, version), None)
 

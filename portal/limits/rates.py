@@ -1,9 +1,9 @@
 """How often something may come: from one connection, and from all of a network address in this process."""
 
-import time
 from collections.abc import Callable
 
 from portal.limits.addresses import network_of
+from robots.clock import SYSTEM
 
 MANY = 1000  # addresses that are remembered before those that are calm are forgotten
 
@@ -33,7 +33,7 @@ class Bucket:
 class AddressRate:
     """A bucket for each network address (IPv6: its /64)."""
 
-    def __init__(self, rate: float, burst: float, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, rate: float, burst: float, clock: Callable[[], float] = SYSTEM.awake) -> None:
         self._rate, self._burst, self._clock = rate, burst, clock
         self._buckets: dict[str, Bucket] = {}
 

@@ -9,7 +9,6 @@ import asyncio
 import contextlib
 import logging
 import secrets
-import time
 from collections import Counter
 from collections.abc import Iterator
 from string import digits
@@ -27,6 +26,7 @@ from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.watchers import together, understood
 from robots import bus, stream_store
+from robots.clock import SYSTEM
 from robots.contract.streams import MOST
 from robots.messages import decode
 
@@ -122,7 +122,7 @@ class Hub:
                 room.add(viewer)
 
     def _give_newest(self, viewer: Viewer) -> None:
-        room, now = self._rooms.get(viewer.slug), time.monotonic()
+        room, now = self._rooms.get(viewer.slug), SYSTEM.awake()
         if room is None or viewer.coarse or now < viewer.newest_from:  # what is kept is whole
             return
         for camera, data in room.newest.items():  # it may be old, so the next one is not kept back for it

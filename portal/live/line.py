@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import logging
-import time
 from collections.abc import Callable, Coroutine
 from typing import Any, ClassVar
 
@@ -15,6 +14,7 @@ from portal.limits.rates import AddressRate, Bucket
 from portal.live.messages import NotUnderstood, Wire
 from portal.live.sessions import Ending, SignIn, session_watch
 from portal.live.threads import ANYBODY, DRIVERS, KNOWN, Pool
+from robots.clock import SYSTEM
 
 log = logging.getLogger(__name__)
 RATE, BURST = 30.0, 60.0  # messages a second of one socket, and at once
@@ -37,7 +37,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self.over = False
         self.me, self.known = 0, False  # the person, and whether they stand in a queue or are staff
         self.operating = False  # whether they drive the robot
-        self._tokens, self._filled = BURST, time.monotonic()
+        self._tokens, self._filled = BURST, SYSTEM.awake()
         self._calm = Bucket(CALM, CALM_BURST)
         self._tasks: set[asyncio.Task[None]] = set()
         self._main: asyncio.Task[Any] | None = None
@@ -127,7 +127,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         return OF_ADDRESS.take(address) or calm
 
     async def _receive(self, text: str | None) -> None:
-        if not self._may(time.monotonic()):
+        if not self._may(SYSTEM.awake()):
             drop("sent too many messages")
             await self.close(TOO_FAST)
             return

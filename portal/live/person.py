@@ -8,7 +8,6 @@ sent again when the page has to announce something: 60, 20 and 10 s before an en
 import asyncio
 import contextlib
 import json
-import time
 from typing import Any
 
 from django.db import Error
@@ -70,8 +69,8 @@ class PersonConsumer(Line):
             return
         match message:
             case Here():
-                if self._waits and time.monotonic() - self._seen > SEEN_S:
-                    self._seen = time.monotonic()
+                if self._waits and SYSTEM.awake() - self._seen > SEEN_S:
+                    self._seen = SYSTEM.awake()
                     with contextlib.suppress(Error):  # it is told again with the next answer
                         await self.orm(self._present)
             case Look():

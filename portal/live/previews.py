@@ -10,7 +10,6 @@ import json
 import logging
 import os
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -25,6 +24,7 @@ from portal.live.people import current_user
 from portal.live.threads import Pool
 from portal.stores import down_text
 from robots import previews
+from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
 
@@ -72,7 +72,7 @@ def job_of(question: Question) -> previews.Job:
 class Previewer:
     """The previews of one event loop."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, clock: Callable[[], float] = SYSTEM.awake) -> None:
         self._clock = clock
         self._waiting: dict[int, Question] = {}  # in the order of first questions
         self._rests: dict[int, tuple[float, str]] = {}  # until when, and the answer meanwhile

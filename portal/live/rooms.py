@@ -1,7 +1,6 @@
 """Who watches which robot, and what they are given: at once where the connection is free, else by their mailbox."""
 
 import asyncio
-import time
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, TypeVar
@@ -14,6 +13,7 @@ from portal.live.messages import CAMERAS, Watch
 from portal.live.video import JOIN_S, LATER, Given, Videos
 from portal.live.watchers import Watchers, together, watchers_text
 from robots import bus
+from robots.clock import SYSTEM
 from robots.contract.video import unpack
 from robots.description import CODING
 from robots.messages import TAKEN_DOWN, Changed, Event
@@ -117,7 +117,7 @@ class Viewer:
         self.video, self.coarse = "" if wish.every_s else wish.video, wish.coarse and not wish.every_s
         self.sound, self.sounds = wish.sound, self.sounds if wish.sound else ()
         self.due.clear()
-        now = time.monotonic()  # whoever asks again and again does not get whole groups again and again
+        now = SYSTEM.awake()  # whoever asks again and again does not get whole groups again and again
         if now < self.joins_from:
             self.given = dict.fromkeys(cameras, LATER)
         else:
@@ -127,7 +127,7 @@ class Viewer:
 
     def wants(self, camera: int) -> bool:
         """Return whether the next picture of a camera is due, of which it wants one now and then; taken as given."""
-        now = time.monotonic()
+        now = SYSTEM.awake()
         if now < self.due.get(camera, 0.0):
             return False
         self.due[camera] = now + self.every_s
@@ -307,7 +307,7 @@ class Room:
         if not viewers:  # it was wanted until now, or is in another web process
             self.videos[coarse].forget(camera)
             return True
-        return self.videos[coarse].give(data, viewers, time.monotonic())
+        return self.videos[coarse].give(data, viewers, SYSTEM.awake())
 
     def outdate(self, camera: int) -> None:
         """Forget the newest JPEG if nobody here has new ones made: what comes now is newer."""
@@ -316,15 +316,15 @@ class Room:
 
     def flows(self, viewer: Viewer, camera: int) -> bool:
         """Return whether a viewer who wants video can be given it at once."""
-        return bool(viewer.video) and self.videos[viewer.coarse].flows(camera, time.monotonic())
+        return bool(viewer.video) and self.videos[viewer.coarse].flows(camera, SYSTEM.awake())
 
     def missing(self, viewer: Viewer) -> list[bytes]:
         """Return packets of video that a viewer has to be given now, and note that it was."""
-        return self.videos[viewer.coarse].missing(viewer, time.monotonic()) if viewer.video else []
+        return self.videos[viewer.coarse].missing(viewer, SYSTEM.awake()) if viewer.video else []
 
     def keys(self) -> set[str]:
         """Return what has to be asked for so that everybody's video begins at once."""
-        now, filmed = time.monotonic(), [step for step, viewers in self.film.items() if viewers]
+        now, filmed = SYSTEM.awake(), [step for step, viewers in self.film.items() if viewers]
         return {bus.key_of(*step) for step in filmed if not self.videos[step[1]].flows(step[0], now)}
 
     def give_state(self, data: bytes, compact: bool) -> None:

@@ -7,7 +7,6 @@ sooner. So it works without Redis too, and in whichever process the person signs
 import asyncio
 import contextlib
 import logging
-import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import datetime
@@ -103,7 +102,7 @@ def over(signed: Iterable[tuple[Signed, SignIn]], now: datetime) -> list[tuple[S
 class SessionWatch:
     """Checks the signed-in sockets of one event loop; does nothing while there are none."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, clock: Callable[[], float] = SYSTEM.awake) -> None:
         self._clock = clock
         self._signed: set[Signed] = set()
         self._wake = asyncio.Event()

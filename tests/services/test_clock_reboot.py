@@ -8,6 +8,7 @@ from queueing import services as queue
 from queueing.models import Ticket, Turn
 from queueing.steps import carry
 from queueing.tick import ABSENT_S
+from robots.clock import SYSTEM
 from robots.models import Lease
 from robots.wall_clock import WallClock
 from tests.conftest import FakeClock
@@ -33,6 +34,7 @@ class Boots:
         return self.at - self.began
 
     monotonic = awake
+    lock = staticmethod(SYSTEM.lock)
 
     def off(self, gap):
         self.boot, self.began, self.wall = "another", self.at, self.wall + gap

@@ -204,7 +204,7 @@ def test_a_tick_that_has_begun_judges_nothing_that_has_followed_the_clock_since(
         monkeypatch.undo()
         monkeypatch.setattr("queueing.tasks.wall_clock", lambda: trusted)
         change(clock)
-        queue_tick()  # by another thread of the worker
+        clock.spawn(queue_tick, "another thread of the worker").join()
         tick_seldom(now)
 
     monkeypatch.setattr("queueing.tasks.tick_seldom", meanwhile)

@@ -2,11 +2,18 @@
 
 import shutil
 from contextlib import ExitStack
+from datetime import UTC, datetime
 
 import pytest
 from django.conf import settings
 from django.contrib.auth.models import Permission
 
+from accounts.models import Clearance
+from operatorlog.models import SurveyQuestion
+from queueing.models import Account, Job, Queue, QueueRobot, Ticket
+from robots.models import Command, Grant, Incident, Lease, Robot
+from tests.conftest import CALIBRATION
+from tests.packaged import ERRANDS, installed_from
 from tests.world.delays import NONE
 from tests.world.portal import Portal
 
@@ -20,7 +27,7 @@ def worlds(transactional_db, robot, people):
 
         def begin(seed: int, delays=NONE) -> Portal:
             opened.close()
-            wipe_doings()
+            wipe_doings(robot, people)
             shutil.rmtree(FOLDER, ignore_errors=True)
             made = Portal(seed, robot, people, FOLDER, delays)
             opened.callback(made.close)
@@ -35,9 +42,29 @@ def worlds(transactional_db, robot, people):
         yield begin
 
 
-def wipe_doings() -> None:
-    """Remove what a run before has made."""
-    from robots.models import Command, Grant, Incident, Lease
+@pytest.fixture
+def errands(monkeypatch):
+    """Install a Mercury arm that is also asked for jobs."""
+    with installed_from(ERRANDS, monkeypatch):
+        yield
 
-    for model in (Command, Grant, Incident, Lease):
+
+@pytest.fixture
+def crowds(worlds, robot, people, django_user_model):
+    """Begin worlds, as `worlds`, in which four people may drive, and are asked afterwards."""
+    for name in ("cy", "dan"):
+        people[name] = django_user_model.objects.create_user(name, f"{name}@example.org", "correct horse 42")
+        Clearance.objects.create(user=people[name], robot=robot, granted_at=datetime(2025, 1, 1, tzinfo=UTC))
+    SurveyQuestion.objects.create(prompt="How was it?")
+    Robot.objects.filter(pk=robot.pk).update(calibration=CALIBRATION)
+    return worlds
+
+
+def wipe_doings(robot, people) -> None:
+    """Remove what a run before has made."""
+    for model in (Command, Grant, Incident, Lease, Job, Ticket, Account):
         model.objects.all().delete()
+    Queue.objects.update(virtual_time=0.0, greatest_finish=0.0)
+    QueueRobot.objects.update(watched_at=None, resumed_at=None)
+    type(people["ada"]).objects.filter(is_active=False).update(is_active=True)
+    Robot.objects.filter(pk=robot.pk).update(lockout_note="", locked_by=None)

@@ -23,6 +23,7 @@ class MercuryRig:
         self.pull, self.plug = self.cable.pull, self.cable.plug
         self.stall, self.halve = self.cable.stall, self.cable.halve
         self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
+        self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
         self.process = world.process("simulator", delayed=False)
         self.sim = Simulator(folder, world.seed, line_of(self.cable), world, world)
         world.spawn(self.sim.run, "simulator", self.process)
@@ -39,6 +40,11 @@ class MercuryRig:
             def opened(url, local):
                 return Port(rig.cable, sent)
 
+            def execute(self, kind, *rest):
+                nonlocal executed
+                executed = kind
+                return super().execute(kind, *rest)
+
             def recover(self, permit):
                 nonlocal recovers
                 recovers = True
@@ -47,10 +53,10 @@ class MercuryRig:
                 finally:
                     recovers = False
 
-        recovers = False
+        recovers, executed = False, ""
 
         def sent(data: bytes) -> None:
-            rig.by_itself[data[SEQ]] = recovers
+            rig.by_itself[data[SEQ]], rig.kinds[data[SEQ]] = recovers, executed
 
         return InWorld(address, settings, trace)
 
@@ -80,6 +86,10 @@ class MercuryRig:
     def is_by_itself(self, motion: dict) -> bool:
         """Tell whether the owner began a motion by itself, to put the robot in order."""
         return self.by_itself[motion["seq"]]
+
+    def kind_of(self, motion: dict) -> str:
+        """Return the kind of command that began a motion."""
+        return self.kinds[motion["seq"]]
 
     def fault(self, verb: str, value: float = 1.0) -> None:
         self.sim.faults.set(verb, value)

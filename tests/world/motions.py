@@ -15,6 +15,8 @@ LOOK_S = 0.05
 class Motions:
     """Watches one portal's robot. What cannot be is in `wrong`, and fails `check`."""
 
+    look_s = LOOK_S
+
     def __init__(self, portal: Portal) -> None:
         self._portal, self._world = portal, portal.world
         self.wrong: list[str] = []
@@ -31,7 +33,7 @@ class Motions:
     def _watch(self) -> None:
         """Note since when the robot's owner is stopped, and since when it is the owner."""
         while True:
-            self._world.sleep(LOOK_S)
+            self._world.sleep(self.look_s)
             owner, now = self._portal.owner, self._world.monotonic()
             if owner is not None and not owner.latch.latched:
                 self._latched_since = inf
@@ -49,12 +51,13 @@ class Motions:
 
     def _judge(self, goal: object) -> None:
         world, at = self._world, self._world.monotonic()
-        command = next((one for one in self.commands() if self._portal.wishes.goal(one) == goal), None)
-        if command is None:
+        same = [one for one in self.commands() if self._portal.wishes.goal(one) == goal]
+        if not same:
             return  # the owner's own, to put the robot in order: judged by its grant
+        command = same[0]  # the newest; a job that was put back has several
         named = f"motion {goal} of the command {command.pk} at {at:.3f} s"
         wire_s = WIRE_S + max(0.0, self._portal.rig.stalled_s)
-        if self.begun[goal] > 1:
+        if self.begun[goal] > len(same):
             self.wrong.append(f"{named} is its {self.begun[goal]}th")
         if at - self._latched_since > wire_s and self._portal.row.releases == self._releases:
             self.wrong.append(f"{named} began {at - self._latched_since:.3f} s after a stop was latched")
@@ -76,13 +79,15 @@ class Motions:
 
     def check(self) -> None:
         """Judge what has become of every command. Fails with all that is wrong."""
+        goals = Counter(self._portal.wishes.goal(command) for command in self.commands())
         for command in self.commands():
-            times = self.begun[self._portal.wishes.goal(command)]
+            goal = self._portal.wishes.goal(command)
+            times = self.begun[goal]
             if command.state not in COMMAND_FINAL:
                 self.wrong.append(f"{command.pk} is {command.state} in the end")
-            elif command.state == "completed" and times != 1:
+            elif command.state == "completed" and not 0 < times <= goals[goal]:
                 self.wrong.append(f"{command.pk} is completed, and the robot began {times} such motions")
-            elif command.state in ("rejected", "expired") and times:
+            elif command.state in ("rejected", "expired") and times >= goals[goal]:
                 self.wrong.append(f"{command.pk} is {command.state}, and the robot moved: {command.reason}")
         if Grant.objects.filter(ended_at=None).count() > 1:
             self.wrong.append("more than one grant is open")

@@ -21,8 +21,8 @@ from tests.world.pa10 import ArmRig
 from tests.world.store import MemoryStore
 from tests.world.world import World
 
-RIGS = {"mercury": MercuryRig, "pa10": ArmRig, "irat": IratRig}
-EACH = pytest.mark.parametrize("which", list(RIGS), indirect=True)
+RIGS = {"mercury": MercuryRig, "pa10": ArmRig, "irat": IratRig, "errands": MercuryRig}
+EACH = pytest.mark.parametrize("which", ["mercury", "pa10", "irat"], indirect=True)
 NEW = {  # a robot's row, as if no world had been before
     "cycle": Cycle.OFFLINE, "reason": "", "stop_latched": False, "releases": 0, "stopped_at": None,
     "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},
@@ -38,7 +38,7 @@ class Portal:
         Robot.objects.filter(pk=robot.pk).update(**NEW)
         self.world, self.robot, self.people = World(seed, delays), robot, people
         self._moves = 0
-        self.wishes, self.slug = ROBOTS[robot.driver], robot.slug
+        self.wishes, self.slug = ROBOTS[RIGS[robot.driver].driver], robot.slug
         self.store = MemoryStore(self.world)
         bus.speak_through(self.store)
         self._before = SYSTEM.live_by(self.world)
@@ -92,12 +92,15 @@ class Portal:
         grant = services.open_grant(self.robot)
         return services.issue(self.slug, self.people["ada"], kind, args, services.next_seq(grant)).command
 
-    def move(self) -> Command:
-        """Ask for a motion to a place where no motion before went."""
+    def place(self) -> dict[str, float]:
+        """Return a place where no motion before went."""
         number, self._moves = self._moves, self._moves + 1
         x, y = SPOTS[number % len(SPOTS)]
-        x, y = round(x + 0.0002 * (number % 200), 4), round(y + 0.0005 * (number // 600), 4)
-        command = self.issue("move", x=x, y=y)
+        return {"x": round(x + 0.0002 * (number % 200), 4), "y": round(y + 0.0005 * (number // 600), 4)}
+
+    def move(self) -> Command:
+        """Ask for a motion to a place where no motion before went."""
+        command = self.issue("move", **self.place())
         return self.controls.hold(command) if self.robot.spec().command(command.kind).held else command
 
     def ready_again(self, seconds: float = 60.0) -> None:

@@ -32,6 +32,10 @@ class Everlasting(AssertionError):
     """Every thread waits for ever."""
 
 
+class DatabaseAway(OperationalError):
+    """The database does not answer, because the test has taken it away."""
+
+
 class Process:
     """A process of the world: threads that are frozen and killed together."""
 
@@ -284,7 +288,7 @@ class World:
             if not context["connection"].in_atomic_block:
                 self.yield_()
             if self.database_away and self.running.process is not self.host:
-                raise OperationalError("the database is away")
+                raise DatabaseAway("the database is away")
             return execute(sql, params, many, context)
 
         with connections["default"].execute_wrapper(before):

@@ -4,7 +4,6 @@ import logging
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
@@ -74,9 +73,9 @@ def _start_simulator(robot: Robot) -> "subprocess.Popen[bytes] | None":
         sign.unlink(missing_ok=True)
     module = simulator_module(name)
     process = subprocess.Popen([sys.executable, "-m", module, "--dir", str(robot.rig_dir)])  # noqa: S603
-    until = time.monotonic() + 20
-    while time.monotonic() < until and not all(sign.exists() for sign in signs):
-        time.sleep(0.1)
+    until = SYSTEM.awake() + 20
+    while SYSTEM.awake() < until and not all(sign.exists() for sign in signs):
+        SYSTEM.sleep(0.1)
     return process
 
 

@@ -6,7 +6,6 @@ and says in the database how it ended. Nothing is loaded and nothing but events 
 
 import logging
 import socket
-import time
 from collections.abc import Callable, Iterable
 from datetime import timedelta
 from math import inf
@@ -342,5 +341,5 @@ def wait_for_lock(over: Callable[[], bool], take: Callable[[], bool]) -> bool:
     while not take():
         if over():
             return False
-        time.sleep(1.0)
+        SYSTEM.sleep(1.0)
     return True

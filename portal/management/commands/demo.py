@@ -6,7 +6,6 @@ import http.client
 import os
 import socket
 import sys
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -20,6 +19,7 @@ from portal.privacy import tighten
 from portal.processes import enabled_processes, housekeeping_process, recorder_process, redis_process, web_process
 from portal.seeding import seed
 from portal.supervisor import Supervisor, flush, tidy_line
+from robots.clock import SYSTEM
 
 
 class Command(BaseCommand):
@@ -41,7 +41,7 @@ class Command(BaseCommand):
             if port == settings.OPERATORS_PORT:
                 raise CommandError(f"FARHAND_OPERATORS_PORT must be another port than the portal's {port}.")
             _need_port(host, settings.OPERATORS_PORT, "FARHAND_OPERATORS_PORT=8002 make run")
-        begun = time.monotonic()
+        begun = SYSTEM.awake()
         tighten(settings.VAR)
         password = _apart(self._prepare)
         fixed = [web_process(host, port), housekeeping_process(), recorder_process()]
@@ -61,7 +61,7 @@ class Command(BaseCommand):
             async def ready() -> None:
                 await _until_served(host, port)
                 shown = "localhost" if host == "127.0.0.1" else host
-                tidy_line("farhand", f"open http://{shown}:{port}  (ready in {time.monotonic() - begun:.1f} s)")
+                tidy_line("farhand", f"open http://{shown}:{port}  (ready in {SYSTEM.awake() - begun:.1f} s)")
                 first.tell()
 
             await Supervisor(fixed, wanted).run(ready)

@@ -1,0 +1,60 @@
+"""Promises 13, 18, 22 and 47 in virtual time: people, staff and troubles beside each other, judged by a model."""
+
+import pytest
+
+from tests.world import chaos, crowd
+from tests.world.chaos import busy
+from tests.world.crowd import Crowd
+from tests.world.seeds import hunt, seeds
+
+SECONDS = 100.0
+IN_ANY_ORDER = {
+    "nothing": (),
+    "people's side": crowd.PEOPLES_SIDE,
+    "deaths": chaos.DEATHS,
+    "clocks": chaos.CLOCKS,
+    "everything": crowd.EVERYTHING,
+}
+TOLD = "{} s of joining, driving, stopping, going, banning, locking out and writing, with {}: nothing that must not be"
+
+
+@pytest.mark.parametrize("troubles", IN_ANY_ORDER)
+@seeds(2, 20, 200)
+def test_promise_13_people_in_any_order(crowds, proof, troubles, seed):
+    hunt(crowds, seed, lambda portal: Crowd(portal).run(SECONDS, IN_ANY_ORDER[troubles]))
+    proof.holds(TOLD.format(SECONDS, troubles))
+
+
+@seeds(2, 20, 200)
+def test_promise_13_people_on_a_busy_machine(crowds, proof, seed):
+    hunt(crowds, seed, lambda portal: Crowd(portal, late=True).run(SECONDS, crowd.EVERYTHING), busy)
+    proof.holds(TOLD.format(SECONDS, "threads that come up to 1.5 s late"))
+
+
+@seeds(2, 20, 200)
+def test_promise_18_a_faulty_robot_charges_once(crowds, proof, seed):
+    hunt(crowds, seed, lambda portal: Crowd(portal).run(SECONDS, chaos.WIRES))
+    proof.holds(TOLD.format(SECONDS, "a robot and a cable that fail"))
+
+
+@seeds(2, 20, 200)
+def test_promise_22_people_while_stores_are_away(crowds, proof, seed):
+    hunt(crowds, seed, lambda portal: Crowd(portal).run(SECONDS, chaos.STORES))
+    proof.holds(TOLD.format(SECONDS, "stores that are away, silent or forget"))
+
+
+@pytest.mark.parametrize("which", ["errands"], indirect=True)
+@pytest.mark.parametrize("troubles", ["nothing", "deaths", "everything"])
+@seeds(2, 20, 200)
+def test_promise_47_jobs_beside_turns(errands, crowds, proof, troubles, seed):
+    hunt(crowds, seed, lambda portal: Crowd(portal, jobs=True).run(SECONDS, IN_ANY_ORDER[troubles]))
+    proof.holds(TOLD.format(SECONDS, f"jobs and {troubles}"))
+
+
+def test_a_seed_is_a_run_of_a_crowd(crowds):
+    histories = []
+    for seed in (7, 7, 8):
+        portal = crowds(seed)
+        Crowd(portal).run(40.0, crowd.EVERYTHING)
+        histories.append(portal.world.history)
+    assert histories[0] == histories[1] != histories[2]

@@ -56,7 +56,7 @@ def begun(portal, turn_s: int, *names: str) -> tuple[Crowd, list[Page]]:
     return crowd, [Page(portal, name) for name in names]
 
 
-@seeds(4, 40, 400)
+@seeds(1, 40, 400)
 def test_promise_14_a_turn_ends_though_nobody_looks(crowds, proof, seed):
     """Nobody drives after the deadline; its row follows with a tick, or by its owner while no tick comes."""
     worst = 0.0
@@ -85,7 +85,7 @@ def test_promise_14_a_turn_ends_though_nobody_looks(crowds, proof, seed):
     proof.holds(f"without ticks, web or store it ended {worst:.2f} s after its deadline")
 
 
-@seeds(4, 40, 400)
+@seeds(1, 40, 400)
 def test_promise_17_blips_are_forgiven_and_absence_is_not(crowds, proof, seed):
     def run(portal):
         dice, world = random.Random(seed), portal.world

@@ -54,26 +54,9 @@ def lost_line(portal):
     history.check()
 
 
-@seeds(2, 20, 200)
+@seeds(1, 20, 200)
 def test_a_lost_line_is_opened_again_and_no_motion_is_repeated(worlds, seed):
     hunt(worlds, seed, lost_line)
-
-
-def lost_owner(portal):
-    history = Motions(portal)
-    portal.grant()
-    command = in_mid_motion(portal)
-    portal.supervisor.worker.kill()
-    assert portal.final(command).state == "unknown"
-    portal.at_rest()
-    portal.works_on()
-    assert portal.supervisor.starts == 2
-    history.check()
-
-
-@seeds(2, 20, 200)
-def test_a_motion_whose_owner_was_killed_is_unknown_and_is_not_repeated(worlds, seed):
-    hunt(worlds, seed, lost_owner)
 
 
 def test_a_run_depends_on_its_seed_alone(worlds):

@@ -15,7 +15,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE = "tests/services/test_motion_machine.py"
-COMMANDS = "tests/faults/test_promises_commands.py"
+WORLD = "tests/world"
+PRESS = f"{WORLD}/test_stops.py::test_a_press_after_a_release_counts[1]"
 
 
 @dataclass(frozen=True)
@@ -39,14 +40,14 @@ MUTANTS = (
     Mutant(1, "the same sequence number makes a new row", "robots/services/commands.py",
            "        return _same(Command.objects.get(pk=counted.same), robot, user, kind, args)\n    if (counted",
            "        client_seq = next_seq(grant)\n    if (counted",
-           f"{COMMANDS}::test_promise_01_one_command_at_most_one_motion[mercury]"),
+           f"{WORLD}/test_promises.py::test_promise_01_one_command_at_most_one_motion[1-mercury]"),
     Mutant(2, "an interrupted command is queued again", "workers/commands/claim.py",
            "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n    return left",
            "            CommandState.UNKNOWN,\n            now,\n            INTERRUPTED,\n        )\n"
            "        from robots.models import Lease\n"
            "        Command.objects.filter(pk=command.pk).update(state='queued', ended_at=None, "
            "epoch=Lease.objects.get(robot=robot).epoch)\n    return left",
-           f"{COMMANDS}::test_promise_02_a_crash_means_unknown_never_replay[in_motion-mercury]"),
+           f"{WORLD}/test_promises.py::test_promise_02_a_crash_means_unknown_never_replay[1-mercury]"),
     Mutant(3, "a claim does not look at the deadline", "workers/commands/claim.py",
            "state=CommandState.QUEUED, epoch=EPOCH, deadline__gt=NOW)", "state=CommandState.QUEUED, epoch=EPOCH)",
            "tests/services/test_claim.py::test_a_late_command_is_not_claimed_and_expires"),
@@ -56,13 +57,13 @@ MUTANTS = (
            "        if not self.lease.valid:\n", "        if False:\n", MACHINE),
     Mutant(4, "a frozen owner is not killed", "workers/safety/lease.py",
            "        self._processes.kill_recorded_owner(lease)\n", "",
-           "tests/faults/test_promises_owner.py::test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more[mercury]"),
+           f"{WORLD}/test_promises.py::test_promise_04_a_frozen_owner_moves_nothing_and_is_killed[1-mercury]"),
     Mutant(5, "the lease is taken from whoever has it", "workers/safety/lease.py",
            "        if not self._over(lease):\n            return False\n", "",
            "tests/faults/test_promises_owner.py::test_promise_05_one_owner_however_many_start[mercury]"),
     Mutant(6, "silence of the controls is not noticed", "workers/safety/deadman.py",
            "            if now - self._heard > SILENT_S:\n", "            if False:\n",
-           "tests/faults/test_held.py::test_lost_controls_hold_within_half_a_second_and_says_so[mercury]"),
+           f"{WORLD}/test_stops.py::test_a_held_motion_ends_with_its_controls[1-mercury]"),
     Mutant(6, "a late keep-alive brings the motion back", "workers/safety/deadman.py",
            "            elif now - self._heard <= SILENT_S:\n", "            else:\n",
            "tests/unit/test_deadman.py::test_a_keep_alive_that_comes_too_late_brings_nothing_back"),
@@ -71,13 +72,22 @@ MUTANTS = (
            "tests/services/test_held_waits.py::test_a_held_motion_that_waited_unheard_moves_nothing[1.5-pa10-jog_tool-args1]"),
     Mutant(7, "a stop travels behind the commands", "workers/safety/listen.py",
            '                    self._stop.halt("bus")\n', "                    pass\n",
-           "tests/faults/test_promises_stop.py::test_promise_07_stop_overtakes_everything[database stalled-mercury]", "postgres"),
+           f"{WORLD}/test_promises.py::test_promise_07_the_latch_survives_a_death_of_everything[1-mercury]"),
     Mutant(7, "a dead Redis holds nothing", "workers/safety/memory.py",
            "        return self._clock.monotonic() - self._seen_at > self._gone_s\n", "        return False\n",
-           "tests/faults/test_promises_stop.py::test_promise_07_with_redis_dead_the_owner_stops_by_itself[mercury]"),
+           f"{WORLD}/test_promises.py::test_promise_07_with_the_store_dead_the_owner_stops_by_itself[1-mercury]"),
     Mutant(7, "what may go on without a connection goes on for ever", "workers/safety/gate.py",
            "not now < lost_at + alone.seconds or ", "",
            "tests/services/test_policies.py::test_a_kind_with_a_bound_goes_on_for_its_seconds_and_no_longer"),
+    Mutant(8, "a release that waits for a hold undoes a press before it", "workers/safety/stop.py",
+           "            if self._unwritten(releases):\n                return\n", "", PRESS),
+    Mutant(8, "a press after a release is taken for the second of a double", "workers/safety/stop.py",
+           "                    latch.forbid(releases)  # the release that waits for this hold was before the press\n",
+           "                    pass\n", PRESS),
+    Mutant(8, "a hold delays what reads the rows of stop and releases", "workers/safety/stop.py",
+           "            latch.row_pending = False\n        elif latch.latched and self._unwritten",
+           "            latch.row_pending = False\n            self.hold_due()\n        elif latch.latched and self._unwritten",
+           PRESS),
     Mutant(8, "the gate does not ask for the latch", "workers/safety/gate.py",
            "        if self.latch.latched:\n", "        if False:\n", MACHINE),
     Mutant(8, "the latch is not written to disk", "workers/safety/memory.py",

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from robots import bus
+from robots import bus, services
 from robots.models import Command, Frame, Lease
 from robots.states import COMMAND_RUNNING, CommandState
 from tests.conftest import BOTH_AT_LENGTH
@@ -28,6 +28,8 @@ def test_promise_01_one_command_at_most_one_motion(worlds, proof, seed):
         portal.store.copies = lambda channel: dice.randint(2, 5)
         for i in range(number):
             command = portal.move()
+            again = services.issue(portal.slug, command.issued_by, command.kind, command.args, command.client_seq)
+            assert (again.command.pk, again.created) == (command.pk, False), "the same number is the same command"
             for _ in range(dice.randint(1, 4)):
                 bus.wake_owner(portal.slug, portal.owner.lease.epoch)
             if i % 3 == 2 or portal.wishes.one_at_a_time:

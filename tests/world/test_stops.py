@@ -3,6 +3,7 @@
 import random
 
 from robots import bus, services
+from robots.models import Robot
 from tests.world.delays import Delays
 from tests.world.portal import EACH
 from tests.world.seeds import hunt, seeds
@@ -99,3 +100,28 @@ def presses(portal, number):
 @seeds(1, 30, 300)
 def test_a_press_after_a_release_counts(worlds, seed):
     hunt(worlds, seed, lambda portal: presses(portal, 3))
+
+
+def releases(portal, number):
+    """Release a stop that is pressed again while the hold of the first is under way: the release counts, it came last."""
+    portal.grant()
+    dice, world = random.Random(portal.world.seed), portal.world
+    for _ in range(number):
+        portal.rig.fault("awol")
+        Robot.objects.filter(pk=portal.robot.pk).update(stop_latched=True)
+        portal.until(lambda: portal.owner.latch.latched, 10, "the latch")
+        world.sleep(dice.random())
+        bus.send_stop(portal.slug)
+        world.sleep(0.1 + dice.random() * 0.5)
+        services.release_stop(portal.robot, portal.people["ada"], checked=True)
+        world.sleep(3)
+        portal.rig.clear_faults()
+        world.sleep(5)
+        assert not portal.row.stop_latched, "the stop came back after its release"
+        assert not portal.owner.latch.latched
+        portal.works_on()
+
+
+@seeds(1, 30, 300)
+def test_a_release_after_a_press_counts(worlds, seed):
+    hunt(worlds, seed, lambda portal: releases(portal, 3))

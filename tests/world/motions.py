@@ -68,6 +68,9 @@ class Motions:
             and not self.clock_set
         ):
             self.wrong.append(f"{named} began after its grant had ended at {grant.ended_at}")
+        until = Lease.objects.get().expires_at
+        if until is not None and (world.now() - until).total_seconds() > wire_s and not self.clock_set:
+            self.wrong.append(f"{named} began after the lease of its owner had run out at {until}")
         if command.epoch < self._epoch and at - self._epoch_since > wire_s:  # a newer one begins before a look
             self.wrong.append(f"{named} is of the epoch {command.epoch}, and the owner's is {self._epoch}")
         asked = self.issued.get(command.pk, at)

@@ -8,11 +8,13 @@ from robots import bus, services
 from robots.models import Command, Frame, Lease
 from robots.states import COMMAND_RUNNING, CommandState
 from tests.conftest import BOTH_AT_LENGTH
-from tests.world.motions import Motions
+from tests.world.motions import WIRE_S, Motions
 from tests.world.owner import Worker
 from tests.world.portal import EACH
 from tests.world.seeds import hunt, seeds
 from workers.safety.gate import TOO_LATE
+
+MOST_MOMENTS = 8.0  # of an owner while a command of a moment runs: a power of two
 
 
 @EACH
@@ -77,6 +79,64 @@ def test_promise_02_a_crash_means_unknown_never_replay(worlds, proof, seed):
 
     hunt(worlds, seed, run)
     proof.holds(f"{kills} kills: 0 replays")
+
+
+@EACH
+@seeds(1, 20, 200)
+def test_promise_02_killed_before_any_wait_or_statement(worlds, proof, seed):
+    """Between any two steps of a command's life, from its wake-up to its end: also where no time passes."""
+    kills = proof.count("kills", 4, 8)
+
+    def run(portal):
+        history, dice, world = Motions(portal), random.Random(seed), portal.world
+        portal.grant()
+        for _ in range(kills):
+            worker, epoch = portal.supervisor.worker, portal.owner.lease.epoch
+            world.at_moment(worker.process, int(2 ** (dice.random() * MOST_MOMENTS)), worker.kill)
+            command = portal.move()
+            portal.until(lambda worker=worker: worker.ended, 30, "the death")
+            world.sleep(WIRE_S)
+            begun = history.begun[portal.wishes.goal(command)]
+            portal.at_rest()
+            portal.until(lambda epoch=epoch: Lease.objects.get().epoch > epoch, 20, "the next owner")
+            portal.final(command, 20)
+            assert history.begun[portal.wishes.goal(command)] == begun <= 1
+            assert not begun or command.state in ("unknown", "completed", "cancelled"), command.state
+            portal.until(
+                lambda: not Command.objects.filter(state__in=COMMAND_RUNNING).exists(), 10, "no running command"
+            )
+            portal.works_on()
+        history.check()
+
+    hunt(worlds, seed, run)
+    proof.holds(f"{kills} kills: 0 replays")
+
+
+@EACH
+@seeds(1, 20, 200)
+def test_promise_03_claimed_in_time_but_said_too_late(worlds, proof, seed, settings):
+    """The owner freezes before any wait or statement, keeps its lease, and goes on after the deadline."""
+    settings.FARHAND = {**settings.FARHAND, "LEASE_S": 60, "REDIS_GONE_S": 60}  # the deadline alone is looked at
+    times = proof.count("freezes past the deadline", 6, 10)
+
+    def run(portal):
+        history, dice, world = Motions(portal), random.Random(seed), portal.world
+        portal.grant()
+        for _ in range(times):
+            process = portal.supervisor.worker.process
+            world.at_moment(process, dice.randrange(1, 20), lambda process=process: world.freeze(process))
+            command = portal.move()
+            history.issued[command.pk] = world.monotonic()
+            world.sleep(11.0)
+            assert process.frozen
+            world.thaw(process)
+            portal.final(command)
+            assert portal.supervisor.starts == 1
+            portal.works_on()
+        history.check()
+
+    hunt(worlds, seed, run)
+    proof.holds(f"{times} freezes past the deadline: 0 motions past it")
 
 
 @EACH
@@ -146,6 +206,36 @@ def test_promise_04_a_frozen_owner_moves_nothing_and_is_killed(worlds, proof, se
 
 
 @EACH
+@seeds(1, 20, 200)
+def test_promise_04_an_owner_that_goes_on_after_its_lease_moves_nothing_before_it_has_the_next(
+    worlds, proof, seed, settings
+):
+    """Frozen before any wait or statement; nobody else takes the robot, so it takes it again."""
+    settings.FARHAND = {**settings.FARHAND, "REDIS_GONE_S": 60}  # the lease alone is looked at
+    times = proof.count("freezes past the lease", 6, 10)
+
+    def run(portal):
+        history, dice, world = Motions(portal), random.Random(seed), portal.world
+        portal.grant()
+        for _ in range(times):
+            process = portal.supervisor.worker.process
+            world.at_moment(process, int(2 ** (dice.random() * 5)), lambda process=process: world.freeze(process))
+            command = portal.move()
+            portal.until(lambda process=process: process.frozen, 5, "the freeze")
+            world.sleep(4.0 + dice.random() * 3)
+            command.refresh_from_db()
+            ran = command.state in ("sent", "acknowledged")
+            world.thaw(process)
+            portal.final(command)
+            assert not ran or command.state == "unknown", f"its robot was nobody's for a while: {command.state}"
+            portal.works_on()
+        history.check()
+
+    hunt(worlds, seed, run)
+    proof.holds(f"{times} freezes past the lease: 0 motions without one")
+
+
+@EACH
 @seeds(1, 20, 100)
 def test_promise_05_one_owner_however_many_start(worlds, proof, seed):
     number = proof.count("simultaneous starts", 6, 20)
@@ -154,6 +244,7 @@ def test_promise_05_one_owner_however_many_start(worlds, proof, seed):
         portal.grant()
         others = [Worker(portal.world, portal.slug, portal.rig) for _ in range(number - 1)]
         portal.world.sleep(20)
+        assert not any(one.ended for one in (portal.supervisor.worker, *others)), "one was killed for its robot"
         owners = [worker for worker in (portal.supervisor.worker, *others) if worker.owner and not worker.ended]
         assert [one.owner.lease.epoch for one in owners] == [Lease.objects.get().epoch]
         portal.works_on()

@@ -44,6 +44,7 @@ class Process:
         self.killed = self.frozen = False
         self.delayed = True  # whether its threads may be late
         self.at_kill: list[Callable[[], object]] = []  # what the kernel does when it dies: files are closed
+        self.moment: tuple[int, Callable[[], object]] | None = None  # see `World.at_moment`
 
 
 class Thread(threading.Thread):
@@ -193,6 +194,21 @@ class World:
         if self.running.process is process:
             self._switch(self.running)
 
+    def at_moment(self, process: Process, number: int, do: Callable[[], object]) -> None:
+        """Call `do` before the process waits, or asks the database outside a transaction, for the nth time from now.
+
+        Where no time passes, a death at a drawn time comes hardly ever: between a claim and what is sent for it.
+        """
+        process.moment = number, do
+
+    def _count(self, process: Process) -> None:
+        if process.moment is None:
+            return
+        left, do = process.moment
+        process.moment = (left - 1, do) if left > 1 else None
+        if left <= 1:
+            do()
+
     def check_alive(self) -> None:
         if self.closed and self.running is not self.threads[0]:
             raise Killed
@@ -205,6 +221,7 @@ class World:
         self.check_alive()
         if connections["default"].in_atomic_block:
             raise AssertionError(f"{me.name!r} waits inside a transaction, which keeps everybody from the database")
+        self._count(me.process)
         self.waits += 1
         me.due, me.holds = due, holds
         me.late_s = self.delays.of(self.waits) if me.process.delayed else 0.0
@@ -286,6 +303,9 @@ class World:
         def before(execute, sql, params, many, context):
             self.check_alive()
             if not context["connection"].in_atomic_block:
+                self._count(self.running.process)
+                if self.running.process.frozen:
+                    self.park(self._t)
                 self.yield_()
             if self.database_away and self.running.process is not self.host:
                 raise DatabaseAway("the database is away")

@@ -14,9 +14,12 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-MACHINE = "tests/services/test_motion_machine.py"
 WORLD = "tests/world"
 PRESS = f"{WORLD}/test_stops.py::test_a_press_after_a_release_counts[1]"
+LAPSED = (
+    f"{WORLD}/test_promises.py::"
+    "test_promise_04_an_owner_that_goes_on_after_its_lease_moves_nothing_before_it_has_the_next"
+)
 
 
 @dataclass(frozen=True)
@@ -52,15 +55,16 @@ MUTANTS = (
            "state=CommandState.QUEUED, epoch=EPOCH, deadline__gt=NOW)", "state=CommandState.QUEUED, epoch=EPOCH)",
            "tests/services/test_claim.py::test_a_late_command_is_not_claimed_and_expires"),
     Mutant(3, "nothing asks for the deadline at the line", "workers/safety/gate.py",
-           "        if self.begin_by is not None and self.clock.monotonic() >= self.begin_by:\n", "        if False:\n", MACHINE),
+           "        if self.begin_by is not None and self.clock.monotonic() >= self.begin_by:\n", "        if False:\n",
+           f"{WORLD}/test_promises.py::test_promise_03_claimed_in_time_but_said_too_late[1-mercury]"),
     Mutant(4, "the gate does not ask for the lease", "workers/safety/gate.py",
-           "        if not self.lease.valid:\n", "        if False:\n", MACHINE),
+           "        if not self.lease.valid:\n", "        if False:\n", f"{LAPSED}[3-mercury]"),
     Mutant(4, "a frozen owner is not killed", "workers/safety/lease.py",
            "        self._processes.kill_recorded_owner(lease)\n", "",
            f"{WORLD}/test_promises.py::test_promise_04_a_frozen_owner_moves_nothing_and_is_killed[1-mercury]"),
     Mutant(5, "the lease is taken from whoever has it", "workers/safety/lease.py",
            "        if not self._over(lease):\n            return False\n", "",
-           "tests/faults/test_promises_owner.py::test_promise_05_one_owner_however_many_start[mercury]"),
+           f"{WORLD}/test_promises.py::test_promise_05_one_owner_however_many_start[1-mercury]"),
     Mutant(6, "silence of the controls is not noticed", "workers/safety/deadman.py",
            "            if now - self._heard > SILENT_S:\n", "            if False:\n",
            f"{WORLD}/test_stops.py::test_a_held_motion_ends_with_its_controls[1-mercury]"),
@@ -89,10 +93,16 @@ MUTANTS = (
            "            latch.row_pending = False\n            self.hold_due()\n        elif latch.latched and self._unwritten",
            PRESS),
     Mutant(8, "the gate does not ask for the latch", "workers/safety/gate.py",
-           "        if self.latch.latched:\n", "        if False:\n", MACHINE),
+           "        if self.latch.latched:\n", "        if False:\n",
+           f"{WORLD}/test_stops.py::test_a_stop_overtakes_everything[1-mercury]"),
+    Mutant(8, "a press that waits for a hold counts the releases of after its wait", "workers/safety/stop.py",
+           "        releases = self._releases if releases is None else releases  # as of the press, not of the end of a hold\n"
+           "        with self._halting:\n",
+           "        with self._halting:\n            releases = self._releases if releases is None else releases\n",
+           f"{WORLD}/test_stops.py::test_a_release_after_a_press_counts[1]"),
     Mutant(8, "the latch is not written to disk", "workers/safety/memory.py",
            '                    os.write(descriptor, b"1")\n', '                    self._path.unlink()\n',
-           "tests/faults/test_promises_stop.py::test_promise_07_and_the_latch_survives_a_restart_of_everything[mercury]"),
+           f"{WORLD}/test_promises.py::test_promise_07_the_latch_survives_a_death_of_everything[1-mercury]"),
     Mutant(9, "the sand's edge is not checked", "robots/drivers/mercury/limits.py",
            'near, far = description["sand"][axis]', "near, far = -9.0, 9.0",
            "tests/faults/test_promises_wire.py::test_promise_09_nothing_outside_the_envelope_gets_through"),
@@ -104,7 +114,7 @@ MUTANTS = (
            "tests/services/test_regain.py::test_a_renewal_that_comes_too_late_brings_nothing_back"),
     Mutant(43, "what ran when the lease ran out is called by its end", "workers/commands/run.py",
            "if self._said == command.pk and self._stale(command):", "if False:",
-           "tests/services/test_regain.py::test_what_ran_ends_unknown_and_what_waited_is_not_begun"),
+           f"{LAPSED}[1-mercury]"),
     Mutant(44, "a number on the wire is not bounded", "robots/drivers/mercury/protocol.py",
            "    if not all(-greatest <= value <= greatest for value in values):", "    if False:",
            "tests/drivers/test_mercury_wire.py::test_no_number_is_believed_that_cannot_be_meant"),

@@ -152,7 +152,7 @@ def missing(wanted: dict[str, int], results: list[dict], only: str) -> dict[tupl
 def choice(promise: int, only: str) -> list[str]:
     """Return what makes pytest run one promise's tests, of all robots or of one."""
     others = "".join(f" and not {robot}" for robot in ROBOTS if only and robot != only)
-    where = ["tests/faults", "tests/drivers", "tests/e2e", "tests/services", "tests/unit"]
+    where = ["tests/world", "tests/faults", "tests/drivers", "tests/e2e", "tests/services", "tests/unit"]
     return [*where, "-k", f"promise_{promise:02d}{others}"]
 
 

@@ -212,11 +212,12 @@ class Child:
 
 
 def worker(
-    slug: str = "mercury", doom: tuple[str, str] | None = None, before: tuple[str, ...] = (), says: bool = False,
+    slug: str = "mercury", doom: str = "", before: tuple[str, ...] = (), says: bool = False,
     **env: str,
 ) -> Child:  # fmt: skip
     """Start a robot's worker exactly as the supervisor does; `before`: the command that starts it, if any.
 
+    `doom`: the signal that it sends itself before a motion is sent.
     `says`: it says each time it has tried to take the robot.
     """
     from portal.processes import robot_processes
@@ -225,7 +226,7 @@ def worker(
     spec = next(p for p in robot_processes(Robot.objects.get(slug=slug)) if p.name.endswith("worker"))
     argv = list(spec.argv)
     if doom:
-        argv = [PYTHON, "-m", "tests.faults.doomed", *doom, "--", *argv[3:]]
+        argv = [PYTHON, "-m", "tests.faults.doomed", doom, "--", *argv[3:]]
     elif says:
         argv = [PYTHON, "-m", "tests.faults.trying", "--", *argv[3:]]
     return Child("worker", [*before, *argv], **{**spec.env, **env})

@@ -69,7 +69,7 @@ class Rig:
         Robot.objects.update(cycle=Cycle.OFFLINE)
         self._own_sim = self.wishes.simulator(folder)
 
-    def start_worker(self, doom=None, before=(), says=False, **env):
+    def start_worker(self, doom="", before=(), says=False, **env):
         """Start a worker; a test that begins with one has simulator and workers of its own."""
         if not self.workers and self._own_sim is None:
             self.own()

@@ -24,7 +24,6 @@ def ended():
     return not Command.objects.exclude(state__in=COMMAND_FINAL).exists()
 
 
-@pytest.mark.gate
 @EACH_AT_LENGTH
 def test_promise_01_one_command_at_most_one_motion(rig, proof):
     """Each is announced, queued and asked for several times, among two rogue workers, out of order."""
@@ -66,7 +65,6 @@ def test_promise_01_one_command_at_most_one_motion(rig, proof):
 KILLED = [x if x == "in_motion" else at_length(x) for x in LABELS]
 
 
-@pytest.mark.gate
 @EACH_AT_LENGTH
 @pytest.mark.parametrize("label", KILLED)
 def test_promise_02_a_crash_means_unknown_never_replay(rig, proof, label):

@@ -14,7 +14,6 @@ from tests.rig import Simulator, free_port
 from tests.waiting import CEILING_S
 
 
-@pytest.mark.gate
 @EACH_AT_LENGTH
 def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):
     """SIGSTOP beyond the lease, another takes over, SIGCONT: no byte of the first reaches the robot."""
@@ -100,7 +99,6 @@ def state_of(pid):
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
 
 
-@pytest.mark.gate
 @EACH_AT_LENGTH
 @pytest.mark.alone
 def test_promise_05_one_owner_however_many_start(rig, proof):

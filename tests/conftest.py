@@ -241,6 +241,7 @@ def _keeps(item):
     )
 
 
+LONG = ("tests/world/", "tests/e2e/")  # their files take longest, so they begin: else one process waits for the other
 REAL_ROOMS = ("tests/drivers/", "tests/faults/", "tests/e2e/")
 REAL = {"redis_server", "rig", "web"}  # processes that answer within a time, whoever asks them
 STORES = {"db", "transactional_db", "redis_server"}
@@ -249,6 +250,7 @@ STORES = {"db", "transactional_db", "redis_server"}
 @pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
 def pytest_collection_modifyitems(items):
     """Mark as timed what speaks with real processes, unless it is marked as judging by order alone."""
+    items.sort(key=lambda item: not item.nodeid.startswith(LONG))
     for item in items:
         real = item.nodeid.startswith(REAL_ROOMS) or REAL & set(item.fixturenames)
         if real and not item.get_closest_marker("gate"):

@@ -165,7 +165,6 @@ def test_promise_07_with_redis_dead_the_owner_stops_by_itself(rig, proof, witnes
     proof.holds(f"{times} times: at rest {worst:.2f} s after Redis was gone, at most")
 
 
-@pytest.mark.gate
 @EACH_AT_LENGTH
 def test_promise_07_and_the_latch_survives_a_restart_of_everything(rig, proof):
     proof.count("restarts", 1, 1)

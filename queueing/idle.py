@@ -4,6 +4,7 @@ from datetime import datetime, timedelta
 from typing import TypeVar
 
 from queueing.models import Queue, QueueRobot
+from queueing.rows import links_of
 from robots import bus
 from robots.contract.capabilities import Idle, Need
 from robots.contract.find import spec_of, spec_or_none
@@ -83,7 +84,7 @@ def store_watchers(queue: Queue, now: datetime) -> None:
 
     While no web process answers, everybody is assumed to be still there.
     """
-    for link in QueueRobot.objects.select_related("robot").filter(queue=queue):
+    for link in links_of(queue):
         if not _capabilities(link.robot, Idle):
             continue
         if link.watched_at is not None and (now - link.watched_at).total_seconds() < NOTED_S:

@@ -10,12 +10,13 @@ from accounts.services import cleared, cleared_people
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
 from queueing.models import Queue, Ticket, TicketState, Turn
-from queueing.rows import announce, locked
+from queueing.rows import QUEUE, announce, locked
 from queueing.tickets import open_ticket
 from queueing.turns import ALWAYS
 from robots.drivers.errors import NotPermitted
 from robots.grants import open_grant, owner_alive, start_grant
 from robots.models import Lease, Robot
+from robots.prepared import Prepared, PreparedUpdate
 from robots.states import Cycle, GrantKind
 
 RULES = settings.FARHAND
@@ -28,6 +29,21 @@ IN_USE = {
     GrantKind.STAFF: "Staff operate the robot now.", GrantKind.HANDOVER: "The robot is being put in order.",
     GrantKind.SETTINGS: "The robot is being put in order.",
 }  # fmt: skip
+_OFFERED: Prepared[Ticket] = Prepared(
+    lambda: Ticket.objects.select_related("robot").filter(queue=QUEUE, state=TicketState.OFFERED)
+)
+_WITHOUT_OFFER: PreparedUpdate[Robot] = PreparedUpdate(
+    lambda: Robot.objects.filter(queue_link__queue=QUEUE, cycle=Cycle.OFFERED).exclude(
+        pk__in=Ticket.objects.filter(queue=QUEUE, state=TicketState.OFFERED).values("robot")
+    ),
+    cycle=Cycle.READY,
+)
+_WITHOUT_TURN: PreparedUpdate[Robot] = PreparedUpdate(
+    lambda: Robot.objects.filter(queue_link__queue=QUEUE, cycle=Cycle.OPERATING).exclude(
+        pk__in=Turn.objects.filter(robot__queue_link__queue=QUEUE, ended_at=None).values("robot")
+    ),
+    cycle=Cycle.HANDOVER,
+)
 
 
 class RobotsFault(Exception):
@@ -128,16 +144,17 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool) -> Turn:
 
 def recall_offers(queue: Queue, now: datetime) -> None:
     """Take back offers of robots that are no longer in order."""
-    for ticket in Ticket.objects.select_related("robot").filter(queue=queue, state=TicketState.OFFERED):
+    for ticket in offered(queue):
         robot = ticket.robot
         if robot is None or why_not_ready(robot, now, Cycle.OFFERED):
             recall(queue, ticket, robot)
-    offered = Ticket.objects.filter(queue=queue, state=TicketState.OFFERED).values("robot")
-    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OFFERED).exclude(pk__in=offered).update(cycle=Cycle.READY)
-    turns = Turn.objects.filter(robot__queue_link__queue=queue, ended_at=None).values("robot")
-    Robot.objects.filter(queue_link__queue=queue, cycle=Cycle.OPERATING).exclude(pk__in=turns).update(
-        cycle=Cycle.HANDOVER
-    )
+    _WITHOUT_OFFER(queue=queue.pk)
+    _WITHOUT_TURN(queue=queue.pk)
+
+
+def offered(queue: Queue) -> list[Ticket]:
+    """Return the tickets with an open offer."""
+    return _OFFERED(queue=queue.pk)
 
 
 def recall(queue: Queue, ticket: Ticket, robot: Robot | None) -> None:

@@ -4,12 +4,19 @@ from typing import Any
 
 from django.core.exceptions import ValidationError
 from django.db import transaction
+from django.db.models import BigAutoField
 
 from queueing.models import Queue, QueueRobot
 from robots import bus
 from robots.messages import Changed, StandingChanged
 from robots.models import Robot
+from robots.prepared import Prepared, Slot
 
+QUEUE = Slot("queue", BigAutoField())
+_ROBOTS: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(queue_link__queue=QUEUE).order_by("pk"))
+_LINKS: Prepared[QueueRobot] = Prepared(
+    lambda: QueueRobot.objects.select_related("robot").filter(queue=QUEUE).order_by("robot_id")
+)
 SETTINGS = frozenset({"offers_turns", "guests_ask", "charged_in", "rest_after_min"})
 
 
@@ -54,7 +61,12 @@ def locked(queue: Queue) -> Queue:
 
 def robots_of(queue: Queue) -> list[Robot]:
     """Return the robots that the queue serves."""
-    return list(Robot.objects.filter(queue_link__queue=queue).order_by("pk"))
+    return _ROBOTS(queue=queue.pk)
+
+
+def links_of(queue: Queue) -> list[QueueRobot]:
+    """Return what the queue does for each of its robots, in their order."""
+    return _LINKS(queue=queue.pk)
 
 
 def announce(queue: Queue, user: Any = None) -> None:

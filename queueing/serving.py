@@ -9,7 +9,7 @@ from queueing.jobs.suspending import suspended
 from queueing.jobs.tagging import tag_next
 from queueing.models import Job, Queue, QueueRobot, Ticket
 from queueing.offers import head, make_offer, why_not_ready
-from queueing.rows import announce
+from queueing.rows import announce, links_of
 from queueing.turns import ALWAYS
 from robots.grants import end_grant, newest_grant_that_moves, open_grant
 from robots.models import Grant, Robot
@@ -23,7 +23,7 @@ def serve_next(queue: Queue, now: datetime, up_since: datetime = ALWAYS) -> None
     """Start what comes next on each robot that is ready. `up_since`: since when people can reach the portal."""
     tag_next(queue)
     store_watchers(queue, now)
-    for link in QueueRobot.objects.select_related("robot").filter(queue=queue).order_by("robot_id"):
+    for link in links_of(queue):
         _serve(queue, link, now, up_since)
 
 

@@ -6,23 +6,32 @@ from datetime import datetime, timedelta
 from functools import partial
 
 from django.db import Error, transaction
-from django.db.models import Exists, OuterRef, Q, QuerySet
+from django.db.models import DateTimeField, Exists, OuterRef, Q, QuerySet
 
 from queueing.jobs.judging import judge_waiting
 from queueing.jobs.running import settle as settle_jobs
 from queueing.models import OPEN_JOB, OPEN_TICKET, Job, PlaceEnd, Queue, Ticket, TicketState, Turn
-from queueing.offers import made_at, recall, recall_offers
-from queueing.rows import BadSettings, locked, queue_of, robots_of
+from queueing.offers import made_at, offered, recall, recall_offers
+from queueing.rows import QUEUE, BadSettings, locked, queue_of, robots_of
 from queueing.serving import serve_next
 from queueing.tickets import dismiss_unfit, withdraw
 from queueing.turns import ALWAYS, tick_turn
 from robots.grants import end_overdue_single
 from robots.models import Grant, Robot
+from robots.prepared import Prepared, Slot
 from robots.states import Cycle
 
 log = logging.getLogger(__name__)
 ABSENT_S = 900  # a waiting person who is away this long loses the place
 QUIET_S = 5  # between two looks at a queue in which nobody waits
+_BUSY: Prepared[Queue] = Prepared(lambda: busy_queues())
+_WITHOUT_QUEUE: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True, queue_link=None))
+_TURNS: Prepared[Turn] = Prepared(
+    lambda: Turn.objects.select_related("grant", "ticket", "user").filter(robot__queue_link__queue=QUEUE, ended_at=None)
+)
+_ABSENT: Prepared[Ticket] = Prepared(
+    lambda: Ticket.objects.filter(queue=QUEUE, state=TicketState.WAITING, last_seen__lte=Slot("since", DateTimeField()))
+)
 RESTING = (Cycle.OFFLINE, Cycle.READY, Cycle.FAULT, Cycle.LOCKED_OUT)
 
 
@@ -40,7 +49,7 @@ def tick_seldom(now: datetime, up_since: datetime = ALWAYS) -> None:
 
     In these nothing can end or expire; only the next thing may start.
     """
-    busy = list(busy_queues())
+    busy = _BUSY()
     _each(busy, partial(_tick, up_since=up_since), now)
     if now.second % QUIET_S:
         return
@@ -50,7 +59,7 @@ def tick_seldom(now: datetime, up_since: datetime = ALWAYS) -> None:
 
 def _give_queues() -> None:
     """Give a queue to each robot that was switched on and has none, so that it also works before anybody asks."""
-    for robot in Robot.objects.filter(enabled=True, queue_link=None):
+    for robot in _WITHOUT_QUEUE():
         try:
             queue_of(robot)
         except BadSettings as error:
@@ -75,15 +84,16 @@ def busy_queues() -> QuerySet[Queue]:
 
 def _expire(queue: Queue, now: datetime, up_since: datetime) -> None:
     """End the offers that nobody answered, and the places of who is away."""
-    offers = Ticket.objects.select_related("robot").filter(queue=queue, state=TicketState.OFFERED)
-    for ticket in offers.filter(offer_until__lte=now):
+    for ticket in offered(queue):
+        if ticket.offer_until is None or ticket.offer_until > now:
+            continue
         if made_at(ticket) < up_since:
             recall(queue, ticket, ticket.robot)
         else:
             withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.NO_ANSWER, now)
     absent = now - timedelta(seconds=ABSENT_S)
     if up_since <= absent:
-        for ticket in Ticket.objects.filter(queue=queue, state=TicketState.WAITING, last_seen__lte=absent):
+        for ticket in _ABSENT(queue=queue.pk, since=absent):
             withdraw(queue, ticket, TicketState.EXPIRED, PlaceEnd.AWAY, now)
 
 
@@ -103,9 +113,7 @@ def _tick(queue: Queue, now: datetime, up_since: datetime) -> None:
     for robot in robots_of(queue):
         end_overdue_single(robot, now)
     dismiss_unfit(queue, now)
-    for turn in Turn.objects.select_related("grant", "ticket", "user").filter(
-        robot__queue_link__queue=queue, ended_at=None
-    ):
+    for turn in _TURNS(queue=queue.pk):
         tick_turn(queue, turn, now, up_since)
     recall_offers(queue, now)  # first, so that an offer that could not be accepted does not expire
     _expire(queue, now, up_since)

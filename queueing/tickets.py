@@ -12,10 +12,20 @@ from queueing.charging import account_of, next_tag, settle
 from queueing.errors import NotCleared, RobotUnavailable
 from queueing.jobs.tagging import give_way
 from queueing.models import OPEN_TICKET, PlaceEnd, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import announce, locked, queue_of, robots_of
+from queueing.rows import QUEUE, announce, locked, queue_of, robots_of
 from queueing.turns import end_turn, start_countdown
 from robots.models import Robot
+from robots.prepared import Prepared
 from robots.states import Cycle, GrantEnd
+
+_OPEN = Q(queue=QUEUE, state__in=OPEN_TICKET)
+_CLEARED = Clearance.objects.filter(robot__queue_link__queue=QUEUE, revoked_at=None).values("user")
+_SUSPENDED: Prepared[Ticket] = Prepared(
+    lambda: Ticket.objects.select_related("user").filter(_OPEN, user__is_active=False)
+)
+_UNFIT: Prepared[Ticket] = Prepared(
+    lambda: Ticket.objects.select_related("user").filter(_OPEN, Q(user__is_active=False) | ~Q(user__in=_CLEARED))
+)
 
 
 def open_ticket(robot: Robot, user: Any) -> Ticket | None:
@@ -82,12 +92,8 @@ def withdraw(queue: Queue, ticket: Ticket, state: TicketState, reason: PlaceEnd,
 
 def dismiss_unfit(queue: Queue, now: datetime) -> None:
     """Remove people who were suspended or lost the clearance, also during a turn."""
-    suspended, lost = Q(user__is_active=False), Q()
-    if not any(not robot.clearance_required for robot in robots_of(queue)):
-        kept = Clearance.objects.filter(robot__queue_link__queue=queue, revoked_at=None)
-        lost = ~Q(user__in=kept.values("user"))
-    tickets = Ticket.objects.select_related("user").filter(queue=queue, state__in=OPEN_TICKET)
-    for ticket in tickets.filter(suspended | lost if lost else suspended):
+    cleared_only = all(robot.clearance_required for robot in robots_of(queue))
+    for ticket in (_UNFIT if cleared_only else _SUSPENDED)(queue=queue.pk):
         why = PlaceEnd.UNCLEARED if ticket.user.is_active else PlaceEnd.SUSPENDED
         remove(ticket, now, why, GrantEnd.UNFIT)
 

@@ -6,24 +6,50 @@ from typing import Any
 
 from django.conf import settings
 from django.db import Error, transaction
-from django.db.models import F
+from django.db.models import BigAutoField, F, QuerySet
 
 from queueing import fairshare
 from queueing.charging import account_of, charge, settle
 from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, Job, JobState, Queue, QueueRobot, Ticket, TicketState, Turn
-from queueing.rows import announce, locked
+from queueing.rows import QUEUE, announce, locked
 from robots import bus
 from robots.grants import end_grant
 from robots.messages import StandingChanged
-from robots.models import Grant, Robot
+from robots.models import Command, Grant, Robot
 from robots.people import is_person
+from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL, Cycle, GrantEnd
 
 log = logging.getLogger(__name__)
 RULES = settings.FARHAND
 SLICE_S = 60
 ALWAYS = datetime.min.replace(tzinfo=UTC)
+GRANT, ROBOT, USER = (Slot(name, BigAutoField()) for name in ("grant", "robot", "user"))
+_FIRST_QUEUED: Prepared[Any] = Prepared(
+    lambda: (
+        Ticket.objects.filter(queue=QUEUE, state__in=NOT_YET)
+        .order_by("joined_at")
+        .values_list("joined_at", flat=True)[:1]
+    )
+)
+_FIRST_ASKED: Prepared[Any] = Prepared(
+    lambda: (
+        Job.objects.filter(robot=ROBOT, state=JobState.WAITING, start_tag__isnull=False)
+        .exclude(user=USER)
+        .order_by("asked_at")
+        .values_list("asked_at", flat=True)[:1]
+    )
+)
+_UNDER_WAY: Prepared[Command] = Prepared(lambda: _theirs().exclude(state__in=COMMAND_FINAL).only("pk")[:1])
+_LAST_ENDED: Prepared[Any] = Prepared(
+    lambda: _theirs().filter(ended_at__isnull=False).order_by("-ended_at").values_list("ended_at", flat=True)[:1]
+)
+
+
+def _theirs() -> QuerySet[Command]:
+    """Return what a person has asked for under a grant."""
+    return Command.objects.filter(grant=GRANT, robot=ROBOT, issued_by=USER)
 
 
 def open_turn(robot: Robot) -> Turn | None:
@@ -159,10 +185,8 @@ def others_wait_since(turn: Turn) -> datetime | None:
     """Return since when somebody else waits for the robot, in the queue or for a job; None if nobody does."""
     if turn.ticket is None:  # its person's account was deleted
         return None
-    queued = Ticket.objects.filter(queue=turn.ticket.queue_id, state__in=NOT_YET)
-    jobs = Job.objects.filter(robot=turn.robot_id, state=JobState.WAITING, start_tag__isnull=False)
-    people = queued.order_by("joined_at").values_list("joined_at", flat=True).first()
-    asked = jobs.exclude(user=turn.user_id).order_by("asked_at").values_list("asked_at", flat=True).first()
+    people = next(iter(_FIRST_QUEUED(queue=turn.ticket.queue_id)), None)
+    asked = next(iter(_FIRST_ASKED(robot=turn.robot_id, user=turn.user_id)), None)
     link = QueueRobot.objects.filter(robot=turn.robot_id).first() if asked is not None else None
     if asked is not None and suspended(turn.robot, link):
         asked = None  # it waits for staff
@@ -176,8 +200,8 @@ def _last_act(turn: Turn, now: datetime) -> datetime:
 
     What staff set under the grant meanwhile is no act of the operator.
     """
-    theirs = turn.grant.commands.filter(robot=turn.robot_id, issued_by=turn.user_id)
-    if theirs.exclude(state__in=COMMAND_FINAL).exists():
+    theirs = {"grant": turn.grant_id, "robot": turn.robot_id, "user": turn.user_id}
+    if _UNDER_WAY(**theirs):
         return now
-    ended = theirs.filter(ended_at__isnull=False).order_by("-ended_at").values_list("ended_at", flat=True)
-    return max(at for at in (turn.started_at, turn.acted_at, ended.first()) if at is not None)
+    acts: tuple[datetime | None, ...] = (turn.started_at, turn.acted_at, *_LAST_ENDED(**theirs))
+    return max(at for at in acts if at is not None)

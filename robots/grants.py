@@ -35,6 +35,9 @@ def owner_alive(lease: Lease | None, now: datetime) -> bool:
 
 ROBOT = Slot("robot", BigAutoField())
 _OPEN: Prepared[Grant] = Prepared(lambda: Grant.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
+_SINGLE: Prepared[Grant] = Prepared(
+    lambda: Grant.objects.filter(robot=ROBOT, kind__in=ONE_COMMAND, ended_at=None).order_by("pk")[:1]
+)
 
 
 def open_grant(robot: Robot) -> Grant | None:
@@ -144,7 +147,7 @@ def end_with_command(command: Command, now: datetime) -> bool:
 
 def end_overdue_single(robot: Robot, now: datetime) -> None:
     """End grants for one command whose owner died and was not replaced."""
-    grant = Grant.objects.filter(robot=robot, kind__in=ONE_COMMAND, ended_at=None).first()
+    grant = next(iter(_SINGLE(robot=robot.pk)), None)
     if grant is None:
         return
     ended = not grant.commands.exclude(state__in=COMMAND_FINAL).exists()

@@ -8,23 +8,26 @@ from accounts.services import cleared_people
 from queueing.jobs.kinds import job_kinds_or_none
 from queueing.jobs.outdated import outdated
 from queueing.jobs.running import end
-from queueing.models import Job, JobState, Queue, QueueRobot
+from queueing.models import Job, JobState, Queue
+from queueing.rows import QUEUE, links_of
 from robots.contract.spec import CommandKind
 from robots.models import Robot
+from robots.prepared import Prepared
 
 SWITCHED_OFF = "The account of the person who asked for it is switched off."
 NO_SUCH_KIND = "This robot no longer takes this kind of job."
 NO_GUESTS = "This robot no longer takes jobs from guests."
 NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
 NOTHING_KNOWN = Q(pk=None)  # of no job
+_WAITING: Prepared[Job] = Prepared(lambda: Job.objects.filter(queue=QUEUE, state=JobState.WAITING).only("pk")[:1])
 
 
 def judge_waiting(queue: Queue, now: datetime) -> None:
     """End the waiting jobs that may not start any more, each with the reason; they cost nothing."""
-    waiting = Job.objects.filter(queue=queue, state=JobState.WAITING).select_related("account", "robot", "user")
-    if not waiting.exists():
+    if not _WAITING(queue=queue.pk):
         return
-    for link in QueueRobot.objects.select_related("robot").filter(queue=queue):
+    waiting = Job.objects.filter(queue=queue, state=JobState.WAITING).select_related("account", "robot", "user")
+    for link in links_of(queue):
         of_robot = waiting.filter(robot=link.robot)
         rules = refusals(link.robot, link.guests_ask)
         for job in list(of_robot.filter(_any(rules))):

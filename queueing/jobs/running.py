@@ -12,15 +12,19 @@ from queueing.charging import settle as settle_clock
 from queueing.jobs.kinds import label_of
 from queueing.jobs.tagging import follow_charge
 from queueing.models import Charge, Job, JobRun, JobState, Queue, QueueRobot
-from queueing.rows import announce
+from queueing.rows import QUEUE, announce
 from robots.contract.find import spec_of
 from robots.grants import interruption, start_grant
 from robots.models import Command, Grant, Robot
+from robots.prepared import Prepared
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import CommandState, GrantEnd, GrantKind
 
 FAULTS = 3  # a job is started again this often after a fault of the robot
 AGAIN = "It goes on as soon as the robot can."
+_RUNNING: Prepared[Job] = Prepared(
+    lambda: Job.objects.filter(queue=QUEUE, state=JobState.RUNNING).select_related("account", "robot", "user")
+)
 PLACE_STAYS = "It keeps its place, has cost nothing so far, and goes on as soon as the robot can."
 
 
@@ -40,8 +44,7 @@ def promote(queue: Queue, job: Job, now: datetime) -> None:
 
 def settle(queue: Queue, now: datetime) -> None:
     """End each job whose grant has ended, or put it back into the queue."""
-    running = Job.objects.filter(queue=queue, state=JobState.RUNNING).select_related("account", "robot", "user")
-    for job in running:
+    for job in _RUNNING(queue=queue.pk):
         run = job.runs.select_related("grant").order_by("-id").first()
         if run is None:  # the grant was deleted
             end(queue, job, JobState.UNKNOWN, "Whether it was carried out is not known.", 0.0, now)

@@ -2,13 +2,20 @@
 
 from queueing.charging import next_tag
 from queueing.models import OPEN_JOB, OPEN_TICKET, Account, Job, JobState, Queue, Ticket
+from queueing.rows import QUEUE
+from robots.prepared import Prepared
+
+_UNTAGGED: Prepared[Job] = Prepared(
+    lambda: (
+        Job.objects.filter(queue=QUEUE, state=JobState.WAITING, start_tag=None).select_related("account").order_by("id")
+    )
+)
 
 
 def tag_next(queue: Queue) -> None:
     """Tag the first waiting job of each account without a tag in the queue. Can be repeated."""
-    waiting = Job.objects.filter(queue=queue, state=JobState.WAITING, start_tag=None).select_related("account")
     seen: set[int] = set()
-    for job in waiting.order_by("id"):
+    for job in _UNTAGGED(queue=queue.pk):
         if job.account_id in seen or _has_tagged(job.account):
             continue
         seen.add(job.account_id)

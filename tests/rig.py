@@ -165,8 +165,7 @@ def child_env(**more: str) -> dict[str, str]:
         url = f"sqlite:///{db['NAME']}"
     else:
         url = f"postgres://{db['USER']}:@{db['HOST'].replace('/', '%2F')}/{db['NAME']}"
-    env = {k: v for k, v in os.environ.items() if not k.startswith("FARHAND_TEST")}
-    return {**env, "DATABASE_URL": url, "FARHAND_VAR": str(settings.VAR), "REDIS_URL": settings.REDIS_URL, **more}
+    return {**os.environ, "DATABASE_URL": url, "FARHAND_VAR": str(settings.VAR), "REDIS_URL": settings.REDIS_URL, **more}
 
 
 class Child:

@@ -147,7 +147,7 @@ while move.state != "acknowledged":
 
 
 def _life(folder, number):
-    env = {k: v for k, v in os.environ.items() if k not in ("REDIS_URL", "DATABASE_URL", "FARHAND_TEST_SQLITE")}
+    env = {k: v for k, v in os.environ.items() if k not in ("REDIS_URL", "DATABASE_URL")}
     env |= {"FARHAND_VAR": str(folder), "DJANGO_SETTINGS_MODULE": "portal.settings"}
     migrated.begin(folder / "farhand.sqlite3")
     port = free_port()

@@ -191,9 +191,7 @@ def at_length(value):
 
 
 BOTH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10")], indirect=True)
-# the iRat's motions are held: a machine that stalls for a quarter of a second ends them
-IRAT = pytest.param("irat", marks=(pytest.mark.length, pytest.mark.alone))
-EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"), IRAT], indirect=True)
+EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"), at_length("irat")], indirect=True)
 
 
 @pytest.fixture
@@ -232,28 +230,29 @@ def house(django_db_setup):
     HOUSE.close()
 
 
+@pytest.fixture
+def afresh():
+    """Begin with processes of the test's own, although the test before has left the same robot running."""
+
+
 def _keeps(item):
     """Tell whether a test takes the robot that the test before has left running."""
-    return (
-        {"rig", "portal"} & set(item.fixturenames)
-        and "robot" in item.fixturenames
-        and not item.get_closest_marker("own")
-    )
+    fixtures = set(item.fixturenames)
+    return {"rig", "portal"} & fixtures and "robot" in fixtures and "afresh" not in fixtures
 
 
 LONG = ("tests/world/", "tests/e2e/")  # their files take longest, so they begin: else one process waits for the other
-REAL_ROOMS = ("tests/drivers/", "tests/faults/", "tests/e2e/")
-REAL = {"redis_server", "rig", "web"}  # processes that answer within a time, whoever asks them
+WITHOUT_PROCESSES = ("tests/services/", "tests/world/")
 STORES = {"db", "transactional_db", "redis_server"}
 
 
 @pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
 def pytest_collection_modifyitems(items):
-    """Mark as timed what speaks with real processes, unless it is marked as judging by order alone."""
+    """Mark as timed what asks a real Redis in rooms without processes, unless it is marked as judging by order."""
     items.sort(key=lambda item: not item.nodeid.startswith(LONG))
     for item in items:
-        real = item.nodeid.startswith(REAL_ROOMS) or REAL & set(item.fixturenames)
-        if real and not item.get_closest_marker("gate"):
+        asks = item.nodeid.startswith(WITHOUT_PROCESSES) and "redis_server" in item.fixturenames
+        if asks and not item.get_closest_marker("gate"):
             item.add_marker("timed")
 
 
@@ -261,8 +260,7 @@ def pytest_collection_modifyitems(items):
 def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
-    limited = item.get_closest_marker("timed") or (AT_LENGTH and not item.get_closest_marker("gate"))
-    waiting.shortest_s = 0.0 if limited else waiting.CEILING_S
+    waiting.shortest_s = 0.0 if item.get_closest_marker("timed") else waiting.CEILING_S
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
     of_django = isinstance(item.cls, type) and issubclass(item.cls, TransactionTestCase)  # asks for no fixture
     if not of_django and not STORES & set(item.fixturenames) and not item.get_closest_marker("django_db"):

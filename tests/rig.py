@@ -165,7 +165,13 @@ def child_env(**more: str) -> dict[str, str]:
         url = f"sqlite:///{db['NAME']}"
     else:
         url = f"postgres://{db['USER']}:@{db['HOST'].replace('/', '%2F')}/{db['NAME']}"
-    return {**os.environ, "DATABASE_URL": url, "FARHAND_VAR": str(settings.VAR), "REDIS_URL": settings.REDIS_URL, **more}
+    return {
+        **os.environ,
+        "DATABASE_URL": url,
+        "FARHAND_VAR": str(settings.VAR),
+        "REDIS_URL": settings.REDIS_URL,
+        **more,
+    }
 
 
 class Child:

@@ -26,7 +26,6 @@ def tried(driver, *only, spec=SPEC, limits=PATIENT):
     )  # fmt: skip
 
 
-@pytest.mark.gate
 def test_a_driver_that_is_in_order_passes_every_check_that_applies():
     report = tried(Rail)
     assert not report.failures, report.text()
@@ -348,18 +347,17 @@ def named(driver, check, words, limits):
     assert any(words in said for said in report.of(check).words), report.text()
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize(("driver", "check", "words"), BROKEN, ids=lambda value: getattr(value, "__name__", ""))
 def test_what_is_broken_is_named(driver, check, words):
     named(driver, check, words, PATIENT)
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize(("driver", "check", "words"), WAITS_FOR_EVER, ids=lambda value: getattr(value, "__name__", ""))
 def test_what_waits_for_ever_is_named(driver, check, words):
     named(driver, check, words, HASTY)
 
 
-@pytest.mark.gate
 def test_a_policy_that_nothing_can_judge_is_named():
     """A bound of seconds alone, and one of a speed that no state tells."""
 

@@ -14,6 +14,8 @@ from tests.drivers.fuzzing import WILD, Watched, numbers, rounds, weighted
 from tests.drivers.irat_wire import EPOCHS, WireClient
 from tests.proof import Proof
 
+pytestmark = pytest.mark.timed
+
 PARTS, A_ROUND = 5, 12
 COMMAND = "/irat/cmd_vel"
 odd = weighted(

@@ -21,6 +21,8 @@ from tests.conftest import wait_for
 from tests.ros_fake import Ordered, Ros, start_node
 from tests.rosbridge_fake import Bridge
 
+pytestmark = pytest.mark.timed
+
 AHEAD = Velocity(0.1, 0.5)
 PICTURE = cv2.imencode(".jpg", np.random.default_rng(1).integers(0, 255, (60, 104), np.uint8))[1].tobytes()
 

@@ -17,6 +17,8 @@ from robots.drivers.errors import (
 from robots.drivers.mercury.driver import Driver
 from tests.conftest import wait_for
 
+pytestmark = pytest.mark.timed
+
 SLOWLY = pytest.mark.parametrize("speed", [0.025])  # what is to happen on the way happens on the way
 
 

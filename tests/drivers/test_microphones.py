@@ -13,6 +13,8 @@ import pytest
 
 from workers.sound.microphone import BIT_RATE, PIECE, RATE, Encoder, Microphone, MicrophoneFault
 
+pytestmark = pytest.mark.timed
+
 HZ = 440.0
 
 

@@ -82,6 +82,7 @@ ARM = {
 }
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("state", ARM)
 def test_the_museum_arm_begins_again_in_every_state(watched, state):
     enter, letter = ARM[state]
@@ -111,7 +112,6 @@ def test_the_museum_arm_begins_again_in_every_state(watched, state):
     assert watched.process.poll() is None
 
 
-@pytest.mark.gate
 def test_the_museum_arm_that_is_switched_on_in_range_error_says_so(tmp_path):
     """Judged by order: it answers, its watchdog cuts the silent owner off, and the way out leads out."""
     sim = ArmSimulator(tmp_path, watchdog=SILENT_S, nobody=600.0 * FASTER, speed=FASTER)
@@ -133,6 +133,7 @@ def test_the_museum_arm_that_is_switched_on_in_range_error_says_so(tmp_path):
         sim.stop()
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("left", [b"", b"\x93NUMPY", "a pose that is not finite"])
 def test_a_scene_that_cannot_be_read_is_a_new_one(tmp_path, left):
     sim = ArmSimulator(tmp_path)
@@ -149,6 +150,7 @@ def test_a_scene_that_cannot_be_read_is_a_new_one(tmp_path, left):
         sim.stop()
 
 
+@pytest.mark.timed
 def test_the_museum_arm_ends_without_its_cameras(tmp_path):
     sim = ArmSimulator(tmp_path)
     try:
@@ -197,6 +199,7 @@ MERCURY = {
 }
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("state", MERCURY)
 def test_the_mercury_arm_begins_again_in_every_state(tmp_path, state):
     sim = Simulator(tmp_path, speed=FASTER)
@@ -258,6 +261,7 @@ RAT = {
 }
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("state", RAT)
 def test_the_irat_begins_again_in_every_state(restarted_rat, state):
     sim = restarted_rat
@@ -281,6 +285,7 @@ def test_the_irat_begins_again_in_every_state(restarted_rat, state):
     assert not sim.count("thread_died")
 
 
+@pytest.mark.timed
 def test_the_irat_whose_port_is_taken_ends_with_a_word(tmp_path, restarted_rat):
     """Its network's thread cannot begin; the process must not wait for it."""
     port = restarted_rat.address.rpartition(":")[2]

@@ -15,6 +15,8 @@ from tests.conftest import wait_for
 from tests.e2e import bare as told
 from tests.e2e.conftest import session
 
+pytestmark = pytest.mark.timed
+
 PAD = """
 window.pad = { id: "A pad", index: 0, mapping: "", connected: true, axes: [0, 0, 0, 0, 0, 0], buttons: [] };
 navigator.getGamepads = () => [window.pad];

@@ -12,6 +12,8 @@ from playwright.sync_api import expect
 from robots import bus
 from robots.messages import picture_packet
 
+pytestmark = pytest.mark.timed
+
 OWN = re.compile(r"^Picture [\d.]+ s old")
 
 

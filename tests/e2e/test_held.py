@@ -19,7 +19,7 @@ from tests.looked import swept
 from tests.proof import Proof
 from tests.rig import Web, free_port
 
-pytestmark = pytest.mark.alone  # it judges by fractions of a second
+pytestmark = pytest.mark.timed
 
 GAMEPAD = """
 window.pad = { axes: [0, 0], connected: true, buttons: Array.from({length: 17}, () => ({pressed: false})) };

@@ -30,7 +30,7 @@ STAYS_S, NEAR_S = 6.0, 15.0
 NOTICED = "the time of day was set by"
 
 pytestmark = [
-    pytest.mark.length,
+    pytest.mark.timed,
     pytest.mark.skipif(LIBRARY is None, reason="the package libfaketime is not installed (apt install libfaketime)"),
 ]
 

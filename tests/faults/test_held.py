@@ -12,7 +12,7 @@ from tests.conftest import EACH_AT_LENGTH, wait_for
 from tests.faults.controls import LOST
 from tests.faults.test_promises_stop import release
 
-pytestmark = pytest.mark.alone  # it judges by fractions of a second
+pytestmark = pytest.mark.timed
 
 
 class Holding(threading.Thread):
@@ -128,7 +128,6 @@ def test_a_jog_that_waited_behind_a_motion_unheard_moves_nothing(rig):
     assert "it did not begin" in command.reason
 
 
-@pytest.mark.length
 def test_keep_alives_of_another_command_do_not_count(rig):
     rig.owner()
     rig.grant()
@@ -141,7 +140,6 @@ def test_keep_alives_of_another_command_do_not_count(rig):
     assert command.sent_at is None, "it did not even begin"
 
 
-@pytest.mark.length
 def test_a_jog_stays_on_the_sand(rig, witness):
     rig.owner()
     rig.grant()
@@ -159,7 +157,6 @@ def test_a_jog_stays_on_the_sand(rig, witness):
     assert max(r["target"][0] for r in rig.sim.journal() if r["event"] == "motion") <= 0.2401
 
 
-@pytest.mark.length
 def test_a_stop_ends_a_jog_and_is_its_reason(rig, witness):
     rig.owner()
     rig.grant()

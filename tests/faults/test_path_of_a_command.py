@@ -14,6 +14,8 @@ from tests.conftest import wait_for
 from tests.faults.here import WebHere, line
 from workers.wiring import Owner
 
+pytestmark = pytest.mark.timed
+
 MOST = 21  # one is the door before the driver (`workers/door.py`); without the robot's own folder: the driver of Mercury is the robot, and another robot has another
 OWN = "robots/drivers/mercury/"
 TIMED = ("portal/live/hub.py", "portal/live/sessions.py")  # they and what they call run by a timer of their own

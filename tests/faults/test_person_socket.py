@@ -17,6 +17,8 @@ from robots.models import Lease
 from tests.conftest import wait_for
 from tests.faults.here import WebHere, closed, line
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def web(transactional_db, redis_server, robot, people):

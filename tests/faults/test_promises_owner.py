@@ -13,6 +13,8 @@ from tests.conftest import wait_for
 from tests.rig import Simulator, free_port
 from tests.waiting import CEILING_S
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.mark.parametrize("which", ["mercury"], indirect=True)
 def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):

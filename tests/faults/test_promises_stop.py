@@ -17,7 +17,7 @@ from tests.faults.witness import STALLED
 from tests.looked import followed, heard
 from tests.rig import Web
 
-pytestmark = pytest.mark.alone  # it judges by fractions of a second
+pytestmark = pytest.mark.timed
 
 SPOTS = ((-0.2, 0.3), (0.2, 0.5))
 

@@ -63,7 +63,6 @@ def works(rig, seconds=15.0):
     return time.monotonic() - begun
 
 
-@pytest.mark.gate
 @pytest.mark.asvs("2.3.3")
 def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
     """FLUSHALL and kills of everything, Redis too, at random moments, under commands, log entries and surveys."""
@@ -134,8 +133,8 @@ def write_down(rig, text, question):
     return entry.pk, survey.pk
 
 
+@pytest.mark.timed
 @pytest.mark.asvs("16.5.2")
-@pytest.mark.alone  # judged by seconds
 def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
     """Killed and started again: pages answer, the banner is shown, work goes on within 15 s."""
     times = proof.count("restarts of Redis", 2, 50)
@@ -163,8 +162,8 @@ def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
     proof.holds(f"{times} restarts: pages 200, banner shown and gone; working again {slowest:.1f} s after, at most")
 
 
+@pytest.mark.timed
 @pytest.mark.asvs("16.5.2")
-@pytest.mark.alone  # judged by seconds
 @pytest.mark.parametrize("how", ["cut", at_length("reset"), at_length("stall")])
 def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
     """The robot is held, commands are refused with a reason, everything goes on by itself."""
@@ -234,6 +233,7 @@ class Supervised:
         self._thread.join()
 
 
+@pytest.mark.timed
 def test_promise_23_sqlite_under_two_writers(rig, proof):
     """A second writer holds the file for a second at a time: work waits and goes on."""
     if connection.vendor != "sqlite":
@@ -258,7 +258,7 @@ def test_promise_23_sqlite_under_two_writers(rig, proof):
     proof.holds(f"{times} motions under a second writer: all completed, the owner kept its lease")
 
 
-@pytest.mark.alone  # judged by seconds
+@pytest.mark.timed
 def test_promise_24_a_full_disk(rig, web, proof):
     """Pictures on a small tmpfs that is full: it is said, nothing told is lost, stop works."""
     proof.count("full disks", 1, 1)

@@ -20,14 +20,14 @@ from robots.drivers.errors import BadRequest, RobotError, Stopped
 from robots.drivers.irat.protocol import Velocity
 from robots.models import Command, Grant, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState, GrantEnd
-from tests.conftest import IRAT, wait_for
+from tests.conftest import wait_for
 from tests.drivers.irat_wire import WireClient
 from tests.faults.test_promises_stop import held_after, percentile, release, rested
 from tests.faults.test_promises_wire import WILD
 from tests.faults.witness import STALLED
 from tests.looked import heard
 
-pytestmark = [pytest.mark.parametrize("which", [IRAT], indirect=True)]
+pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["irat"], indirect=True)]
 HAND = load("irat")["hand"]
 FORGOTTEN_S = 0.5  # a velocity is forgotten after 0.25 s; then the robot brakes
 

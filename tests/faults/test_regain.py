@@ -3,11 +3,14 @@
 import signal
 import time
 
+import pytest
 from celery import current_app
 
 from robots import bus
 from robots.models import Robot
 from tests.conftest import EACH_AT_LENGTH, wait_for
+
+pytestmark = pytest.mark.timed
 
 
 @EACH_AT_LENGTH

@@ -27,7 +27,7 @@ from tests.conftest import at_length, wait_for
 from tests.faults.here import WebHere, closed, heard, line
 from tests.faults.witness import Witness
 
-pytestmark = pytest.mark.alone  # judged by seconds
+pytestmark = pytest.mark.timed
 LIMIT_S = 2.0
 
 

@@ -17,6 +17,8 @@ from tests.conftest import wait_for
 from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer
 
+pytestmark = pytest.mark.timed
+
 SOUND, VIDEO = 5, 4
 WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp9"}
 ASKED = WISH | {"sound": True}
@@ -111,7 +113,7 @@ def test_nobody_listens_then_one_does_and_hears_the_arm_move(listened, web):
     web.nothing_left()
 
 
-@pytest.mark.own  # an owner tells staff once an hour
+@pytest.mark.usefixtures("afresh")  # an owner tells staff once an hour
 def test_a_microphone_that_dies_takes_nothing_with_it_and_is_heard_again(listened, web):
     rig = listened
     with line(web, path=PATH) as one:

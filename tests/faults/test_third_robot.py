@@ -21,7 +21,6 @@ from tests.conftest import wait_for
 from tests.rig import Child
 
 
-@pytest.mark.gate
 def test_a_third_robot_is_a_package(transactional_db, redis_server, people, installed):
     bus.connection().flushall()
     robot = add_robot("turntable")
@@ -63,6 +62,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
             child.kill()
 
 
+@pytest.mark.timed
 def test_a_driver_that_is_not_installed_is_named_in_words():
     done = subprocess.run(
         [sys.executable, "-c", "from robots.contract.find import open_session; open_session('nowhere', '', {})"],

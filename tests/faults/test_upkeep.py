@@ -18,7 +18,6 @@ def upkeep(rig):
     return grant is not None and grant.kind == "upkeep"
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("end", ["completed", at_length("stopped"), "killed"])
 def test_from_the_click_of_staff_to_the_next_turn(rig, end):
     owner = rig.owner()

@@ -24,6 +24,8 @@ from robots.models import Robot
 from tests.conftest import wait_for
 from tests.faults.here import closed, heard, line
 
+pytestmark = pytest.mark.timed
+
 OFFERS = {
     "none": None,
     "deflate": ClientPerMessageDeflateFactory(),

@@ -24,7 +24,6 @@ def far(rig):
     return rig.issue("move", x=-0.2, y=0.30)
 
 
-@pytest.mark.gate
 @pytest.mark.service
 def test_a_turn_worth_of_commands(rig):
     rig.owner()
@@ -42,6 +41,7 @@ def test_a_turn_worth_of_commands(rig):
     assert click.kind == "move"
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
     first = rig.owner()
@@ -61,6 +61,7 @@ def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
     assert rig.final(rig.issue("down")).state == "completed", "the turn goes on"
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_two_workers_on_one_robot_one_owner(rig):
     for _ in range(4):
@@ -78,6 +79,7 @@ def test_two_workers_on_one_robot_one_owner(rig):
     assert sum(w.alive() for w in rig.workers) == 3
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_frozen_owner_is_killed_before_another_takes_the_port(rig):
     first = rig.owner()
@@ -91,6 +93,7 @@ def test_a_frozen_owner_is_killed_before_another_takes_the_port(rig):
     assert command.epoch == 2
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_stale_epoch_moves_nothing(rig):
     rig.owner()
@@ -107,6 +110,7 @@ def test_a_stale_epoch_moves_nothing(rig):
     assert rig.sim.count("motion") == before + 1
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_delivered_many_times_moves_once(rig):
     rig.owner()
@@ -124,6 +128,7 @@ def test_delivered_many_times_moves_once(rig):
     assert rig.sim.count("motion") == before + 1
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_wake_up_that_was_never_sent_costs_a_tenth_of_a_second(rig, monkeypatch):
     rig.owner()
@@ -132,6 +137,7 @@ def test_a_wake_up_that_was_never_sent_costs_a_tenth_of_a_second(rig, monkeypatc
     assert rig.final(rig.issue("down"), 5).state == "completed"
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_late_command_never_moves(rig):
     first = rig.owner()
@@ -146,7 +152,7 @@ def test_a_late_command_never_moves(rig):
     assert rig.sim.count("motion") == before
 
 
-@pytest.mark.alone  # judged by seconds
+@pytest.mark.timed
 def test_stop_in_mid_motion_holds_latches_and_wants_a_release(rig, witness):
     rig.owner()
     rig.grant()
@@ -182,6 +188,7 @@ def rig_run(rig):
     return settings.VAR / "run"
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_stop_outlives_the_worker(rig):
     first = rig.owner()
@@ -198,6 +205,7 @@ def test_a_stop_outlives_the_worker(rig):
     assert rig.sim.count("motion") == before
 
 
+@pytest.mark.timed
 def test_redis_gone_when_a_click_is_made(rig):
     rig.owner()
     rig.grant()
@@ -218,9 +226,9 @@ def test_redis_gone_when_a_click_is_made(rig):
     wait_for(lambda: rig.final(rig.issue("up")).state == "completed", 15, "work goes on by itself")
 
 
+@pytest.mark.timed
 @pytest.mark.length
-@pytest.mark.alone  # judged by seconds
-@pytest.mark.own  # the speed is taken at the start
+@pytest.mark.usefixtures("afresh")  # the speed is taken at the start
 def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
     Robot.objects.update(settings={"speed": 0.03})
     rig.owner()
@@ -236,9 +244,9 @@ def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
     assert rig.final(command).state == "cancelled"
 
 
+@pytest.mark.timed
 @pytest.mark.length
-@pytest.mark.alone  # judged by seconds
-@pytest.mark.own  # the speed is taken at the start
+@pytest.mark.usefixtures("afresh")  # the speed is taken at the start
 def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
     Robot.objects.update(settings={"speed": 0.03})
     rig.owner()
@@ -252,8 +260,9 @@ def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
     wait_for(Grant.objects.filter(pk=grant.pk, end_reason="time is up").exists, 8, "the end of the grant")
 
 
+@pytest.mark.timed
 @pytest.mark.length
-@pytest.mark.own  # the speed is taken at the start
+@pytest.mark.usefixtures("afresh")  # the speed is taken at the start
 def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
     Robot.objects.update(settings={"speed": 0.03})
     child = rig.owner()
@@ -269,6 +278,7 @@ def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
     assert rig.owner_lease_free
 
 
+@pytest.mark.timed
 def test_a_hardware_fault_is_reset_and_kept_and_the_operator_is_told(rig):
     rig.owner()
     rig.grant()
@@ -284,6 +294,7 @@ def test_a_hardware_fault_is_reset_and_kept_and_the_operator_is_told(rig):
     wait_for(works, 15, "the turn goes on")
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_no_soft_reset_while_a_stop_is_latched(rig):
     rig.owner()
@@ -298,6 +309,7 @@ def test_no_soft_reset_while_a_stop_is_latched(rig):
     assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (motions, calibrations)
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_pulled_cable_is_named_and_mended_without_a_shell(rig):
     rig.owner()
@@ -310,6 +322,7 @@ def test_a_pulled_cable_is_named_and_mended_without_a_shell(rig):
     wait_for(lambda: rig.final(rig.issue("down")).state == "completed", 20, "the turn goes on")
 
 
+@pytest.mark.timed
 def test_handover_verifies_by_the_camera_and_fails_closed(rig):
     rig.owner()
     rig.sim.fault("cam_black")
@@ -322,6 +335,7 @@ def test_handover_verifies_by_the_camera_and_fails_closed(rig):
     assert Grant.objects.filter(kind=GrantKind.HANDOVER).count() >= 2
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("places", [CLICKS[:2], at_length(CLICKS)], ids=["two", "all"])
 def test_calibration_measures_what_the_camera_really_does(rig, places):
     Robot.objects.update(calibration={})
@@ -352,6 +366,7 @@ def test_calibration_measures_what_the_camera_really_does(rig, places):
             assert abs(pose[1] * 1000 - wanted[1]) < 1.8
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_full_disk_loses_the_kept_picture_only(rig, settings):
     settings_dir = settings.MEDIA_ROOT
@@ -367,6 +382,7 @@ def test_a_full_disk_loses_the_kept_picture_only(rig, settings):
     assert settings_dir
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_the_process_of_the_lease_is_the_process(rig):
     child = rig.owner()

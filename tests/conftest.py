@@ -230,15 +230,9 @@ def house(django_db_setup):
     HOUSE.close()
 
 
-@pytest.fixture
-def afresh():
-    """Begin with processes of the test's own, although the test before has left the same robot running."""
-
-
 def _keeps(item):
     """Tell whether a test takes the robot that the test before has left running."""
-    fixtures = set(item.fixturenames)
-    return {"rig", "portal"} & fixtures and "robot" in fixtures and "afresh" not in fixtures
+    return {"rig", "portal"} & set(item.fixturenames) and "robot" in item.fixturenames
 
 
 LONG = ("tests/world/", "tests/e2e/")  # their files take longest, so they begin: else one process waits for the other

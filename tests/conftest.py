@@ -18,7 +18,7 @@ from whitenoise.middleware import WhiteNoiseMiddleware
 
 from portal.logs.outlet import Console
 from robots.clock import SYSTEM
-from tests import waiting
+from tests import clock_readers, waiting
 from tests.proof import AT_LENGTH, Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here
 
@@ -103,6 +103,15 @@ class FakeClock:
 
     def lock(self):
         return SYSTEM.lock()
+
+
+@pytest.fixture
+def stopwatch(request):
+    """The clocks of the machine, for a timed test in a file of others."""
+    import time  # noqa: TID251 - for timed tests
+
+    assert request.node.get_closest_marker("timed"), "no test of the gate compares measured seconds"
+    return time
 
 
 @pytest.fixture
@@ -248,6 +257,8 @@ def pytest_collection_modifyitems(items):
         asks = item.nodeid.startswith(WITHOUT_PROCESSES) and "redis_server" in item.fixturenames
         if asks and not item.get_closest_marker("gate"):
             item.add_marker("timed")
+    if found := clock_readers.in_the_gate(items):
+        raise pytest.UsageError(f"Tests that can read a clock and are not timed: {', '.join(found)}")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -303,7 +314,7 @@ def people(db, django_user_model, robot):
 
     from accounts.models import Clearance
 
-    now = datetime.now(UTC)
+    now = SYSTEM.now()
     made = django_user_model.objects.bulk_create(
         django_user_model(username=name, email=f"{name}@example.org", password=PASSWORD, is_staff=name in ("mod", "kim"))
         for name in ("ada", "bob", "eve", "mod", "kim")
@@ -321,7 +332,7 @@ def owned(robot):
     from robots.models import Lease
 
     lease, _ = Lease.objects.update_or_create(
-        robot=robot, defaults={"epoch": 5, "expires_at": datetime.now(UTC) + timedelta(days=900)}
+        robot=robot, defaults={"epoch": 5, "expires_at": SYSTEM.now() + timedelta(days=900)}
     )
     return lease
 

@@ -3,7 +3,7 @@
 import json
 import os
 import re
-import time
+import time  # noqa: TID251 - the date of a figure
 from pathlib import Path
 
 from tests import pace

@@ -8,7 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
-import time
+import uuid
 from pathlib import Path
 
 from django.conf import settings
@@ -178,7 +178,7 @@ class Child:
     """One process of ours; its output is kept for the moment a test fails."""
 
     def __init__(self, name: str, argv: list[str], **env: str) -> None:
-        self.log = Path(settings.VAR) / f"{name}-{time.monotonic_ns()}.log"
+        self.log = Path(settings.VAR) / f"{name}-{uuid.uuid4().hex[:8]}.log"
         with self.log.open("wb") as out:
             self.process = forks.start(argv, child_env(**env), out.fileno())
 

@@ -1,11 +1,11 @@
 """What is wrong with a driver is named by the conformance suite: one that is in order, broken in one way after another."""
 
 import threading
-import time
 from dataclasses import replace
 
 import pytest
 
+from robots.clock import SYSTEM
 from robots.conformance.report import Verdict
 from robots.conformance.suite import conform
 from robots.conformance.trial import Limits
@@ -143,7 +143,7 @@ class HoldsForEver(Rail):
 
 class OnAnotherClock(Rail):
     def told(self, x, moving):
-        return replace(super().told(x, moving), at=time.time())
+        return replace(super().told(x, moving), at=SYSTEM.now().timestamp())
 
 
 class TellsMore(Rail):

@@ -11,6 +11,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import EPOCHS, WireClient, framed, journal
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

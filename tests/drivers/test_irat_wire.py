@@ -13,6 +13,7 @@ from robots.drivers.irat.protocol import EVERY_S, TOPICS
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import FASTER, WireClient, journal, operation, velocity
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 MOTION = load("irat")["motion"]

@@ -23,6 +23,7 @@ from tests.drivers.pa10_wire import CLOCK, FASTER, allow, do, journal
 from tests.proof import Proof
 from tests.rig import ArmSimulator
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 DOWN = {"roll": np.pi, "pitch": 0.0, "yaw": np.pi}

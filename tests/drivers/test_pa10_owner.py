@@ -14,6 +14,7 @@ from tests.conftest import wait_for
 from tests.drivers.pa10_wire import FASTER, Terminal, allow, do, journal
 from tests.rig import ArmSimulator
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

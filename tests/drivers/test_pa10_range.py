@@ -11,6 +11,7 @@ from robots.motion.described import chain
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, allow, do, journal
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

@@ -3,7 +3,7 @@
 import os
 import re
 import shutil
-import time
+import time  # noqa: TID251 - the limit of a wait
 from email import message_from_bytes
 from pathlib import Path
 

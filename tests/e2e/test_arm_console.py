@@ -22,6 +22,7 @@ from tests.looked import swept
 CORNERS = ("from x", "from y", "from z", "to x", "to y", "to z")
 
 # drawing in three dimensions without a graphics card takes a core of its own
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 
 

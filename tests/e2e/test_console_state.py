@@ -15,6 +15,7 @@ from tests.conftest import wait_for
 from tests.e2e import bare as told
 from tests.e2e.conftest import session
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 PAD = """

@@ -19,6 +19,7 @@ from tests.looked import swept
 from tests.proof import Proof
 from tests.rig import Web, free_port
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 GAMEPAD = """

@@ -12,6 +12,7 @@ from tests.conftest import at_length, wait_for
 from tests.e2e.thin_line import ThinLine
 from tests.rig import free_port
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 # read as soon as the page has written its words once more: the times and the words are of the same moment

@@ -12,6 +12,7 @@ from tests.crowd import MANY, Crowd
 from tests.faults.witness import STALLED, Witness
 from tests.rig import Web
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 # Reads the stamp from the pixels each time that the page has drawn; [true age in ms, age by the picture's own time, when] each.

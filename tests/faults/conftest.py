@@ -1,7 +1,7 @@
 import json
 import shutil
 import signal
-import time
+import uuid
 from datetime import timedelta
 
 import pytest
@@ -20,7 +20,7 @@ from tests.faults.here import WebHere
 from tests.faults.proxy import Proxy
 from tests.faults.trying import TRIED
 from tests.faults.wishes import ROBOTS
-from tests.faults.witness import Witness
+from tests.faults.witness import Witness  # noqa: TID251 - a fixture for timed tests
 from tests.looked import swept
 from tests.rig import free_port, worker
 
@@ -79,7 +79,7 @@ class Rig:
 
     def redis_proxy(self):
         """Return a proxy in front of Redis, and the environment of processes that use it."""
-        at = str(settings.VAR / f"redis-{time.monotonic_ns()}.sock")
+        at = str(settings.VAR / f"redis-{uuid.uuid4().hex[:8]}.sock")
         proxy = Proxy(at, settings.REDIS_URL.removeprefix("unix://"))
         self.proxies.append(proxy)
         return proxy, {"REDIS_URL": f"unix://{at}"}
@@ -87,7 +87,7 @@ class Rig:
     def database_proxy(self):
         """Return a proxy in front of PostgreSQL, and the environment of processes that use it."""
         db = connection.settings_dict
-        folder = settings.VAR / f"pg-{time.monotonic_ns()}"
+        folder = settings.VAR / f"pg-{uuid.uuid4().hex[:8]}"
         folder.mkdir()
         proxy = Proxy(str(folder / ".s.PGSQL.5432"), f"{db['HOST']}/.s.PGSQL.{db['PORT'] or 5432}")
         self.proxies.append(proxy)
@@ -228,7 +228,7 @@ class Rig:
 
 
 @pytest.fixture
-def witness():
+def witness(stopwatch):
     made = Witness()
     yield made
     made.stop()

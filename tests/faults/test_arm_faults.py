@@ -9,6 +9,7 @@ from robots.models import Command, Incident, Robot
 from robots.states import Cycle, GrantEnd
 from tests.conftest import at_length, wait_for
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 
 

@@ -12,6 +12,7 @@ from tests.conftest import EACH_AT_LENGTH, wait_for
 from tests.faults.controls import LOST
 from tests.faults.test_promises_stop import release
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

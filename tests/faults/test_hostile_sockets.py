@@ -21,6 +21,7 @@ from robots.states import GrantKind
 from tests.conftest import at_length, wait_for
 from tests.faults.here import handshake, heard, line
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 ANYTHING = st.recursive(

@@ -26,6 +26,7 @@ from tests.faults.proxy import Proxy
 from tests.faults.test_viewers import Viewer
 from tests.rig import Child, Simulator, Web, free_port
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 CROWD, LOOK_S = 300, 1.5  # how many watch two processes; how long one looks whether all get pictures

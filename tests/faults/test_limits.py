@@ -19,6 +19,7 @@ from robots import bus
 from tests.conftest import wait_for
 from tests.rig import Web
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 HEAD_S, BODY_S = 1.5, 1.5

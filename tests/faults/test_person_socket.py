@@ -17,6 +17,7 @@ from robots.models import Lease
 from tests.conftest import wait_for
 from tests.faults.here import WebHere, closed, line
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

@@ -22,6 +22,7 @@ from robots.opening import ABSENT, REFUSED
 from tests.conftest import wait_for
 from tests.rig import Simulator, housekeeping
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

@@ -28,6 +28,7 @@ from tests.faults.test_operator_stream import Browser
 from tests.faults.viewer import Watching
 from tests.rig import Simulator, Web, worker
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 EVERY_S = 0.1  # between two commands, because a socket may not send hundreds of messages at once

@@ -26,6 +26,7 @@ from tests.conftest import wait_for
 from tests.faults.here import WebHere, line
 from tests.faults.test_operator_stream import Browser
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 FASTER = 500  # every period is so much shorter

@@ -19,9 +19,10 @@ from portal import archive, restoring
 from robots.models import Command, Frame, Robot
 from tests import migrated
 from tests.conftest import wait_for
-from tests.faults.test_promises_stores import write_down
+from tests.faults.test_promises_data import write_down
 from tests.rig import ROOT, Simulator, free_port
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

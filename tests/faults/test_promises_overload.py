@@ -17,6 +17,7 @@ from tests.faults.test_promises_stop import held_after, socket_of
 from tests.faults.viewer import Watching
 from tests.rig import Web, housekeeping
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 BUSY = 20

@@ -13,6 +13,7 @@ from tests.conftest import wait_for
 from tests.rig import Simulator, free_port
 from tests.waiting import CEILING_S
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

@@ -17,6 +17,7 @@ from tests.faults.witness import STALLED
 from tests.looked import followed, heard
 from tests.rig import Web
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 SPOTS = ((-0.2, 0.3), (0.2, 0.5))

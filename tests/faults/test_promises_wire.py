@@ -14,6 +14,7 @@ from robots.drivers.mercury.scara import scara
 from robots.models import Command, Frame, Incident, Robot
 from tests.conftest import BOTH_AT_LENGTH, EACH_AT_LENGTH, at_length, wait_for
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 WILD = (math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 0, True, None, "0.1", [0.1], {"x": 1}, 2**63, -0.0)

@@ -19,6 +19,7 @@ from robots.states import GrantEnd
 from tests.conftest import wait_for
 from tests.rig import Child
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 RECORD = [sys.executable, "-m", "workers.recorder"]

@@ -10,6 +10,7 @@ from robots import bus
 from robots.models import Robot
 from tests.conftest import EACH_AT_LENGTH, wait_for
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 

@@ -27,6 +27,7 @@ from tests.conftest import at_length, wait_for
 from tests.faults.here import WebHere, closed, heard, line
 from tests.faults.witness import Witness
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 LIMIT_S = 2.0
 

@@ -17,6 +17,7 @@ from tests.conftest import wait_for
 from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 SOUND, VIDEO = 5, 4

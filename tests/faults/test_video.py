@@ -15,6 +15,7 @@ from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer
 from tests.rig import ROOT
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = pytest.mark.timed
 
 VIDEO, PICTURE = 4, 2

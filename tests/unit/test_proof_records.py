@@ -41,9 +41,8 @@ def test_a_record_tells_whose_time_passed_and_how_the_machine_was(tmp_path, node
     assert line["pace"] == {"before": {"work": 1.0, "sleep": 1.1}, "after": {"work": 3.0, "sleep": 1.2}}
 
 
-def test_the_pace_of_this_machine_is_a_ratio():
-    assert all(ratio > 0 for ratio in pace.measured().values())
-    assert pace.naps() >= 1, "a sleep is never shorter than asked for"
+def test_the_pace_is_a_ratio_to_nominal(clock):
+    assert pace.measured(clock) == {"work": 0.0, "sleep": 1.0}, "by a clock that counts sleeps alone"
 
 
 def record(**more):

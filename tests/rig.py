@@ -216,14 +216,10 @@ class Child:
         return self.log.read_text(errors="replace")
 
 
-def worker(
-    slug: str = "mercury", doom: str = "", before: tuple[str, ...] = (), says: bool = False,
-    **env: str,
-) -> Child:  # fmt: skip
+def worker(slug: str = "mercury", doom: str = "", before: tuple[str, ...] = (), **env: str) -> Child:
     """Start a robot's worker exactly as the supervisor does; `before`: the command that starts it, if any.
 
     `doom`: the signal that it sends itself before a motion is sent.
-    `says`: it says each time it has tried to take the robot.
     """
     from portal.processes import robot_processes
     from robots.models import Robot
@@ -232,8 +228,6 @@ def worker(
     argv = list(spec.argv)
     if doom:
         argv = [PYTHON, "-m", "tests.faults.doomed", doom, "--", *argv[3:]]
-    elif says:
-        argv = [PYTHON, "-m", "tests.faults.trying", "--", *argv[3:]]
     return Child("worker", [*before, *argv], **{**spec.env, **env})
 
 

@@ -224,12 +224,6 @@ def pytest_collection_finish():
     gc.set_threshold(100_000, 20, 100)
 
 
-def pytest_sessionfinish():
-    from tests import forks
-
-    forks.close()
-
-
 @pytest.fixture(scope="session")
 def house(django_db_setup):
     """What is kept running from test to test; stopped before the database goes."""

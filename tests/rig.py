@@ -9,18 +9,24 @@ import socket
 import subprocess
 import sys
 import uuid
+from collections.abc import Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 from django.conf import settings
 from django.db import connection
 
 from robots.clock import FasterTimer
-from tests import forks
 from tests.waiting import CEILING_S, wait_for
 
 ROOT = Path(__file__).resolve().parent.parent
 PYTHON = sys.executable
 PORTS = range(10240, 32768)  # below those that Linux gives to connections
+
+
+def started(argv: list[str], env: Mapping[str, str], out: BinaryIO) -> subprocess.Popen:
+    """Start a process in a session of its own that writes to `out`."""
+    return subprocess.Popen(argv, cwd=ROOT, env=env, stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
 
 
 class Simulator:
@@ -40,7 +46,7 @@ class Simulator:
     ) -> None:
         self.folder, self.seed, self.tcp, self.baud, self.speed = folder, seed, tcp, baud, speed
         self._before = before
-        self.process: forks.Forked | subprocess.Popen | None = None
+        self.process: subprocess.Popen | None = None
         self._counted: dict[str, int] = {}
         self._read = 0  # bytes of the journal
         self.start()
@@ -56,7 +62,7 @@ class Simulator:
         argv += ["--speed", str(self.speed), *map(str, options)]
         self.folder.mkdir(parents=True, exist_ok=True)
         with (self.folder / "said.log").open("ab") as out:
-            self.process = forks.start(argv, dict(os.environ), out.fileno())
+            self.process = started(argv, os.environ, out)
 
     def stop(self) -> None:
         if self.process is not None:
@@ -180,7 +186,7 @@ class Child:
     def __init__(self, name: str, argv: list[str], **env: str) -> None:
         self.log = Path(settings.VAR) / f"{name}-{uuid.uuid4().hex[:8]}.log"
         with self.log.open("wb") as out:
-            self.process = forks.start(argv, child_env(**env), out.fileno())
+            self.process = started(argv, child_env(**env), out)
 
     @property
     def pid(self) -> int:
@@ -194,10 +200,9 @@ class Child:
         return Path(f"/proc/{self.pid}/stat").read_text().rpartition(") ")[2][0] == "T"
 
     def signal(self, number: int) -> None:
-        try:
-            os.killpg(self.pid, number)
-        except ProcessLookupError:  # it has ended, or is a fork that has no group of its own yet
-            self.process.send_signal(number)
+        if self.alive():
+            with contextlib.suppress(ProcessLookupError):  # it has ended by now
+                os.killpg(self.pid, number)
 
     def stop(self, seconds: float = CEILING_S) -> int:
         self.signal(signal.SIGCONT)

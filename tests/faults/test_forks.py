@@ -3,14 +3,13 @@
 import ast
 import os
 import re
-import signal
 import subprocess
 import sys
 
 import pytest
 
 from tests.conftest import at_length
-from tests.rig import ROOT, Child
+from tests.rig import ROOT
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="forks are made on Linux only")
 ROLES = ("web", "owner", "housekeeping", "recorder")
@@ -153,15 +152,6 @@ def test_what_is_allocated_after_the_fork_lies_on_pages_of_its_own(environment):
     """Of 970 blocks, how many lie between what was loaded before."""
     without, filled = (int(_python(environment, "-c", BEYOND, how)) for how in ("as it is", "filled"))
     assert filled < 50 < 500 < without
-
-
-@pytest.mark.timed
-def test_a_process_that_is_killed_in_its_first_moment_ends():
-    """Before it has a group of its own; who waited for it waited for ever."""
-    for _ in range(20):
-        child = Child("killed", [sys.executable, "-m", "http.server", "0"])
-        child.signal(signal.SIGKILL)
-        assert child.process.wait(20) == -signal.SIGKILL
 
 
 def test_what_cannot_be_forked_now_is_started_in_the_ordinary_way_and_the_next_is_forked_again(environment):

@@ -61,6 +61,7 @@ def test_what_is_said_of_the_gate_is_so():
     assert "Waits end after two minutes" in TESTING
     assert waiting.CEILING_S == 120
     assert "Tests with real processes are in it if they judge by order" in TESTING
+    assert all(f"| `{mark}` |" in TESTING for mark in ("timed", "length", "service"))
     marks = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]["markers"]
     assert {"timed", "length", "service"} <= {mark.partition(":")[0] for mark in marks}
 

@@ -239,18 +239,13 @@ def _keeps(item):
 
 
 LONG = ("tests/world/", "tests/e2e/")  # their files take longest, so they begin: else one process waits for the other
-WITHOUT_PROCESSES = ("tests/services/", "tests/world/")
 STORES = {"db", "transactional_db", "redis_server"}
 
 
 @pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
 def pytest_collection_modifyitems(items):
-    """Mark as timed what asks a real Redis in rooms without processes, unless it is marked as judging by order."""
+    """Begin with the longest files; collect nothing if a test that can read a clock is in the gate."""
     items.sort(key=lambda item: not item.nodeid.startswith(LONG))
-    for item in items:
-        asks = item.nodeid.startswith(WITHOUT_PROCESSES) and "redis_server" in item.fixturenames
-        if asks and not item.get_closest_marker("gate"):
-            item.add_marker("timed")
     if found := clock_readers.in_the_gate(items):
         raise pytest.UsageError(f"Tests that can read a clock and are not timed: {', '.join(found)}")
 

@@ -57,7 +57,8 @@ def test_what_is_said_of_the_gate_is_so():
     makefile = (ROOT / "Makefile").read_text()
     assert "It runs everything that is marked neither `timed` nor `length`" in TESTING
     assert "GATE = not timed and not length\n" in makefile
-    assert makefile.count('-m "$(GATE)"') + makefile.count('-m "$(GATE) and service"') == 4  # quick twice, and test
+    assert [makefile.count(f'-m "$(GATE) and {which}"') for which in ("service", "not service")] == [1, 1]
+    assert "marked `service` and runs on PostgreSQL, everything else on SQLite: each test once" in TESTING
     assert "Waits end after two minutes" in TESTING
     assert waiting.CEILING_S == 120
     assert "Tests with real processes are in it if they judge by order" in TESTING

@@ -282,13 +282,17 @@ class World:
     def _next(self) -> Thread:
         """Choose who runs; where nobody is able to, let time pass."""
         while True:
-            times = [(thread.able_at(self._t), thread) for thread in self.threads]
-            able = [thread for at, thread in times if at <= self._t]
+            now, soonest, able = self._t, math.inf, []
+            for thread in self.threads:
+                at = thread.able_at(now)
+                if at <= now:
+                    able.append(thread)
+                elif at < soonest:
+                    soonest = at
             if able:
                 chosen = able[0] if len(able) == 1 else self._choice.choice(able)
-                self._history.update(f"{self._t:.6f} {chosen.name};".encode())
+                self._history.update(f"{now:.6f} {chosen.name};".encode())
                 return chosen
-            soonest = min(at for at, _ in times)
             if math.isinf(soonest):
                 self._stuck = True
                 return self.threads[0]

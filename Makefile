@@ -52,15 +52,15 @@ test-sqlite:
 test-postgres:
 	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 3 --timeout 900 -m "$(GATE) and service"
 
-# Everything, at length, on both databases: files side by side, then each test that judges by fractions of a second.
+# Everything, at length, on both databases: files side by side, then each test that judges measured seconds by itself.
 test-all: setup-all
-	@$(MAKE) --keep-going --no-print-directory test-node all-sqlite all-postgres alone-sqlite alone-postgres
+	@$(MAKE) --keep-going --no-print-directory test-node all-sqlite all-postgres timed-sqlite timed-postgres
 
 all-%:
-	FARHAND_AT_LENGTH=1 FARHAND_TEST_DB=$* $(TEST) $(SIDE_BY_SIDE) -n 3 --timeout 3600 -m "not alone"
+	FARHAND_AT_LENGTH=1 FARHAND_TEST_DB=$* $(TEST) $(SIDE_BY_SIDE) -n 3 --timeout 3600 -m "not timed"
 
-alone-%:
-	FARHAND_AT_LENGTH=1 FARHAND_TEST_DB=$* $(TEST) --timeout 3600 -m alone
+timed-%:
+	FARHAND_AT_LENGTH=1 FARHAND_TEST_DB=$* $(TEST) --timeout 3600 -m timed
 
 # LeRobot's own classes against simulated servos; skipped elsewhere where the extra is not installed.
 test-lerobot: setup-test lerobot

@@ -132,9 +132,7 @@ def _database() -> dict[str, Any]:
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
         config["OPTIONS"] = {"transaction_mode": "IMMEDIATE"}
-        # the tests' workers are separate processes: they need a file, not memory
-        if name := env.str("FARHAND_TEST_SQLITE", ""):
-            config["TEST"] = {"NAME": name}
+        config["TEST"] = {"NAME": VAR / "test.sqlite3"}  # processes of the tests need a file, not memory
     else:
         check_database(config.get("OPTIONS", {}))
         # the same few statements repeat: planned once per connection, not at each call

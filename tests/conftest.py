@@ -18,7 +18,7 @@ from whitenoise.middleware import WhiteNoiseMiddleware
 
 from portal.logs.outlet import Console
 from robots.clock import SYSTEM
-from tests import waiting
+from tests import clock_readers, waiting
 from tests.proof import AT_LENGTH, Proof
 from tests.waiting import wait_for as wait_for  # most tests take it from here
 
@@ -103,6 +103,15 @@ class FakeClock:
 
     def lock(self):
         return SYSTEM.lock()
+
+
+@pytest.fixture
+def stopwatch(request):
+    """The clocks of the machine, for a timed test in a file of others."""
+    import time  # noqa: TID251 - for timed tests
+
+    assert request.node.get_closest_marker("timed"), "no test of the gate compares measured seconds"
+    return time
 
 
 @pytest.fixture
@@ -191,9 +200,7 @@ def at_length(value):
 
 
 BOTH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10")], indirect=True)
-# the iRat's motions are held: a machine that stalls for a quarter of a second ends them
-IRAT = pytest.param("irat", marks=(pytest.mark.length, pytest.mark.alone))
-EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"), IRAT], indirect=True)
+EACH_AT_LENGTH = pytest.mark.parametrize("which", ["mercury", at_length("pa10"), at_length("irat")], indirect=True)
 
 
 @pytest.fixture
@@ -217,12 +224,6 @@ def pytest_collection_finish():
     gc.set_threshold(100_000, 20, 100)
 
 
-def pytest_sessionfinish():
-    from tests import forks
-
-    forks.close()
-
-
 @pytest.fixture(scope="session")
 def house(django_db_setup):
     """What is kept running from test to test; stopped before the database goes."""
@@ -234,35 +235,26 @@ def house(django_db_setup):
 
 def _keeps(item):
     """Tell whether a test takes the robot that the test before has left running."""
-    return (
-        {"rig", "portal"} & set(item.fixturenames)
-        and "robot" in item.fixturenames
-        and not item.get_closest_marker("own")
-    )
+    return {"rig", "portal"} & set(item.fixturenames) and "robot" in item.fixturenames
 
 
 LONG = ("tests/world/", "tests/e2e/")  # their files take longest, so they begin: else one process waits for the other
-REAL_ROOMS = ("tests/drivers/", "tests/faults/", "tests/e2e/")
-REAL = {"redis_server", "rig", "web"}  # processes that answer within a time, whoever asks them
 STORES = {"db", "transactional_db", "redis_server"}
 
 
 @pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
 def pytest_collection_modifyitems(items):
-    """Mark as timed what speaks with real processes, unless it is marked as judging by order alone."""
+    """Begin with the longest files; collect nothing if a test that can read a clock is in the gate."""
     items.sort(key=lambda item: not item.nodeid.startswith(LONG))
-    for item in items:
-        real = item.nodeid.startswith(REAL_ROOMS) or REAL & set(item.fixturenames)
-        if real and not item.get_closest_marker("gate"):
-            item.add_marker("timed")
+    if found := clock_readers.in_the_gate(items):
+        raise pytest.UsageError(f"Tests that can read a clock and are not timed: {', '.join(found)}")
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
     from tests.house import HOUSE
 
-    limited = item.get_closest_marker("timed") or (AT_LENGTH and not item.get_closest_marker("gate"))
-    waiting.shortest_s = 0.0 if limited else waiting.CEILING_S
+    waiting.shortest_s = 0.0 if item.get_closest_marker("timed") else waiting.CEILING_S
     which = item.callspec.params.get("which", "mercury") if hasattr(item, "callspec") else "mercury"
     of_django = isinstance(item.cls, type) and issubclass(item.cls, TransactionTestCase)  # asks for no fixture
     if not of_django and not STORES & set(item.fixturenames) and not item.get_closest_marker("django_db"):
@@ -311,7 +303,7 @@ def people(db, django_user_model, robot):
 
     from accounts.models import Clearance
 
-    now = datetime.now(UTC)
+    now = SYSTEM.now()
     made = django_user_model.objects.bulk_create(
         django_user_model(username=name, email=f"{name}@example.org", password=PASSWORD, is_staff=name in ("mod", "kim"))
         for name in ("ada", "bob", "eve", "mod", "kim")
@@ -329,7 +321,7 @@ def owned(robot):
     from robots.models import Lease
 
     lease, _ = Lease.objects.update_or_create(
-        robot=robot, defaults={"epoch": 5, "expires_at": datetime.now(UTC) + timedelta(days=900)}
+        robot=robot, defaults={"epoch": 5, "expires_at": SYSTEM.now() + timedelta(days=900)}
     )
     return lease
 

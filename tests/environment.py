@@ -51,7 +51,6 @@ for line in (ROOT / "var" / "browser.env").read_text().splitlines() if (ROOT / "
 
 os.environ.update(
     FARHAND_VAR=str(VAR),
-    FARHAND_TEST_SQLITE=str(VAR / "test.sqlite3"),
     REDIS_URL=f"unix://{VAR / 'redis.sock'}",
     DATABASE_URL=_postgres() if ON_POSTGRES else f"sqlite:///{VAR / 'unused.sqlite3'}",
     SECRET_KEY="only-for-tests-" + "x" * 50,

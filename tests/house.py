@@ -2,7 +2,7 @@
 
 import shutil
 import signal
-import time
+import time  # noqa: TID251 - the limit of a wait
 
 from django.conf import settings
 from django.db.models import F

@@ -4,7 +4,7 @@ A time that has passed proves nothing on a busy machine, and on an idle one it i
 """
 
 import itertools
-import time
+import time  # noqa: TID251 - the limit of a wait
 from datetime import timedelta
 from typing import Any
 

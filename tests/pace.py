@@ -3,31 +3,31 @@
 1.0 is what a free core with Python 3.11 took in 2026; 2.0 is twice as long, by a slower machine or a busy one.
 """
 
-import time
+from robots.clock import TIMER, Timer  # noqa: TID251 - of the machine, beside figures of proofs
 
 LOOPS, ROUNDS = 1_000_000, 5
 NOMINAL_S = 0.050  # for one round of so many loops
 NAPS, NAP_S = 50, 0.010
 
 
-def work() -> float:
+def work(clock: Timer) -> float:
     """Return how long a fixed small work takes on the processor and in line for it, as a ratio to nominal."""
-    begun = time.perf_counter()
+    begun = clock.monotonic()
     for _ in range(ROUNDS):
         total = 0
         for i in range(LOOPS):
             total += i * i
-    return (time.perf_counter() - begun) / (ROUNDS * NOMINAL_S)
+    return (clock.monotonic() - begun) / (ROUNDS * NOMINAL_S)
 
 
-def naps() -> float:
+def naps(clock: Timer) -> float:
     """Return how long short sleeps take, as a ratio to what was asked for."""
-    begun = time.perf_counter()
+    begun = clock.monotonic()
     for _ in range(NAPS):
-        time.sleep(NAP_S)
-    return (time.perf_counter() - begun) / (NAPS * NAP_S)
+        clock.sleep(NAP_S)
+    return (clock.monotonic() - begun) / (NAPS * NAP_S)
 
 
-def measured() -> dict[str, float]:
+def measured(clock: Timer = TIMER) -> dict[str, float]:
     """Return both; takes a second."""
-    return {"work": round(work(), 2), "sleep": round(naps(), 2)}
+    return {"work": round(work(clock), 2), "sleep": round(naps(clock), 2)}

@@ -3,7 +3,7 @@
 import json
 import os
 import re
-import time
+import time  # noqa: TID251 - the date of a figure
 from pathlib import Path
 
 from tests import pace
@@ -12,6 +12,7 @@ FULL = os.environ.get("FARHAND_PROOFS") == "full"
 # more examples than `make test` has time for: in `make test-all`, and where variants of the code are to be found broken
 AT_LENGTH = FULL or bool({"FARHAND_AT_LENGTH", "FARHAND_MUTANT"} & os.environ.keys())
 VIRTUAL, REAL = "virtual", "real"
+WITH_PROCESSES = ("drivers", "faults", "e2e")
 
 
 class Proof:
@@ -30,8 +31,8 @@ class Proof:
 
     @classmethod
     def at(cls, node, **given):
-        """Return the proof of a test that is named after its promise; those with real processes are marked."""
-        real = node.get_closest_marker("timed") or node.get_closest_marker("gate")
+        """Return the proof of a test that is named after its promise."""
+        real = node.get_closest_marker("timed") or Path(str(node.path)).parent.name in WITH_PROCESSES
         promise = int(re.match(r"test_promise_(\d+)", node.name)[1])
         return cls(f"{Path(str(node.path)).name}::{node.name}", promise, REAL if real else VIRTUAL, **given)
 

@@ -8,19 +8,25 @@ import signal
 import socket
 import subprocess
 import sys
-import time
+import uuid
+from collections.abc import Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 from django.conf import settings
 from django.db import connection
 
 from robots.clock import FasterTimer
-from tests import forks
 from tests.waiting import CEILING_S, wait_for
 
 ROOT = Path(__file__).resolve().parent.parent
 PYTHON = sys.executable
 PORTS = range(10240, 32768)  # below those that Linux gives to connections
+
+
+def started(argv: list[str], env: Mapping[str, str], out: BinaryIO) -> subprocess.Popen:
+    """Start a process in a session of its own that writes to `out`."""
+    return subprocess.Popen(argv, cwd=ROOT, env=env, stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
 
 
 class Simulator:
@@ -40,7 +46,7 @@ class Simulator:
     ) -> None:
         self.folder, self.seed, self.tcp, self.baud, self.speed = folder, seed, tcp, baud, speed
         self._before = before
-        self.process: forks.Forked | subprocess.Popen | None = None
+        self.process: subprocess.Popen | None = None
         self._counted: dict[str, int] = {}
         self._read = 0  # bytes of the journal
         self.start()
@@ -56,7 +62,7 @@ class Simulator:
         argv += ["--speed", str(self.speed), *map(str, options)]
         self.folder.mkdir(parents=True, exist_ok=True)
         with (self.folder / "said.log").open("ab") as out:
-            self.process = forks.start(argv, dict(os.environ), out.fileno())
+            self.process = started(argv, os.environ, out)
 
     def stop(self) -> None:
         if self.process is not None:
@@ -165,17 +171,22 @@ def child_env(**more: str) -> dict[str, str]:
         url = f"sqlite:///{db['NAME']}"
     else:
         url = f"postgres://{db['USER']}:@{db['HOST'].replace('/', '%2F')}/{db['NAME']}"
-    env = {k: v for k, v in os.environ.items() if not k.startswith("FARHAND_TEST")}
-    return {**env, "DATABASE_URL": url, "FARHAND_VAR": str(settings.VAR), "REDIS_URL": settings.REDIS_URL, **more}
+    return {
+        **os.environ,
+        "DATABASE_URL": url,
+        "FARHAND_VAR": str(settings.VAR),
+        "REDIS_URL": settings.REDIS_URL,
+        **more,
+    }
 
 
 class Child:
     """One process of ours; its output is kept for the moment a test fails."""
 
     def __init__(self, name: str, argv: list[str], **env: str) -> None:
-        self.log = Path(settings.VAR) / f"{name}-{time.monotonic_ns()}.log"
+        self.log = Path(settings.VAR) / f"{name}-{uuid.uuid4().hex[:8]}.log"
         with self.log.open("wb") as out:
-            self.process = forks.start(argv, child_env(**env), out.fileno())
+            self.process = started(argv, child_env(**env), out)
 
     @property
     def pid(self) -> int:
@@ -189,10 +200,9 @@ class Child:
         return Path(f"/proc/{self.pid}/stat").read_text().rpartition(") ")[2][0] == "T"
 
     def signal(self, number: int) -> None:
-        try:
-            os.killpg(self.pid, number)
-        except ProcessLookupError:  # it has ended, or is a fork that has no group of its own yet
-            self.process.send_signal(number)
+        if self.alive():
+            with contextlib.suppress(ProcessLookupError):  # it has ended by now
+                os.killpg(self.pid, number)
 
     def stop(self, seconds: float = CEILING_S) -> int:
         self.signal(signal.SIGCONT)
@@ -211,14 +221,10 @@ class Child:
         return self.log.read_text(errors="replace")
 
 
-def worker(
-    slug: str = "mercury", doom: str = "", before: tuple[str, ...] = (), says: bool = False,
-    **env: str,
-) -> Child:  # fmt: skip
+def worker(slug: str = "mercury", doom: str = "", before: tuple[str, ...] = (), **env: str) -> Child:
     """Start a robot's worker exactly as the supervisor does; `before`: the command that starts it, if any.
 
     `doom`: the signal that it sends itself before a motion is sent.
-    `says`: it says each time it has tried to take the robot.
     """
     from portal.processes import robot_processes
     from robots.models import Robot
@@ -227,8 +233,6 @@ def worker(
     argv = list(spec.argv)
     if doom:
         argv = [PYTHON, "-m", "tests.faults.doomed", doom, "--", *argv[3:]]
-    elif says:
-        argv = [PYTHON, "-m", "tests.faults.trying", "--", *argv[3:]]
     return Child("worker", [*before, *argv], **{**spec.env, **env})
 
 

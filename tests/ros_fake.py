@@ -9,7 +9,7 @@ import copy
 import re
 import sys
 import threading
-import time
+import time  # noqa: TID251 - the clock of ROS
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 

@@ -10,7 +10,7 @@ import json
 import random
 import sys
 import threading
-import time
+import time  # noqa: TID251 - no test
 import urllib.request
 from datetime import timedelta
 from pathlib import Path

@@ -1,6 +1,6 @@
 """The database between two tests: emptied row by row, because a flush creates every permission again."""
 
-import time
+import time  # noqa: TID251 - a pause
 
 from django.db import IntegrityError, OperationalError, connection, transaction
 

@@ -1,6 +1,6 @@
 """How tests wait: on a condition, with a limit."""
 
-import time
+import time  # noqa: TID251 - the limit of a wait
 
 CEILING_S = 120.0  # against hanging alone
 shortest_s = 0.0  # no limit of the test that runs is shorter

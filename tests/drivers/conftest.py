@@ -1,5 +1,5 @@
 import math
-import time
+import time  # noqa: TID251 - epochs that only grow, and a pause
 from contextlib import closing
 
 import pytest

@@ -4,7 +4,7 @@ import contextlib
 import itertools
 import json
 import threading
-import time
+import time  # noqa: TID251 - the limit of a wait, and epochs that only grow
 from typing import ClassVar
 
 from websockets.exceptions import ConnectionClosed

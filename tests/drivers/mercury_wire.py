@@ -3,7 +3,7 @@
 import os
 import select
 import struct
-import time
+import time  # noqa: TID251 - the limit of a wait
 import tty
 import zlib
 from pathlib import Path

@@ -14,6 +14,8 @@ from tests.conftest import wait_for
 from workers.cameras import video
 from workers.cameras.source import SnapshotCamera, StreamCamera, fitted, open_camera
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def url(sim):

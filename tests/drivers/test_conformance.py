@@ -40,6 +40,7 @@ def judged(name):
     assert [r.check for r in report.results] == list(CHECKS)
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("name", OURS)
 def test_every_driver_of_ours_conforms(name):
     if name == "so101" and find_spec("lerobot") is None:
@@ -47,7 +48,6 @@ def test_every_driver_of_ours_conforms(name):
     judged(name)
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("folder", [TURNTABLE, SHUTTLE], ids=lambda folder: folder.name)
 def test_the_packages_of_third_parties_conform(folder, monkeypatch):
     monkeypatch.setenv("TURNTABLE_TAKES_S", "0.1")
@@ -78,7 +78,6 @@ def told(*argv, status=0):
     return out.getvalue(), complaint
 
 
-@pytest.mark.gate
 def test_the_command_tells_a_third_party_that_its_driver_is_in_order(tmp_path, installed):
     file = tmp_path / "report.json"
     said, _ = told("turntable", "--only", "spec", "--only", "connect", "--json", str(file))
@@ -93,7 +92,6 @@ HANDOVER = 'handover=("home",)', 'handover=("rest",)'
 DRIVER = "def spec():", "def spec():\n    import turntable_robot.driver"
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize(
     ("file", "change", "check", "words"),
     [
@@ -110,7 +108,6 @@ def test_the_command_names_what_is_broken_and_its_status_is_1(tmp_path, monkeypa
     assert complaint == "1 of 1 checks failed."
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize(
     ("argv", "words"),
     [
@@ -125,7 +122,6 @@ def test_a_command_that_cannot_be_meant_says_what_to_do(installed, argv, words):
     assert words in told(*argv, status=1)[1]
 
 
-@pytest.mark.gate
 def test_the_installed_command_ends_with_status_1(tmp_path):
     code = "from portal.command import main; main()"
     done = subprocess.run(

@@ -1,11 +1,11 @@
 """What is wrong with a driver is named by the conformance suite: one that is in order, broken in one way after another."""
 
 import threading
-import time
 from dataclasses import replace
 
 import pytest
 
+from robots.clock import SYSTEM
 from robots.conformance.report import Verdict
 from robots.conformance.suite import conform
 from robots.conformance.trial import Limits
@@ -26,7 +26,6 @@ def tried(driver, *only, spec=SPEC, limits=PATIENT):
     )  # fmt: skip
 
 
-@pytest.mark.gate
 def test_a_driver_that_is_in_order_passes_every_check_that_applies():
     report = tried(Rail)
     assert not report.failures, report.text()
@@ -144,7 +143,7 @@ class HoldsForEver(Rail):
 
 class OnAnotherClock(Rail):
     def told(self, x, moving):
-        return replace(super().told(x, moving), at=time.time())
+        return replace(super().told(x, moving), at=SYSTEM.now().timestamp())
 
 
 class TellsMore(Rail):
@@ -348,18 +347,17 @@ def named(driver, check, words, limits):
     assert any(words in said for said in report.of(check).words), report.text()
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize(("driver", "check", "words"), BROKEN, ids=lambda value: getattr(value, "__name__", ""))
 def test_what_is_broken_is_named(driver, check, words):
     named(driver, check, words, PATIENT)
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize(("driver", "check", "words"), WAITS_FOR_EVER, ids=lambda value: getattr(value, "__name__", ""))
 def test_what_waits_for_ever_is_named(driver, check, words):
     named(driver, check, words, HASTY)
 
 
-@pytest.mark.gate
 def test_a_policy_that_nothing_can_judge_is_named():
     """A bound of seconds alone, and one of a speed that no state tells."""
 

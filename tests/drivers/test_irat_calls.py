@@ -7,6 +7,8 @@ import pytest
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import EPOCHS, WireClient, journal
 
+pytestmark = pytest.mark.timed
+
 IDS = ["7", 7, 1.5, True, 10**30, [1, {"a": None}], {"a": [2]}, "x" * 5000]
 
 

@@ -8,7 +8,7 @@ from tests.drivers.irat_wire import until
 from tests.drivers.pa10_wire import allow
 
 # a map that answers half a second late holds the robot, so nothing else runs beside it
-pytestmark = [pytest.mark.alone, pytest.mark.length]
+pytestmark = pytest.mark.timed
 
 
 def test_it_is_charging_only_with_a_current(rat_driver, irat):

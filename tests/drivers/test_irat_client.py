@@ -14,6 +14,8 @@ from robots.drivers.rosbridge_client import Bridge
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import CLOCK, EPOCHS, WireClient, journal
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def line(irat):

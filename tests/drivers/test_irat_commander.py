@@ -7,6 +7,8 @@ from simulators.irat.claims import SILENT_S
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import EPOCHS, WireClient, journal
 
+pytestmark = pytest.mark.timed
+
 
 def test_a_stale_epoch_is_refused(irat, wire_client):
     old, new = next(EPOCHS), next(EPOCHS)

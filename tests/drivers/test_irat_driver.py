@@ -26,7 +26,8 @@ from tests.drivers.pa10_wire import allow
 from tests.faults.witness import Witness
 
 # a map that answers half a second late holds the robot, so nothing else runs beside it
-pytestmark = [pytest.mark.alone, pytest.mark.length]
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 FAR_M = IN_DOCK_M + 0.35  # a young map is wrong by that much, of the place and of the dock
 SLICES = 5
 SMALL = 12  # experiences: a map of a few decimetres

@@ -9,6 +9,8 @@ import pytest
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import WireClient, journal
 
+pytestmark = pytest.mark.timed
+
 CAMERA = "/irat/camera/image/compressed"
 
 

@@ -14,6 +14,9 @@ from tests.drivers.fuzzing import WILD, Watched, numbers, rounds, weighted
 from tests.drivers.irat_wire import EPOCHS, WireClient
 from tests.proof import Proof
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 PARTS, A_ROUND = 5, 12
 COMMAND = "/irat/cmd_vel"
 odd = weighted(

@@ -11,6 +11,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import EPOCHS, WireClient, framed, journal
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 def velocity(**more):
     return json.dumps({"op": "publish", "topic": "/irat/cmd_vel", "msg": more})

@@ -21,6 +21,9 @@ from tests.conftest import wait_for
 from tests.ros_fake import Ordered, Ros, start_node
 from tests.rosbridge_fake import Bridge
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 AHEAD = Velocity(0.1, 0.5)
 PICTURE = cv2.imencode(".jpg", np.random.default_rng(1).integers(0, 255, (60, 104), np.uint8))[1].tobytes()
 

@@ -13,6 +13,9 @@ from robots.drivers.irat.protocol import EVERY_S, TOPICS
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import FASTER, WireClient, journal, operation, velocity
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 MOTION = load("irat")["motion"]
 
 
@@ -81,7 +84,6 @@ def test_velocities_drive_the_wheels_and_are_told(irat, wire_client):
     assert place == pytest.approx(way, rel=0.15), "dead reckoning is near the truth after so short a way"
 
 
-@pytest.mark.alone  # judged by fractions of a second
 def test_a_velocity_is_forgotten_after_a_quarter_of_a_second(irat, wire_client):
     wire_client.claim()
     wire_client.drive(linear=0.15)

@@ -13,6 +13,8 @@ from robots.contract.find import spec_of
 from tests.conftest import wait_for
 from tests.rig import PYTHON, ROOT, Simulator
 
+pytestmark = pytest.mark.timed
+
 INSTALLED = find_spec("lerobot") is not None
 needs = pytest.mark.skipif(not INSTALLED, reason="LeRobot is an optional extra: make test-lerobot")
 DEGREE = 4095 / 360  # ticks, as LeRobot counts

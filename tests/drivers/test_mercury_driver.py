@@ -11,11 +11,11 @@ from robots.drivers.errors import (
     ControllerRestarted,
     HardwareFault,
     Held,
-    LineBusy,
     LineSilent,
 )
-from robots.drivers.mercury.driver import Driver
 from tests.conftest import wait_for
+
+pytestmark = pytest.mark.timed
 
 SLOWLY = pytest.mark.parametrize("speed", [0.025])  # what is to happen on the way happens on the way
 
@@ -167,22 +167,6 @@ def test_drift_is_noticed(ready, sim):
     sim.fault("drift", 3.0)
     with pytest.raises(HardwareFault, match="away from its target"):
         do(ready, "move", x=0.1, y=0.5)
-
-
-def test_a_port_held_by_another_program_is_named(ready, sim):
-    with pytest.raises(LineBusy, match="another program uses it"):
-        Driver(str(sim.folder / "tty"), {}).connect()
-
-
-@SLOWLY
-def test_a_pulled_cable_is_noticed_and_put_back(ready, sim):
-    with on_the_way(sim, sim.process.kill), pytest.raises(HardwareFault):
-        do(ready, "move", x=-0.2, y=0.3)
-    with pytest.raises(HardwareFault):
-        ready.state()
-    sim.process.wait()
-    sim.start()
-    assert ready.recover(allow).ready
 
 
 def test_a_reconnected_driver_counts_on_after_the_controllers_newest_number(ready, sim):

@@ -32,6 +32,8 @@ from tests.drivers.mercury_wire import (
 )
 from tests.rig import Simulator
 
+pytestmark = pytest.mark.timed
+
 A_ROUND = 50  # frames written in one go
 BAUD = 4_000_000
 SIZES = {MOVE_XYZ: 12, MOVE_THETA: 4, AIR: 4, SPEED: 4, RESET: 0, CALIBRATE: 0, STATUS: 0, HOLD: 0}

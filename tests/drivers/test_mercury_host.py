@@ -21,6 +21,9 @@ from tests.conftest import wait_for
 from tests.drivers.fuzzing import numbers, rounds
 from tests.drivers.mercury_wire import ACK, CHECKSUM, DONE, HELD, NAK, STATE, floats, frame
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 PACE = 4  # so many times faster than real time pass the host's limits
 BOOT = struct.pack("<I", 7)
 

@@ -33,6 +33,9 @@ from tests.drivers.mercury_wire import (
     frame,
 )
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 WILD = (math.nan, math.inf, -math.inf, 1e30, -1e30, 3.4e38, 1e308)
 
 

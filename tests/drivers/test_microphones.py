@@ -13,6 +13,9 @@ import pytest
 
 from workers.sound.microphone import BIT_RATE, PIECE, RATE, Encoder, Microphone, MicrophoneFault
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 HZ = 440.0
 
 

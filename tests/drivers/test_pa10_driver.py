@@ -23,6 +23,9 @@ from tests.drivers.pa10_wire import CLOCK, FASTER, allow, do, journal
 from tests.proof import Proof
 from tests.rig import ArmSimulator
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 DOWN = {"roll": np.pi, "pitch": 0.0, "yaw": np.pi}
 ABOVE = {"x": 0.5, "y": 0.16, "z": 0.15, **DOWN}
 
@@ -51,7 +54,6 @@ def held_once(arm, when):
     thread.join()
 
 
-@pytest.mark.length
 def test_a_block_is_put_on_another(arm, shared):
     do(arm, "program", number=2)
     things = shared.status()["objects"]
@@ -188,7 +190,6 @@ def test_a_gripper_that_gives_way_drops_its_block(arm, shared):
     assert arm.state().ready
 
 
-@pytest.mark.length
 def test_a_block_dropped_beside_the_table_is_put_back(arm, shared):
     """Some seconds later it lies where it was in the beginning."""
     start, begun = shared.status()["objects"]["green"], time.monotonic()

@@ -19,6 +19,9 @@ from tests.drivers.fuzzing import Watched, numbers, pieces, rounds, weighted
 from tests.proof import Proof
 from tests.rig import ArmSimulator
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 A_ROUND = 100  # lines, fewer than may wait for their answers
 READY = (0.0, 25.0, 75.0, 0.0, 80.0, 0.0)
 NUMBERS = (1, 2, *range(20, 60))

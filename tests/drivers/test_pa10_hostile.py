@@ -12,6 +12,9 @@ from robots.drivers.pa10.driver import Driver
 from robots.drivers.pa10.line import ANSWER_S, ArmLine
 from robots.drivers.pa10.protocol import ArmState, End, Mode
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 STATE = ArmState(Mode.NO_CTRL, 3, End.DONE, 1, 0, 0, 1, 0.02, False, (0.1,) * 6, (0.0,) * 6, (1.0,) * 6, "")
 WELL = STATE.encode().encode() + b"\n"
 

@@ -14,6 +14,9 @@ from tests.conftest import wait_for
 from tests.drivers.pa10_wire import FASTER, Terminal, allow, do, journal
 from tests.rig import ArmSimulator
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 def test_one_client_and_a_newer_epoch_takes_over(arm, shared):
     other = Terminal(shared)

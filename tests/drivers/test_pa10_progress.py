@@ -1,7 +1,11 @@
 """A program of the museum arm tells which of its steps it is at."""
 
+import pytest
+
 from robots.contract.session import Progress
 from tests.drivers.pa10_wire import allow
+
+pytestmark = pytest.mark.timed
 
 
 def test_a_program_tells_its_steps(arm, shared):

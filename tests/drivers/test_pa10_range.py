@@ -11,6 +11,9 @@ from robots.motion.described import chain
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, allow, do, journal
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 def test_pushed_into_a_box_it_stops_and_only_the_default_position_leads_out(arm, shared):
     do(arm, "joints", **dict(zip(chain("pa10").names, np.radians([150, -40, -40, 0, -30, 0]), strict=True)))

@@ -1,10 +1,13 @@
 """The museum arm's control loop pauses while nothing moves, and every line or push wakes it."""
 
 import numpy as np
+import pytest
 
 from robots.contract.find import spec_of
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import CLOCK, do, journal
+
+pytestmark = pytest.mark.timed
 
 REST_S = 20.0
 

@@ -14,6 +14,9 @@ from robots.motion.pose import EULER, RPY, numbers
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, journal
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 def over(shared, *threads):
     """Wait until threads of the simulator have ended, so that nothing comes of them any more."""

@@ -1,14 +1,15 @@
 """Power-on, restart and watchdog in every state of every robot: it comes up again, at rest, and nothing in it dies."""
 
+import itertools
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 from psutil import Process
 
+from robots.clock import SYSTEM
 from simulators.mercury.controller import RESET_S
 from tests.conftest import wait_for
 from tests.drivers import irat_wire
@@ -20,12 +21,13 @@ from tests.rig import ArmSimulator, IratSimulator, Simulator
 from tests.waiting import CEILING_S
 
 SILENT_S = 3.0 * FASTER  # of an owner, and of a line to which nobody connects, before the arm's watchdog acts
+EPOCHS = itertools.count(1)  # of the arms of this file
 PUSHED_OUT = "j 160 -40 -40 0 -30 0 1"
 
 
 def claimed(sim):
     terminal = Terminal(sim)
-    assert terminal.ask(f"i {time.monotonic_ns() // 1000}").startswith("ok epoch")
+    assert terminal.ask(f"i {next(EPOCHS)}").startswith("ok epoch")
     return terminal
 
 
@@ -82,12 +84,18 @@ ARM = {
 }
 
 
+def ended_by(sim, why):
+    """Return how often its application has ended for this reason."""
+    return sum(why in record["why"] for record in journal(sim, "application"))
+
+
+@pytest.mark.timed
 @pytest.mark.parametrize("state", ARM)
 def test_the_museum_arm_begins_again_in_every_state(watched, state):
     enter, letter = ARM[state]
     if watched.process.poll() is not None:
         watched.start()
-    since = time.monotonic()
+    watched.forget()
     terminal = claimed(watched)
     at_rest(terminal, watched)
     boot = watched.status()["boot"]
@@ -97,21 +105,20 @@ def test_the_museum_arm_begins_again_in_every_state(watched, state):
     again = claimed(watched)
     assert again.ask("w") == letter
     assert not watched.status()["moving"]
-    wait_for(lambda: any("no line" in r["why"] for r in journal(watched, "application", since)), 30, "the watchdog")
-    wait_for(lambda: any("nobody" in r["why"] for r in journal(watched, "application", since)), 30, "nobody")
+    wait_for(lambda: ended_by(watched, "no line"), 30, "the watchdog")
+    wait_for(lambda: ended_by(watched, "nobody"), 30, "nobody")
     assert claimed(watched).ask("w") == letter
     watched.stop()
     watched.start()
     assert claimed(watched).ask("w") == letter, "switched off and on where it stands"
-    on = time.monotonic()
-    wait_for(lambda: any("no line" in r["why"] for r in journal(watched, "application", on)), 30, "the watchdog")
-    assert not journal(watched, "thread_died", since)
-    assert not journal(watched, "crash", since)
+    before = ended_by(watched, "no line")
+    wait_for(lambda: ended_by(watched, "no line") > before, 30, "the watchdog")
+    assert not journal(watched, "thread_died")
+    assert not journal(watched, "crash")
     assert "watchdog" in watched.status()["threads"]
     assert watched.process.poll() is None
 
 
-@pytest.mark.gate
 def test_the_museum_arm_that_is_switched_on_in_range_error_says_so(tmp_path):
     """Judged by order: it answers, its watchdog cuts the silent owner off, and the way out leads out."""
     sim = ArmSimulator(tmp_path, watchdog=SILENT_S, nobody=600.0 * FASTER, speed=FASTER)
@@ -133,6 +140,7 @@ def test_the_museum_arm_that_is_switched_on_in_range_error_says_so(tmp_path):
         sim.stop()
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("left", [b"", b"\x93NUMPY", "a pose that is not finite"])
 def test_a_scene_that_cannot_be_read_is_a_new_one(tmp_path, left):
     sim = ArmSimulator(tmp_path)
@@ -149,6 +157,7 @@ def test_a_scene_that_cannot_be_read_is_a_new_one(tmp_path, left):
         sim.stop()
 
 
+@pytest.mark.timed
 def test_the_museum_arm_ends_without_its_cameras(tmp_path):
     sim = ArmSimulator(tmp_path)
     try:
@@ -197,12 +206,13 @@ MERCURY = {
 }
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("state", MERCURY)
 def test_the_mercury_arm_begins_again_in_every_state(tmp_path, state):
     sim = Simulator(tmp_path, speed=FASTER)
     try:
         for off_and_on in (sim.power_cycle, lambda: stopped(sim), lambda: killed(sim)):
-            time.sleep(RESET_S)  # for so long it hears nothing
+            SYSTEM.sleep(RESET_S)  # for so long it hears nothing
             line = MercuryTerminal(tmp_path / "tty")
             MERCURY[state](line, sim)
             boot = sim.status()["boot"]
@@ -211,7 +221,7 @@ def test_the_mercury_arm_begins_again_in_every_state(tmp_path, state):
             sim.clear()
             assert sim.status()["boot"] > boot
             assert not sim.status()["moving"]
-            time.sleep(RESET_S)
+            SYSTEM.sleep(RESET_S)
             line = MercuryTerminal(tmp_path / "tty")
             calibrated(line, sim)
             line.close()
@@ -258,6 +268,7 @@ RAT = {
 }
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("state", RAT)
 def test_the_irat_begins_again_in_every_state(restarted_rat, state):
     sim = restarted_rat
@@ -281,6 +292,7 @@ def test_the_irat_begins_again_in_every_state(restarted_rat, state):
     assert not sim.count("thread_died")
 
 
+@pytest.mark.timed
 def test_the_irat_whose_port_is_taken_ends_with_a_word(tmp_path, restarted_rat):
     """Its network's thread cannot begin; the process must not wait for it."""
     port = restarted_rat.address.rpartition(":")[2]

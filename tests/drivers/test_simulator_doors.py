@@ -11,6 +11,8 @@ import pytest
 from tests.conftest import wait_for
 from tests.drivers.irat_wire import WireClient
 
+pytestmark = pytest.mark.timed
+
 UNREADABLE = (
     b"[]", b"{", b"7", b'{"verb": 3}', b'{"verb": "slow", "value": NaN}', b'{"verb": "slow", "value": 1e999}',
     b'{"verb": "drop", "count": "x"}', b'{"verb": "drop", "count": [1]}', b"\xff\xfe",

@@ -1,7 +1,7 @@
 """The web process over rows alone: for how pages look and behave, where no robot need move."""
 
 import threading
-import time
+import time  # noqa: TID251 - stamps of states
 from datetime import timedelta
 from pathlib import Path
 

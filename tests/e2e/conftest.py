@@ -3,7 +3,7 @@
 import os
 import re
 import shutil
-import time
+import time  # noqa: TID251 - the limit of a wait
 from email import message_from_bytes
 from pathlib import Path
 
@@ -22,8 +22,6 @@ from tests.conftest import wait_for
 from tests.e2e.bare import BarePortal
 from tests.e2e.roaming import RoamingPortal
 from tests.faults.controls import LOST
-from tests.proof import AT_LENGTH
-from tests.waiting import CEILING_S
 
 AXE = Path(__file__).resolve().parents[2] / "frontend/node_modules/axe-core/axe.min.js"
 # where Redis answers late a code is refused; the page goes on without a stream of its own and asks again
@@ -36,12 +34,8 @@ LETS_GO_S = 60
 
 @pytest.fixture(autouse=True)
 def patience():
-    """How long a page may take is judged at length alone, and never of a test that is in the gate."""
-    expect.set_options(timeout=1000 * CEILING_S if _patient() else 15_000)
-
-
-def _patient():
-    return not AT_LENGTH or waiting.shortest_s > 0
+    """How long a page may take is judged of timed tests alone."""
+    expect.set_options(timeout=1000 * (waiting.shortest_s or 15))
 
 
 class Portal:
@@ -145,8 +139,8 @@ class Visitor:
         self.context = browser.new_context(
             base_url=portal.url, locale="en-US", **{"viewport": {"width": 1280, "height": 860}, **options}
         )
-        if _patient():
-            self.context.set_default_timeout(1000 * CEILING_S)
+        if waiting.shortest_s:
+            self.context.set_default_timeout(1000 * waiting.shortest_s)
         self.errors: list[str] = []
         self.allowed: tuple[str, ...] = ()
         self.page: Page = self.new_page()

@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-import time
+import time  # noqa: TID251 - which of two places comes next
 from datetime import timedelta
 from pathlib import Path
 

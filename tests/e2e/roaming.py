@@ -2,7 +2,7 @@
 
 import math
 import threading
-import time
+import time  # noqa: TID251 - stamps of states
 from datetime import timedelta
 
 from portal.seeding import add_robot

@@ -22,7 +22,8 @@ from tests.looked import swept
 CORNERS = ("from x", "from y", "from z", "to x", "to y", "to z")
 
 # drawing in three dimensions without a graphics card takes a core of its own
-pytestmark = [pytest.mark.alone, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 
 
 @pytest.fixture
@@ -62,7 +63,6 @@ def objects(portal):
     return portal.sim.status()["objects"]
 
 
-@pytest.mark.length
 def test_a_stranger_puts_a_block_on_another_by_position_mode(transactional_db, portal, operator):
     ada = operator()
     page = ada.page
@@ -95,7 +95,6 @@ def test_a_stranger_puts_a_block_on_another_by_position_mode(transactional_db, p
     ada.axe("the arm's console")
 
 
-@pytest.mark.length
 def test_another_by_a_program_that_is_tried_on_the_ghost_first_then_saved(transactional_db, portal, operator):
     for name, text in programs_of("pa10"):
         Program.objects.create(robot=portal.robot, name=name, text=text, approved=True, changed_at=SYSTEM.now())
@@ -198,7 +197,6 @@ def test_joints_jog_terminal_and_a_target_in_motion(transactional_db, portal, op
     ada.axe("terminal")
 
 
-@pytest.mark.length
 def test_a_turn_that_is_known_before_the_first_state(transactional_db, portal, operator):
     page = operator().page
     known = []
@@ -219,7 +217,6 @@ def test_a_turn_that_is_known_before_the_first_state(transactional_db, portal, o
     expect(page.locator("#pose-x")).not_to_have_value("")
 
 
-@pytest.mark.length
 @pytest.mark.parametrize("look", [{"viewport": {"width": 390, "height": 844}, "color_scheme": "dark"}])
 def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
     ada = operator(**look)
@@ -240,7 +237,6 @@ def test_on_a_phone_and_by_keyboard(transactional_db, portal, operator, look):
     expect(page.locator("#stop-said")).to_have_text("The robot is stopped")
 
 
-@pytest.mark.length
 def test_staff_draw_a_box_and_the_controller_refuses_it(portal, visitor, django_user_model):
     django_user_model.objects.create_superuser("root", "root@example.org", "correct horse 42")
     kim = visitor()
@@ -275,7 +271,6 @@ def test_staff_draw_a_box_and_the_controller_refuses_it(portal, visitor, django_
     wait_for(lambda: [r["extra"] for r in portal.sim.journal() if r["event"] == "boxes"][-1] == [], 30, "it is told again")  # fmt: skip
 
 
-@pytest.mark.length
 def test_the_view_comes_nearer_by_buttons_and_by_the_wheel_with_control(portal, visitor):
     one = visitor()
     page = one.page

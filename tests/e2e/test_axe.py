@@ -64,7 +64,6 @@ def both(look):
     return () if look in OTHER_LOOKS else (LIGHT, DARK)
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("look", [LIGHT, *OTHERS])
 def test_public_pages_and_the_doors(portal, roaming, visitor, look):
     cy = portal.person("cy", "mercury", "pa10")
@@ -78,7 +77,6 @@ def test_public_pages_and_the_doors(portal, roaming, visitor, look):
     looked_at(one, ["/nothing/"], *both(look))
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("look", [LIGHT, *OTHERS])
 def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, look):
     """On the robot's page, and in the bar on another page."""
@@ -114,7 +112,6 @@ def test_a_persons_place_from_the_queue_to_the_end_of_the_turn(portal, visitor, 
     looked_at(one, pages, *both(look))
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("look", [LIGHT, *OTHERS])
 def test_a_jobs_page_in_each_state(roaming, visitor, look):
     ada = User.objects.create_user("ada", "ada@example.org", "correct horse 42")
@@ -129,7 +126,6 @@ def test_a_jobs_page_in_each_state(roaming, visitor, look):
     seen(one, *both(look))
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("look", [DARK, at_length(LIGHT), *OTHERS])
 def test_a_turns_page_in_each_state(portal, visitor, look):
     ada = portal.person("ada", "mercury", "pa10")
@@ -153,7 +149,6 @@ def test_a_turns_page_in_each_state(portal, visitor, look):
     looked_at(one, [address])
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("look", [LIGHT, at_length(DARK), *OTHERS])
 def test_the_admins_pages(portal, visitor, look):
     from accounts.bank import load_bank

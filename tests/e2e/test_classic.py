@@ -12,6 +12,7 @@ from tests.e2e.test_layout import PUBLIC
 from tests.waiting import CEILING_S, wait_for
 
 
+@pytest.mark.timed
 def test_the_whole_way_without_scripts(portal, visitor):
     ada = visitor(java_script_enabled=False)
     page = ada.page
@@ -83,7 +84,6 @@ class TestOnRows:
     def portal(self, bare):
         return bare
 
-    @pytest.mark.gate
     def test_the_way_without_scripts_but_for_the_motions(self, portal, visitor):
         one = visitor(java_script_enabled=False)
         page = one.page
@@ -116,7 +116,6 @@ class TestOnRows:
         assert Entry.objects.get().text == "Driven without a single script."
         assert Turn.objects.get().classic
 
-    @pytest.mark.gate
     def test_pages_read_without_scripts(self, portal, visitor):
         one = visitor(java_script_enabled=False)
         for address in PUBLIC:

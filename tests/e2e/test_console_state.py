@@ -15,6 +15,9 @@ from tests.conftest import wait_for
 from tests.e2e import bare as told
 from tests.e2e.conftest import session
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 PAD = """
 window.pad = { id: "A pad", index: 0, mapping: "", connected: true, axes: [0, 0, 0, 0, 0, 0], buttons: [] };
 navigator.getGamepads = () => [window.pad];

@@ -17,7 +17,6 @@ from tests.e2e.drawn import QUIET
 from tests.e2e.told_line import ToldLine, own_time, stopped_clock
 from tests.waiting import CEILING_S, wait_for
 
-pytestmark = pytest.mark.gate
 BAR = "#turnbar"
 OFFER_S, KEPT_S, IDLE_S, PAUSE_S = (
     settings.FARHAND[name] for name in ("OFFER_S", "RECONNECT_S", "IDLE_S", "QUIZ_PAUSE_S")

@@ -12,6 +12,9 @@ from playwright.sync_api import expect
 from robots import bus
 from robots.messages import picture_packet
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 OWN = re.compile(r"^Picture [\d.]+ s old")
 
 

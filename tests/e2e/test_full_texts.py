@@ -6,6 +6,8 @@ from playwright.sync_api import expect
 from operatorlog.models import Entry, SurveyAnswer, SurveyResponse
 from tests.e2e.conftest import session
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def portal(bare):

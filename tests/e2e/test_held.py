@@ -19,7 +19,8 @@ from tests.looked import swept
 from tests.proof import Proof
 from tests.rig import Web, free_port
 
-pytestmark = pytest.mark.alone  # it judges by fractions of a second
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 GAMEPAD = """
 window.pad = { axes: [0, 0], connected: true, buttons: Array.from({length: 17}, () => ({pressed: false})) };

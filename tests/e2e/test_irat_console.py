@@ -18,6 +18,8 @@ from tests.e2e.roaming import MAP, place_on
 from tests.e2e.small import SmallPortal
 from tests.rig import Board
 
+pytestmark = pytest.mark.timed
+
 PHONE = {"viewport": {"width": 320, "height": 480}, "has_touch": True, "is_mobile": True, "color_scheme": "dark"}
 CLICKS = """() => {
   window.clicks = 0;
@@ -92,7 +94,6 @@ def test_two_strangers_one_on_a_phone_give_goals_by_click_and_from_the_list(port
     expect(b.locator("h1")).to_contain_text("Go to a place on iRat")
 
 
-@pytest.mark.length
 def test_staff_drive_by_hand_under_lock_out_and_strangers_see_no_pad(portal, visitor, people):
     stranger = opened(visitor)
     expect(stranger.page.locator("#drive")).to_be_hidden()
@@ -151,8 +152,6 @@ def alive(transactional_db, redis_server):
     made.stop()
 
 
-@pytest.mark.alone
-@pytest.mark.length
 class TestTheRobotItself:
     """With everything that runs in a museum: it draws its map and drives to the goals of strangers."""
 

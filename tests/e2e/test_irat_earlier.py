@@ -9,6 +9,8 @@ from robots.drivers.irat.brain.packets import Why
 from tests.e2e.roaming import MAP, place_on
 from tests.e2e.test_axe import DARK, LIGHT
 
+pytestmark = pytest.mark.timed
+
 PAINTED = """() => { const c = document.getElementById('map'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
   let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; }"""
 

@@ -12,6 +12,8 @@ from robots.states import GrantKind
 from tests.e2e.conftest import session
 from tests.e2e.test_steady import SIZES
 
+pytestmark = pytest.mark.timed
+
 # each pause before the page is asked for once more, in ms
 PAUSES = """window.pauses = []; const later = window.setTimeout;
 window.setTimeout = (act, ms, ...more) => { if (ms >= 1000) window.pauses.push(ms); return later(act, ms, ...more); };"""

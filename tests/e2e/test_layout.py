@@ -62,7 +62,6 @@ def size(page, wide, high):
     settle(page)
 
 
-@pytest.mark.gate
 def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
     page = driving("pa10", color_scheme="dark").page
     stop = page.locator("[data-command=stop]")
@@ -79,7 +78,6 @@ def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):
                     assert page.locator("#screen").evaluate(COVER) == "", where
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("robot", [at_length("mercury"), "pa10"])
 def test_stop_is_in_reach_and_works_beside_the_card_of_keys(driving, portal, robot):
     one = driving(robot)
@@ -109,6 +107,7 @@ def stopped(portal, robot):
     return type(portal.robot).objects.get(pk=portal.robots[robot].pk).stop_latched
 
 
+@pytest.mark.timed
 def test_a_field_in_the_blocks_is_edited_in_place_below_stop(driving):
     """A prompt of the browser's own would be modal, over Stop too."""
     page = driving("pa10", has_touch=True, is_mobile=True, user_agent="Mozilla/5.0 (Linux; Android 14) Mobile", viewport={"width": 390, "height": 844}).page  # fmt: skip
@@ -137,6 +136,7 @@ LIGHTNESS = """(selector) => {
 }"""
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("scheme", [at_length("light"), "dark"])
 def test_the_blocks_follow_the_colours_of_the_page(driving, scheme):
     one = driving("pa10", color_scheme=scheme)
@@ -150,7 +150,6 @@ def test_the_blocks_follow_the_colours_of_the_page(driving, scheme):
         assert (behind < 0.1) == (scheme == "dark"), (selector, behind)
 
 
-@pytest.mark.gate
 def test_image_and_controls_stay_together_on_a_small_phone(driving):
     page = driving("mercury").page
     size(page, 360, 640)
@@ -168,7 +167,6 @@ def test_image_and_controls_stay_together_on_a_small_phone(driving):
         assert button.bounding_box()["height"] >= 44
 
 
-@pytest.mark.gate
 def test_no_robot_page_scrolls_sideways(driving):
     pages = [driving("mercury").page, driving("pa10", "bob").page]
     for page in pages:
@@ -210,7 +208,6 @@ HINTS = [
 ]
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("robot", ["mercury", at_length("pa10")])
 def test_the_buttons_stand_still_whatever_the_hint_says(driving, robot):
     page = driving(robot).page

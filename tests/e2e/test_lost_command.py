@@ -3,7 +3,10 @@
 import json
 import re
 
+import pytest
 from playwright.sync_api import expect
+
+pytestmark = pytest.mark.timed
 
 
 def test_a_command_that_went_down_with_its_socket_is_said_to_be_lost_and_the_turn_goes_on(portal, visitor):

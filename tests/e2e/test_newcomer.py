@@ -32,6 +32,7 @@ def stops_and_goes_on(new):
     expect(page.locator("#release")).to_be_hidden()
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("look", [DESKTOP, PHONE], ids=["desktop", "phone"])
 def test_a_newcomer_comes_to_a_motion_and_into_the_log(portal, visitor, survey, look):  # noqa: F811
     one = visitor(**look)
@@ -58,7 +59,6 @@ class TestOnRows:
     def portal(self, bare):
         return bare
 
-    @pytest.mark.gate
     @pytest.mark.parametrize(
         ("look", "person"),
         [(DESKTOP, Newcomer), (DARK_PHONE, Newcomer), (DARK_DESKTOP, ByKeyboard)],

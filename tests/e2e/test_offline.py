@@ -12,6 +12,8 @@ from tests.conftest import wait_for
 from tests.faults.proxy import Proxy
 from tests.rig import free_port
 
+pytestmark = pytest.mark.timed
+
 DESKTOP, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
 BLAME = re.compile("robot does not answer|state is not known")
 

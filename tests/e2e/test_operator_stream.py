@@ -2,6 +2,7 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from queueing.models import Turn
@@ -9,6 +10,8 @@ from queueing.turns import end_turn
 from robots.clock import SYSTEM
 from robots.states import GrantEnd
 from tests.conftest import wait_for
+
+pytestmark = pytest.mark.timed
 
 PICTURES = (2, 4)  # as JPEG, as video
 FRESH = re.compile(r"old, [\d.]+ a second")

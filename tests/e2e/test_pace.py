@@ -11,6 +11,8 @@ from tests.conftest import wait_for
 from tests.faults.proxy import Proxy
 from tests.rig import free_port
 
+pytestmark = pytest.mark.timed
+
 COMPACT, STATE, PICTURE = 128, 1, 2
 SLOW = 6000  # bytes a second
 
@@ -63,7 +65,6 @@ def test_a_person_chooses_how_much_comes_and_the_page_remembers(portal, visitor)
     expect(page.locator("#age")).to_have_text(re.compile(r"old, [\d.]+ a second"))
 
 
-@pytest.mark.length
 @pytest.mark.parametrize("back", [True, False], ids=["and back", "there"])
 def test_a_slow_line_gets_a_picture_now_and_then_and_a_good_one_live_pictures_again(portal, visitor, back):
     line = Proxy(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port), buffer=8192)

@@ -17,6 +17,8 @@ from tests.conftest import wait_for
 from tests.e2e.small import SmallPortal
 from tests.rig import Child
 
+pytestmark = pytest.mark.timed
+
 SLIDER, DIAL = "#turntable-goal", "#turntable"
 STABLE = (
     "/static/farhand/v1/console.js",
@@ -121,7 +123,6 @@ def test_a_mission_of_the_package_is_a_job_and_its_idle_behaviour_yields_to_it(p
     expect(page.locator(DIAL)).not_to_have_attribute("data-angle", "0.0")
 
 
-@pytest.mark.length
 def test_its_console_shows_a_recording_of_a_job_too(portal, visitor):
     spec = recorder_process()
     recorder = Child("recorder", list(spec.argv), **spec.env, FARHAND_RECORDING_FREE_MB="1")

@@ -10,6 +10,8 @@ from tests.conftest import wait_for
 from tests.e2e.small import SmallPortal
 from tests.packaged import installed_from, without_console
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def portal(transactional_db, redis_server, monkeypatch, tmp_path):

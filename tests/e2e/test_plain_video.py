@@ -13,6 +13,8 @@ from robots.models import Frame, Lease, Robot
 from tests.conftest import wait_for
 from tests.faults.test_composites import PHONE, Teller
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def told(bare):

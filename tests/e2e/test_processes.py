@@ -2,12 +2,15 @@
 
 import re
 
+import pytest
 from playwright.sync_api import expect
 
 from robots.models import Command
 from tests.conftest import wait_for
 from tests.faults.proxy import Proxy
 from tests.rig import Web, free_port
+
+pytestmark = pytest.mark.timed
 
 
 def test_a_page_whose_web_process_is_killed_goes_on_with_another(portal, visitor):

@@ -20,6 +20,8 @@ from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT, OTHERS
 
+pytestmark = pytest.mark.timed
+
 SECONDS = 24
 NAMES = ("q1", "q2", "q3", "q4")
 # how bright the middle of the picture is

@@ -14,6 +14,8 @@ from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.e2e.test_pace import STATE, Heard
 
+pytestmark = pytest.mark.timed
+
 SOUND = 5
 NONE = re.compile("^$")
 
@@ -74,7 +76,6 @@ def test_a_person_listens_by_key_and_hears_the_arm_move(hearing, visitor):
     assert all("sound" not in wish for wish in heard.wishes()[-1:])
 
 
-@pytest.mark.length
 def test_a_browser_that_cannot_says_so_and_a_page_that_nobody_sees_is_silent_meanwhile(hearing, visitor):
     someone = visitor()
     page = someone.page

@@ -13,7 +13,6 @@ from tests.e2e.conftest import session
 from tests.e2e.test_axe import DARK, LIGHT
 from tests.services.in_use import job_done
 
-pytestmark = pytest.mark.gate
 LONG = "Pleasing and easy to use, but the letters of the buttons are small on the telephone of my grandmother"
 INSIDE = "e => { const r = e.getBoundingClientRect(); return r.top >= 0 && r.bottom <= innerHeight && r.right <= innerWidth }"
 TEXTS = """() => [...document.querySelectorAll('.plot')].map((plot) => {

@@ -16,6 +16,8 @@ from tests.e2e.drawn import settle
 from tests.faults.proxy import Proxy
 from tests.rig import free_port
 
+pytestmark = pytest.mark.timed
+
 SIZES = pytest.mark.parametrize("size", [(1440, 900), (820, 1180), (390, 844)], ids=["desktop", "tablet", "phone"])
 ROBOTS = pytest.mark.parametrize("which", ["mercury", "pa10"])
 # what can be pressed and is in view, and where it is

@@ -12,6 +12,9 @@ from tests.conftest import at_length, wait_for
 from tests.e2e.thin_line import ThinLine
 from tests.rig import free_port
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 # read as soon as the page has written its words once more: the times and the words are of the same moment
 AGE = """() => new Promise((done) => {
   const age = document.querySelector("#age");
@@ -111,7 +114,6 @@ def test_over_a_thin_line_one_commands_and_stops_and_is_told_the_truth(operator,
     expect(page.locator("#banner")).to_be_hidden()
 
 
-@pytest.mark.length
 def test_an_operator_who_connects_again_over_1_kb_a_second_drives_on(operator):
     ada, line, _ = operator
     line.set("cut")
@@ -123,7 +125,6 @@ def test_an_operator_who_connects_again_over_1_kb_a_second_drives_on(operator):
     ada.press("down")
 
 
-@pytest.mark.length
 def test_a_page_is_opened_over_1_kb_a_second(portal, visitor):
     """By somebody whose browser has the site's scripts; what was never there takes minutes."""
     line = ThinLine(("127.0.0.1", free_port()), ("127.0.0.1", portal.web.port))

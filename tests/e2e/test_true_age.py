@@ -12,6 +12,9 @@ from tests.crowd import MANY, Crowd
 from tests.faults.witness import STALLED, Witness
 from tests.rig import Web
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 # Reads the stamp from the pixels each time that the page has drawn; [true age in ms, age by the picture's own time, when] each.
 SAMPLE = """async ({seconds, cell, columns, rows}) => {
   const canvas = document.getElementById("picture"), seen = [], end = performance.now() + seconds * 1000;
@@ -36,7 +39,6 @@ SAMPLE = """async ({seconds, cell, columns, rows}) => {
 LONG_S = 0.2
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize("viewers", [1, at_length(100), at_length(1000)])
 def test_promise_49_the_age_shown_is_the_true_age(portal, visitor, proof, viewers):
     seconds = proof.count("seconds of watching", 6, 20)

@@ -44,7 +44,6 @@ def miss():
     queue.tick(now + timedelta(seconds=1))
 
 
-@pytest.mark.gate
 def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     ada = cast("ada", viewport=PHONE)
     page = elsewhere(ada)
@@ -72,6 +71,7 @@ def test_an_offer_is_taken_up_from_another_page_on_a_phone(portal, cast):
     expect(page).to_have_title(re.compile("^● Driving"))
 
 
+@pytest.mark.timed
 def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
     ada, bob = cast("ada"), cast("bob")
     elsewhere(ada)
@@ -90,6 +90,7 @@ def test_waiting_elsewhere_one_is_present_and_sees_the_place(portal, cast):
     expect(page.locator(BAR)).to_be_hidden()
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("size", [PHONE, at_length(DESKTOP)], ids=["phone", "desktop"])
 def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(portal, cast, size):
     ada = cast("ada", viewport=size)
@@ -117,6 +118,7 @@ def test_a_missed_offer_is_said_until_dismissed_with_one_click_to_join_again(por
     assert page.locator(BAR).is_hidden()
 
 
+@pytest.mark.timed
 def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     ada = cast("ada", viewport=PHONE)
     page = ada.page
@@ -151,6 +153,7 @@ def test_leaving_in_mid_turn_asks_and_the_bar_leads_back(portal, cast):
     expect(page.locator("#robot")).to_have_class(re.compile("operating"))
 
 
+@pytest.mark.timed
 def test_on_the_robots_own_page_nothing_contradicts_the_offer(portal, cast):
     ada, bob = cast("ada"), cast("bob", viewport=PHONE)
     elsewhere(ada)
@@ -171,6 +174,7 @@ def test_on_the_robots_own_page_nothing_contradicts_the_offer(portal, cast):
     expect(page.locator(BAR)).to_be_hidden()
 
 
+@pytest.mark.timed
 def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_elsewhere(portal, cast):
     ada, bob = cast("ada"), cast("bob")
     elsewhere(ada)
@@ -201,6 +205,7 @@ def test_permission_to_notify_is_asked_by_a_button_only_and_used_when_one_looks_
     assert page.evaluate("noted") == ["It is your turn on Mercury"]
 
 
+@pytest.mark.timed
 def test_without_the_socket_the_page_asks_by_itself(portal, cast):
     ada = cast("ada")
     ada.allowed = ("WebSocket", "ERR_")
@@ -217,6 +222,7 @@ def test_without_the_socket_the_page_asks_by_itself(portal, cast):
     page.wait_for_url("**/robots/mercury/")
 
 
+@pytest.mark.timed
 def test_without_scripts_a_line_of_the_page_leads_to_the_robot(portal, cast):
     ada = cast("ada", java_script_enabled=False)
     queue.join(portal.robot, ada.user, SYSTEM.now())
@@ -228,6 +234,7 @@ def test_without_scripts_a_line_of_the_page_leads_to_the_robot(portal, cast):
     assert Turn.objects.get().ended_at is None
 
 
+@pytest.mark.timed
 def test_who_is_not_signed_in_opens_no_socket(portal, visitor):
     one, ada = visitor(), visitor().cleared("ada", None)
     opened = {one: [], ada: []}

@@ -64,7 +64,6 @@ def up_for_long():
     bus.connection().set(web_uptime.KEY, began.timestamp(), ex=web_uptime.LASTS_S)
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("size", [PHONE, at_length(DESKTOP)], ids=["phone", "desktop"])
 def test_who_does_nothing_is_asked_in_time_and_stays_by_the_keyboard(portal, visitor, size):
     ada, bob = visitor(viewport=size).cleared("ada", None), portal.person("bob", "mercury")
@@ -104,6 +103,7 @@ def test_who_does_nothing_is_asked_in_time_and_stays_by_the_keyboard(portal, vis
     ada.axe("idle")
 
 
+@pytest.mark.timed
 def test_the_end_for_idleness_is_told_everywhere_with_its_reason(portal, driving, visitor):
     ada = driving(viewport=PHONE)
     page, elsewhere = ada.page, ada.context.new_page()
@@ -121,6 +121,7 @@ def test_the_end_for_idleness_is_told_everywhere_with_its_reason(portal, driving
     ada.axe("the turn's page")
 
 
+@pytest.mark.timed
 def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, driving, django_user_model):
     ada, kim = driving(), django_user_model.objects.create_superuser("kim", "kim@example.org", "correct horse 42")
     page, phone = ada.page, ada.context.new_page()
@@ -147,6 +148,7 @@ def test_a_lock_out_says_so_on_the_page_of_who_drove_and_on_others(portal, drivi
         services.lift_lock_out(Robot.objects.get(pk=portal.robot.pk), kim)
 
 
+@pytest.mark.timed
 def test_without_scripts_the_console_says_the_rule_and_the_reason(portal, visitor):
     ada, bob = visitor(java_script_enabled=False).cleared("ada", None), visitor().cleared("bob", "/log/")
     queue.join(portal.robot, ada.user, SYSTEM.now(), classic=True)

@@ -20,7 +20,6 @@ def portal(bare):
     return bare
 
 
-@pytest.mark.gate
 def test_what_is_written_is_never_lost(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.end(portal.drive(ada, "mercury"))
@@ -64,6 +63,7 @@ def test_what_is_written_is_never_lost(portal, visitor):
         assert ratio == pytest.approx(1, rel=0.02)
 
 
+@pytest.mark.timed
 def test_without_scripts_the_pause_is_a_sentence(portal, visitor):
     from accounts.bank import load_bank
     from accounts.models import OrientationRead
@@ -82,7 +82,6 @@ def test_without_scripts_the_pause_is_a_sentence(portal, visitor):
     expect(page.locator("a[data-pause]")).to_have_text("Try again")
 
 
-@pytest.mark.gate
 def test_what_is_written_before_the_script_has_come_is_a_draft_too(portal, visitor):
     ada = portal.person("ada", "mercury")
     turn = portal.drive(ada, "mercury")

@@ -9,6 +9,8 @@ from robots.contract.video import unpack
 from tests.conftest import at_length, wait_for
 from tests.e2e.test_pace import PICTURE, Heard
 
+pytestmark = pytest.mark.timed
+
 VIDEO = 4
 AGE = re.compile(r"^Picture \d+(\.\d+)? (m?s) old, [\d.]+ a second$")
 # the camera's levels: how many there are and their mean; a picture that was never drawn is one level

@@ -14,6 +14,9 @@ from tests.e2e.test_pace import Heard
 from workers.cameras.steps import jpeg
 from workers.cameras.video import Shot, Video
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 STRIPES = {0: ((250, 20, 10), (60, 200, 40), (255, 255, 255)), 1: ((10, 30, 250), (0, 0, 0), (240, 220, 20))}
 SIZE = (240, 320)
 PIXELS = """(canvas) => {

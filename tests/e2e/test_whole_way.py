@@ -13,6 +13,8 @@ from tests.conftest import wait_for
 from tests.e2e.conftest import session
 from tests.e2e.newcomer import end_turn
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def survey(db):
@@ -148,7 +150,6 @@ def test_a_reload_keeps_the_turn_and_a_cut_line_disables_every_control(portal, v
     expect(ada.page.locator("#why")).to_contain_text("kept for 20 seconds")
 
 
-@pytest.mark.length
 def test_redis_gone_shows_a_banner_and_comes_back(portal, visitor, redis_server):
     ada = operating(visitor)
     ada.allowed = ("503 (Service Unavailable)",)  # a code for the operator's stream may be asked for just then
@@ -161,7 +162,6 @@ def test_redis_gone_shows_a_banner_and_comes_back(portal, visitor, redis_server)
     ada.press("down")
 
 
-@pytest.mark.length
 def test_a_killed_worker_is_told_in_plain_words(portal, visitor):
     from tests.rig import worker
 

@@ -6,7 +6,7 @@ the line, as it does here and over a real one.
 
 import queue
 import threading
-import time
+import time  # noqa: TID251 - it is a line of so many bytes a second
 
 from tests.faults.proxy import Proxy
 

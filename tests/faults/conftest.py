@@ -1,7 +1,7 @@
 import json
 import shutil
 import signal
-import time
+import uuid
 from datetime import timedelta
 
 import pytest
@@ -18,9 +18,8 @@ from tests.conftest import wait_for
 from tests.faults.controls import LOST, Controls
 from tests.faults.here import WebHere
 from tests.faults.proxy import Proxy
-from tests.faults.trying import TRIED
 from tests.faults.wishes import ROBOTS
-from tests.faults.witness import Witness
+from tests.faults.witness import Witness  # noqa: TID251 - a fixture for timed tests
 from tests.looked import swept
 from tests.rig import free_port, worker
 
@@ -69,17 +68,17 @@ class Rig:
         Robot.objects.update(cycle=Cycle.OFFLINE)
         self._own_sim = self.wishes.simulator(folder)
 
-    def start_worker(self, doom="", before=(), says=False, **env):
+    def start_worker(self, doom="", before=(), **env):
         """Start a worker; a test that begins with one has simulator and workers of its own."""
         if not self.workers and self._own_sim is None:
             self.own()
-        child = worker(self.robot.slug, doom=doom, before=before, says=says, **env)
+        child = worker(self.robot.slug, doom=doom, before=before, **env)
         self.workers.append(child)
         return child
 
     def redis_proxy(self):
         """Return a proxy in front of Redis, and the environment of processes that use it."""
-        at = str(settings.VAR / f"redis-{time.monotonic_ns()}.sock")
+        at = str(settings.VAR / f"redis-{uuid.uuid4().hex[:8]}.sock")
         proxy = Proxy(at, settings.REDIS_URL.removeprefix("unix://"))
         self.proxies.append(proxy)
         return proxy, {"REDIS_URL": f"unix://{at}"}
@@ -87,7 +86,7 @@ class Rig:
     def database_proxy(self):
         """Return a proxy in front of PostgreSQL, and the environment of processes that use it."""
         db = connection.settings_dict
-        folder = settings.VAR / f"pg-{time.monotonic_ns()}"
+        folder = settings.VAR / f"pg-{uuid.uuid4().hex[:8]}"
         folder.mkdir()
         proxy = Proxy(str(folder / ".s.PGSQL.5432"), f"{db['HOST']}/.s.PGSQL.{db['PORT'] or 5432}")
         self.proxies.append(proxy)
@@ -131,16 +130,6 @@ class Rig:
     def swept(self):
         """Wait until the owner has looked at the rows and runs no command; what it has not begun, it will not."""
         swept(self.robot)
-
-    def all_have_looked(self):
-        """Wait until the owner has renewed its lease twice, and all others have tried to take it meanwhile."""
-        others = [w for w in self.workers if w.alive() and w.pid != self.lease().pid]
-        for _ in range(2):
-            until, tried = self.lease().expires_at, {w: w.said().count(TRIED) for w in others}
-            wait_for(lambda until=until: self.lease().expires_at > until, 20, "the lease is renewed")
-            wait_for(
-                lambda tried=tried: all(w.said().count(TRIED) > n + 1 for w, n in tried.items()), 20, "the others try"
-            )
 
     def cycle(self):
         return Robot.objects.values_list("cycle", flat=True).get(pk=self.robot.pk)
@@ -228,7 +217,7 @@ class Rig:
 
 
 @pytest.fixture
-def witness():
+def witness(stopwatch):
     made = Witness()
     yield made
     made.stop()

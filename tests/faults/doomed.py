@@ -6,7 +6,7 @@
 import os
 import signal
 import sys
-import time
+import time  # noqa: TID251 - a pause of a process of its own
 
 
 def _end(number):

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import json
 import threading
-import time
+import time  # noqa: TID251 - the limit of a wait
 
 import uvicorn
 from django.db import connections

@@ -11,6 +11,8 @@ from portal.processes import web_process
 from tests.conftest import wait_for
 from tests.rig import ROOT, free_port
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def seen():

@@ -9,7 +9,8 @@ from robots.models import Command, Incident, Robot
 from robots.states import Cycle, GrantEnd
 from tests.conftest import at_length, wait_for
 
-pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 
 
 @pytest.fixture
@@ -49,7 +50,6 @@ def test_the_connection_breaks(rig, line, stage, how):
     assert Incident.objects.exists()
 
 
-@pytest.mark.length
 def test_a_second_client_is_turned_away_and_disturbs_nothing(rig, line):
     rig.grant(seconds=600)
     command = rig.issue("move", x=0.1, y=0.4)
@@ -61,7 +61,6 @@ def test_a_second_client_is_turned_away_and_disturbs_nothing(rig, line):
     assert rig.final(command).state == "completed"
 
 
-@pytest.mark.length
 def test_a_range_error_in_mid_turn(rig):
     """Pushed into the cables: the command fails in words, the default position leads out, and work goes on."""
     rig.owner()
@@ -81,7 +80,6 @@ def test_a_range_error_in_mid_turn(rig):
     assert "range_error" in events
 
 
-@pytest.mark.length
 def test_the_watchdog_restarts_the_application_during_a_program(rig):
     rig.owner()
     rig.grant(seconds=600)
@@ -119,7 +117,6 @@ def test_a_program_is_held_by_a_stop_and_by_the_end_of_the_turn(rig):
     assert rig.sim.count("motion") == made
 
 
-@pytest.mark.length
 def test_a_dropped_block_is_no_fault_and_the_turn_goes_on(rig):
     rig.owner()
     rig.grant(seconds=600)
@@ -142,7 +139,6 @@ def test_a_dropped_block_is_no_fault_and_the_turn_goes_on(rig):
     assert Robot.objects.get().reason == ""
 
 
-@pytest.mark.length
 def test_a_newer_target_takes_the_place_of_the_one_before(rig):
     rig.owner()
     rig.grant(seconds=600)
@@ -160,7 +156,6 @@ def test_a_newer_target_takes_the_place_of_the_one_before(rig):
     assert Command.objects.filter(state="cancelled").count() == 1
 
 
-@pytest.mark.length
 def test_pushed_into_a_range_error_while_nobody_has_it_it_is_put_in_order_before_it_is_offered(rig):
     rig.owner()
     rig.sim.fault("disturb", 3000.0)

@@ -15,6 +15,8 @@ from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.rig import Child, worker
 
+pytestmark = pytest.mark.timed
+
 SLOWLY = {"TURNTABLE_TAKES_S": "2"}  # so that a new pace is seen on its way
 
 

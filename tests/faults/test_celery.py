@@ -1,6 +1,5 @@
 """What Celery does for a robot: it begins and ends the owner, delivers wake-ups, and keeps the schedule."""
 
-import pytest
 from celery import current_app
 
 from queueing import services as queue
@@ -8,8 +7,6 @@ from queueing.models import TicketState
 from robots import bus
 from tests.conftest import wait_for
 from tests.rig import housekeeping
-
-pytestmark = pytest.mark.gate
 
 
 def test_a_worker_begins_its_owner_and_gives_the_robot_back_at_its_end(rig):

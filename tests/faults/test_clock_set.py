@@ -29,8 +29,9 @@ AHEAD_S = (0, HOUR, -HOUR, 74 * YEAR, 0, -50 * YEAR, 0)  # of the machine's time
 STAYS_S, NEAR_S = 6.0, 15.0
 NOTICED = "the time of day was set by"
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = [
-    pytest.mark.length,
+    pytest.mark.timed,
     pytest.mark.skipif(LIBRARY is None, reason="the package libfaketime is not installed (apt install libfaketime)"),
 ]
 

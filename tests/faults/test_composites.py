@@ -29,6 +29,9 @@ from tests.conftest import wait_for
 from tests.rig import Web
 from tests.unit.test_irat_composites import RING
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 DESKTOP, PHONE = "/robots/irat/live/desktop.mjpg", "/robots/irat/live/phone.mjpg"
 SPEC = spec_of("irat")
 

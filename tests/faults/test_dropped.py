@@ -16,6 +16,8 @@ from portal.live import consumers
 from tests.conftest import wait_for
 from tests.faults.here import closed, handshake, heard, line
 
+pytestmark = pytest.mark.timed
+
 PONG = b"\x8a\x80\0\0\0\0"
 
 

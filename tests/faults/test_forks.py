@@ -3,14 +3,13 @@
 import ast
 import os
 import re
-import signal
 import subprocess
 import sys
 
 import pytest
 
 from tests.conftest import at_length
-from tests.rig import ROOT, Child
+from tests.rig import ROOT
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="forks are made on Linux only")
 ROLES = ("web", "owner", "housekeeping", "recorder")
@@ -137,6 +136,7 @@ def environment(tmp_path):
     return {**plain, "DJANGO_SETTINGS_MODULE": "portal.settings", "FARHAND_VAR": str(tmp_path), "PYTHONHASHSEED": "0"}
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("compared", [("owner", "housekeeping"), at_length(ROLES)], ids=["some", "all"])
 def test_a_fork_has_the_settings_of_its_role_and_other_settings_need_a_new_process(environment, compared):
     told = ast.literal_eval(_python(environment, "-c", IN_FORKS, *ROLES))
@@ -147,31 +147,21 @@ def test_a_fork_has_the_settings_of_its_role_and_other_settings_need_a_new_proce
     assert told["web"] != told["owner"] != told["housekeeping"]
 
 
+@pytest.mark.timed
 def test_what_is_allocated_after_the_fork_lies_on_pages_of_its_own(environment):
     """Of 970 blocks, how many lie between what was loaded before."""
     without, filled = (int(_python(environment, "-c", BEYOND, how)) for how in ("as it is", "filled"))
     assert filled < 50 < 500 < without
 
 
-def test_a_process_that_is_killed_in_its_first_moment_ends():
-    """Before it has a group of its own; who waited for it waited for ever."""
-    for _ in range(20):
-        child = Child("killed", [sys.executable, "-m", "http.server", "0"])
-        child.signal(signal.SIGKILL)
-        assert child.process.wait(20) == -signal.SIGKILL
-
-
-@pytest.mark.gate
 def test_what_cannot_be_forked_now_is_started_in_the_ordinary_way_and_the_next_is_forked_again(environment):
     assert _python(environment, "-c", FAILS).split() == ["none", "none", "0", "0"]
 
 
-@pytest.mark.gate
 def test_a_process_that_forks_and_stands_still_is_left_and_starts_nothing_twice(environment):
     assert _python(environment, "-c", STANDS_STILL).split() == ["None", "None"]
 
 
-@pytest.mark.gate
 def test_the_demo_forks_on_any_port_and_mails_link_to_it(environment):
     assert _python(environment, "-c", DEMO, "demo", "--port", "8123").split() == ["fork", "http://localhost:8123"]
     assert _python(environment, "-c", DEMO, "demo").split() == ["fork", "http://localhost:8000"]

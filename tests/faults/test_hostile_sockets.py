@@ -21,6 +21,9 @@ from robots.states import GrantKind
 from tests.conftest import at_length, wait_for
 from tests.faults.here import handshake, heard, line
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=30),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),

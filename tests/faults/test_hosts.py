@@ -26,6 +26,9 @@ from tests.faults.proxy import Proxy
 from tests.faults.test_viewers import Viewer
 from tests.rig import Child, Simulator, Web, free_port
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 CROWD, LOOK_S = 300, 1.5  # how many watch two processes; how long one looks whether all get pictures
 SOON_S = 40
 
@@ -99,7 +102,6 @@ def ticked(rig):
     ticket.delete()
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize("aways_s", [(2.0,), at_length((0.0, 4.0))], ids=["once", "twice"])
 def test_redis_restarted_under_load_ends_no_process_and_everybody_sees_pictures_again(
     rig, redis_server, house, aways_s
@@ -143,7 +145,6 @@ def test_a_web_process_that_is_killed_takes_only_its_own_viewers_and_they_come_b
         assert both.webs[1].alive()
 
 
-@pytest.mark.alone  # beside it a browser would notice that the network changes
 def test_a_worker_s_host_that_is_cut_off_stops_its_robot_and_serves_again_when_it_is_back(rig):
     if connection.vendor != "postgresql":
         pytest.skip("a worker on another host needs PostgreSQL")

@@ -18,6 +18,9 @@ from robots.models import Robot
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 STEPS = (0, 0, 1, 2, 3, 5, 8, 13, 20, 40)  # of the event loop, between two of them
 
 

@@ -22,7 +22,8 @@ from robots.states import Cycle, GrantEnd
 from tests.conftest import wait_for
 from tests.rig import Board, Child, Web, housekeeping
 
-pytestmark = pytest.mark.length
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 EXPERIENCES = 150  # a map that has left the first corridor
 HALTED_S = 100.0  # longer than the robot goes on for nobody, and than its last look for watchers counts
 

@@ -20,6 +20,8 @@ from tests.conftest import wait_for
 from tests.packaged import SHUTTLE, installed_from
 from tests.rig import Child
 
+pytestmark = pytest.mark.timed
+
 GOALS = 4  # of each guest: 7 m in all, and a battery lasts for 5
 
 
@@ -51,7 +53,6 @@ def left_behind(robot):
     return job
 
 
-@pytest.mark.alone  # an owner that the machine stalls for longer than its lease ends a job as unknown, for good
 def test_a_robot_that_nobody_drives_serves_two_guests_fairly_and_recharges(transactional_db, redis_server, monkeypatch):
     bus.connection().flushall()
     shutil.rmtree(settings.VAR / "run", ignore_errors=True)

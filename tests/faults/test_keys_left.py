@@ -10,6 +10,8 @@ from robots.states import Cycle, GrantEnd
 from tests.conftest import AT_LENGTH, wait_for
 from workers.queues import forget_earlier
 
+pytestmark = pytest.mark.timed
+
 TIMES = 50 if AT_LENGTH else 4
 
 

@@ -5,10 +5,12 @@ import pytest
 from robots import services
 from robots.models import Robot
 from robots.states import Cycle
-from tests.conftest import IRAT, at_length, wait_for
+from tests.conftest import at_length, wait_for
+
+pytestmark = pytest.mark.timed
 
 
-@pytest.mark.parametrize("which", ["pa10", at_length("mercury"), IRAT], indirect=True)
+@pytest.mark.parametrize("which", ["pa10", at_length("mercury"), at_length("irat")], indirect=True)
 def test_a_lift_leaves_the_robot_where_it_stands_until_a_command_after_the_release(rig):
     rig.owner()
     rig.grant(seconds=600)

@@ -19,6 +19,9 @@ from robots import bus
 from tests.conftest import wait_for
 from tests.rig import Web
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 HEAD_S, BODY_S = 1.5, 1.5
 LARGEST = max((Path(settings.FRONTEND_DIST) / "assets").glob("*.js"), key=lambda file: file.stat().st_size)
 OPEN = []  # what a test has opened; closed at its end

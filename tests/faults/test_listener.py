@@ -13,6 +13,8 @@ from tests.faults.proxy import Proxy
 from workers.safety import listen
 from workers.safety.listen import Listener
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def listening(redis_server, settings, tmp_path, monkeypatch):

@@ -23,6 +23,8 @@ from tests.conftest import wait_for
 from tests.faults.here import WebHere, closed, heard, line
 from tests.services.conftest import ROLES, roles  # noqa: F401
 
+pytestmark = pytest.mark.timed
+
 OVER = 4410
 
 

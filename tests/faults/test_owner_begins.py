@@ -7,8 +7,9 @@ from robots.models import Incident, Robot
 from tests.conftest import wait_for
 from workers.recovery import MENDED
 
+pytestmark = pytest.mark.timed
 
-@pytest.mark.length
+
 def test_what_was_stopped_while_nobody_owned_the_robot_is_moved_by_a_command_alone(rig):
     first = rig.owner()
     rig.grant()

@@ -17,6 +17,9 @@ from robots.models import Lease
 from tests.conftest import wait_for
 from tests.faults.here import WebHere, closed, line
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def web(transactional_db, redis_server, robot, people):

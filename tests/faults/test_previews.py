@@ -15,7 +15,8 @@ from robots.motion.described import posture
 from tests.conftest import wait_for
 from tests.faults.here import heard, line
 
-pytestmark = pytest.mark.parametrize("which", ["pa10"], indirect=True)
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = [pytest.mark.timed, pytest.mark.parametrize("which", ["pa10"], indirect=True)]
 READY = list(map(float, posture(load("pa10"), "ready")))
 PATH = "/ws/robots/pa10/"
 

@@ -22,6 +22,9 @@ from robots.opening import ABSENT, REFUSED
 from tests.conftest import wait_for
 from tests.rig import Simulator, housekeeping
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def housekeeper(transactional_db, redis_server, robot, people):
@@ -105,7 +108,6 @@ def silent():
         call.close()
 
 
-@pytest.mark.length
 @pytest.mark.asvs("15.2.2")
 def test_thirty_tests_that_hang_run_one_by_one_and_delay_no_queue(housekeeper, robot, people, silent):
     port, calls = silent

@@ -28,7 +28,8 @@ from tests.faults.test_operator_stream import Browser
 from tests.faults.viewer import Watching
 from tests.rig import Simulator, Web, worker
 
-pytestmark = [pytest.mark.alone, pytest.mark.length]
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 EVERY_S = 0.1  # between two commands, because a socket may not send hundreds of messages at once
 WAITING, WARM = 50, 5  # people; commands that a process that has just begun is given before it is measured

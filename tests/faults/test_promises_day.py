@@ -26,7 +26,8 @@ from tests.conftest import wait_for
 from tests.faults.here import WebHere, line
 from tests.faults.test_operator_stream import Browser
 
-pytestmark = [pytest.mark.alone, pytest.mark.length]
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 FASTER = 500  # every period is so much shorter
 PINGS_FASTER = 250  # more would be a flood: 20 control frames a second are allowed

@@ -19,8 +19,11 @@ from portal import archive, restoring
 from robots.models import Command, Frame, Robot
 from tests import migrated
 from tests.conftest import wait_for
-from tests.faults.test_promises_stores import write_down
+from tests.faults.test_promises_data import write_down
 from tests.rig import ROOT, Simulator, free_port
+
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 
 def test_promise_25_restore_brings_everything_back(rig, proof, tmp_path):
@@ -62,7 +65,6 @@ def test_promise_25_restore_brings_everything_back(rig, proof, tmp_path):
     proof.holds(f"{total} rows and {len(manifest['media'])} pictures equal after {seconds:.1f} s")
 
 
-@pytest.mark.length
 def test_promise_25_a_migration_while_a_turn_is_open(rig, proof):
     """A column is added under the running worker and web tier, as an update would; the turn goes on."""
     proof.count("migrations under an open turn", 1, 1)
@@ -100,7 +102,6 @@ def processes_of(folder):
     return found
 
 
-@pytest.mark.alone
 def test_promise_26_a_stop_of_everything_in_mid_motion_is_safe(proof):
     """SIGTERM to the supervisor: a held robot, a recorded command, exit 0, nothing left, within 20 s."""
     times = proof.count("stops in mid-motion", 1, 5, 20)
@@ -147,7 +148,7 @@ while move.state != "acknowledged":
 
 
 def _life(folder, number):
-    env = {k: v for k, v in os.environ.items() if k not in ("REDIS_URL", "DATABASE_URL", "FARHAND_TEST_SQLITE")}
+    env = {k: v for k, v in os.environ.items() if k not in ("REDIS_URL", "DATABASE_URL")}
     env |= {"FARHAND_VAR": str(folder), "DJANGO_SETTINGS_MODULE": "portal.settings"}
     migrated.begin(folder / "farhand.sqlite3")
     port = free_port()

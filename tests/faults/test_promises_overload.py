@@ -17,7 +17,8 @@ from tests.faults.test_promises_stop import held_after, socket_of
 from tests.faults.viewer import Watching
 from tests.rig import Web, housekeeping
 
-pytestmark = pytest.mark.alone  # it judges by fractions of a second
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 BUSY = 20
 BACK_S = 15.0

@@ -13,6 +13,9 @@ from tests.conftest import wait_for
 from tests.rig import Simulator, free_port
 from tests.waiting import CEILING_S
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 @pytest.mark.parametrize("which", ["mercury"], indirect=True)
 def test_promise_04_a_frozen_owner_is_killed_and_says_nothing_more(rig, proof):

@@ -17,7 +17,8 @@ from tests.faults.witness import STALLED
 from tests.looked import followed, heard
 from tests.rig import Web
 
-pytestmark = pytest.mark.alone  # it judges by fractions of a second
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 SPOTS = ((-0.2, 0.3), (0.2, 0.5))
 

@@ -1,8 +1,7 @@
-"""Promises 21 to 24: Redis, PostgreSQL and the disk may fail; nothing that was confirmed is lost."""
+"""Promises 22 to 24: Redis, PostgreSQL and the disk may fail, and work goes on by itself."""
 
 import json
 import os
-import random
 import subprocess
 import time
 import urllib.error
@@ -12,17 +11,16 @@ import pytest
 from django.conf import settings
 from django.db import connection, connections
 
-from operatorlog import services as log
-from operatorlog.models import Entry, SurveyAnswer, SurveyQuestion, SurveyResponse
-from queueing import services as queue
-from queueing.models import Ticket, Turn
-from robots import bus, services
-from robots.drivers.errors import NotPermitted
-from robots.models import Command, Grant, Robot
+from robots import services
+from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL
 from tests.conftest import at_length, wait_for
+from tests.faults.test_promises_data import works
 from tests.faults.test_promises_stop import drain, held_after, socket_of
-from tests.rig import Web, housekeeping
+from tests.rig import Web
+
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 PAGES = ("/", "/robots/mercury/", "/status/", "/log/", "/story/", "/classic/mercury/")
 
@@ -49,93 +47,14 @@ def web():
         one.kill()
 
 
-def works(rig, seconds=15.0):
-    """Wait until a command is carried out again by itself; return how long that took (s)."""
+def back_after(rig, seconds=15.0):
+    """Return after how many seconds a command is carried out again by itself."""
     begun = time.monotonic()
-
-    def done():
-        try:
-            return rig.final(rig.issue("noop"), 2).state == "completed"
-        except (NotPermitted, AssertionError):
-            return False
-
-    wait_for(done, seconds, "work goes on by itself")
+    works(rig, seconds)
     return time.monotonic() - begun
 
 
-@pytest.mark.gate
-@pytest.mark.asvs("2.3.3")
-def test_promise_21_nothing_acknowledged_is_lost(rig, web, proof):
-    """FLUSHALL and kills of everything, Redis too, at random moments, under commands, log entries and surveys."""
-    dice = random.Random(21)
-    times = proof.count("kills and flushes", 2, 15, 100)
-    told, entries, surveys, places = set(), set(), set(), set()
-    question = SurveyQuestion.objects.create(prompt="How was it?", kind=SurveyQuestion.Kind.TEXT)
-    site = web()
-    rig.owner()
-    rig.grant(seconds=3000)
-    housekeeper = housekeeping()
-    try:
-        for i in range(times):
-            for _ in range(dice.randint(1, 4)):
-                try:
-                    told.add(rig.issue("noop").pk)
-                except NotPermitted:
-                    time.sleep(0.5)
-            entry, survey = write_down(rig, f"entry {i}", question)
-            entries.add(entry)
-            surveys.add(survey)
-            places.add(queue.join(rig.robot, rig.people["bob"], rig.now()).pk)
-            if i % 2:
-                queue.leave(rig.robot, rig.people["bob"], rig.now())
-            if i % 2:
-                rig.redis.stop()
-            else:
-                bus.connection().flushall()
-            victims = [site, housekeeper, *[w for w in rig.workers if w.alive()]]
-            for victim in dice.sample(victims, dice.randint(1, len(victims))):
-                victim.kill()
-            if i % 2:
-                rig.redis.start()
-            if not site.alive():
-                site = web()
-            if not housekeeper.alive():
-                housekeeper = housekeeping()
-            if not any(w.alive() for w in rig.workers):
-                rig.start_worker()
-            works(rig, 40)
-        wait_for(lambda: not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), 40, "every end")
-    finally:
-        housekeeper.kill()
-    assert set(Command.objects.values_list("pk", flat=True)) >= told
-    assert set(Entry.objects.values_list("pk", flat=True)) == entries
-    assert set(SurveyResponse.objects.values_list("pk", flat=True)) == surveys
-    answers = SurveyAnswer.objects.filter(response__in=surveys).values_list("value", flat=True)
-    assert sorted(answers) == sorted(f"entry {i}" for i in range(times))
-    assert set(Ticket.objects.values_list("pk", flat=True)) >= places
-    proof.holds(
-        f"{times} times: {len(told)} commands, {len(entries)} log entries, {len(surveys)} surveys, {len(places)} queue "
-        "places told, 0 lost"
-    )
-
-
-def write_down(rig, text, question):
-    """Write a log entry and a survey about a turn of eve's that is over; return what she was told."""
-    now, eve = rig.now(), rig.people["eve"]
-    grant = Grant.objects.create(robot=rig.robot, kind="turn", holder=eve, opened_at=now, ended_at=now, end_reason="x")
-    ticket = Ticket.objects.create(
-        queue=queue.queue_of(rig.robot), user=eve, state="done", start_tag=0, joined_at=now, last_seen=now
-    )
-    turn = Turn.objects.create(
-        robot=rig.robot, user=eve, ticket=ticket, grant=grant, started_at=now, base_until=now, until=now,
-        last_seen=now, ended_at=now, end_reason="x",
-    )  # fmt: skip
-    entry, survey = log.hand_in(turn, eve, text, None, {question.pk: text}, now)
-    return entry.pk, survey.pk
-
-
 @pytest.mark.asvs("16.5.2")
-@pytest.mark.alone  # judged by seconds
 def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
     """Killed and started again: pages answer, the banner is shown, work goes on within 15 s."""
     times = proof.count("restarts of Redis", 2, 50)
@@ -156,7 +75,7 @@ def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
             if i % 3 == 2:
                 time.sleep(2.0)
             rig.redis.start()
-            slowest = max(slowest, works(rig))
+            slowest = max(slowest, back_after(rig))
             wait_for(lambda: any(m["t"] == "snapshot" and m["link"] for m in heard), 10, "the banner goes")
     assert rig.workers[0].alive(), "the worker needed no restart"
     assert not Command.objects.exclude(state__in=COMMAND_FINAL).exists()
@@ -164,7 +83,6 @@ def test_promise_22_a_redis_outage_is_survived(rig, web, proof):
 
 
 @pytest.mark.asvs("16.5.2")
-@pytest.mark.alone  # judged by seconds
 @pytest.mark.parametrize("how", ["cut", at_length("reset"), at_length("stall")])
 def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
     """The robot is held, commands are refused with a reason, everything goes on by itself."""
@@ -199,7 +117,7 @@ def test_promise_23_a_database_outage_is_survived(rig, web, proof, how):
                     assert "database does not answer" in text
                 proxy.set("pass")
                 assert rig.final(command, 30).state in ("unknown", "cancelled", "completed")
-                worst_back = max(worst_back, works(rig, 20))
+                worst_back = max(worst_back, back_after(rig, 20))
                 assert fetch(site, "/")[0] == 200
     finally:
         supervisor.stop()
@@ -258,7 +176,6 @@ def test_promise_23_sqlite_under_two_writers(rig, proof):
     proof.holds(f"{times} motions under a second writer: all completed, the owner kept its lease")
 
 
-@pytest.mark.alone  # judged by seconds
 def test_promise_24_a_full_disk(rig, web, proof):
     """Pictures on a small tmpfs that is full: it is said, nothing told is lost, stop works."""
     proof.count("full disks", 1, 1)

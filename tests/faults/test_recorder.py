@@ -19,6 +19,9 @@ from robots.states import GrantEnd
 from tests.conftest import wait_for
 from tests.rig import Child
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 RECORD = [sys.executable, "-m", "workers.recorder"]
 
 
@@ -135,7 +138,6 @@ def test_a_recorder_that_is_killed_costs_a_part_of_the_recording_and_nothing_els
     assert any(m.topic == "state" and m.at_ns > gap for m in found)
 
 
-@pytest.mark.length
 def test_a_recorder_that_was_killed_finishes_its_recording_when_it_is_back(rig, recorder):
     rig.owner()
     first = recorder()
@@ -171,7 +173,6 @@ def test_a_disk_that_is_full_ends_the_recording_and_the_turn_goes_on(rig, record
         assert told(row)[0], "what was written as a whole is readable"
 
 
-@pytest.mark.length
 def test_a_frozen_recorder_holds_nobody_up_and_goes_on(rig, recorder):
     rig.owner()
     child = recorder()
@@ -187,7 +188,6 @@ def test_a_frozen_recorder_holds_nobody_up_and_goes_on(rig, recorder):
     assert [s["kind"] for s in told(row)[1] if s["state"] == "completed"] == ["down", "up", "down"]
 
 
-@pytest.mark.length
 def test_what_became_of_a_motion_after_the_turns_end_is_told_too(rig, recorder):
     rig.owner()
     recorder()
@@ -202,7 +202,6 @@ def test_what_became_of_a_motion_after_the_turns_end_is_told_too(rig, recorder):
     assert far.state != "completed" and [s["state"] for s in stages if s["id"] == far.pk][-1] == far.state
 
 
-@pytest.mark.length
 def test_where_the_disk_has_no_room_nothing_is_recorded(rig, recorder):
     rig.owner()
     recorder(FARHAND_RECORDING_FREE_MB=str(10**9))
@@ -213,7 +212,6 @@ def test_where_the_disk_has_no_room_nothing_is_recorded(rig, recorder):
     assert not keeping.path_of(recording()).exists() and not keeping.live_path(recording()).exists()
 
 
-@pytest.mark.length
 def test_redis_that_ends_leaves_a_gap_and_the_recording_goes_on(rig, recorder):
     rig.owner()
     recorder()
@@ -230,7 +228,6 @@ def test_redis_that_ends_leaves_a_gap_and_the_recording_goes_on(rig, recorder):
     assert gap and any(m.topic == "state" and m.at_ns > gap[-1] for m in found)
 
 
-@pytest.mark.length
 def test_an_idle_recorder_costs_almost_nothing(rig, recorder):
     rig.owner()
     child = recorder()

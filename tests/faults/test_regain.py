@@ -3,14 +3,17 @@
 import signal
 import time
 
+import pytest
 from celery import current_app
 
 from robots import bus
 from robots.models import Robot
-from tests.conftest import EACH_AT_LENGTH, wait_for
+from tests.conftest import wait_for
+
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 
-@EACH_AT_LENGTH
 def test_a_lapsed_lease_is_taken_again_in_the_same_process(rig):
     owner = rig.owner()
     rig.grant(seconds=3000)

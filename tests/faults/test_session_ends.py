@@ -27,7 +27,8 @@ from tests.conftest import at_length, wait_for
 from tests.faults.here import WebHere, closed, heard, line
 from tests.faults.witness import Witness
 
-pytestmark = pytest.mark.alone  # judged by seconds
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 LIMIT_S = 2.0
 
 

@@ -17,16 +17,23 @@ from tests.conftest import wait_for
 from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 SOUND, VIDEO = 5, 4
 WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp9"}
 ASKED = WISH | {"sound": True}
 PATH = f"/ws/robots/mercury/?watch={quote(json.dumps(ASKED))}"
 
 
+def give_a_microphone(rig):
+    Robot.objects.filter(pk=rig.robot.pk).update(microphone="sim:microphone")
+
+
 @pytest.fixture
 def listened(rig):
     """A robot with a microphone, and its owner."""
-    Robot.objects.filter(pk=rig.robot.pk).update(microphone="sim:microphone")
+    give_a_microphone(rig)
     rig.owner()
     rig.robot.refresh_from_db()
     time.sleep(1.2)  # its owner reads the row again
@@ -111,9 +118,10 @@ def test_nobody_listens_then_one_does_and_hears_the_arm_move(listened, web):
     web.nothing_left()
 
 
-@pytest.mark.own  # an owner tells staff once an hour
-def test_a_microphone_that_dies_takes_nothing_with_it_and_is_heard_again(listened, web):
-    rig = listened
+def test_a_microphone_that_dies_takes_nothing_with_it_and_is_heard_again(rig, web):
+    give_a_microphone(rig)
+    rig.start_worker()  # an owner tells staff once an hour
+    rig.wait_ready()
     with line(web, path=PATH) as one:
         listener = Listener(one)
         listener.until(lambda: len(listener.sounds()) > 5, 20, "sound")

@@ -12,6 +12,8 @@ from robots.states import GrantEnd
 from tests.conftest import BOTH_AT_LENGTH, wait_for
 from tests.looked import heard
 
+pytestmark = pytest.mark.timed
+
 
 def latched(rig):
     return Robot.objects.get().stop_latched or (settings.VAR / "run" / f"{rig.robot.slug}.stopped").exists()

@@ -11,6 +11,9 @@ from robots.clock import SYSTEM
 from robots.models import Robot
 from tests.conftest import at_length, wait_for
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 
 def stop_shown(rig):
     return snapshot(rig.robot.slug, AnonymousUser(), SYSTEM.now(), True)["stop"] or {}

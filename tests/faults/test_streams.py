@@ -18,6 +18,8 @@ from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for
 from tests.rig import Child, Web, worker
 
+pytestmark = pytest.mark.timed
+
 CELLS = 63
 
 
@@ -96,7 +98,6 @@ def test_pages_are_told_everything_then_what_changes_and_newcomers_too(table):
             assert late.heard[0].key
 
 
-@pytest.mark.length
 def test_the_next_owner_begins_with_a_key_packet(table):
     _, _, children = table
     with watching(children[2]) as socket:

@@ -17,7 +17,6 @@ from tests.conftest import wait_for
 from tests.rig import ROOT
 from tests.waiting import CEILING_S
 
-pytestmark = pytest.mark.gate
 PRINT = """
 import os, pathlib, sys
 starts = pathlib.Path(sys.argv[1])

@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -32,16 +31,16 @@ def run(supervisor, story):
 
 
 async def until(condition, seconds=10):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end
-        await asyncio.sleep(0.02)
+    async with asyncio.timeout(seconds):
+        while not condition():
+            await asyncio.sleep(0.02)
 
 
 async def nothing():
     return []
 
 
+@pytest.mark.timed
 def test_what_dies_is_started_again_and_one_line_a_process_is_shown():
     lines = []
     supervisor = Supervisor([ProcessSpec("one", SLEEPER)], nothing, lambda name, text: lines.append((name, text)))
@@ -55,6 +54,7 @@ def test_what_dies_is_started_again_and_one_line_a_process_is_shown():
     assert any("starting it again" in text for _, text in lines)
 
 
+@pytest.mark.timed
 def test_a_silent_control_loop_is_killed(tmp_path, monkeypatch):
     monkeypatch.setattr("portal.supervisor.HEARTBEAT_S", 1.0)
     beat = tmp_path / "beat"
@@ -72,7 +72,6 @@ def test_a_silent_control_loop_is_killed(tmp_path, monkeypatch):
     assert any("control loop is silent" in text for text in lines)
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("ahead_s", [-3600, 3600, 2e9, -1.7e9])
 def test_a_control_loop_that_goes_round_lives_whatever_the_time_of_day_is(tmp_path, ahead_s):
     """Its file has the stamps of another time of day than the supervisor's, and then again of this one."""
@@ -100,6 +99,7 @@ def test_a_control_loop_that_goes_round_lives_whatever_the_time_of_day_is(tmp_pa
     assert not any("silent" in text for text in lines)
 
 
+@pytest.mark.timed
 def test_it_follows_what_the_database_wants():
     wanted = [ProcessSpec("a", SLEEPER)]
 
@@ -133,6 +133,7 @@ time.sleep(1000)
 """)  # fmt: skip
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("what", ["the database", "another process"])
 def test_a_stop_of_everything_waits_for_nothing_that_is_looked_after(monkeypatch, what):
     """The supervisor was asking the database for the robots, or ending one that nobody wants: others are held at once."""
@@ -165,6 +166,7 @@ def test_a_stop_of_everything_waits_for_nothing_that_is_looked_after(monkeypatch
     assert lines.index(("robot", "held")) < lines.index(("deaf", "did not stop in time; killing it"))
 
 
+@pytest.mark.timed
 def test_the_owner_of_a_robot_that_is_switched_off_ends_before_its_simulator():
     """It could not hold the robot otherwise."""
     holding = (sys.executable, "-c", CAREFUL[2].replace('(print("held"', '(time.sleep(1), print("held"'))
@@ -188,6 +190,7 @@ def test_the_owner_of_a_robot_that_is_switched_off_ends_before_its_simulator():
     assert [name for name, text in lines if text == "held"] == ["owner", "simulator", "simulator"]
 
 
+@pytest.mark.timed
 def test_a_process_that_is_just_being_started_is_asked_to_stop_before_it_is_killed(monkeypatch):
     monkeypatch.setattr("portal.supervisor.STOP_S", 6.0)
     begun, lines = asyncio.Event(), []
@@ -212,6 +215,7 @@ def demo_in(folder, port):
         )  # fmt: skip
 
 
+@pytest.mark.timed
 @pytest.mark.length
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_a_demo_that_is_ended_before_it_serves_tells_the_first_password(tmp_path, how):
@@ -228,7 +232,6 @@ def test_a_demo_that_is_ended_before_it_serves_tells_the_first_password(tmp_path
     assert log.read_text().count("one-time password:") == 1
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("how", [signal.SIGINT, at_length(signal.SIGTERM)])
 def test_the_demo_starts_serves_and_leaves_no_orphan(tmp_path, how):
     port = free_port()

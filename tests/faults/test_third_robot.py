@@ -3,7 +3,6 @@
 import shutil
 import subprocess
 import sys
-import time
 
 import pytest
 from django.conf import settings
@@ -21,7 +20,6 @@ from tests.conftest import wait_for
 from tests.rig import Child
 
 
-@pytest.mark.gate
 def test_a_third_robot_is_a_package(transactional_db, redis_server, people, installed):
     bus.connection().flushall()
     robot = add_robot("turntable")
@@ -51,7 +49,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
         assert (kept["pose"], kept["values"]) == ([], told), "and nothing invented"
         far = services.issue(robot.slug, people["ada"], "turn", {"angle": -3.0}, 2).command
         wait_for(lambda: Command.objects.get(pk=far.pk).state == "acknowledged", 10, "it turns")
-        time.sleep(0.3)
+        SYSTEM.sleep(0.3)
         services.stop(robot, people["ada"])
         wait_for(lambda: ended(far), 10, "the stop")
         assert far.state == "cancelled"
@@ -63,6 +61,7 @@ def test_a_third_robot_is_a_package(transactional_db, redis_server, people, inst
             child.kill()
 
 
+@pytest.mark.timed
 def test_a_driver_that_is_not_installed_is_named_in_words():
     done = subprocess.run(
         [sys.executable, "-c", "from robots.contract.find import open_session; open_session('nowhere', '', {})"],

@@ -1,7 +1,5 @@
 """From the click of staff to the next person's turn, with the real owner."""
 
-import time
-
 import pytest
 
 from queueing import services as queue
@@ -18,7 +16,6 @@ def upkeep(rig):
     return grant is not None and grant.kind == "upkeep"
 
 
-@pytest.mark.gate
 @pytest.mark.parametrize("end", ["completed", at_length("stopped"), "killed"])
 def test_from_the_click_of_staff_to_the_next_turn(rig, end):
     owner = rig.owner()
@@ -42,7 +39,7 @@ def test_from_the_click_of_staff_to_the_next_turn(rig, end):
     elif end == "stopped":
         services.stop(rig.robot, kim)
         rig.final(command)
-        time.sleep(0.3)
+        SYSTEM.sleep(0.3)
         services.release_stop(rig.robot, kim, checked=True)
     wait_for(offered, 60, f"the offer ({rig.cycle()}: {rig.reason()})")
     assert not any(offered_under_it)

@@ -15,6 +15,9 @@ from tests.faults.here import heard, line
 from tests.faults.test_viewers import Viewer
 from tests.rig import ROOT
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 VIDEO, PICTURE = 4, 2
 WISH = {"t": "watch", "cameras": [0], "every_s": 0, "compact": False, "video": "vp9"}
 ASKED = "?watch=" + quote(json.dumps(WISH))
@@ -187,7 +190,6 @@ def test_an_owner_encodes_what_is_wanted_once_and_nothing_that_nobody_wants(rig,
     wait_for(lambda: listener.during(1.5) == [], 15, "an idle camera")
 
 
-@pytest.mark.length
 def test_an_owner_whose_encoder_fails_goes_on_with_jpeg(rig, web, listener, tmp_path):
     (tmp_path / "av").mkdir()
     (tmp_path / "av" / "__init__.py").write_text("raise ImportError('no encoder on this host')\n")

@@ -24,6 +24,9 @@ from robots.models import Robot
 from tests.conftest import wait_for
 from tests.faults.here import closed, heard, line
 
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
+
 OFFERS = {
     "none": None,
     "deflate": ClientPerMessageDeflateFactory(),

@@ -8,7 +8,7 @@ from robots import bus, web_uptime
 from robots.clock import SYSTEM
 from tests.conftest import wait_for
 
-pytestmark = pytest.mark.django_db(transaction=True)
+pytestmark = [pytest.mark.timed, pytest.mark.django_db(transaction=True)]
 
 
 def told():

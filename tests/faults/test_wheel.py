@@ -16,7 +16,8 @@ from tests.rig import free_port
 
 ROOT = Path(__file__).resolve().parents[2]
 UV = Path(sys.executable).parent / "uv"
-pytestmark = pytest.mark.length
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = pytest.mark.timed
 
 RUN = "import sys; sys.path.insert(0, {site!r}); sys.argv[0] = 'farhand'; from portal.command import main; main()"
 

@@ -1,20 +1,13 @@
 """A real worker, a real simulator on a pty, a real Redis; the simulator's journal is the judge."""
 
-import os
-import signal
-import time
-from datetime import timedelta
-
 import pytest
 
 from robots import bus, services
 from robots.clock import SYSTEM
-from robots.drivers.errors import Stopped
 from robots.grants import owner_alive
-from robots.models import Command, Frame, Grant, Incident, Robot
+from robots.models import Frame, Grant, Incident, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import at_length, wait_for
-from tests.waiting import CEILING_S
 
 MS = 0.001
 CLICKS = ((-0.15, 0.35), (0.18, 0.5), (0.0, 0.42), (-0.18, 0.5), (0.18, 0.33))
@@ -24,7 +17,6 @@ def far(rig):
     return rig.issue("move", x=-0.2, y=0.30)
 
 
-@pytest.mark.gate
 @pytest.mark.service
 def test_a_turn_worth_of_commands(rig):
     rig.owner()
@@ -42,88 +34,7 @@ def test_a_turn_worth_of_commands(rig):
     assert click.kind == "move"
 
 
-@pytest.mark.length
-def test_killed_in_mid_motion_ends_unknown_and_is_never_repeated(rig):
-    first = rig.owner()
-    rig.grant()
-    command = far(rig)
-    rig.moving()
-    first.kill()
-    before = rig.sim.count("motion")
-    rig.start_worker()
-    rig.final(command)
-    assert command.state == "unknown"
-    assert "not known" in command.reason
-    rig.swept()
-    assert rig.sim.count("motion") == before, "nothing was repeated"
-    after = rig.final(rig.issue("up"))
-    assert after.state in ("completed", "expired"), after.reason
-    assert rig.final(rig.issue("down")).state == "completed", "the turn goes on"
-
-
-@pytest.mark.length
-def test_two_workers_on_one_robot_one_owner(rig):
-    for _ in range(4):
-        rig.start_worker(says=True)
-    rig.wait_ready()
-    rig.all_have_looked()
-    assert rig.lease().epoch == 1
-    owners = [w for w in rig.workers if "owner of mercury" in w.said()]
-    assert len(owners) == 1
-    owner = owners[0]
-    rig.grant()
-    assert rig.final(rig.issue("down")).state == "completed"
-    owner.kill()
-    wait_for(lambda: rig.lease().epoch == 2, 15, "another one takes over")
-    assert sum(w.alive() for w in rig.workers) == 3
-
-
-@pytest.mark.length
-def test_a_frozen_owner_is_killed_before_another_takes_the_port(rig):
-    first = rig.owner()
-    rig.grant()
-    first.signal(signal.SIGSTOP)
-    rig.start_worker()
-    wait_for(lambda: rig.lease().epoch == 2, 20, "the take-over")
-    assert first.process.wait(CEILING_S) == -signal.SIGKILL
-    command = rig.final(rig.issue("down"))
-    assert command.state == "completed", command.reason
-    assert command.epoch == 2
-
-
-@pytest.mark.length
-def test_a_stale_epoch_moves_nothing(rig):
-    rig.owner()
-    rig.grant()
-    before = rig.sim.count("motion")
-    command = rig.issue("down")
-    stale = Command.objects.create(
-        robot=rig.robot, grant=command.grant, client_seq=99, kind="up", args={}, epoch=command.epoch - 1,
-        issued_by=rig.people["ada"], created_at=SYSTEM.now(), deadline=SYSTEM.now() + timedelta(seconds=9),
-    )  # fmt: skip
-    bus.wake_owner("mercury", command.epoch)
-    assert rig.final(stale).state == "expired"
-    assert rig.final(command).state == "completed"
-    assert rig.sim.count("motion") == before + 1
-
-
-@pytest.mark.length
-def test_delivered_many_times_moves_once(rig):
-    rig.owner()
-    rig.grant()
-    before = rig.sim.count("motion")
-    command = rig.issue("down")
-    for _ in range(20):
-        bus.wake_owner("mercury", command.epoch)
-    rig.final(command)
-    for _ in range(5):
-        again = rig.issue("down", seq=command.client_seq)
-        assert again.pk == command.pk
-        bus.wake_owner("mercury", command.epoch)
-    rig.swept()
-    assert rig.sim.count("motion") == before + 1
-
-
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_wake_up_that_was_never_sent_costs_a_tenth_of_a_second(rig, monkeypatch):
     rig.owner()
@@ -132,72 +43,13 @@ def test_a_wake_up_that_was_never_sent_costs_a_tenth_of_a_second(rig, monkeypatc
     assert rig.final(rig.issue("down"), 5).state == "completed"
 
 
-@pytest.mark.length
-def test_a_late_command_never_moves(rig):
-    first = rig.owner()
-    rig.grant()
-    first.signal(signal.SIGSTOP)
-    before = rig.sim.count("motion")
-    command = rig.issue("down")
-    Command.objects.filter(pk=command.pk).update(deadline=SYSTEM.now() + timedelta(seconds=0.5))
-    time.sleep(1.0)
-    first.signal(signal.SIGCONT)
-    assert rig.final(command).state == "expired"
-    assert rig.sim.count("motion") == before
-
-
-@pytest.mark.alone  # judged by seconds
-def test_stop_in_mid_motion_holds_latches_and_wants_a_release(rig, witness):
-    rig.owner()
-    rig.grant()
-    rig.slow()  # it must be held, not just end
-    command = far(rig)
-    waiting = rig.issue("down")
-    rig.moving()
-    time.sleep(0.3)
-    pressed = time.monotonic()
-    services.stop(Robot.objects.get(), rig.people["ada"])
-    rig.final(command)
-    assert command.state == "cancelled"
-    waiting.refresh_from_db()
-    assert waiting.state == "cancelled"
-    held = next(r["t"] for r in rig.sim.journal() if r["event"] == "hold" and r["t"] > pressed)
-    assert held - pressed - witness.lost(pressed, held) < 300 * MS, "the hold reached the arm too late"
-    assert not rig.sim.status()["moving"]
-    with pytest.raises(Stopped):
-        rig.issue("down")
-    wait_for((rig_run(rig) / "mercury.stopped").exists, 3, "the latch on disk")
-    time.sleep(0.2)
-    services.release_stop(Robot.objects.get(), rig.people["ada"], checked=True)
-    before = rig.sim.count("motion")
-    wait_for(lambda: not (rig_run(rig) / "mercury.stopped").exists(), 3, "the release")
-    rig.swept()
-    assert rig.sim.count("motion") == before, "a release starts nothing"
-    assert rig.final(rig.issue("down")).state == "completed"
-
-
 def rig_run(rig):
     from django.conf import settings
 
     return settings.VAR / "run"
 
 
-@pytest.mark.length
-def test_a_stop_outlives_the_worker(rig):
-    first = rig.owner()
-    rig.grant()
-    services.stop(Robot.objects.get(), rig.people["ada"])
-    wait_for((rig_run(rig) / "mercury.stopped").exists, 3, "the latch on disk")
-    first.kill()
-    Robot.objects.update(stop_latched=False)  # as if the row had been lost
-    rig.start_worker()
-    wait_for(lambda: Robot.objects.get().stop_latched, 15, "the row follows the latch")
-    before = rig.sim.count("motion")
-    Robot.objects.update(stop_latched=True)
-    rig.swept()
-    assert rig.sim.count("motion") == before
-
-
+@pytest.mark.timed
 def test_redis_gone_when_a_click_is_made(rig):
     rig.owner()
     rig.grant()
@@ -218,46 +70,12 @@ def test_redis_gone_when_a_click_is_made(rig):
     wait_for(lambda: rig.final(rig.issue("up")).state == "completed", 15, "work goes on by itself")
 
 
+@pytest.mark.timed
 @pytest.mark.length
-@pytest.mark.alone  # judged by seconds
-@pytest.mark.own  # the speed is taken at the start
-def test_with_redis_gone_a_moving_arm_is_held_within_two_seconds(rig):
-    Robot.objects.update(settings={"speed": 0.03})
-    rig.owner()
-    rig.grant()
-    command = far(rig)
-    rig.moving()
-    gone = time.monotonic()
-    rig.redis.stop()
-    wait_for(lambda: not rig.sim.status()["moving"], 5, "the hold")
-    held = [r for r in rig.sim.journal() if r["event"] == "hold"]
-    assert held
-    assert held[-1]["t"] - gone < 2.0
-    assert rig.final(command).state == "cancelled"
-
-
-@pytest.mark.length
-@pytest.mark.alone  # judged by seconds
-@pytest.mark.own  # the speed is taken at the start
-def test_the_owner_ends_a_grant_by_itself_at_its_end(rig):
-    Robot.objects.update(settings={"speed": 0.03})
-    rig.owner()
-    grant = rig.grant(seconds=3)
-    command = far(rig)
-    rig.moving()
-    until = time.monotonic() + 3
-    wait_for(lambda: not rig.sim.status()["moving"], 8, "the hold at the end of the turn")
-    assert time.monotonic() - until < 1.5
-    rig.final(command)
-    wait_for(Grant.objects.filter(pk=grant.pk, end_reason="time is up").exists, 8, "the end of the grant")
-
-
-@pytest.mark.length
-@pytest.mark.own  # the speed is taken at the start
 def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
-    Robot.objects.update(settings={"speed": 0.03})
     child = rig.owner()
     rig.grant()
+    rig.slow()
     command = far(rig)
     rig.moving()
     assert child.stop(20) == 0
@@ -269,6 +87,7 @@ def test_sigterm_in_mid_motion_holds_first_and_leaves_nothing(rig):
     assert rig.owner_lease_free
 
 
+@pytest.mark.timed
 def test_a_hardware_fault_is_reset_and_kept_and_the_operator_is_told(rig):
     rig.owner()
     rig.grant()
@@ -284,6 +103,7 @@ def test_a_hardware_fault_is_reset_and_kept_and_the_operator_is_told(rig):
     wait_for(works, 15, "the turn goes on")
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_no_soft_reset_while_a_stop_is_latched(rig):
     rig.owner()
@@ -298,18 +118,7 @@ def test_no_soft_reset_while_a_stop_is_latched(rig):
     assert (rig.sim.count("motion"), rig.sim.count("calibrate")) == (motions, calibrations)
 
 
-@pytest.mark.length
-def test_a_pulled_cable_is_named_and_mended_without_a_shell(rig):
-    rig.owner()
-    rig.grant()
-    rig.sim.process.kill()
-    rig.sim.process.wait()
-    wait_for(lambda: "cable" in rig.reason() or "serial" in rig.reason(), 15, "the page says so")
-    rig.sim.start()
-    wait_for(lambda: rig.reason() == "", 30, "it is mended")
-    wait_for(lambda: rig.final(rig.issue("down")).state == "completed", 20, "the turn goes on")
-
-
+@pytest.mark.timed
 def test_handover_verifies_by_the_camera_and_fails_closed(rig):
     rig.owner()
     rig.sim.fault("cam_black")
@@ -322,6 +131,7 @@ def test_handover_verifies_by_the_camera_and_fails_closed(rig):
     assert Grant.objects.filter(kind=GrantKind.HANDOVER).count() >= 2
 
 
+@pytest.mark.timed
 @pytest.mark.parametrize("places", [CLICKS[:2], at_length(CLICKS)], ids=["two", "all"])
 def test_calibration_measures_what_the_camera_really_does(rig, places):
     Robot.objects.update(calibration={})
@@ -352,6 +162,7 @@ def test_calibration_measures_what_the_camera_really_does(rig, places):
             assert abs(pose[1] * 1000 - wanted[1]) < 1.8
 
 
+@pytest.mark.timed
 @pytest.mark.length
 def test_a_full_disk_loses_the_kept_picture_only(rig, settings):
     settings_dir = settings.MEDIA_ROOT
@@ -365,10 +176,3 @@ def test_a_full_disk_loses_the_kept_picture_only(rig, settings):
     services.stop(Robot.objects.get(), rig.people["ada"])
     wait_for(lambda: rig.sim.count("hold") >= 1, 3, "the stop works all the same")
     assert settings_dir
-
-
-@pytest.mark.length
-def test_the_process_of_the_lease_is_the_process(rig):
-    child = rig.owner()
-    assert rig.lease().pid == child.pid
-    os.kill(rig.lease().pid, 0)

@@ -2,7 +2,7 @@
 
 import json
 import threading
-import time
+import time  # noqa: TID251 - only timed tests may import it
 
 
 class Watching:

@@ -1,7 +1,7 @@
 """Watches the machine itself: a measurement during which it stalled is discarded."""
 
 import threading
-import time
+import time  # noqa: TID251 - only timed tests may import it
 
 TICK_S = 0.01
 STALL_S = 0.05

@@ -16,8 +16,6 @@ from tests.rig import ROOT, Child, child_env
 from tests.security.authority import HOST, Authority, Door
 from tests.waiting import CEILING_S
 
-pytestmark = pytest.mark.gate
-
 
 @pytest.fixture(scope="module")
 def authority(tmp_path_factory):

@@ -26,7 +26,6 @@ def counted(request, one_count):
     cache.clear()
 
 
-@pytest.mark.gate
 def test_twenty_side_by_side_are_refused_beyond_the_limit_and_never_below(counted, settings):
     settings.RATE_LIMITS = {"slices": "300/h/ip"}
     with ThreadPoolExecutor(20) as pool:
@@ -35,7 +34,6 @@ def test_twenty_side_by_side_are_refused_beyond_the_limit_and_never_below(counte
     assert attempts.within(asked("192.0.2.8"), "slices"), "another address has its own"
 
 
-@pytest.mark.gate
 def test_each_of_several_limits_holds(counted, settings):
     settings.RATE_LIMITS = {"ask": "3/m/ip,2/h/key"}
     assert [attempts.within(asked(), "ask", "a") for _ in range(3)] == [True, True, False]
@@ -43,7 +41,6 @@ def test_each_of_several_limits_holds(counted, settings):
     assert attempts.within(asked("192.0.2.9"), "ask", "b")
 
 
-@pytest.mark.gate
 def test_a_count_that_has_run_out_begins_again_and_ends_again(counted, settings, monkeypatch):
     settings.RATE_LIMITS = {"ask": "1/h/ip"}
     assert attempts.within(asked(), "ask")

@@ -10,7 +10,7 @@ from robots.models import Command, Grant
 from robots.states import CommandState, GrantKind
 from workers.commands import finish
 
-pytestmark = pytest.mark.django_db
+pytestmark = [pytest.mark.django_db, pytest.mark.timed]
 HALTED_MIN = 90  # "approximately one and half hour server downtime"
 may_be_watched = bus.may_be_watched
 

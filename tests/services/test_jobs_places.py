@@ -12,7 +12,7 @@ from robots.contract.streams import StreamPacket, pack
 from robots.drivers.irat.brain.packets import DOCK, HEAD, PLACE, UNIT_M, VERSION
 from robots.models import Lease, Robot
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.gate]
+pytestmark = [pytest.mark.service, pytest.mark.django_db]
 MAP = 4
 
 

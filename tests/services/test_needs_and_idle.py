@@ -97,6 +97,7 @@ def test_idle_behaviour_goes_on_while_no_web_process_is_heard(shuttle, clock, mo
     assert services.open_grant(shuttle).kind == "idle"
 
 
+@pytest.mark.timed
 def test_a_silent_web_tier_is_not_nobody(redis_server):
     bus.connection().flushall()
     assert bus.may_be_watched("mercury"), "no page server is heard"

@@ -16,7 +16,7 @@ from robots import bus, web_uptime
 from robots.models import Lease
 from tests.services.clock_steps import HOUR
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db]
+pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.timed]
 RULES = settings.FARHAND
 
 

@@ -12,6 +12,7 @@ from robots.models import Robot
 from tests.conftest import wait_for
 from workers.housekeeping import probe
 
+# ruff: noqa: TID251 - its tests are timed
 pytestmark = [pytest.mark.django_db(transaction=True), pytest.mark.timed]
 LONGEST_S = 12.0  # any of them
 

@@ -15,7 +15,13 @@ from robots.recordings.timeline import HEAD, read_index, read_slice
 from robots.states import GrantEnd, GrantKind, Lane
 from workers.recorder.recorder import Recorder
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db, pytest.mark.parametrize("which", ["irat"], indirect=True)]
+# ruff: noqa: TID251 - its tests are timed
+pytestmark = [
+    pytest.mark.service,
+    pytest.mark.django_db,
+    pytest.mark.parametrize("which", ["irat"], indirect=True),
+    pytest.mark.timed,
+]
 
 
 class SlowClock:

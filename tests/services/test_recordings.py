@@ -231,6 +231,7 @@ def frame_at(robot, at):
     return Frame.objects.create(robot=robot, taken_at=at, file="frames/mercury/x.jpg")
 
 
+@pytest.mark.timed
 def test_a_picture_that_is_taken_down_vanishes_from_entries_recordings_and_addresses(
     roles, robot, media, client, redis_server
 ):

@@ -4,6 +4,8 @@ import pytest
 from django.core.cache import caches
 from redis.exceptions import TimeoutError as TooLate
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.mark.parametrize("late", ["get", "delete"])
 def test_a_lock_that_redis_did_not_delete_is_deleted_when_it_answers_again(redis_server, monkeypatch, late):

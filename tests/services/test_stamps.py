@@ -12,7 +12,7 @@ from robots.messages import Trace, decode, read_state, taken_ms
 from robots.models import Frame, Grant
 from tests.services.owner import made_owner
 
-pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True)]
+pytestmark = [pytest.mark.service, pytest.mark.django_db(transaction=True), pytest.mark.timed]
 AHEAD = timedelta(seconds=60)  # of the host's clock
 
 

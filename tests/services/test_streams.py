@@ -7,6 +7,8 @@ from robots.contract.streams import LONGEST, MOST_DELTAS, Stream, unpack
 from tests.conftest import FakeClock
 from workers.streams import REFRESH_S, Streams
 
+pytestmark = pytest.mark.timed
+
 
 @pytest.fixture
 def streams(redis_server):

@@ -121,6 +121,7 @@ def test_two_processes_add_up_and_the_last_minute_is_written_after_the_last_has_
     assert max(Usage.objects.values_list("watching", flat=True)) <= 2
 
 
+@pytest.mark.timed
 @pytest.mark.django_db(transaction=True)
 def test_a_socket_is_a_visitor_and_what_it_is_sent_is_counted(robot, redis_server):
     async def visit():

@@ -4,7 +4,7 @@ import pytest
 
 from robots import bus
 
-pytestmark = pytest.mark.usefixtures("redis_server")
+pytestmark = [pytest.mark.usefixtures("redis_server"), pytest.mark.timed]
 
 
 @pytest.fixture(autouse=True)

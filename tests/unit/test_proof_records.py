@@ -13,19 +13,24 @@ from tests.proof import REAL, VIRTUAL, Proof
 class Node:
     """A test, as pytest tells of it."""
 
-    def __init__(self, *marks):
-        self.path, self.name, self._marks = proofs.ROOT / "tests/faults/test_a.py", "test_promise_07_stops[irat]", marks
+    def __init__(self, room, *marks):
+        self.path, self.name = proofs.ROOT / "tests" / room / "test_a.py", "test_promise_07_stops[irat]"
+        self._marks = marks
 
     def get_closest_marker(self, name):
         return name if name in self._marks else None
 
 
 @pytest.mark.parametrize(
-    ("marks", "time"), [((), VIRTUAL), (("service",), VIRTUAL), (("timed",), REAL), (("gate",), REAL)]
-)
-def test_a_record_tells_whose_time_passed_and_how_the_machine_was(tmp_path, marks, time):
+    ("node", "time"),
+    [
+        (Node("services"), VIRTUAL), (Node("world", "service"), VIRTUAL),
+        (Node("services", "timed"), REAL), (Node("faults"), REAL),
+    ],
+)  # fmt: skip
+def test_a_record_tells_whose_time_passed_and_how_the_machine_was(tmp_path, node, time):
     paces = iter([{"work": 1.0, "sleep": 1.1}, {"work": 3.0, "sleep": 1.2}])
-    proof = Proof.at(Node(*marks), kept=tmp_path, measured=lambda: next(paces))
+    proof = Proof.at(node, kept=tmp_path, measured=lambda: next(paces))
     proof.count("stops", 2, 30)
     proof.discards(3, "the machine stalled")
     proof.discards(0, "it was at rest already")
@@ -36,9 +41,8 @@ def test_a_record_tells_whose_time_passed_and_how_the_machine_was(tmp_path, mark
     assert line["pace"] == {"before": {"work": 1.0, "sleep": 1.1}, "after": {"work": 3.0, "sleep": 1.2}}
 
 
-def test_the_pace_of_this_machine_is_a_ratio():
-    assert all(ratio > 0 for ratio in pace.measured().values())
-    assert pace.naps() >= 1, "a sleep is never shorter than asked for"
+def test_the_pace_is_a_ratio_to_nominal(clock):
+    assert pace.measured(clock) == {"work": 0.0, "sleep": 1.0}, "by a clock that counts sleeps alone"
 
 
 def record(**more):

@@ -36,7 +36,7 @@ class Real:
         self.store.flushdb()
 
 
-@pytest.fixture(params=["memory", pytest.param("redis", marks=pytest.mark.gate)])
+@pytest.fixture(params=["memory", "redis"])
 def kind(request):
     if request.param == "redis":
         request.getfixturevalue("redis_server")

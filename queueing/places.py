@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.conf import settings
-from django.db.models import Exists, OuterRef, Q
+from django.db.models import BigAutoField, DateTimeField, Exists, OuterRef, Q, QuerySet
 
 from queueing.end_words import End
 from queueing.endings import LATELY, end_of_place
@@ -13,6 +13,7 @@ from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
 from queueing.turns import idle_at
 from robots.models import Robot
+from robots.prepared import Prepared, Slot
 from robots.web_uptime import up_since
 
 RULES = settings.FARHAND
@@ -41,15 +42,26 @@ class Standing:
     turn: int | None = None  # that has ended
 
 
+USER, SINCE = Slot("user", BigAutoField()), Slot("since", DateTimeField())
+_OPEN: Prepared[Ticket] = Prepared(lambda: _mine().filter(state__in=OPEN_TICKET))
+_LOST: Prepared[Ticket] = Prepared(lambda: _newest_over().filter(Q(state=TicketState.EXPIRED) | Q(ended_at__gt=SINCE)))
+
+
+def _mine() -> QuerySet[Ticket]:
+    return Ticket.objects.filter(user=USER).select_related("robot", "turn__grant", "turn__robot").order_by("pk")
+
+
+def _newest_over() -> QuerySet[Ticket]:
+    """Return the newest place in each queue, if it is over and was not dismissed."""
+    newer = Ticket.objects.filter(queue=OuterRef("queue"), user=OuterRef("user"), pk__gt=OuterRef("pk"))
+    return _mine().filter(dismissed_at=None).exclude(state__in=OPEN_TICKET).exclude(Exists(newer))
+
+
 def standings(user: Any, now: datetime) -> list[Standing]:
     """Return the person's places at all robots, the most urgent first."""
     if user is None or not user.is_authenticated:
         return []
-    newer = Ticket.objects.filter(queue=OuterRef("queue"), user=OuterRef("user"), pk__gt=OuterRef("pk"))
-    mine = Ticket.objects.filter(user=user).select_related("robot", "turn__grant", "turn__robot").order_by("pk")
-    over = mine.filter(dismissed_at=None).exclude(state__in=OPEN_TICKET).exclude(Exists(newer))
-    lost = over.filter(Q(state=TicketState.EXPIRED) | Q(ended_at__gt=now - LATELY))
-    found = [_standing(ticket, now) for ticket in (*mine.filter(state__in=OPEN_TICKET), *lost)]
+    found = [_standing(ticket, now) for ticket in (*_OPEN(user=user.pk), *_LOST(user=user.pk, since=now - LATELY))]
     return sorted((s for s in found if s is not None), key=_urgency)
 
 

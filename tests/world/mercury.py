@@ -56,7 +56,7 @@ class MercuryRig:
         recovers, executed = False, ""
 
         def sent(data: bytes) -> None:
-            rig.by_itself[data[SEQ]], rig.kinds[data[SEQ]] = recovers, executed
+            rig.by_itself[data[SEQ]], rig.kinds[data[SEQ]] = recovers, "" if recovers else executed
 
         return InWorld(address, settings, trace)
 
@@ -88,8 +88,16 @@ class MercuryRig:
         return self.by_itself[motion["seq"]]
 
     def kind_of(self, motion: dict) -> str:
-        """Return the kind of command that began a motion."""
+        """Return the kind of command that began a motion; empty where the owner did by itself."""
         return self.kinds[motion["seq"]]
+
+    def number_of(self, record: dict) -> int:
+        """Return the number of the motion of which the simulator notes something."""
+        return record["seq"]
+
+    def confirms(self, record: dict) -> bool:
+        """Tell whether the simulator notes that a motion came to its end."""
+        return record["event"] == "rest" and not record["braked"]
 
     def fault(self, verb: str, value: float = 1.0) -> None:
         self.sim.faults.set(verb, value)

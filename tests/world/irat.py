@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from random import Random
 
 from robots.drivers.irat.brain.process import BrainProcess
 from robots.drivers.irat.driver import Driver
@@ -14,6 +15,17 @@ from tests.world.brain import Brain
 from tests.world.rosbridge import Network
 from tests.world.world import World
 
+HOSTILE = (
+    "{", "7", "{}", "[" * 5000, '{"op": "fragment"}', '{"op": "subscribe", "topic": "../../etc"}', "x" * 20_000,
+    *(
+        f'{{"op": "publish", "topic": "/irat/{topic}", "msg": {message}}}'
+        for topic in ("cmd_vel", "drive")
+        for message in (
+            "5", '{"linear": {"x": 1e308}}', '{"linear": {"x": 0.1}}', '{"angular": {"z": 1e999}}',
+            '{"epoch": 1, "sec": 0, "twist": {"linear": {"x": 0.1}}}', '{"epoch": 1e300, "sec": "now", "twist": 5}',
+        )
+    ),
+)  # fmt: skip
 NARROW = 208  # of drawn pictures: quicker, and a little worse than the robot's own
 
 
@@ -131,6 +143,14 @@ class IratRig:
     def power_cycle(self) -> None:
         """Switch the robot off and on."""
         self.sim.faults.set("power_cycle", count=1)
+
+    def meddle(self, dice: Random) -> None:
+        """Connect beside the owner, say what no owner says, and go."""
+        line = self.network.open("ws://hostile")
+        frame = dice.choice(HOSTILE)
+        line.send(frame[: dice.randrange(len(frame) + 1)] if dice.random() < 0.3 else frame)
+        self.world.sleep(dice.random() * 0.1)
+        line.close()
 
     def close(self) -> None:
         self.sim.journal.close()

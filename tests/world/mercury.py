@@ -1,8 +1,10 @@
 """The Mercury arm in a world: simulator, line, driver and camera."""
 
 from pathlib import Path
+from random import Random
 
 from robots.drivers.mercury.driver import Driver
+from robots.drivers.mercury.protocol import move_xyz
 from simulators.mercury.__main__ import Simulator
 from tests.world.eyes import Eye
 from tests.world.wires import Cable, Port, line_of
@@ -108,6 +110,12 @@ class MercuryRig:
     def power_cycle(self) -> None:
         """Switch the robot off and on."""
         self.sim.faults.set("power_cycle", count=1)
+
+    def meddle(self, dice: Random) -> None:
+        """Say something on the line that no owner says: noise, and motions that are cut off or spoilt."""
+        frame = bytearray(move_xyz(dice.randrange(256), *(dice.uniform(-300.0, 300.0) for _ in range(3))).encode())
+        cut, spoilt = frame[: dice.randrange(1, len(frame))], frame[:-1] + bytes([frame[-1] ^ 1])
+        self.cable.to_robot += dice.choice((cut, spoilt, dice.randbytes(dice.randrange(1, 60))))
 
     def close(self) -> None:
         self.sim.journal.close()

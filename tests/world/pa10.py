@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable
 from math import radians
 from pathlib import Path
+from random import Random
 
 import numpy as np
 
@@ -32,6 +33,11 @@ class InPlace(Courses):
         return super().plan(*about, **more)
 
 
+HOSTILE = (
+    b"j 1e308 0 0 0 0 0", b"j nan 25 75 0 80 0", b"j -inf 0 0 0 0 0", b"j 0 25 75 0 80 0", b"J 1 1 1 1 1 1", b"l 1 2",
+    b"k 400 0 300 180 0 180", b"g 1", b"p 1", b"h 1", b"i nan", b"i -1", b"i 0.5", b"u nan", b"\xff\xfe\xfd", b"",
+    b"\x00", b"j " + b"9" * 3000, b"x" * 100_000,
+)  # fmt: skip
 PICTURE_S = 0.06  # what a picture takes
 
 
@@ -146,6 +152,17 @@ class ArmRig:
     def power_cycle(self) -> None:
         """Start the control application again, as its watchdog does."""
         self.sim.faults.set("restart", count=1)
+
+    def meddle(self, dice: Random) -> None:
+        """Connect beside the owner, say what no owner says, and go."""
+        end = self.cable.connect("hostile", 5000, 1.0)
+        try:
+            end.sendall(dice.choice(HOSTILE) + b"\n")
+            self.world.sleep(dice.random() * 0.1)
+        except OSError:
+            pass  # it was turned away
+        finally:
+            end.close()
 
     def close(self) -> None:
         self.sim.journal.close()

@@ -277,8 +277,9 @@ class Model(Motions):
             if job.state != JobState.DONE and not job.reason:
                 self.wrong.append(f"the job {job.pk} ended as {job.state} without a reason")
             if job.state == JobState.CANCELLED and not self._cancelled(job):
-                self.wrong.append(f"nobody cancelled the job {job.pk}, and no stop came: {job.reason}")
+                self.wrong.append(f"nobody cancelled the job {job.pk}, and no stop or ban came: {job.reason}")
 
     def _cancelled(self, job: Job) -> bool:
         person = next(one for one in self._crowd.people if one.user.pk == job.user_id)
-        return job.pk in person.told.cancelled or self._portal.row.stopped_at is not None
+        by_somebody = job.pk in person.told.cancelled or job.user_id in self._crowd.staff.suspended
+        return by_somebody or self._portal.row.stopped_at is not None

@@ -3,6 +3,7 @@
 from robots import bus, services
 from robots.models import Grant
 from robots.services import START_S
+from tests.conftest import BOTH_AT_LENGTH
 from tests.world.model import AFTER_S
 from tests.world.seeds import hunt, seeds
 from tests.world.test_deadlines import begun
@@ -47,6 +48,7 @@ def stopped_in_mid_motion(portal):
     crowd.model.check()
 
 
+@BOTH_AT_LENGTH
 @seeds(1, 10, 50)
 def test_what_is_completed_came_to_its_end(crowds, seed):
     hunt(crowds, seed, stopped_in_mid_motion)
@@ -63,6 +65,7 @@ def killed_while_commands_wait(portal):
     judged(crowd)
 
 
+@BOTH_AT_LENGTH
 @seeds(1, 10, 50)
 def test_every_command_is_over_in_time(crowds, seed):
     hunt(crowds, seed, killed_while_commands_wait)

@@ -16,6 +16,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 WORLD = "tests/world"
 PRESS = f"{WORLD}/test_stops.py::test_a_press_after_a_release_counts[1]"
+RULES, BOUNDS = f"{WORLD}/test_rules.py", f"{WORLD}/test_bounds.py"
+OUTSIDE = f"{BOUNDS}::test_promise_09_a_value_outside_its_bounds_moves_nothing"
 LAPSED = (
     f"{WORLD}/test_promises.py::"
     "test_promise_04_an_owner_that_goes_on_after_its_lease_moves_nothing_before_it_has_the_next"
@@ -62,6 +64,10 @@ MUTANTS = (
     Mutant(4, "a frozen owner is not killed", "workers/safety/lease.py",
            "        self._processes.kill_recorded_owner(lease)\n", "",
            f"{WORLD}/test_promises.py::test_promise_04_a_frozen_owner_moves_nothing_and_is_killed[1-mercury]"),
+    Mutant(4, "its owner believes that a grant never ends", "workers/safety/memory.py",
+           "        if grant_id in self.ended or not grant_id:\n            return -math.inf\n"
+           "        return self._clock.monotonic() + self._left(grant_id)\n", "        return math.inf\n",
+           f"{RULES}::test_nothing_begins_to_move_without_a_grant[1]"),
     Mutant(5, "the lease is taken from whoever has it", "workers/safety/lease.py",
            "        if not self._over(lease):\n            return False\n", "",
            f"{WORLD}/test_promises.py::test_promise_05_one_owner_however_many_start[1-mercury]"),
@@ -106,6 +112,18 @@ MUTANTS = (
     Mutant(9, "the sand's edge is not checked", "robots/drivers/mercury/limits.py",
            'near, far = description["sand"][axis]', "near, far = -9.0, 9.0",
            "tests/faults/test_promises_wire.py::test_promise_09_nothing_outside_the_envelope_gets_through"),
+    Mutant(9, "the server does not look at values", "robots/services/commands.py",
+           "        check(robot.driver, kind, args, robot.driver_settings())\n", "", f"{OUTSIDE}[1-mercury]"),
+    Mutant(9, "the iRat's driver does not look at values", "robots/drivers/irat/driver.py",
+           '        check("irat", kind, args, self.settings)\n', "", f"{OUTSIDE}[1-irat]"),
+    Mutant(11, "what was held is told as completed", "workers/commands/run.py",
+           "CommandState.CANCELLED if held else CommandState.FAILED",
+           "CommandState.COMPLETED if held else CommandState.FAILED",
+           f"{RULES}::test_what_is_completed_came_to_its_end[1-mercury]"),
+    Mutant(11, "what waits for an owner that has died waits for ever", "workers/commands/claim.py",
+           "command.state == CommandState.QUEUED and (not ours or command.deadline <= now):",
+           "command.state == CommandState.QUEUED and ours and command.deadline <= now:",
+           f"{RULES}::test_every_command_is_over_in_time[1-mercury]"),
     Mutant(43, "an earlier permit still lets through after the lease was taken again", "workers/safety/gate.py",
            "if self.lease.epoch != epoch:", "if self.lease.epoch < epoch:",
            "tests/services/test_regain.py::test_an_earlier_permit_refuses_for_good"),
@@ -124,6 +142,9 @@ MUTANTS = (
     Mutant(44, "the museum arm's wire takes any number", "robots/drivers/pa10/protocol.py",
            "if not value.low <= found <= value.high or (value.whole and found != int(found)):", "if found == 0.123:",
            "tests/unit/test_pa10_protocol.py::test_no_number_outside_its_bounds_is_read"),
+    Mutant(44, "whoever connects to the museum arm takes it over", "simulators/pa10/server.py",
+           "            if other is not None and not (claims", "            if False and not (claims",
+           f"{BOUNDS}::test_promise_44_a_hostile_client_beside_the_owner_changes_nothing[1-pa10]"),
     Mutant(44, "the end of the museum arm's connection does not hold", "simulators/pa10/server.py",
            "        self._arm.hold()\n        self._note(\"disconnected\"", "        self._note(\"disconnected\"",
            "tests/drivers/test_pa10_wire.py::test_the_end_of_the_only_clients_connection_holds_at_once"),
@@ -151,6 +172,13 @@ MUTANTS = (
            "        if permit is not None:\n            permit()\n        self._send(frame)",
            "        self._send(frame)\n        if permit is not None:\n            permit()",
            "tests/drivers/test_irat_client.py::test_a_permit_that_says_no_sends_nothing"),
+    Mutant(48, "an owner that finds a stop and reaches no robot does not say by when it rests", "workers/safety/stop.py",
+           "        if latch.latched:\n            self._rests_by = row", "        if False:\n            self._rests_by = row",
+           f"{BOUNDS}::test_promise_48_nobody_says_that_a_robot_rests_before_it_does[killed-1-pa10]"),
+    Mutant(48, "the time of a stop that was released is said of the next", "robots/services/stopping.py",
+           'Case(When(stop_latched=True, then=F("rests_by")), default=None)', 'F("rests_by")',
+           "tests/services/test_stop_confirmed.py::"
+           "test_the_time_of_a_stop_that_was_released_unconfirmed_is_not_said_of_the_next"),
 )  # fmt: skip
 
 

@@ -51,8 +51,12 @@ def stop(robot: Robot, user: Any, now: datetime | None = None, sent: bool = Fals
     theirs = Robot.objects.filter(pk=robot.pk)
     if under:  # in one statement: the turn may end between the check and the stop
         theirs = theirs.filter(grants__pk=under, grants__ended_at=None)
-    confirmed = Case(When(stop_latched=True, then=F("stop_confirmed")), default=False)  # only its owner confirms it
-    if not theirs.update(stop_latched=True, stopped_at=now, stopped_after=NEWEST, stop_confirmed=confirmed):
+    # only its owner confirms it, and says by when it rests; what was said of an earlier stop is not of this one
+    said = {
+        "stop_confirmed": Case(When(stop_latched=True, then=F("stop_confirmed")), default=False),
+        "rests_by": Case(When(stop_latched=True, then=F("rests_by")), default=None),
+    }
+    if not theirs.update(stop_latched=True, stopped_at=now, stopped_after=NEWEST, **said):
         raise NotPermitted(NOT_THEIRS)
     cancel_queued(robot, "the robot was stopped", now)
     bus.publish_on_commit(robot.slug, Changed("stop"))

@@ -2,7 +2,9 @@
 
 import termios
 
+from queueing.jobs.asking import packets_of
 from robots.description import load
+from robots.drivers.irat.choices import choices
 from robots.motion.described import chain, posture
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
 from tests.rig import ArmSimulator, IratSimulator, Simulator
@@ -70,6 +72,10 @@ class Mercury:
 
     def spell(self, kind, args, share):
         return kind, args
+
+    def job(self, robot, place, dice):
+        """Return what somebody asks the robot for who does not drive it."""
+        return self.spell("move", place, None)
 
     def goal(self, command):
         """Return where a command asked the robot to go, as the simulator notes it."""
@@ -144,6 +150,11 @@ class Irat:
 
     def jog(self, direction):
         return "drive", {"forward": direction, "turn": 0.5}
+
+    def job(self, robot, place, dice):
+        """Return the goal of somebody who chooses among the places that the robot has shown; any, where it has not."""
+        known = choices(packets_of(robot, "map"))
+        return "goal", dice.choice(known)[1] if known else {"map": 1, "x": 0.0, "y": 0.0}
 
     def spell(self, kind, args, share):
         if kind == "move":

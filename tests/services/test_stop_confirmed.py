@@ -118,6 +118,29 @@ def test_an_owner_that_starts_with_a_stop_latched_holds_and_confirms(owner, peop
     assert (shown(owner)["confirmed"], wire.moving) == (True, False)
 
 
+def test_an_owner_that_starts_with_a_stop_latched_and_reaches_no_robot_says_by_when_it_rests(owner, people):
+    owner.owned.driver.pulled = True
+    services.stop(owner.owned.robot, people["ada"], owner.owned.now())
+    owner.clock.go(5.0)  # until a new owner has the lease of the one that was killed
+    owner.stopping.begin()
+    began = owner.owned.now()
+    owner.stopping.follow()
+    assert shown(owner)["confirmed"] is False
+    assert shown(owner)["rests_by_ms"] == int((began + timedelta(seconds=REST_S)).timestamp() * 1000)
+
+
+def test_the_time_of_a_stop_that_was_released_unconfirmed_is_not_said_of_the_next(owner, people):
+    owner.owned.driver.pulled = True
+    press(owner, people)
+    assert shown(owner)["rests_by_ms"]
+    services.release_stop(owner.owned.robot, people["ada"], checked=True)
+    followed(owner)
+    owner.clock.go(60.0)
+    Lease.objects.update(expires_at=owner.owned.now() + timedelta(seconds=3))
+    services.stop(owner.owned.robot, people["ada"], owner.owned.now())
+    assert (shown(owner)["confirmed"], shown(owner)["rests_by_ms"]) == (False, None)
+
+
 def test_a_second_press_takes_nothing_back_and_the_next_stop_begins_anew(owner, people):
     press(owner, people)
     services.stop(owner.owned.robot, people["ada"], owner.owned.now())

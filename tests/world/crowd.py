@@ -2,8 +2,11 @@
 
 import random
 
-from robots.models import Robot
-from robots.states import Cycle
+from queueing.jobs.kinds import job_kinds
+from queueing.models import QueueRobot
+from robots import services
+from robots.models import Command, Robot
+from robots.states import Cycle, GrantKind
 from tests.world import chaos
 from tests.world.chaos import Chaos
 from tests.world.housekeeping import Housekeeping, Web
@@ -20,10 +23,12 @@ class Crowd(Chaos):
 
     turn_s = 25
 
-    def __init__(self, portal, drivers: tuple[str, ...] = DRIVERS, jobs: bool = False, late: bool = False) -> None:
-        self.portal, self.world, self.jobs = portal, portal.world, jobs
+    def __init__(self, portal, drivers: tuple[str, ...] = DRIVERS, late: bool = False) -> None:
+        self.portal, self.world, self.jobs = portal, portal.world, bool(job_kinds(portal.robot))
         self.dice = random.Random(f"crowd {self.world.seed}")
         Robot.objects.filter(pk=portal.robot.pk).update(turn_s=self.turn_s)
+        watched = {"rest_after_min": self.dice.choice((0, 15)), "watched_at": self.world.now()}
+        QueueRobot.objects.filter(robot=portal.robot).update(**watched)  # at 0 it seldom does anything by itself
         self.web = Web(self.world)
         self.housekeeping = Housekeeping(self.world)
         self.people: list[Person] = []
@@ -71,6 +76,30 @@ class Crowd(Chaos):
     def _connected(self) -> bool:
         owner = self.portal.owner
         return owner is not None and owner.connection.connected
+
+    # what people and staff do
+
+    def issue(self, user, kind: str, args: dict, again: int = 0) -> Command:
+        """Ask for a command as the user, and so many times again with the same number."""
+        robot, world = self.portal.robot, self.world
+        grant = services.open_grant(robot)
+        number = services.next_seq(grant) if grant is not None else 1
+        at = world.monotonic()
+        made = services.issue(robot.slug, user, kind, args, number, world.now()).command
+        self.model.issued.setdefault(made.pk, at)
+        for _ in range(again):
+            same = services.issue(robot.slug, user, kind, args, number, world.now())
+            assert same.command.pk == made.pk, "a command that was sent again is another one"
+        return made
+
+    def move(self, user, again: int = 0) -> Command:
+        """Ask for a motion to a place where no motion before went."""
+        wish = self.portal.wishes.spell("move", self.portal.place(), None)
+        return self.portal.hold_if_held(self.issue(user, *wish, again=again))
+
+    def unfinished(self) -> list[Command]:
+        """Return the commands that are not over, but for what the robot does while nobody asks for it."""
+        return [one for one in super().unfinished() if one.grant.kind != GrantKind.IDLE]
 
     # what happens to the people's side
 

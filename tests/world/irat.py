@@ -2,15 +2,30 @@
 
 import json
 from pathlib import Path
+from random import Random
 
 from robots.drivers.irat.brain.process import BrainProcess
 from robots.drivers.irat.driver import Driver
+from robots.drivers.irat.protocol import DRIVE, Drive
+from robots.drivers.rosbridge import decode, operation
+from simulators.irat.drive import End
 from simulators.irat.simulator import Simulator
 from tests.faults.wishes import ROBOTS
 from tests.world.brain import Brain
 from tests.world.rosbridge import Network
 from tests.world.world import World
 
+HOSTILE = (
+    "{", "7", "{}", "[" * 5000, '{"op": "fragment"}', '{"op": "subscribe", "topic": "../../etc"}', "x" * 20_000,
+    *(
+        f'{{"op": "publish", "topic": "/irat/{topic}", "msg": {message}}}'
+        for topic in ("cmd_vel", "drive")
+        for message in (
+            "5", '{"linear": {"x": 1e308}}', '{"linear": {"x": 0.1}}', '{"angular": {"z": 1e999}}',
+            '{"epoch": 1, "sec": 0, "twist": {"linear": {"x": 0.1}}}', '{"epoch": 1e300, "sec": "now", "twist": 5}',
+        )
+    ),
+)  # fmt: skip
 NARROW = 208  # of drawn pictures: quicker, and a little worse than the robot's own
 
 
@@ -31,6 +46,7 @@ class IratRig:
         self.sim.faults.set("carried", ROBOTS["irat"].corridor)
         self.network = network = Network(world, self.sim.radio, self.sim.faults, self.process)
         self.pull, self.plug, self.stall, self.halve = network.unplug, network.plug, network.stall, network.halve
+        self.kinds: dict[tuple[float, float], str] = {}  # for which command a velocity was sent last
         self._last: dict = {}  # the motion before
         self._end = ""  # how it ended, if nobody has held the robot since
         world.spawn(self.sim.run, "simulator", self.process)
@@ -45,10 +61,25 @@ class IratRig:
     def session(self, name, address, settings, trace=None):
         """Open a session of the driver over the network."""
 
+        rig, executed = self, ""
+
         class InWorld(Driver):
             clock = self.world
-            opened = staticmethod(self.network.open)
             think = staticmethod(self._think)
+
+            @staticmethod
+            def opened(address):
+                return rig.network.open(address, sent)
+
+            def execute(self, kind, *rest):
+                nonlocal executed
+                executed = kind
+                return super().execute(kind, *rest)
+
+        def sent(frame: str) -> None:
+            if (asked := operation(decode(frame))).name == DRIVE and asked.op == "publish":
+                velocity = Drive.decode(asked.body).velocity
+                rig.kinds[velocity.linear, velocity.angular] = executed
 
         made = InWorld("ws://world", {**settings, "folder": str(self.folder)}, trace)
         made.wheels.seed(self.world.seed)
@@ -91,6 +122,18 @@ class IratRig:
         same = all(last.get(name) == motion[name] for name in ("epoch", "linear", "angular"))
         return same and self._end == "silence"
 
+    def kind_of(self, motion: dict) -> str:
+        """Return the kind of command that began a motion."""
+        return self.kinds[motion["linear"], motion["angular"]]
+
+    def number_of(self, record: dict) -> int:
+        """Return the number of the motion of which the simulator notes something."""
+        return record["motion"]
+
+    def confirms(self, record: dict) -> bool:
+        """Tell whether the simulator notes that a motion came to its end: one by hand ends by a hold, or by silence."""
+        return record["event"] == "rest" and record["end"] != End.LOST
+
     def fault(self, verb: str, value: float = 1.0) -> None:
         self.sim.faults.set(verb, value)
 
@@ -100,6 +143,14 @@ class IratRig:
     def power_cycle(self) -> None:
         """Switch the robot off and on."""
         self.sim.faults.set("power_cycle", count=1)
+
+    def meddle(self, dice: Random) -> None:
+        """Connect beside the owner, say what no owner says, and go."""
+        line = self.network.open("ws://hostile")
+        frame = dice.choice(HOSTILE)
+        line.send(frame[: dice.randrange(len(frame) + 1)] if dice.random() < 0.3 else frame)
+        self.world.sleep(dice.random() * 0.1)
+        line.close()
 
     def close(self) -> None:
         self.sim.journal.close()

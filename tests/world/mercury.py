@@ -1,8 +1,10 @@
 """The Mercury arm in a world: simulator, line, driver and camera."""
 
 from pathlib import Path
+from random import Random
 
 from robots.drivers.mercury.driver import Driver
+from robots.drivers.mercury.protocol import move_xyz
 from simulators.mercury.__main__ import Simulator
 from tests.world.eyes import Eye
 from tests.world.wires import Cable, Port, line_of
@@ -56,7 +58,7 @@ class MercuryRig:
         recovers, executed = False, ""
 
         def sent(data: bytes) -> None:
-            rig.by_itself[data[SEQ]], rig.kinds[data[SEQ]] = recovers, executed
+            rig.by_itself[data[SEQ]], rig.kinds[data[SEQ]] = recovers, "" if recovers else executed
 
         return InWorld(address, settings, trace)
 
@@ -88,8 +90,16 @@ class MercuryRig:
         return self.by_itself[motion["seq"]]
 
     def kind_of(self, motion: dict) -> str:
-        """Return the kind of command that began a motion."""
+        """Return the kind of command that began a motion; empty where the owner did by itself."""
         return self.kinds[motion["seq"]]
+
+    def number_of(self, record: dict) -> int:
+        """Return the number of the motion of which the simulator notes something."""
+        return record["seq"]
+
+    def confirms(self, record: dict) -> bool:
+        """Tell whether the simulator notes that a motion came to its end."""
+        return record["event"] == "rest" and not record["braked"]
 
     def fault(self, verb: str, value: float = 1.0) -> None:
         self.sim.faults.set(verb, value)
@@ -100,6 +110,12 @@ class MercuryRig:
     def power_cycle(self) -> None:
         """Switch the robot off and on."""
         self.sim.faults.set("power_cycle", count=1)
+
+    def meddle(self, dice: Random) -> None:
+        """Say something on the line that no owner says: noise, and motions that are cut off or spoilt."""
+        frame = bytearray(move_xyz(dice.randrange(256), *(dice.uniform(-300.0, 300.0) for _ in range(3))).encode())
+        cut, spoilt = frame[: dice.randrange(1, len(frame))], frame[:-1] + bytes([frame[-1] ^ 1])
+        self.cable.to_robot += dice.choice((cut, spoilt, dice.randbytes(dice.randrange(1, 60))))
 
     def close(self) -> None:
         self.sim.journal.close()

@@ -79,14 +79,20 @@ class Model(Motions):
     # motions
 
     def _noted(self, record: dict) -> None:
+        rig = self._portal.rig
         if record["event"] == "motion":
             self._judge_permission(record)
-            to_a_place = self._portal.rig.kind_of(record) in self._portal.wishes.moves
-            self._goal_of[record["seq"]] = self._portal.wishes.made(record) if to_a_place else None
-            if to_a_place:
-                super()._noted(record)
-        elif record["event"] == "rest" and not record["braked"]:
-            self.rested[self._goal_of.get(record["seq"])] += 1
+            self._goal_of[rig.number_of(record)] = self._portal.wishes.made(record) if self._of_a_move(record) else None
+        elif rig.confirms(record):
+            self.rested[self._goal_of.get(rig.number_of(record))] += 1
+        super()._noted(record)
+
+    def _begins(self, record: dict) -> None:
+        if self._of_a_move(record):
+            super()._begins(record)
+
+    def _of_a_move(self, record: dict) -> bool:
+        return self._portal.rig.kind_of(record) in self._portal.wishes.moves
 
     def _judge_permission(self, record: dict) -> None:
         """Let no motion begin without an open grant, whoever began it."""
@@ -271,8 +277,9 @@ class Model(Motions):
             if job.state != JobState.DONE and not job.reason:
                 self.wrong.append(f"the job {job.pk} ended as {job.state} without a reason")
             if job.state == JobState.CANCELLED and not self._cancelled(job):
-                self.wrong.append(f"nobody cancelled the job {job.pk}, and no stop came: {job.reason}")
+                self.wrong.append(f"nobody cancelled the job {job.pk}, and no stop or ban came: {job.reason}")
 
     def _cancelled(self, job: Job) -> bool:
         person = next(one for one in self._crowd.people if one.user.pk == job.user_id)
-        return job.pk in person.told.cancelled or self._portal.row.stopped_at is not None
+        by_somebody = job.pk in person.told.cancelled or job.user_id in self._crowd.staff.suspended
+        return by_somebody or self._portal.row.stopped_at is not None

@@ -45,9 +45,12 @@ class Motions:
     def _noted(self, record: dict) -> None:
         """Judge a motion that begins now; called in the simulator's thread."""
         if record["event"] == "motion" and not self._portal.rig.is_by_itself(record):
-            goal = self._portal.wishes.made(record)
-            self.begun[goal] += 1
-            self._judge(goal)
+            self._begins(record)
+
+    def _begins(self, record: dict) -> None:
+        goal = self._portal.wishes.made(record)
+        self.begun[goal] += 1
+        self._judge(goal)
 
     def _judge(self, goal: object) -> None:
         world, at = self._world, self._world.monotonic()

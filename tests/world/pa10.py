@@ -4,12 +4,14 @@ import json
 from collections.abc import Iterable
 from math import radians
 from pathlib import Path
+from random import Random
 
 import numpy as np
 
 from robots.description import load
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.driver import Driver
+from robots.drivers.pa10.protocol import End
 from simulators.pa10.cameras import Cameras
 from simulators.pa10.simulator import Simulator
 from tests.world.eyes import Eye
@@ -31,6 +33,11 @@ class InPlace(Courses):
         return super().plan(*about, **more)
 
 
+HOSTILE = (
+    b"j 1e308 0 0 0 0 0", b"j nan 25 75 0 80 0", b"j -inf 0 0 0 0 0", b"j 0 25 75 0 80 0", b"J 1 1 1 1 1 1", b"l 1 2",
+    b"k 400 0 300 180 0 180", b"g 1", b"p 1", b"h 1", b"i nan", b"i -1", b"i 0.5", b"u nan", b"\xff\xfe\xfd", b"",
+    b"\x00", b"j " + b"9" * 3000, b"x" * 100_000,
+)  # fmt: skip
 PICTURE_S = 0.06  # what a picture takes
 
 
@@ -46,6 +53,7 @@ class ArmRig:
         self.pull, self.plug = self.cable.pull, self.cable.plug
         self.stall, self.halve = self.cable.stall, self.cable.halve
         self.by_itself: dict[tuple[float, ...], bool] = {}  # whether the newest line to a target put the arm in order
+        self.kinds: dict[tuple[float, ...], str] = {}  # for which command the newest line to a target was sent
         self.process = world.process("simulator", delayed=False)
         line = load("pa10")["line"]
         self.sim = Simulator(
@@ -62,7 +70,7 @@ class ArmRig:
     def session(self, name, address, settings, trace=None):
         """Open a session of the driver over the network."""
 
-        rig, recovers = self, False
+        rig, recovers, executed = self, False, ""
 
         class InWorld(Driver):
             clock = real = self.world
@@ -70,6 +78,11 @@ class ArmRig:
             @staticmethod
             def opened(host, port, seconds):
                 return rig.cable.connect(host, port, seconds, sent)
+
+            def execute(self, kind, *rest):
+                nonlocal executed
+                executed = kind
+                return super().execute(kind, *rest)
 
             def recover(self, permit):
                 nonlocal recovers
@@ -81,7 +94,8 @@ class ArmRig:
 
         def sent(data: bytes) -> None:
             if data[:1] == b"j":
-                rig.by_itself[target(radians(float(v)) for v in data.split()[1:7])] = recovers
+                there = target(radians(float(v)) for v in data.split()[1:7])
+                rig.by_itself[there], rig.kinds[there] = recovers, "" if recovers else executed
 
         return InWorld("127.0.0.1:5000", settings, trace)
 
@@ -117,6 +131,18 @@ class ArmRig:
         """Tell whether the owner began a motion by itself, to put the arm in order."""
         return self.by_itself.get(target(motion.get("target", ())), False)
 
+    def kind_of(self, motion: dict) -> str:
+        """Return the kind of command that began a motion to a place; empty where the owner did by itself, and of jogs."""
+        return self.kinds.get(target(motion.get("target", ())), "")
+
+    def number_of(self, record: dict) -> int:
+        """Return the number of the motion of which the simulator notes something."""
+        return record["motion"]
+
+    def confirms(self, record: dict) -> bool:
+        """Tell whether the simulator notes that a motion came to its end."""
+        return record["event"] == "end" and record["end"] == End.DONE
+
     def fault(self, verb: str, value: float = 1.0) -> None:
         self.sim.faults.set(verb, value)
 
@@ -126,6 +152,17 @@ class ArmRig:
     def power_cycle(self) -> None:
         """Start the control application again, as its watchdog does."""
         self.sim.faults.set("restart", count=1)
+
+    def meddle(self, dice: Random) -> None:
+        """Connect beside the owner, say what no owner says, and go."""
+        end = self.cable.connect("hostile", 5000, 1.0)
+        try:
+            end.sendall(dice.choice(HOSTILE) + b"\n")
+            self.world.sleep(dice.random() * 0.1)
+        except OSError:
+            pass  # it was turned away
+        finally:
+            end.close()
 
     def close(self) -> None:
         self.sim.journal.close()

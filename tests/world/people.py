@@ -178,32 +178,22 @@ class Person:
 
     # what they do
 
-    def _issue(self, kind: str, args: dict, again: int = 0) -> Command:
-        grant = services.open_grant(self.robot)
-        number = services.next_seq(grant) if grant is not None else 1
-        at = self.world.monotonic()
-        made = services.issue(self.robot.slug, self.user, kind, args, number, self.world.now()).command
-        self.crowd.model.issued.setdefault(made.pk, at)
+    def _acted(self, made: Command) -> Command:
         self.told.commands.add(made.pk)
-        for _ in range(again):
-            same = services.issue(self.robot.slug, self.user, kind, args, number, self.world.now())
-            assert same.command.pk == made.pk, "a command that was sent again is another one"
         self.acted_at = self.world.awake()
         return made
 
-    def _asked(self) -> tuple[str, dict]:
-        return self.portal.wishes.spell("move", self.portal.place(), None)
-
     def _move(self) -> None:
-        made = self._issue(*self._asked())
+        made = self._acted(self.crowd.move(self.user))
         if self.dice.random() < 0.8:
             self._await(made)
 
     def _twice(self) -> None:
-        self._await(self._issue(*self._asked(), again=2))
+        self._await(self._acted(self.crowd.move(self.user, again=2)))
 
     def _raise(self) -> None:
-        self._issue(*self.portal.wishes.spell(self.dice.choice(("up", "down")), {}, None))
+        wish = self.portal.wishes.spell(self.dice.choice(("up", "down")), {}, None)
+        self._acted(self.crowd.issue(self.user, *wish))
 
     def _await(self, command: Command) -> None:
         """Wait as a person does: not for ever, and longer than most motions take."""
@@ -214,7 +204,7 @@ class Person:
                 return
 
     def _hold(self) -> None:
-        made = self._issue(*self.portal.wishes.jog(self.dice.choice((-1, 1))))
+        made = self._acted(self.crowd.issue(self.user, *self.portal.wishes.jog(self.dice.choice((-1, 1)))))
         for _ in range(self.dice.randrange(3, 12)):
             bus.send_keep_alive(self.robot.slug, made.pk, True)
             self.world.sleep(0.08)
@@ -280,7 +270,7 @@ class Person:
             queue.cancel(mine, asker, now)
             return
         form = f"{self.name} {self.dice.randrange(10**9)}"
-        kind, args = self._asked()
+        kind, args = self.portal.wishes.job(self.robot, self.portal.place(), self.dice)
         made = queue.ask(self.robot, asker, kind, args, now, form=form)
         self.told.jobs.add(made.pk)
         if self.dice.random() < 0.2:

@@ -100,7 +100,10 @@ class Portal:
 
     def move(self) -> Command:
         """Ask for a motion to a place where no motion before went."""
-        command = self.issue("move", **self.place())
+        return self.hold_if_held(self.issue("move", **self.place()))
+
+    def hold_if_held(self, command: Command) -> Command:
+        """Hold the controls for a command that goes on for as long as somebody does."""
         return self.controls.hold(command) if self.robot.spec().command(command.kind).held else command
 
     def ready_again(self, seconds: float = 60.0) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from robots.drivers.rosbridge_client import OPEN_S
 from simulators.common.faults import FaultBoard
@@ -21,14 +21,14 @@ class Network:
         self._stalled_until = self.kept_back_s = 0.0
         world.spawn(self._serve, "radio", robot)
 
-    def open(self, address: str) -> "Line":
-        """Connect a host; a robot whose radio is silent answers no handshake."""
+    def open(self, address: str, sent: Callable[[str], None] = lambda frame: None) -> "Line":
+        """Connect a host; a robot whose radio is silent answers no handshake. `sent` is told of each of its frames."""
         self._check()
         if not self.world.park(self.world.monotonic() + OPEN_S, lambda: not self.radio.silent):
             raise TimeoutError("timed out during opening handshake")
         self._check()
         self.opened += 1
-        return Line(self)
+        return Line(self, sent)
 
     def _check(self) -> None:
         if not self.plugged:
@@ -83,8 +83,8 @@ class Network:
 class Line:
     """The host's end of a connection, as `rosbridge_client.Connection`; it ends with the host's process."""
 
-    def __init__(self, network: Network) -> None:
-        self._network, self._world, self.ended = network, network.world, False
+    def __init__(self, network: Network, sent: Callable[[str], None]) -> None:
+        self._network, self._world, self._sent, self.ended = network, network.world, sent, False
         self.to_robot: deque[str] = deque()
         self.peer = Peer(f"host:{network.opened}", network.faults, lambda: None, self.close, network.world)
         network.lines.append(self)
@@ -94,6 +94,7 @@ class Line:
     def send(self, frame: str) -> None:
         if self.ended:
             raise ConnectionResetError(104, "Connection reset by peer")
+        self._sent(frame)
         if self._network.halved:
             self._network.halved = False
             self.close()

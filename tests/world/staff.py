@@ -53,6 +53,10 @@ class Staff:
         self.world.sleep(self.dice.random() * 10.0)
         if self.dice.random() < 0.5:
             self.verb("maintenance")
+            self.verb("release", checked="yes")
+            for _ in range(self.dice.randrange(3)):
+                self.crowd.move(self.user)
+                self.world.sleep(self.dice.random() * 6.0)
 
     def _remove(self) -> None:
         tickets = list(Ticket.objects.filter(state__in=OPEN_TICKET).order_by("pk"))

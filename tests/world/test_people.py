@@ -25,6 +25,18 @@ def test_promise_13_people_in_any_order(crowds, proof, troubles, seed):
     proof.holds(TOLD.format(SECONDS, troubles))
 
 
+@pytest.mark.parametrize("which", ["pa10", "irat"], indirect=True)
+@pytest.mark.parametrize(
+    ("troubles", "seconds"),
+    [("everything", 20.0), *(pytest.param(one, SECONDS, marks=pytest.mark.length) for one in IN_ANY_ORDER)],
+)
+@seeds(1, 20, 200)
+def test_promise_13_people_of_other_robots(crowds, proof, troubles, seconds, seed):
+    """Where nobody drives, people ask for jobs, and staff drive."""
+    hunt(crowds, seed, lambda portal: Crowd(portal).run(seconds, IN_ANY_ORDER[troubles]))
+    proof.holds(TOLD.format(seconds, troubles))
+
+
 @seeds(1, 20, 200)
 def test_promise_13_people_on_a_busy_machine(crowds, proof, seed):
     hunt(crowds, seed, lambda portal: Crowd(portal, late=True).run(SECONDS, crowd.EVERYTHING), busy)
@@ -47,7 +59,7 @@ def test_promise_22_people_while_stores_are_away(crowds, proof, seed):
 @pytest.mark.parametrize("troubles", ["nothing", "deaths", "everything"])
 @seeds(1, 20, 200)
 def test_promise_47_jobs_beside_turns(errands, crowds, proof, troubles, seed):
-    hunt(crowds, seed, lambda portal: Crowd(portal, jobs=True).run(SECONDS, IN_ANY_ORDER[troubles]))
+    hunt(crowds, seed, lambda portal: Crowd(portal).run(SECONDS, IN_ANY_ORDER[troubles]))
     proof.holds(TOLD.format(SECONDS, f"jobs and {troubles}"))
 
 

@@ -41,13 +41,21 @@ class Stop:
     def begin(self) -> None:
         """Latch if the row says that the robot is stopped; before anything is connected that could move.
 
-        `follow` holds the robot once it is connected. Raises Robot.DoesNotExist.
+        `follow` holds the robot once it is connected; if it cannot be, the row says by when it rests, because nothing
+        was sent to it after the lease of the owner before. Raises Robot.DoesNotExist.
         """
         row, latch = self._row(), self._latch
         self._releases = row.releases
         if row.stop_latched and not latch.latched:
             latch.forbid(row.releases)
             latch.keep()
+        if latch.latched:
+            self._rests_by = row.rests_by if row.stop_latched and row.rests_by else self._latest()
+
+    def _latest(self) -> datetime | None:
+        """Return by when the robot rests to which nothing more is sent; None if its spec does not tell."""
+        rest_s = self._owned.robot.spec().rest_s
+        return None if rest_s is None else self._owned.now() + timedelta(seconds=rest_s)
 
     def _row(self) -> Robot:
         row = next(iter(_ROW(robot=self._owned.robot.pk)), None)
@@ -111,9 +119,7 @@ class Stop:
         if self._at_rest:
             self._rests_by = None
             return
-        rest_s = owned.robot.spec().rest_s
-        if self._rests_by is None and rest_s is not None:  # by the first hold that failed: nothing was begun since
-            self._rests_by = owned.now() + timedelta(seconds=rest_s)
+        self._rests_by = self._rests_by or self._latest()  # by the first hold that failed: nothing was begun since
         self._heard = owned.driver.latest()
 
     def hold_due(self) -> None:

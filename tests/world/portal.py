@@ -3,6 +3,7 @@
 import shutil
 from datetime import timedelta
 from functools import partial
+from math import inf
 
 import pytest
 from django.conf import settings
@@ -69,6 +70,16 @@ class Portal:
     @property
     def row(self) -> Robot:
         return Robot.objects.get(pk=self.robot.pk)
+
+    @property
+    def moved_until(self) -> float:
+        """Return when the robot came to rest last (monotonic, s); now while it moves.
+
+        A motion may be several with rests between them, so ask when its command is over.
+        """
+        if self.rig.moving:
+            return self.world.monotonic()
+        return max((record["t"] for record in self.rig.journal() if record["event"] == "rest"), default=-inf)
 
     def motions(self) -> list[dict]:
         """Return the motions that commands began, as the simulator noted them."""

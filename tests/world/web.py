@@ -2,6 +2,7 @@
 
 import json
 from collections import deque
+from math import inf
 
 from django.conf import settings
 from django.test import Client
@@ -11,6 +12,7 @@ from tests.world.wires import Wire
 from tests.world.world import World
 
 PING_S = 2.0  # between two reports of a robot's page
+NO_PICTURES = b'watch={"t": "watch", "cameras": []}'  # which cost more than all else here
 AT_ROBOT, AT_ME = "/ws/robots/{}/", "/ws/me/"
 
 
@@ -51,20 +53,20 @@ class Browser:
 class Page:
     """The socket of one page, at its real address. Without a cookie it is a stranger's.
 
-    `code`: with which it was closed, None while it is open; `snapshot`: the newest that has come.
+    `code`: with which it was closed, None while it is open; `newest`: what came last of each kind of message.
     """
 
     def __init__(self, sockets: Sockets, path: str, cookie: str = "", name: str = "a stranger") -> None:
         self._world, self._loop = sockets.world, sockets.loop
-        self.wire = Wire(self._world)
+        self.wire, self._at_robot = Wire(self._world), path != AT_ME
         self.code: int | None = None
-        self.snapshot: dict = {}
+        self.newest: dict[str, dict] = {}
         self.answers: list[dict] = []
         self._to_server, self._to_page = deque([{"type": "websocket.connect"}]), deque()
         self._world.spawn(self._live, f"{name}'s page", self._world.process(f"{name}'s page"))
         headers = {b"host": b"localhost", b"origin": b"http://localhost", b"cookie": cookie.encode()}
         scope = {
-            "type": "websocket", "path": path, "query_string": b"", "headers": list(headers.items()),
+            "type": "websocket", "path": path, "query_string": NO_PICTURES, "headers": list(headers.items()),
             "client": ("192.0.2.1", 40000), "subprotocols": [], "extensions": {},
         }  # fmt: skip
         served = sockets.application(scope, self._receive, self._send)
@@ -86,7 +88,7 @@ class Page:
 
     def _live(self) -> None:
         """Read what comes, and report."""
-        world, ping_at = self._world, self._world.monotonic()
+        world, ping_at = self._world, self._world.monotonic() if self._at_robot else inf
         while self.code is None:
             if world.park(ping_at, lambda: self._to_page and self.wire.carries):
                 self._read(self._to_page.popleft())
@@ -99,12 +101,18 @@ class Page:
             self.code = message.get("code", 1000)
         elif said := message.get("text"):
             told = json.loads(said)
-            if told["t"] == "snapshot":
-                self.snapshot = told
-            elif told["t"] == "answer":
+            if told["t"] == "answer":
                 self.answers.append(told)
+            else:
+                self.newest[told["t"]] = told
+                if not self._at_robot:
+                    self.say("here")
 
-    def say(self, what: str, **fields) -> None:
+    @property
+    def snapshot(self) -> dict:
+        return self.newest.get("snapshot", {})
+
+    def say(self, what: str, /, **fields) -> None:
         """Send a message."""
         self._to_server.append({"type": "websocket.receive", "text": json.dumps({"t": what, **fields})})
 

@@ -9,7 +9,7 @@ from django.db import IntegrityError, transaction
 from accounts.services import cleared, cleared_people
 from queueing.charging import serve
 from queueing.errors import NotCleared, NotYourTurn, RobotUnavailable
-from queueing.models import Queue, Ticket, TicketState, Turn
+from queueing.models import Queue, Ticket, TicketState, Turn, TurnSession
 from queueing.rows import QUEUE, announce, locked
 from queueing.tickets import open_ticket
 from queueing.turns import ALWAYS
@@ -54,8 +54,11 @@ class RobotsFault(Exception):
         self.robot, self.why = robot, why
 
 
-def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool = False) -> Turn:
+def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool = False, session: str = "") -> Turn:
     """Start the turn of an accepted offer; `away`: the robot's page is not open yet.
+
+    `session`: the key of the session in which it was accepted. It is noted with the turn, not only with the page's next
+    report: whoever signs out of another one meanwhile drives on here.
 
     Raises:
         RobotsFault: the robot is no longer offered, or somebody else may move it.
@@ -74,6 +77,8 @@ def begin(queue: Queue, robot: Robot, ticket: Ticket, now: datetime, away: bool 
                 robot=robot, user=ticket.user, ticket=ticket, grant=grant, classic=ticket.classic,
                 started_at=now, base_until=until, until=until, last_seen=now, connected=not away,
             )  # fmt: skip
+            if session:
+                TurnSession.objects.create(turn=turn, session=session, last_seen=now)
     except NotPermitted as error:
         raise RobotsFault(robot, str(error)) from error
     except IntegrityError as error:  # a turn of theirs started at the same moment on another robot
@@ -99,10 +104,11 @@ def why_not_ready(
     return ""
 
 
-def accept(robot: Robot, user: Any, now: datetime, away: bool = False) -> Turn:
+def accept(robot: Robot, user: Any, now: datetime, away: bool = False, session: str = "") -> Turn:
     """Accept an offer: grant and turn start.
 
     `away`: on another page; the turn is kept until the robot's page is open, as long as after a lost connection.
+    `session`: the key of the session of that page.
 
     Raises:
         NotYourTurn: the person has no open offer.
@@ -113,7 +119,7 @@ def accept(robot: Robot, user: Any, now: datetime, away: bool = False) -> Turn:
     if ticket is not None and ticket.state == TicketState.OPERATING:
         return Turn.objects.get(ticket=ticket)  # a double click, a reload
     try:
-        return _accept(ticket, now, away)
+        return _accept(ticket, now, away, session)
     except RobotsFault as fault:
         assert ticket is not None
         with transaction.atomic():
@@ -121,7 +127,7 @@ def accept(robot: Robot, user: Any, now: datetime, away: bool = False) -> Turn:
         raise RobotUnavailable(f"{fault.why.rstrip('.')}. You keep your place and are offered it again.") from fault
 
 
-def _accept(ticket: Ticket | None, now: datetime, away: bool) -> Turn:
+def _accept(ticket: Ticket | None, now: datetime, away: bool, session: str) -> Turn:
     with transaction.atomic():
         if ticket is None:
             raise NotYourTurn("The robot is not offered to you now.")
@@ -137,7 +143,7 @@ def _accept(ticket: Ticket | None, now: datetime, away: bool) -> Turn:
         problem = why_not_ready(robot, now, Cycle.OFFERED)
         if problem:
             raise RobotsFault(robot, problem)
-        turn = begin(queue, robot, ticket, now, away)
+        turn = begin(queue, robot, ticket, now, away, session)
         announce(queue)
         return turn
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from portal.live.messages import Accept, Command, Join, Leave, Release, RobotMessage, Stop, Trace
-from portal.live.people import current_user
+from portal.live.people import current_user, session_key
 from queueing import services as queue
 from queueing.errors import QueueError
 from robots import services
@@ -44,7 +44,7 @@ def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = Fa
     try:
         if isinstance(message, Command):
             return _command(slug, user, message)
-        return _act(Robot.objects.only("slug").get(slug=slug), user, message, sent)
+        return _act(Robot.objects.only("slug").get(slug=slug), user, message, sent, session_key(scope))
     except (RobotError, QueueError) as error:
         return Answer(False, str(error), error.code, changed=True)
 
@@ -58,7 +58,7 @@ def _command(slug: str, user: Any, message: Command) -> Answer:
     )
 
 
-def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool) -> Answer:
+def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool, session: str) -> Answer:
     now = SYSTEM.now()
     match message:
         case Stop():
@@ -76,7 +76,7 @@ def _act(robot: Robot, user: Any, message: RobotMessage, sent: bool) -> Answer:
             queue.leave(robot, user, now)
             return Answer(changed=True)
         case Accept():
-            queue.accept(robot, user, now)
+            queue.accept(robot, user, now, session=session)
             return Answer(changed=True)
         case Trace():
             if not user.has_perm("robots.change_robot"):

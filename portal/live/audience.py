@@ -13,6 +13,7 @@ from datetime import datetime
 
 from django.db import Error
 
+from portal.live.loops import of_loop
 from portal.live.threads import ANYBODY
 from robots.clock import SYSTEM
 from robots.models import Robot
@@ -109,9 +110,4 @@ def write(slot: datetime, counted: list[Counted]) -> None:
             note_usage(keys[one.slug], slot, watching=one.watching, sent_bytes=one.sent_bytes)
 
 
-_audiences: dict[int, Audience] = {}
-
-
-def audience() -> Audience:
-    """Return the audience of the running event loop."""
-    return _audiences.setdefault(id(asyncio.get_running_loop()), Audience())
+audience = of_loop(Audience)

@@ -16,12 +16,13 @@ from typing import Any
 
 import msgspec
 import redis.asyncio as aioredis
-from django.conf import settings
 from redis.exceptions import RedisError
 
+from portal.live.loops import of_loop
 from portal.live.messages import Watch
 from portal.live.rooms import Cameras, Room, Viewer
 from portal.live.sessions import session_watch
+from portal.live.store import listener
 from portal.live.streams import Streams
 from portal.live.threads import URGENT
 from portal.live.watchers import together, understood
@@ -236,9 +237,7 @@ class Hub:
             await asyncio.sleep(0.3)
 
     async def _read_once(self) -> None:
-        connection = aioredis.Redis.from_url(
-            settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None
-        )
+        connection = listener()
         try:
             pubsub = connection.pubsub()
             async with asyncio.timeout(SILENT_S):
@@ -389,9 +388,4 @@ class Hub:
             await self._redis.set(key, 1, ex=bus.WATCH_S)
 
 
-_hubs: dict[int, Hub] = {}
-
-
-def hub() -> Hub:
-    """Return the hub of the running event loop."""
-    return _hubs.setdefault(id(asyncio.get_running_loop()), Hub())
+hub = of_loop(Hub)

@@ -39,7 +39,7 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
         self.operating = False  # whether they drive the robot
         self._tokens, self._filled = BURST, SYSTEM.awake()
         self._calm = Bucket(CALM, CALM_BURST)
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: dict[asyncio.Task[None], None] = {}  # in the order in which they began
         self._main: asyncio.Task[Any] | None = None
         self._cut = False
 
@@ -144,11 +144,11 @@ class Line(AsyncWebsocketConsumer):  # type: ignore[misc]
     def begin(self, coroutine: Coroutine[Any, Any, None]) -> None:
         """Run a task of this socket; it ends with the socket, and if it fails, the socket ends."""
         task = asyncio.create_task(coroutine)
-        self._tasks.add(task)
+        self._tasks[task] = None
         task.add_done_callback(self._ended)
 
     def _ended(self, task: asyncio.Task[None]) -> None:
-        self._tasks.discard(task)
+        self._tasks.pop(task, None)
         if task.cancelled() or task.exception() is None:
             return
         log.error("a socket's task failed", exc_info=task.exception())

@@ -14,7 +14,7 @@ from django.db import Error
 
 from portal.live.line import Line
 from portal.live.messages import PERSON, Do, Here, Look, NotUnderstood, PersonMessage
-from portal.live.people import current_user
+from portal.live.people import current_user, session_key
 from portal.live.sessions import sign_in_of
 from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
@@ -97,7 +97,7 @@ class PersonConsumer(Line):
         user = current_user(self.scope)
         if not user.is_authenticated:
             return "Sign in first."
-        return act(user, message.what, message.robot, message.ticket, SYSTEM.now())
+        return act(user, message.what, message.robot, message.ticket, SYSTEM.now(), session_key(self.scope))
 
     def _look(self) -> tuple[dict[str, Any], frozenset[int]] | None:
         user = current_user(self.scope)

@@ -19,6 +19,7 @@ from django.conf import settings
 from django.db import Error
 
 from accounts.services import preview_job
+from portal.live.loops import of_loop
 from portal.live.messages import Plan
 from portal.live.people import current_user
 from portal.live.threads import Pool
@@ -180,9 +181,4 @@ class Previewer:
             await process.communicate()  # `wait` alone would wait for ever for what it has said beyond an answer
 
 
-_previewers: dict[int, Previewer] = {}
-
-
-def previewer() -> Previewer:
-    """Return the previewer of the running event loop."""
-    return _previewers.setdefault(id(asyncio.get_running_loop()), Previewer())
+previewer = of_loop(Previewer)

@@ -178,7 +178,7 @@ class Room:
     def __init__(self, slug: str) -> None:
         self.slug = slug
         self.cameras = Cameras()  # that the robot has, where that is known
-        self.viewers: set[Viewer] = set()
+        self.viewers: dict[Viewer, None] = {}  # in the order in which they came
         self.each = defaultdict[Step, Group](dict)  # those that want each picture, by camera and step
         self.film = defaultdict[Step, Group](dict)  # those that want it as video
         self.some = defaultdict[int, Group](dict)  # those that want a camera's picture now and then
@@ -195,7 +195,7 @@ class Room:
 
     def add(self, viewer: Viewer) -> None:
         """Give a viewer, from now on, what it wants of this robot."""
-        self.viewers.add(viewer)
+        self.viewers[viewer] = None
         self._seat(viewer, 1)
         self.wanted.update(self._wants(viewer))
         viewer.enter(self._groups(viewer))
@@ -203,7 +203,7 @@ class Room:
     def remove(self, viewer: Viewer) -> None:
         """Give a viewer nothing more; one that is not here is no error."""
         if viewer in self.viewers:
-            self.viewers.remove(viewer)
+            del self.viewers[viewer]
             self._seat(viewer, -1)
             self.wanted.subtract(self._wants(viewer))
             viewer.enter(())

@@ -16,6 +16,7 @@ from django.contrib.auth import get_user_model
 from django.contrib.sessions.models import Session
 from django.db import Error
 
+from portal.live.loops import of_loop
 from portal.live.people import session_key
 from portal.live.threads import Pool
 from queueing.models import PlaceEnd
@@ -104,7 +105,7 @@ class SessionWatch:
 
     def __init__(self, clock: Callable[[], float] = SYSTEM.awake) -> None:
         self._clock = clock
-        self._signed: set[Signed] = set()
+        self._signed: dict[Signed, None] = {}  # in the order in which they signed
         self._wake = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._ending: set[asyncio.Task[None]] = set()
@@ -112,13 +113,13 @@ class SessionWatch:
 
     def add(self, socket: Signed) -> None:
         """Check the session of a socket from now on."""
-        self._signed.add(socket)
+        self._signed[socket] = None
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._watch())
 
     def remove(self, socket: Signed) -> None:
         """Check a socket no more; one that is not known is no error."""
-        self._signed.discard(socket)
+        self._signed.pop(socket, None)
 
     def check_soon(self, person: int) -> None:
         """Check now, because the session, password, account or clearance of that person may have changed."""
@@ -161,9 +162,4 @@ class SessionWatch:
             await asyncio.sleep(APART_S)
 
 
-_watches: dict[int, SessionWatch] = {}
-
-
-def session_watch() -> SessionWatch:
-    """Return the check of the running event loop."""
-    return _watches.setdefault(id(asyncio.get_running_loop()), SessionWatch())
+session_watch = of_loop(SessionWatch)

@@ -10,6 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from django.contrib.auth.models import AnonymousUser
 
+from portal.live.loops import of_loop
 from portal.live.snapshot import snapshot
 from portal.live.threads import EVERYBODY
 from robots.clock import SYSTEM
@@ -78,9 +79,4 @@ class Snapshots:
                 del self._of[slug]
 
 
-_of_loop: dict[int, Snapshots] = {}
-
-
-def snapshots() -> Snapshots:
-    """Return the shared snapshots of the running event loop."""
-    return _of_loop.setdefault(id(asyncio.get_running_loop()), Snapshots())
+snapshots = of_loop(Snapshots)

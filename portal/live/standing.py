@@ -32,8 +32,11 @@ def places(found: Sequence[Standing], now: datetime) -> dict[str, Any]:
     return {"t": "places", "now_ms": ms_of(now), "places": [place_info(one, now) for one in found]}
 
 
-def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
-    """Join, leave, accept, stay or dismiss from any page. Return what went wrong as a sentence, or an empty text."""
+def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime, session: str = "") -> str:
+    """Join, leave, accept, stay or dismiss from any page. Return what went wrong as a sentence, or an empty text.
+
+    `session`: the key of the page's session.
+    """
     if wanted == "dismiss":
         dismiss(ticket, user, now)
         return ""
@@ -42,7 +45,7 @@ def act(user: Any, wanted: str, robot: str, ticket: int, now: datetime) -> str:
         return "There is no such robot; reload the page."
     try:
         if wanted == "accept":
-            queue.accept(found, user, now, away=True)
+            queue.accept(found, user, now, away=True, session=session)
         elif wanted == "join":
             queue.join(found, user, now)
         elif wanted == "leave":

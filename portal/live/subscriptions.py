@@ -4,10 +4,10 @@ import asyncio
 import logging
 
 import msgspec
-import redis.asyncio as aioredis
-from django.conf import settings
 from redis.exceptions import RedisError
 
+from portal.live.loops import of_loop
+from portal.live.store import listener
 from robots import bus
 from robots.messages import StandingChanged, decode_standing
 
@@ -47,18 +47,18 @@ class Subscriptions:
 
     def __init__(self) -> None:
         self.link = False
-        self._subscribers: set[Subscriber] = set()
+        self._subscribers: dict[Subscriber, None] = {}  # in the order in which they came
         self._task: asyncio.Task[None] | None = None
 
     def attach(self, subscriber: Subscriber) -> None:
         """Add a subscriber; the first one starts the task that reads."""
-        self._subscribers.add(subscriber)
+        self._subscribers[subscriber] = None
         if self._task is None or self._task.done():
             self._task = asyncio.create_task(self._read())
 
     def detach(self, subscriber: Subscriber) -> None:
         """Remove a subscriber; without any the task ends."""
-        self._subscribers.discard(subscriber)
+        self._subscribers.pop(subscriber, None)
         if not self._subscribers and self._task is not None:
             self._task.cancel()
             self._task, self.link = None, False
@@ -78,9 +78,7 @@ class Subscriptions:
             await asyncio.sleep(AGAIN_S)
 
     async def _read_once(self) -> None:
-        connection = aioredis.Redis.from_url(
-            settings.REDIS_URL, socket_timeout=None, socket_connect_timeout=0.5, retry=None
-        )
+        connection = listener()
         try:
             pubsub = connection.pubsub(ignore_subscribe_messages=True)
             async with asyncio.timeout(SILENT_S):
@@ -112,9 +110,4 @@ class Subscriptions:
             subscriber.hear(told)
 
 
-_of_loop: dict[int, Subscriptions] = {}
-
-
-def subscriptions() -> Subscriptions:
-    """Return the subscriptions of the running event loop."""
-    return _of_loop.setdefault(id(asyncio.get_running_loop()), Subscriptions())
+subscriptions = of_loop(Subscriptions)

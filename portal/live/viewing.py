@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import json
-import threading
 from typing import Any
 
 import msgspec
@@ -51,7 +50,7 @@ class Viewing(Line):
         self._looking = self.nobody = False
         self._freed = asyncio.Event()  # set whenever the connection has taken everything
         self._one_by_one = asyncio.Lock()
-        self._noting = threading.Lock()  # presence; what a thread has begun cannot be cancelled
+        self._noting = SYSTEM.lock()  # presence; what a thread has begun cannot be cancelled
         self._seat, self._leave = Seat(), contextlib.ExitStack()
 
     async def view(self, wish: Watch | None = None, cameras: Cameras | None = None) -> Viewer:

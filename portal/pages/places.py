@@ -29,7 +29,7 @@ def my_places(request: HttpRequest) -> HttpResponseBase:
         return JsonResponse(_places(request))
     wanted, robot = request.POST.get("do", ""), request.POST.get("robot", "")
     number = whole(request.POST.get("ticket", "")) or 0
-    wrong = act(request.user, wanted, robot, number, now)
+    wrong = act(request.user, wanted, robot, number, now, request.session.session_key or "")
     if request.accepts("text/html"):
         return _go_on(request, wanted, robot, wrong)
     return JsonResponse({**_places(request), "ok": not wrong, "text": wrong})

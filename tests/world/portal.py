@@ -2,16 +2,20 @@
 
 import shutil
 from datetime import timedelta
+from functools import partial
+from math import inf
 
 import pytest
 from django.conf import settings
 
+from portal.live import store as live_store
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
 from robots.models import Command, Robot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
+from tests.world.async_store import AsyncStore
 from tests.world.controls import Controls
 from tests.world.delays import NONE, Delays
 from tests.world.irat import IratRig
@@ -41,6 +45,7 @@ class Portal:
         self.wishes, self.slug = ROBOTS[RIGS[robot.driver].driver], robot.slug
         self.store = MemoryStore(self.world)
         bus.speak_through(self.store)
+        live_store.speak_through(partial(AsyncStore, self.store))
         self._before = SYSTEM.live_by(self.world)
         self.rig = RIGS[robot.driver](self.world, folder)
         self.supervisor = Supervisor(self.world, robot.slug, self.rig)
@@ -53,6 +58,7 @@ class Portal:
             self.rig.close()
             SYSTEM.live_by(self._before)
             bus.speak_through(None)
+            live_store.speak_through(None)
 
     # what is
 
@@ -64,6 +70,16 @@ class Portal:
     @property
     def row(self) -> Robot:
         return Robot.objects.get(pk=self.robot.pk)
+
+    @property
+    def moved_until(self) -> float:
+        """Return when the robot came to rest last (monotonic, s); now while it moves.
+
+        A motion may be several with rests between them, so ask when its command is over.
+        """
+        if self.rig.moving:
+            return self.world.monotonic()
+        return max((record["t"] for record in self.rig.journal() if record["event"] == "rest"), default=-inf)
 
     def motions(self) -> list[dict]:
         """Return the motions that commands began, as the simulator noted them."""

@@ -3,6 +3,7 @@
 import fnmatch
 import math
 from collections import deque
+from collections.abc import Callable
 
 import redis
 
@@ -22,7 +23,7 @@ class MemoryStore:
     def __init__(self, world: World) -> None:
         self.world, self.up, self.silent = world, True, False
         self.copies = lambda channel: 1  # how often a message arrives; 0: it is lost on its way
-        self._values: dict[str, bytes | list[bytes]] = {}
+        self._values: dict[str, bytes | list[bytes] | dict[bytes, bytes]] = {}
         self._ends: dict[str, float] = {}  # monotonic (s)
         self.listeners: list[Listener] = []
 
@@ -48,53 +49,57 @@ class MemoryStore:
             self._ends.pop(key, None)
         return key in self._values
 
-    def ping(self) -> bool:
-        self.ask()
+    def __getattr__(self, name: str) -> Callable:
+        """Return a command of Redis, which is carried there and back; without that it is `_name`."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        command = getattr(self, f"_{name}")
+
+        def call(*args, **kwargs):
+            self.ask()
+            return command(*args, **kwargs)
+
+        return call
+
+    def _ping(self) -> bool:
         return True
 
-    def exists(self, *keys: str) -> int:
-        self.ask()
+    def _time(self) -> tuple[int, int]:
+        microseconds = round(self.world.now().timestamp() * 1e6)
+        return microseconds // 1_000_000, microseconds % 1_000_000
+
+    def _exists(self, *keys: str) -> int:
         return sum(self._live(key) for key in keys)
 
-    def get(self, key: str) -> bytes | None:
-        self.ask()
+    def _get(self, key: str) -> bytes | None:
         return self._values[key] if self._live(key) else None
 
-    def mget(self, *keys: str) -> list[bytes | None]:
-        self.ask()
-        return [self._values[key] if self._live(key) else None for key in keys]
+    def _mget(self, *keys: str) -> list[bytes | None]:
+        return [self._get(key) for key in keys]
 
-    def set(self, key: str, value: object, ex: float | None = None, nx: bool = False) -> bool | None:
-        self.ask()
+    def _set(self, key: str, value: object, ex: float | None = None, nx: bool = False) -> bool | None:
         if nx and self._live(key):
             return None
         self._values[key] = as_bytes(value)
         self._ends[key] = math.inf if ex is None else self.world.monotonic() + ex
         return True
 
-    def expire(self, key: str, seconds: float) -> bool:
-        self.ask()
-        return self._expire(key, seconds)
-
     def _expire(self, key: str, seconds: float) -> bool:
         if self._live(key):
             self._ends[key] = self.world.monotonic() + seconds
         return key in self._values
 
-    def delete(self, *keys: str | bytes) -> int:
-        self.ask()
-        return self._delete(*keys)
-
     def _delete(self, *keys: str | bytes) -> int:
         names = [key.decode() if isinstance(key, bytes) else key for key in keys]
         return sum(self._live(name) and self._values.pop(name, None) is not None for name in names)
 
-    def scan_iter(self, match: str = "*", count: int = 0) -> list[bytes]:
-        self.ask()
+    def _getdel(self, key: str) -> bytes | None:
+        return self._values.pop(key) if self._live(key) else None
+
+    def _scan_iter(self, match: str = "*", count: int = 0) -> list[bytes]:
         return [key.encode() for key in list(self._values) if self._live(key) and fnmatch.fnmatchcase(key, match)]
 
-    def lrange(self, key: str, first: int, last: int) -> list[bytes]:
-        self.ask()
+    def _lrange(self, key: str, first: int, last: int) -> list[bytes]:
         return list(self._values[key])[first : None if last == -1 else last + 1] if self._live(key) else []
 
     def _rpush(self, key: str, *values: object) -> int:
@@ -106,9 +111,22 @@ class MemoryStore:
     def _rpushx(self, key: str, *values: object) -> int:
         return self._rpush(key, *values) if self._live(key) else 0
 
-    def publish(self, channel: str, data: object) -> int:
-        self.ask()
-        return self._publish(channel, data)
+    def _hset(self, key: str, name: str, value: object) -> int:
+        if not self._live(key):
+            self._values[key] = {}
+        new = as_bytes(name) not in self._values[key]
+        self._values[key][as_bytes(name)] = as_bytes(value)
+        return int(new)
+
+    def _hgetall(self, key: str) -> dict[bytes, bytes]:
+        return dict(self._values[key]) if self._live(key) else {}
+
+    def _hdel(self, key: str, *names: bytes) -> int:
+        kept = self._values[key] if self._live(key) else {}
+        found = sum(kept.pop(as_bytes(name), None) is not None for name in names)
+        if not kept:
+            self._values.pop(key, None)
+        return found
 
     def _publish(self, channel: str, data: object) -> int:
         heard = [one for one in self.listeners if channel in one.channels and not one.broken]
@@ -136,6 +154,9 @@ class Pipeline:
 
     def execute(self) -> list:
         self._store.ask()
+        return self._execute()
+
+    def _execute(self) -> list:
         calls, self._calls = self._calls, []
         return [called(*args) for called, args in calls]
 
@@ -156,6 +177,9 @@ class Listener:
 
     def subscribe(self, *channels: str) -> None:
         self._store.ask()
+        self._subscribe(*channels)
+
+    def _subscribe(self, *channels: str) -> None:
         if self not in self._store.listeners:
             self._store.listeners.append(self)
         for channel in channels:
@@ -164,6 +188,9 @@ class Listener:
 
     def unsubscribe(self, *channels: str) -> None:
         self._store.ask()
+        self._unsubscribe(*channels)
+
+    def _unsubscribe(self, *channels: str) -> None:
         for channel in channels:
             self.channels.pop(channel, None)
             self._tell("unsubscribe", channel)

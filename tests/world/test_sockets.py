@@ -1,0 +1,191 @@
+"""Pages with their real sockets in virtual time: what another page, thread or process does meanwhile."""
+
+import random
+
+from queueing import services as queue
+from queueing.models import TicketState, Turn
+from robots import services
+from robots.models import Command
+from robots.states import COMMAND_FINAL
+from tests.world.delays import Delays
+from tests.world.housekeeping import Housekeeping, Web
+from tests.world.portal import EACH
+from tests.world.seeds import hunt, seeds
+from tests.world.web import AT_ME, AT_ROBOT, Browser, Page, Sockets
+
+TOLD_S = 1.0  # until a page shows what has changed
+KEEP_S = 0.06  # between two keep-alives of a page
+
+
+def busy(seed):
+    return Delays(seed, share=0.15, mean_s=0.5, longest_s=1.0)
+
+
+def jitter(seed):
+    """Delay every third wait a little: otherwise what a thread does between two waits takes no time."""
+    return Delays(seed, share=0.3, mean_s=0.01, longest_s=0.1)
+
+
+def shown(page) -> list[str]:
+    """Return the states of the person's places that a page shows."""
+    return [one["state"] for one in page.newest["places"]["places"]] if "places" in page.newest else ["not read yet"]
+
+
+def offered(page) -> bool:
+    """Tell whether a robot's page shows an offer."""
+    ticket = page.snapshot.get("me", {}).get("ticket")
+    return ticket is not None and ticket["state"] == "offered"
+
+
+def signs_out(portal, most_s):
+    """Ada accepts an offer in one browser, and signs out in another one within so many seconds; she drives on."""
+    world, dice = portal.world, random.Random(portal.world.seed)
+    Housekeeping(world)
+    Web(world)
+    sockets = Sockets(world)
+    here, phone = (Browser(sockets, portal.people["ada"]) for _ in range(2))
+    one, other = (browser.open(AT_ROBOT.format(portal.slug)) for browser in (here, phone))
+    portal.ready()
+    other.say("join")
+    portal.until(lambda: offered(other), 30, "the offer")
+    other.say("accept")
+    world.sleep(dice.random() * most_s)
+    world.spawn(here.sign_out, "ada signs out", world.process("ada"))
+    portal.until(lambda: one.code == 4401, 10, "the end of the socket")
+    world.sleep(3)
+    turn = Turn.objects.get()
+    assert turn.ended_at is None, f"the turn ended: {turn.end_reason}"
+    assert other.code is None
+    assert other.snapshot["me"]["can"]["drive"]
+    phone.sign_out()
+    portal.until(lambda: other.code == 4401, 10, "the end of the other socket")
+    portal.until(lambda: Turn.objects.get().end_reason == "signed out", 10, "the end of the turn")
+
+
+@seeds(1, 20, 200)
+def test_who_signs_out_on_one_page_keeps_the_turn_accepted_on_another(worlds, seed):
+    hunt(worlds, seed, lambda portal: signs_out(portal, 0.1), jitter)
+
+
+@seeds(1, 20, 200)
+def test_who_signs_out_on_one_page_drives_on_in_another_on_a_busy_machine(worlds, seed):
+    hunt(worlds, seed, lambda portal: signs_out(portal, 8.0), busy)
+
+
+def offers(portal):
+    """Ada joins on one page, and is offered the robot while another page reads her new place."""
+    world, dice = portal.world, random.Random(portal.world.seed)
+    portal.ready()
+    sockets = Sockets(world)
+    browser = Browser(sockets, portal.people["ada"])
+    page = browser.open(AT_ME)
+    for _ in range(4):
+        portal.until(lambda: not shown(page), 10, "a page without places")
+        world.sleep(dice.random())
+        ticket = queue.join(portal.robot, portal.people["ada"], world.now())
+        world.sleep(dice.random() * 0.03)
+        queue.tick(world.now())
+        ticket.refresh_from_db()
+        assert ticket.state == TicketState.OFFERED
+        portal.until(lambda: shown(page) == ["offered"], TOLD_S, "the offer on the page")
+        page.say("do", what="leave", robot=portal.slug)
+
+
+@seeds(1, 20, 200)
+def test_an_offer_that_is_made_while_a_page_reads_is_told_at_once(worlds, seed):
+    hunt(worlds, seed, offers, jitter)
+
+
+def held(portal, page, number):
+    """Hold the controls of a motion on a page for a while; return its command, and when that was told last."""
+    world, dice = portal.world, random.Random(f"{number} {portal.world.seed}")
+    kind, args = portal.wishes.jog((-1) ** number)
+    seq = services.next_seq(services.open_grant(portal.robot))
+    page.say("command", kind=kind, seq=seq, args=args)
+
+    def keeps() -> bool:
+        page.say("keep", seq=seq)
+        world.sleep(KEEP_S)
+        return portal.rig.moving
+
+    portal.until(keeps, 10, "a motion")
+    until = world.monotonic() + 0.3 + dice.random()
+    while world.monotonic() < until:
+        page.say("keep", seq=seq)
+        last = world.monotonic()
+        world.sleep(KEEP_S)
+    command = Command.objects.latest("pk")
+    assert command.state not in COMMAND_FINAL, f"it ended while it was held: {command.reason}"
+    return command, last
+
+
+def let_go(page, command):
+    page.say("released", seq=command.client_seq)
+
+
+def closes(page, command):
+    page.close()
+
+
+def stalls(page, command):
+    """The page goes on to say that it holds the controls; that arrives much later."""
+    page.wire.stall(3.0)
+    for _ in range(10):
+        page.say("keep", seq=command.client_seq)
+
+
+ENDS = {let_go: "completed", stalls: "cancelled", closes: "completed"}
+
+
+def lost_controls(portal):
+    """A held motion ends when the page lets go, is closed, or can say nothing more; nothing brings it back."""
+    portal.grant()
+    sockets = Sockets(portal.world)
+    browser = Browser(sockets, portal.people["ada"])
+    for number, (end, state) in enumerate(ENDS.items()):
+        page = browser.open(AT_ROBOT.format(portal.slug))
+        portal.until(lambda page=page: page.snapshot, 5, "a snapshot")
+        command, last = held(portal, page, number)
+        end(page, command)
+        assert portal.final(command).state == state, f"{end.__name__}: {command.state}, {command.reason}"
+        portal.world.sleep(4)
+        took = portal.moved_until - last
+        assert took <= 0.5, f"{end.__name__}: at rest {took:.3f} s after the last keep-alive"
+
+
+@EACH
+@seeds(1, 20, 200)
+def test_a_held_motion_ends_with_the_controls_of_its_page(worlds, seed):
+    hunt(worlds, seed, lost_controls)
+
+
+def stopped(portal):
+    """A stop that the operator presses on a page holds the robot, and every page shows it; nobody else's does."""
+    portal.grant()
+    sockets, path = Sockets(portal.world), AT_ROBOT.format(portal.slug)
+    ada, bob = (Browser(sockets, portal.people[name]).open(path) for name in ("ada", "bob"))
+    pages = (ada, bob, Page(sockets, path))
+    portal.until(lambda: all(page.snapshot for page in pages), 5, "the snapshots")
+    portal.move()
+    portal.in_motion()
+    for page in pages[1:]:
+        page.say("stop")
+        portal.until(lambda page=page: page.answers, TOLD_S, "an answer")
+        assert not page.answers[0]["ok"]
+    assert not portal.row.stop_latched
+    at = portal.world.monotonic()
+    portal.in_motion()
+    ada.say("stop")
+    portal.at_rest()
+    took = portal.world.monotonic() - at
+    assert took <= 0.3, f"at rest {took:.3f} s after the stop"
+    portal.until(lambda: all(page.snapshot["stopped"] for page in pages), TOLD_S, "the stop on every page")
+    portal.all_final()
+    ada.say("release", checked=True)
+    portal.until(lambda: not any(page.snapshot["stopped"] for page in pages), TOLD_S, "the release on every page")
+
+
+@EACH
+@seeds(1, 20, 200)
+def test_a_stop_on_a_page_holds_the_robot_and_every_page_shows_it(worlds, seed):
+    hunt(worlds, seed, stopped)

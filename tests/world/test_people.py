@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.conftest import at_length
 from tests.world import chaos, crowd
 from tests.world.chaos import busy
 from tests.world.crowd import Crowd
@@ -18,7 +19,7 @@ IN_ANY_ORDER = {
 TOLD = "{} s of joining, driving, stopping, going, banning, locking out and writing, with {}: nothing that must not be"
 
 
-@pytest.mark.parametrize("troubles", IN_ANY_ORDER)
+@pytest.mark.parametrize("troubles", ["nothing", "everything", *map(at_length, ("people's side", "deaths", "clocks"))])
 @seeds(1, 20, 200)
 def test_promise_13_people_in_any_order(crowds, proof, troubles, seed):
     hunt(crowds, seed, lambda portal: Crowd(portal).run(SECONDS, IN_ANY_ORDER[troubles]))
@@ -56,7 +57,7 @@ def test_promise_22_people_while_stores_are_away(crowds, proof, seed):
 
 
 @pytest.mark.parametrize("which", ["errands"], indirect=True)
-@pytest.mark.parametrize("troubles", ["nothing", "deaths", "everything"])
+@pytest.mark.parametrize("troubles", ["everything", at_length("nothing"), at_length("deaths")])
 @seeds(1, 20, 200)
 def test_promise_47_jobs_beside_turns(errands, crowds, proof, troubles, seed):
     hunt(crowds, seed, lambda portal: Crowd(portal).run(SECONDS, IN_ANY_ORDER[troubles]))

@@ -114,7 +114,7 @@ MUTANTS = (
            f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_keeps_the_turn_accepted_on_another[3]"),
     Mutant(34, "the other session has 0.6 s to say that it drives on", "portal/live/viewing.py",
            "            if reported is not None and now - reported < LATELY:\n                return\n", "",
-           f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_drives_on_in_another_on_a_busy_machine[2]"),
+           f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_drives_on_in_another_on_a_busy_machine[8]"),
     Mutant(43, "an earlier permit still lets through after the lease was taken again", "workers/safety/gate.py",
            "if self.lease.epoch != epoch:", "if self.lease.epoch < epoch:",
            "tests/services/test_regain.py::test_an_earlier_permit_refuses_for_good"),

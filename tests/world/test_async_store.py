@@ -140,7 +140,9 @@ def test_answers_that_are_ignored(kind):
         assert await aside(lambda other: other.publish("a", 5)) == 1
         assert await heard(listener, 1) == [("message", b"a", b"5")]
         await store.aclose()
-        assert await aside(lambda other: other.publish("a", 5)) == 0
+        async with asyncio.timeout(60):
+            while await aside(lambda other: other.publish("a", 5)):
+                await asyncio.sleep(0.01)
 
     kind.run(body)
 

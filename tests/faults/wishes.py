@@ -37,6 +37,7 @@ class Mercury:
     )  # fmt: skip
     strengths = {"drop": 0.5, "corrupt": 0.5, "slow": 0.5}
     one_at_a_time = by_staff = False
+    pause_s = 8.0  # between two wishes of somebody, at most
 
     def motions(self, journal):
         """Return the motions that were commanded: not the way back to the last place, which ends a soft reset.
@@ -102,6 +103,7 @@ class MuseumArm:
     restart, cut = "restart", ("arm",)
     one_at_a_time = True  # a newer target replaces the one before
     by_staff = False
+    pause_s = 8.0
     motions = staticmethod(motions)
     drained = staticmethod(disconnected)
 
@@ -140,6 +142,7 @@ class Irat:
     restart, cut = "power_cycle", ("rosbridge",)
     one_at_a_time = by_staff = True
     corridor = 50  # in the left arm of the U
+    pause_s = 40.0  # it looks around meanwhile, and then knows more places
     moment_s = 1.0  # of a motion at full speed; a slow one is held for longer
     drained = staticmethod(disconnected)
 

@@ -132,7 +132,7 @@ class Person:
             self._job()
         elif self.dice.random() < 0.6:
             self.told.tickets.add(queue.join(self.robot, self.user, self.world.now()).pk)
-        self.think(8.0)
+        self.think(self.portal.wishes.pause_s)
 
     def _waiting(self, mine) -> None:
         chance = self.dice.random()

@@ -40,7 +40,7 @@ class Staff:
 
     def _act(self) -> None:
         acts = (
-            (4, lambda: self.verb("stop")), (2, self._lock_out), (2, self._remove), (1, self._end), (2, self._suspend),
+            (4, lambda: self.verb("stop")), (4, self._lock_out), (2, self._remove), (1, self._end), (2, self._suspend),
             (2, lambda: self.verb("test")), (8, self.open_again),
         )  # fmt: skip
         self.dice.choices([act for _, act in acts], [weight for weight, _ in acts])[0]()
@@ -51,10 +51,10 @@ class Staff:
         self.locked_out = True
         self.verb("lock_out", note="a look at the sand")
         self.world.sleep(self.dice.random() * 10.0)
-        if self.dice.random() < 0.5:
+        if self.dice.random() < 0.8:
             self.verb("maintenance")
             self.verb("release", checked="yes")
-            for _ in range(self.dice.randrange(3)):
+            for _ in range(self.dice.randrange(1, 4)):
                 self.crowd.move(self.user)
                 self.world.sleep(self.dice.random() * 6.0)
 

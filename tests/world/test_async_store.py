@@ -73,7 +73,7 @@ class Real:
         bus.connection().flushdb()
 
 
-@pytest.fixture(params=["memory", pytest.param("redis", marks=pytest.mark.gate)])
+@pytest.fixture(params=["memory", "redis"])
 def kind(request):
     made = InMemory() if request.param == "memory" else Real(request.getfixturevalue("redis_server"))
     yield made

@@ -5,13 +5,13 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.conf import settings
-from django.db.models import BigAutoField, DateTimeField, Exists, OuterRef, Q, QuerySet
+from django.db.models import DateTimeField, Exists, OuterRef, Q, QuerySet
 
 from queueing.end_words import End
 from queueing.endings import LATELY, end_of_place
 from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
-from queueing.turns import idle_at
+from queueing.turns import USER, idle_at
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
 from robots.web_uptime import up_since
@@ -42,7 +42,7 @@ class Standing:
     turn: int | None = None  # that has ended
 
 
-USER, SINCE = Slot("user", BigAutoField()), Slot("since", DateTimeField())
+SINCE = Slot("since", DateTimeField())
 _OPEN: Prepared[Ticket] = Prepared(lambda: _mine().filter(state__in=OPEN_TICKET))
 _LOST: Prepared[Ticket] = Prepared(lambda: _newest_over().filter(Q(state=TicketState.EXPIRED) | Q(ended_at__gt=SINCE)))
 

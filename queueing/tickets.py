@@ -19,13 +19,17 @@ from robots.prepared import Prepared
 from robots.states import Cycle, GrantEnd
 
 _OPEN = Q(queue=QUEUE, state__in=OPEN_TICKET)
-_CLEARED = Clearance.objects.filter(robot__queue_link__queue=QUEUE, revoked_at=None).values("user")
 _SUSPENDED: Prepared[Ticket] = Prepared(
     lambda: Ticket.objects.select_related("user").filter(_OPEN, user__is_active=False)
 )
 _UNFIT: Prepared[Ticket] = Prepared(
-    lambda: Ticket.objects.select_related("user").filter(_OPEN, Q(user__is_active=False) | ~Q(user__in=_CLEARED))
+    lambda: Ticket.objects.select_related("user").filter(_OPEN, Q(user__is_active=False) | _uncleared())
 )
+
+
+def _uncleared() -> Q:
+    """Return which tickets are of people without a clearance for a robot of the queue."""
+    return ~Q(user__in=Clearance.objects.filter(robot__queue_link__queue=QUEUE, revoked_at=None).values("user"))
 
 
 def open_ticket(robot: Robot, user: Any) -> Ticket | None:

@@ -185,8 +185,8 @@ def others_wait_since(turn: Turn) -> datetime | None:
     """Return since when somebody else waits for the robot, in the queue or for a job; None if nobody does."""
     if turn.ticket is None:  # its person's account was deleted
         return None
-    people = next(iter(_FIRST_QUEUED(queue=turn.ticket.queue_id)), None)
-    asked = next(iter(_FIRST_ASKED(robot=turn.robot_id, user=turn.user_id)), None)
+    people = _FIRST_QUEUED.first(queue=turn.ticket.queue_id)
+    asked = _FIRST_ASKED.first(robot=turn.robot_id, user=turn.user_id)
     link = QueueRobot.objects.filter(robot=turn.robot_id).first() if asked is not None else None
     if asked is not None and suspended(turn.robot, link):
         asked = None  # it waits for staff

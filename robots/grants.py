@@ -42,7 +42,7 @@ _SINGLE: Prepared[Grant] = Prepared(
 
 def open_grant(robot: Robot) -> Grant | None:
     """Return the robot's open grant."""
-    return next(iter(_OPEN(robot=robot.pk)), None)
+    return _OPEN.first(robot=robot.pk)
 
 
 def newest_grant(robot: Robot) -> Grant | None:
@@ -147,7 +147,7 @@ def end_with_command(command: Command, now: datetime) -> bool:
 
 def end_overdue_single(robot: Robot, now: datetime) -> None:
     """End grants for one command whose owner died and was not replaced."""
-    grant = next(iter(_SINGLE(robot=robot.pk)), None)
+    grant = _SINGLE.first(robot=robot.pk)
     if grant is None:
         return
     ended = not grant.commands.exclude(state__in=COMMAND_FINAL).exists()

@@ -79,6 +79,10 @@ class Prepared(_Prepared[M]):
         rows.query.get_compiler = lambda *args, **kwargs: compiler
         return list(rows._iterable_class(rows))
 
+    def first(self, **values: Any) -> M | None:
+        """Return the first row, None if there is none."""
+        return next(iter(self(**values)), None)
+
 
 class PreparedUpdate(_Prepared[M]):
     """An UPDATE of the rows that `make` returns; `changes` may hold slots too."""

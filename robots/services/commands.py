@@ -91,7 +91,7 @@ def issue(
         BadRequest, OutOfWorkspace: the command itself is wrong.
     """
     now = now or SYSTEM.now()
-    grant = held(next(iter(_OPEN(slug=slug, seq=client_seq)), None), user, now)
+    grant = held(_OPEN.first(slug=slug, seq=client_seq), user, now)
     if grant.kind == GrantKind.UPKEEP:
         raise NotPermitted(ONE_COMMAND)
     return _issue(grant, grant, user, kind, args, client_seq, now)

@@ -58,7 +58,7 @@ class Stop:
         return None if rest_s is None else self._owned.now() + timedelta(seconds=rest_s)
 
     def _row(self) -> Robot:
-        row = next(iter(_ROW(robot=self._owned.robot.pk)), None)
+        row = _ROW.first(robot=self._owned.robot.pk)
         if row is None:
             raise Robot.DoesNotExist
         return row

@@ -55,11 +55,9 @@ class Cubic:
         """Return position, velocity, acceleration; before the start and after the end the arm rests there."""
         rest = t >= self.seconds
         t = min(max(t, 0.0), self.seconds)
-        a0, a1, a2, a3 = self.a
-        q = a0 + t * (a1 + t * (a2 + t * a3))
-        if rest:
-            return q, np.zeros_like(q), np.zeros_like(q)
-        return q, a1 + t * (2 * a2 + 3 * a3 * t), 2 * a2 + 6 * a3 * t
+        powers = [[1.0, t, t * t, t * t * t], [0.0, 1.0, 2 * t, 3 * t * t], [0.0, 0.0, 2.0, 6 * t]]
+        q, v, a = powers @ self.a
+        return (q, np.zeros_like(q), np.zeros_like(q)) if rest else (q, v, a)
 
     def sample(self, times: Joints) -> Joints:
         """Return the positions at `times`, of shape (m, n)."""

@@ -103,12 +103,12 @@ class Zones:
         return bool(np.all(segments.at_least(begin, end, self._low, self._high) >= self._radius))
 
     def still_clear(self, distances: Matrix, moved: Joints) -> bool:
-        """Return quickly whether nothing is touched for certain, after the joints have moved by so much (rad).
+        """Return quickly whether nothing is touched for certain, after each joint has moved by so much (rad, >= 0).
 
         `distances` (p,): those before. A limb comes no nearer than each joint's share of the way moves its farthest
         point. False may mean either.
         """
-        return bool((distances > self._arms @ np.abs(moved)).all())
+        return bool((distances > self._arms @ moved).all())
 
     def nearest(self, q: Joints) -> Touch | None:
         """Return the pair that is nearest to touching, None if there is no box."""

@@ -1,5 +1,6 @@
 """The robot's camera, and a view from above for people and tests; the robot never gets the second."""
 
+from functools import cache
 from math import radians
 
 import cv2
@@ -29,6 +30,12 @@ class Stage:
         self.atlas = Atlas()
         self.still, self.decoys = scenery.everything(self.atlas, with_maze)
         self.robot: Mesh = scenery.robot()
+
+
+@cache
+def stage(with_maze: bool = True) -> Stage:
+    """Return the stage of this process; nobody changes it."""
+    return Stage(with_maze)
 
 
 class RobotCamera:

@@ -18,7 +18,7 @@ from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.kept import BOOTS
 from simulators.common.threads import names, record_deaths
-from simulators.irat.cameras import Overhead, RobotCamera, Stage, jpeg
+from simulators.irat.cameras import Overhead, RobotCamera, jpeg, stage
 from simulators.irat.drive import End
 from simulators.irat.plant import TICK_S
 from simulators.irat.radio import Radio
@@ -52,7 +52,7 @@ class Simulator:
         self.world = World(self.journal.note, self.faults, seed, kept.pose, kept.charge, not open_floor)
         self.boot, self._kept_at = (kept.boot + 1) % BOOTS, 0.0
         self._keep()
-        self._stage = Stage(not open_floor)
+        self._stage = stage(not open_floor)
         self._camera = RobotCamera(self._stage, width, seed=seed)
         self._camera.take(self.world.plant.frame)  # after an installation this compiles the rasteriser for seconds
         self._above: Overhead | None = None

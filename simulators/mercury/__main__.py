@@ -43,13 +43,16 @@ READOUT_S = 0.030  # the card reads the chip after the exposure
 class Simulator:
     """All parts: bed, arm, controller, line and camera."""
 
-    def __init__(self, folder: Path, seed: int, opened: OpenLine, clock: Timer = TIMER, real: Timer = TIMER) -> None:
+    def __init__(
+        self, folder: Path, seed: int, opened: OpenLine, clock: Timer = TIMER, real: Timer = TIMER,
+        bed: Callable[[int], SandBed] = SandBed,
+    ) -> None:  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         self._folder, self._clock = folder, clock
         self.faults = FaultBoard(seed)
         self.journal = Journal(folder / "journal.jsonl", real)
         description = load("mercury")
-        self.bed = SandBed(seed)
+        self.bed = bed(seed)
         self.bed.restore(folder / "bed.npy")
         self._state = folder / "state.json"
         kept = restore(self._state)

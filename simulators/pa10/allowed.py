@@ -33,21 +33,32 @@ class Allowed:
     def accept(self, planner: Planner, q: Joints) -> None:
         """Accept the present position; from there the arm may only move away."""
         self._planner = planner
-        self._looked_at, self._distances = q.copy(), planner.zones.distances(q)
+        self._look(q)
         self._floor = planner.zones.floor(self._distances)
         self._most = _outside(planner, q) + OFF_RAD
+        self._inside = self._is_inside()
+
+    def _look(self, q: Joints) -> None:
+        limits = self._planner.limits
+        self._looked_at, self._distances = q.copy(), self._planner.zones.distances(q)
+        self._way = np.minimum(q - limits.low, limits.high - q) + OFF_RAD  # of each joint, to its least limit
+
+    def _is_inside(self) -> bool:
+        return bool((self._floor < 0.0).any() or (self._most > OFF_RAD).any())
 
     def left(self, q: Joints) -> str:
         """Return what is wrong with the arm's present position, empty if nothing is; it may not go back."""
-        zones, outside = self._planner.zones, _outside(self._planner, q)
-        inside = (self._floor < 0.0).any()
-        if inside or not zones.still_clear(self._distances, q - self._looked_at):  # mostly it is, and far from a box
-            self._looked_at, self._distances = q.copy(), zones.distances(q)
-            touch = zones.entered(self._distances + OFF_M, self._floor)
-            if touch is not None:
-                return str(touch)
-            self._floor = zones.raised(self._floor, self._distances)
+        zones, moved = self._planner.zones, np.abs(q - self._looked_at)
+        if not self._inside and (moved < self._way).all() and zones.still_clear(self._distances, moved):
+            return ""  # mostly, for it is far from boxes and limits
+        self._look(q)
+        touch = zones.entered(self._distances + OFF_M, self._floor)
+        if touch is not None:
+            return str(touch)
+        outside = _outside(self._planner, q)
         if (outside > self._most).any():
             return self._planner.chain.broken_limit(q)
+        self._floor = zones.raised(self._floor, self._distances)
         self._most = np.minimum(self._most, outside + OFF_RAD)
+        self._inside = self._is_inside()
         return ""

@@ -53,7 +53,7 @@ class Application:
         self._mode, self._end = Mode.NO_CTRL, End.NONE
         self._set = SetPoint(courses.planner, q)
         self._allowed = Allowed(courses.planner, q)
-        self._seen, self._thrown = q.copy(), False
+        self._seen, self._speed = q.copy(), np.zeros_like(q)
         self._leaving = ""  # the range error that is being left now
         self._gripper, self._gripped = gripper, 0  # the step until which the fingers may move
         self._ticks, self._now = 0, 0.0  # steps of the control loop, and its time in s
@@ -110,7 +110,7 @@ class Application:
         if self._mode == Mode.PROG_EXEC:
             raise Refused("busy", f"program {self.program} is executing; hold it first")
         if self._mode == Mode.RANGE_ERROR:
-            if self._thrown:
+            if (np.abs(self._speed) > STILL_RAD_S).any():
                 raise Refused("busy", "something still moves the arm; wait until it rests")
             self._set.stand(self._seen)
             self._allowed.accept(self._courses.planner, self._seen)
@@ -277,7 +277,7 @@ class Application:
         with self._rested:
             self._ticks += 1
             self._now = self._ticks * STEP_S
-            self._seen, self._thrown = measured, bool((np.abs(speed) > STILL_RAD_S).any())
+            self._seen, self._speed = measured, speed
             if self._set.step(self._now):
                 self._arrive()
             if self._mode != Mode.RANGE_ERROR and (why := self._allowed.left(measured)):

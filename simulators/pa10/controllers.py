@@ -30,20 +30,19 @@ class ComputedTorque:
         # contacts are not part of the arm's own dynamics
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
         self._data = mujoco.MjData(self._model)
-        names = chain("pa10").names
-        self._at = np.array([self._model.joint(name).qposadr[0] for name in names])
-        self._dof = np.array([self._model.joint(name).dofadr[0] for name in names])
+        at, dof = scene.places(self._model, chain("pa10").names)
+        self._q, self._v, self._a = self._data.qpos[at], self._data.qvel[dof], self._data.qacc[dof]
+        self._torque = self._data.qfrc_inverse[dof]
         w = 2 * np.pi * frequency / 2
         self._kp, self._kv = w * w, 2 * w
 
     def torques(self, q: Joints, v: Joints, a: Joints, now: Measured) -> Joints:
         """See Controller."""
-        data = self._data
-        data.qpos[self._at], data.qvel[self._dof] = now.q, now.v
-        data.qacc[:] = 0.0
-        data.qacc[self._dof] = a + self._kv * (v - now.v) + self._kp * (q - now.q)
-        mujoco.mj_inverse(self._model, data)
-        return np.asarray(data.qfrc_inverse[self._dof]).copy()
+        self._q[:], self._v[:] = now.q, now.v
+        self._a[:] = a + self._kv * (v - now.v) + self._kp * (q - now.q)
+        mujoco.mj_inverse(self._model, self._data)
+        torque: Joints = self._torque.copy()
+        return torque
 
 
 class ProportionalDerivative:

@@ -32,32 +32,34 @@ class Plant:
         self.model = scene.spec().compile()
         self.data = mujoco.MjData(self.model)
         arm = chain("pa10")
-        self._at = np.array([self.model.joint(name).qposadr[0] for name in arm.names])
-        self._dof = np.array([self.model.joint(name).dofadr[0] for name in arm.names])
-        self._fingers = [self.model.joint(name).qposadr[0] for name in ("left_finger", "right_finger")]
+        at, dof = scene.places(self.model, arm.names)
+        fingers, _ = scene.places(self.model, ("left_finger", "right_finger"))
         self._effort = arm.effort
         gripper = load("pa10")["gripper"]
         self._open, self._closed = float(gripper["open"]), -0.02  # beyond the pads: it presses
+        # MuJoCo's own memory, looked up once: each look costs as much as a sum
+        self._q, self._fingers = self.data.qpos[at], self.data.qpos[fingers]
+        self._v, self._applied, self._ctrl = self.data.qvel[dof], self.data.qfrc_applied[dof], self.data.ctrl
         if qpos is not None and qpos.shape == self.data.qpos.shape:
             self.data.qpos[:] = qpos
         else:
-            self.data.qpos[self._fingers] = self._open
-            self.data.qpos[self._at] = 0.0 if q is None else q
+            self._fingers[:] = self._open
+            self._q[:] = 0.0 if q is None else q
         self._torque = np.zeros(len(arm.names))
         self.disturbance = np.zeros(len(arm.names))  # N m of disturbance
         mujoco.mj_forward(self.model, self.data)
 
     def measured(self) -> Measured:
         """Return positions, velocities, applied torques."""
-        left, right = self.data.qpos[self._fingers].tolist()
+        left, right = self._fingers.tolist()
         opening = max(0.0, (left + right) / 2)  # pads that press give way a little
-        return Measured(self.data.qpos[self._at].copy(), self.data.qvel[self._dof].copy(), self._torque.copy(), opening)
+        return Measured(self._q.copy(), self._v.copy(), self._torque, opening)
 
     def step(self, torque: Joints, gripper: int) -> None:
         """Apply torques (N m, limited to the motors') for 2 ms; `gripper` 0 opens, 1 closes."""
         self._torque = np.minimum(np.maximum(torque, -self._effort), self._effort)
-        self.data.qfrc_applied[self._dof] = self._torque + self.disturbance
-        self.data.ctrl[:] = self._closed if gripper else self._open
+        np.add(self._torque, self.disturbance, out=self._applied)
+        self._ctrl[:] = self._closed if gripper else self._open
         mujoco.mj_step(self.model, self.data)
 
     @property

@@ -1,5 +1,6 @@
 """The table, the blocks and the cameras around the arm of the description, as a MuJoCo model."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -117,6 +118,14 @@ def _looking(place: tuple[float, float, float], at: tuple[float, float, float]) 
     right = np.cross(up, back)
     right = right / np.linalg.norm(right)
     return [*right.tolist(), *np.cross(back, right).tolist()]
+
+
+def places(model: mujoco.MjModel, names: Sequence[str]) -> tuple[slice, slice]:
+    """Return where joints of one number each stand in positions and in velocities; they stand beside each other."""
+    at, dof = (int(first[0]) for first in (model.joint(names[0]).qposadr, model.joint(names[0]).dofadr))
+    for n, name in enumerate(names):
+        assert (model.joint(name).qposadr[0], model.joint(name).dofadr[0]) == (at + n, dof + n), name
+    return slice(at, at + len(names)), slice(dof, dof + len(names))
 
 
 def forbidden() -> tuple[Any, ...]:

@@ -67,7 +67,8 @@ class Simulator:
         self._slips = 0  # steps during which the gripper slips
         self._rest = Rest(clock)
         self._measured = self.plant.measured()
-        self._reference = self._measured.q
+        still = np.zeros_like(self._measured.q)
+        self._reference = Reference(self._measured.q, still, still, 0)
         self.store = ProgramStore(folder / "programs.json")
         self._begin("power on", error=why_outside(self._courses.planner, self._measured.q))
         self._shared = SharedScene(folder / "scene.mem", self.plant.model.nq, begin=True)
@@ -166,7 +167,7 @@ class Simulator:
             "counts": dict(self.journal.counts),
             "q": self._measured.q.tolist(),
             "speed": float(np.max(np.abs(self._measured.v))),
-            "reference": self._reference.tolist(),
+            "reference": self._reference.q.tolist(),
             "threads": names(),
             "moving": self.app.moving,
             "mode": str(self.app.mode),
@@ -212,7 +213,7 @@ class Simulator:
         self.steps += 1
         measured: Measured = self.plant.measured()
         reference = self.app.step(measured.q, measured.v)
-        self._measured, self._reference = measured, reference.q
+        self._measured = measured
         if self.app.moving:
             self.error = max(self.error, float(np.max(np.abs(reference.q - measured.q))))
         self._judge_reference(reference)
@@ -229,9 +230,10 @@ class Simulator:
 
     def _judge_reference(self, reference: Reference) -> None:
         """Write a set-point outside ranges or speeds to the journal, once each time; there must be none."""
-        limits = self._courses.planner.limits
-        if self.app.error:
-            return  # where it was pushed
+        limits, before = self._courses.planner.limits, self._reference
+        self._reference = reference
+        if (reference.q is before.q and reference.v is before.v) or self.app.error:
+            return  # it rests, or it is where it was pushed
         inside = ((reference.q > limits.low - SLACK) & (reference.q < limits.high + SLACK)).all()
         passed = not (inside and (np.abs(reference.v) < limits.velocity + SLACK).all())  # also if it is NaN
         if passed and not self._passed:

@@ -6,6 +6,7 @@ from random import Random
 from robots.drivers.mercury.driver import Driver
 from robots.drivers.mercury.protocol import move_xyz
 from simulators.mercury.__main__ import Simulator
+from tests.unit.sand_beds import fresh
 from tests.world.eyes import Eye
 from tests.world.wires import Cable, Port, line_of
 from tests.world.world import World
@@ -27,7 +28,7 @@ class MercuryRig:
         self.by_itself: dict[int, bool] = {}  # whether the newest instruction of a number put the robot in order
         self.kinds: dict[int, str] = {}  # for which command the newest instruction of a number was sent
         self.process = world.process("simulator", delayed=False)
-        self.sim = Simulator(folder, world.seed, line_of(self.cable), world, world)
+        self.sim = Simulator(folder, world.seed, line_of(self.cable), world, world, fresh)
         world.spawn(self.sim.run, "simulator", self.process)
 
     def session(self, name, address, settings, trace=None):

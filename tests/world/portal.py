@@ -14,6 +14,7 @@ from robots import bus, services
 from robots.clock import SYSTEM
 from robots.drivers.errors import RobotError
 from robots.models import Command, Robot
+from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
 from tests.world.async_store import AsyncStore
@@ -32,6 +33,10 @@ NEW = {  # a robot's row, as if no world had been before
     "cycle": Cycle.OFFLINE, "reason": "", "stop_latched": False, "releases": 0, "stopped_at": None,
     "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},
 }  # fmt: skip
+_ROW: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(pk=Slot("robot", Robot._meta.pk)))
+_COMMAND: Prepared[Command] = Prepared(
+    lambda: Command.objects.filter(pk=Slot("command", Command._meta.pk)).only("state")
+)
 SPOTS = ((-0.2, 0.3), (0.19, 0.45), (0.0, 0.35))
 
 
@@ -71,7 +76,7 @@ class Portal:
 
     @property
     def row(self) -> Robot:
-        return Robot.objects.get(pk=self.robot.pk)
+        return _ROW(robot=self.robot.pk)[0]
 
     @property
     def moved_until(self) -> float:
@@ -146,12 +151,10 @@ class Portal:
 
     def final(self, command: Command, seconds: float = 90.0) -> Command:
         """Wait for the end of a command."""
-
-        def over() -> bool:
-            command.refresh_from_db()
-            return command.state in COMMAND_FINAL
-
-        self.until(over, seconds, f"the end of {command.kind}")
+        self.until(
+            lambda: _COMMAND(command=command.pk)[0].state in COMMAND_FINAL, seconds, f"the end of {command.kind}"
+        )
+        command.refresh_from_db()
         return command
 
     def all_final(self, seconds: float = 90.0) -> None:

@@ -58,9 +58,11 @@ class Thread(threading.Thread):
         self.due, self.holds = world.monotonic(), None
         self.late_s, self.ready_at = 0.0, None
         self.over = False
+        self.database = connections["default"]  # of this thread once it runs: a look costs more than a choice
 
     def run(self) -> None:
         self.turn.acquire()
+        self.database = connections["default"]
         try:
             with self.world.at_statements():
                 self.world.check_alive()
@@ -219,7 +221,7 @@ class World:
         """Wait until `due` (monotonic, s) or until it `holds`; tell whether it does."""
         me = self._here()
         self.check_alive()
-        if connections["default"].in_atomic_block:
+        if me.database.in_atomic_block:
             raise AssertionError(f"{me.name!r} waits inside a transaction, which keeps everybody from the database")
         self._count(me.process)
         self.waits += 1
@@ -245,7 +247,7 @@ class World:
 
     def pause(self, seconds: float) -> None:
         """Let a call to another process take so long, unless a transaction is open: nobody waits inside one."""
-        if not connections["default"].in_atomic_block:
+        if not self.running.database.in_atomic_block:
             self.sleep(seconds)
 
     def yield_(self) -> None:

@@ -1,16 +1,31 @@
 """How many people and jobs are ahead of a person who waits, and how long the wait may be. Reads only."""
 
 from datetime import datetime
+from typing import Any
 
 from django.conf import settings
+from django.db.models import BigAutoField, Count, FloatField, Q
 
 from queueing import fairshare
 from queueing.jobs.foreseeing import HANDOVER_S, jobs_before, jobs_take, left_of_turn
 from queueing.models import NOT_YET, Job, JobState, Ticket, TicketState
+from queueing.rows import QUEUE
 from robots.models import Robot
+from robots.prepared import Prepared, Slot
 from robots.states import Cycle
 
 RULES = settings.FARHAND
+TAG, TICKET = Slot("tag", FloatField()), Slot("ticket", BigAutoField())
+_AHEAD: Prepared[Any] = Prepared(
+    lambda: (
+        Ticket.objects.filter(queue=QUEUE, state__in=NOT_YET)
+        .filter(Q(start_tag__lt=TAG) | Q(start_tag=TAG, pk__lt=TICKET))
+        .order_by()
+        .values("queue")
+        .annotate(number=Count("pk"))
+        .values_list("number", flat=True)
+    )
+)
 
 
 def waiting(robot: Robot) -> int:
@@ -41,11 +56,7 @@ def _before(ticket: Ticket) -> tuple[int, list[Job]]:
 
 
 def _people(ticket: Ticket) -> int:
-    ahead = Ticket.objects.filter(queue=ticket.queue, state__in=NOT_YET)
-    return (
-        ahead.filter(start_tag__lt=ticket.start_tag).count()
-        + ahead.filter(start_tag=ticket.start_tag, pk__lt=ticket.pk).count()
-    )
+    return _AHEAD.first(queue=ticket.queue_id, tag=ticket.start_tag, ticket=ticket.pk) or 0
 
 
 def _wait(robot: Robot, ticket: Ticket, people: int, jobs: list[Job], now: datetime) -> tuple[int, int] | None:

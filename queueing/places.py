@@ -11,6 +11,7 @@ from queueing.end_words import End
 from queueing.endings import LATELY, end_of_place
 from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
+from queueing.rows import robots_of
 from queueing.turns import USER, idle_at
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
@@ -48,7 +49,9 @@ _LOST: Prepared[Ticket] = Prepared(lambda: _newest_over().filter(Q(state=TicketS
 
 
 def _mine() -> QuerySet[Ticket]:
-    return Ticket.objects.filter(user=USER).select_related("robot", "turn__grant", "turn__robot").order_by("pk")
+    return (
+        Ticket.objects.filter(user=USER).select_related("queue", "robot", "turn__grant", "turn__robot").order_by("pk")
+    )
 
 
 def _newest_over() -> QuerySet[Ticket]:
@@ -71,7 +74,7 @@ def _urgency(one: Standing) -> tuple[int, float, int]:
 
 
 def _standing(ticket: Ticket, now: datetime) -> Standing | None:
-    robot = ticket.robot or Robot.objects.filter(queue_link__queue=ticket.queue_id).order_by("pk").first()
+    robot = ticket.robot or next(iter(robots_of(ticket.queue)), None)
     if robot is None:
         return None
     if ticket.state not in OPEN_TICKET:

@@ -11,15 +11,25 @@ from django.db.models import QuerySet
 from queueing.jobs.kinds import link_of
 from queueing.jobs.suspending import suspended
 from queueing.models import NOT_YET, OPEN_JOB, Charge, Job, JobRun, JobState, QueueRobot, Ticket, Turn
+from queueing.rows import QUEUE, links_of
 from robots.contract.find import spec_or_none
-from robots.grants import open_grant
+from robots.grants import ROBOT, open_grant
 from robots.models import Robot
+from robots.prepared import Prepared
 from robots.states import Cycle, GrantKind
 
 LATEST = 20  # ended jobs from which the time of one is judged
 OUT = (Cycle.FAULT, Cycle.LOCKED_OUT, Cycle.OFFLINE)
 HANDOVER_S, ANSWER_S, LEAST_LEFT_S = 12.0, 30.0, 5.0
 Range = tuple[float, float]
+_TURN: Prepared[Turn] = Prepared(lambda: Turn.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
+_WAITING: Prepared[Job] = Prepared(lambda: Job.objects.filter(queue=QUEUE, state=JobState.WAITING).only("pk")[:1])
+_RUNNING: Prepared[Job] = Prepared(lambda: _of(JobState.RUNNING)[:1])
+_OPEN: Prepared[Job] = Prepared(lambda: _of(*OPEN_JOB).select_related("account", "queue", "robot"))
+
+
+def _of(*states: str) -> QuerySet[Job]:
+    return Job.objects.filter(robot=ROBOT, state__in=states).order_by("pk")
 
 
 @dataclass(frozen=True)
@@ -62,9 +72,14 @@ def foreseen(robot: Robot, now: datetime) -> list[Foreseen]:
     return found
 
 
+def any_waits(queue: int) -> bool:
+    """Return whether a job waits in the queue with this number."""
+    return bool(_WAITING(queue=queue))
+
+
 def left_of_turn(robot: Robot, now: datetime) -> float | None:
     """Return the greatest rest of the robot's turn (s), if others wait; None if none runs."""
-    turn = Turn.objects.filter(robot=robot, ended_at=None).first()
+    turn = _TURN.first(robot=robot.pk)
     if turn is None:
         return None
     if turn.until > turn.base_until:  # in its extra time
@@ -74,11 +89,10 @@ def left_of_turn(robot: Robot, now: datetime) -> float | None:
 
 def jobs_before(ticket: Ticket) -> list[Job]:
     """Return the waiting jobs of the ticket's queue that are served before it. Jobs that wait for staff are not."""
-    waiting = Job.objects.filter(queue=ticket.queue_id, state=JobState.WAITING)
-    if not waiting.exists():
+    if not any_waits(ticket.queue_id):
         return []
     found: list[Job] = []
-    for link in QueueRobot.objects.select_related("robot").filter(queue=ticket.queue_id):
+    for link in links_of(ticket.queue):
         if suspended(link.robot, link):
             continue
         tags = _tagged(link.robot, link)
@@ -94,7 +108,7 @@ def _precedes(job: Job, tag: float, ticket: Ticket) -> bool:
 
 def jobs_take(robot: Robot, jobs: Sequence[Job], now: datetime) -> Range:
     """Return the least and greatest time (s) until these jobs are done, and the one that runs on the robot."""
-    first = Job.objects.filter(robot=robot, state=JobState.RUNNING).first()
+    first = _RUNNING.first(robot=robot.pk)
     low = high = 0.0
     if first is not None:
         low, high = _left(first, durations(robot, first.kind), now)
@@ -129,7 +143,7 @@ def _cost(robot: Robot, link: QueueRobot | None, kind: str) -> float:
 
 def _tagged(robot: Robot, link: QueueRobot | None) -> dict[Job, float]:
     """Return the open jobs in order, each with its start tag, or with the tag that it will probably get."""
-    jobs = list(Job.objects.filter(robot=robot, state__in=OPEN_JOB).select_related("account", "queue", "robot"))
+    jobs = _OPEN(robot=robot.pk)
     if not jobs:
         return {}
     tags = _tags(jobs, _cost(robot, link, jobs[0].kind))

@@ -5,26 +5,25 @@ from datetime import datetime
 from django.db.models import Q
 
 from accounts.services import cleared_people
+from queueing.jobs.foreseeing import any_waits
 from queueing.jobs.kinds import job_kinds_or_none
 from queueing.jobs.outdated import outdated
 from queueing.jobs.running import end
 from queueing.models import Job, JobState, Queue
-from queueing.rows import QUEUE, links_of
+from queueing.rows import links_of
 from robots.contract.spec import CommandKind
 from robots.models import Robot
-from robots.prepared import Prepared
 
 SWITCHED_OFF = "The account of the person who asked for it is switched off."
 NO_SUCH_KIND = "This robot no longer takes this kind of job."
 NO_GUESTS = "This robot no longer takes jobs from guests."
 NOT_CLEARED = "The person who asked for it is no longer cleared for this robot."
 NOTHING_KNOWN = Q(pk=None)  # of no job
-_WAITING: Prepared[Job] = Prepared(lambda: Job.objects.filter(queue=QUEUE, state=JobState.WAITING).only("pk")[:1])
 
 
 def judge_waiting(queue: Queue, now: datetime) -> None:
     """End the waiting jobs that may not start any more, each with the reason; they cost nothing."""
-    if not _WAITING(queue=queue.pk):
+    if not any_waits(queue.pk):
         return
     waiting = Job.objects.filter(queue=queue, state=JobState.WAITING).select_related("account", "robot", "user")
     for link in links_of(queue):

@@ -117,10 +117,13 @@ class IratRig:
         return self.network.kept_back_s
 
     def is_by_itself(self, motion: dict) -> bool:
-        """Tell whether a motion goes on with the one before, which rested because velocities came late."""
+        """Tell whether a motion goes on with the one before: that rested because velocities came late, or none came.
+
+        The driver says that the wheels are to rest while it does not hear the robot; a command's own end is a hold.
+        """
         last, self._last = self._last, motion
         same = all(last.get(name) == motion[name] for name in ("epoch", "linear", "angular"))
-        return same and self._end == "silence"
+        return same and self._end in (End.SILENCE, End.DONE)
 
     def kind_of(self, motion: dict) -> str:
         """Return the kind of command that began a motion."""

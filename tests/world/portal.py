@@ -1,6 +1,5 @@
 """A world with the rows of the people side, a store, and one robot with its owner."""
 
-import gc
 import shutil
 from datetime import timedelta
 from functools import partial
@@ -65,7 +64,6 @@ class Portal:
             SYSTEM.live_by(self._before)
             bus.speak_through(None)
             live_store.speak_through(None)
-            gc.collect()  # a world is full of cycles: some 20 MB that would stay until the collector looks by itself
 
     # what is
 

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import IntegrityError, transaction
-from django.db.models import BigAutoField, F
+from django.db.models import BigAutoField, F, QuerySet
 
 from robots import bus
 from robots.contract.procedures import PICTURE
@@ -34,10 +34,22 @@ def owner_alive(lease: Lease | None, now: datetime) -> bool:
 
 
 ROBOT = Slot("robot", BigAutoField())
+_LEASE: Prepared[Lease] = Prepared(lambda: Lease.objects.filter(robot=ROBOT))
 _OPEN: Prepared[Grant] = Prepared(lambda: Grant.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
 _SINGLE: Prepared[Grant] = Prepared(
     lambda: Grant.objects.filter(robot=ROBOT, kind__in=ONE_COMMAND, ended_at=None).order_by("pk")[:1]
 )
+_MOVES: Prepared[Grant] = Prepared(lambda: _that_move().order_by("-pk")[:1])
+
+
+def _that_move() -> QuerySet[Grant]:
+    found = Grant.objects.filter(robot=ROBOT).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
+    return found.exclude(kind=GrantKind.SETTINGS)
+
+
+def lease_of(robot: Robot) -> Lease | None:
+    """Return which process owns the robot; None if none ever did."""
+    return _LEASE.first(robot=robot.pk)
 
 
 def open_grant(robot: Robot) -> Grant | None:
@@ -55,8 +67,7 @@ def newest_grant_that_moves(robot: Robot) -> Grant | None:
 
     Single commands of staff, as for a picture, and settings that were set back after a stop.
     """
-    found = Grant.objects.filter(robot=robot).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
-    return found.exclude(kind=GrantKind.SETTINGS).order_by("-pk").first()
+    return _MOVES.first(robot=robot.pk)
 
 
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
@@ -77,7 +88,7 @@ def start_grant(
     robot: Robot, kind: GrantKind, now: datetime, holder: Any = None, until: datetime | None = None
 ) -> Grant:
     """Open a grant. Raises AnotherGrant if one is open."""
-    lease = Lease.objects.filter(robot=robot).first()
+    lease = lease_of(robot)
     try:
         with transaction.atomic():
             return Grant.objects.create(

@@ -17,6 +17,7 @@ _ROBOTS: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(queue_link__que
 _LINKS: Prepared[QueueRobot] = Prepared(
     lambda: QueueRobot.objects.select_related("robot").filter(queue=QUEUE).order_by("robot_id")
 )
+_LOCKED: Prepared[Queue] = Prepared(lambda: Queue.objects.select_for_update().filter(pk=QUEUE))
 SETTINGS = frozenset({"offers_turns", "guests_ask", "charged_in", "rest_after_min"})
 
 
@@ -56,7 +57,10 @@ def _first_settings(robot: Robot) -> dict[str, Any]:
 
 def locked(queue: Queue) -> Queue:
     """Return the queue with its row locked until the transaction ends."""
-    return Queue.objects.select_for_update().get(pk=queue.pk)
+    found = _LOCKED.first(queue=queue.pk)
+    if found is None:
+        raise Queue.DoesNotExist
+    return found
 
 
 def robots_of(queue: Queue) -> list[Robot]:

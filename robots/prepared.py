@@ -85,12 +85,14 @@ class Prepared(_Prepared[M]):
     def __call__(self, **values: Any) -> list[M]:
         """Return the rows."""
         statement = self._statement()
-        with statement.connection.cursor() as cursor:
+        rows, connection = self._here.rows, statement.connection
+        if rows.query.select_for_update and connection.features.has_select_for_update and connection.get_autocommit():
+            raise transaction.TransactionManagementError("a lock outside of a transaction holds nothing")
+        with connection.cursor() as cursor:
             cursor.execute(*statement.filled(values))
             found = cursor.fetchall()
         if not found:
             return []
-        rows = self._here.rows
         statement.compiler.execute_sql = lambda *args, **kwargs: [found]
         return list(rows._iterable_class(rows))
 

@@ -13,7 +13,9 @@ from robots.models import Robot
 from robots.prepared import Prepared, Slot
 
 QUEUE = Slot("queue", BigAutoField())
-_ROBOTS: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(queue_link__queue=QUEUE).order_by("pk"))
+_ROBOTS: Prepared[Robot] = Prepared(
+    lambda: Robot.objects.filter(queue_link__queue=QUEUE).only("slug", "clearance_required").order_by("pk")
+)
 _LINKS: Prepared[QueueRobot] = Prepared(
     lambda: QueueRobot.objects.select_related("robot").filter(queue=QUEUE).order_by("robot_id")
 )
@@ -64,7 +66,7 @@ def locked(queue: Queue) -> Queue:
 
 
 def robots_of(queue: Queue) -> list[Robot]:
-    """Return the robots that the queue serves."""
+    """Return the robots that the queue serves; of their rows only what is asked here."""
     return _ROBOTS(queue=queue.pk)
 
 

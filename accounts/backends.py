@@ -6,11 +6,16 @@ from allauth.account.auth_backends import AuthenticationBackend
 from allauth.account.internal.userkit import filter_users_by_email, get_user_by_username
 from django.contrib.auth.backends import BaseBackend
 from django.contrib.auth.base_user import AbstractBaseUser
+from django.db.models import BigAutoField
 from django.http import HttpRequest
 
+from accounts.models import User
 from accounts.services import cleared
 from robots.models import Robot
 from robots.permissions import LEVEL
+from robots.prepared import Prepared, Slot
+
+_PERSON: Prepared[User] = Prepared(lambda: User.objects.filter(pk=Slot("id", BigAutoField())))
 
 
 class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
@@ -27,6 +32,11 @@ class ConstantTimeBackend(AuthenticationBackend):  # type: ignore[misc]
         user = found[0] if found else get_user_by_username(name)
         known: AbstractBaseUser | None = self._check_password(user, str(credentials.get("password") or ""))
         return known
+
+    def get_user(self, user_id: Any) -> AbstractBaseUser | None:
+        """Return the person, read at every page, by a statement that is made once."""
+        found = _PERSON.first(id=user_id)
+        return found if found is not None and self.user_can_authenticate(found) else None
 
 
 class ClearanceBackend(BaseBackend):

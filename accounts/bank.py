@@ -27,7 +27,8 @@ def load_bank(robot: Robot) -> int:
         question = Question.objects.create(
             robot=robot, text=one["text"], explanation=one.get("explanation", ""), **about
         )
-        for number, text in enumerate(one["choices"]):
-            Choice.objects.create(question=question, text=text, correct=number == 0)
+        Choice.objects.bulk_create(
+            Choice(question=question, text=text, correct=number == 0) for number, text in enumerate(one["choices"])
+        )
         added += 1
     return added

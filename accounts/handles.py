@@ -2,8 +2,7 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from django.contrib.auth import get_user_model
@@ -84,12 +83,16 @@ def _prototypes() -> dict[str, str]:
 
 
 def _skeleton(text: str) -> str:
-    plain = "".join(_prototypes().get(c, c) for c in _bare_of_accents(text))
-    return "".join(_drawn(c) for c in _bare_of_accents(plain).translate(ALSO))
+    prototypes = _prototypes()
+    plain = "".join([prototypes.get(c, c) for c in _bare_of_accents(text)])
+    return "".join(map(_drawn, _bare_of_accents(plain).translate(ALSO)))
 
 
 def _bare_of_accents(text: str) -> str:
-    return "".join(c for c in unicodedata.normalize("NFD", text) if not _accent(unicodedata.combining(c)))
+    if text.isascii():
+        return text
+    apart = unicodedata.normalize("NFD", text)
+    return "".join([c for c in apart if not unicodedata.combining(c) or not _accent(unicodedata.combining(c))])
 
 
 def _accent(place: int) -> bool:
@@ -97,6 +100,7 @@ def _accent(place: int) -> bool:
     return place == 1 or 10 <= place <= 35 or place >= 200
 
 
+@lru_cache(maxsize=4096)
 def _drawn(letter: str) -> str:
     """Return `b` for a small capital ʙ and for a ɓ with a hook."""
     found = None if letter.isascii() else DRAWN_AS.fullmatch(unicodedata.name(letter, ""))
@@ -146,10 +150,15 @@ def _reads_as(text: str, reserved: set[str]) -> bool:
     return any(_bare(digits.sub("", text)) in reserved for digits in AROUND)
 
 
-def _reserved(words: Iterable[str]) -> set[str]:
+@cache
+def _bare_words(words: frozenset[str]) -> frozenset[str]:
+    return frozenset(map(_bare, words))
+
+
+def _reserved(words: frozenset[str]) -> set[str]:
     """Return what stands for these words and for the robots' names and slugs."""
     robots = (name for row in Robot.objects.values_list("slug", "name") for name in row)
-    return {_bare(name) for name in (*words, *robots)} - {""}
+    return {*_bare_words(words), *map(_bare, robots)} - {""}
 
 
 def _bare(handle: str) -> str:

@@ -8,18 +8,21 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
-from django.db.models import F, Q, QuerySet
+from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
 
 from accounts import quiz
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
 from robots.drivers.errors import NotPermitted
 from robots.models import Robot
+from robots.prepared import Prepared, Slot
 from robots.previews import Job
 
 _random = random.SystemRandom()
 RULES = settings.FARHAND
 FORGOTTEN = timedelta(days=30)  # an older failure does not extend the pause
 MANY = 64
+ROBOT, USER, LEVEL = Slot("robot", BigAutoField()), Slot("user", BigAutoField()), Slot("level", IntegerField())
+_CLEARED: Prepared[Any] = Prepared(lambda: cleared_people(ROBOT, LEVEL).filter(user=USER)[:1])
 
 
 class NotNow(Exception):
@@ -55,10 +58,10 @@ def cleared(user: Any, robot: Robot, level: int = 1) -> bool:
         return False
     if not robot.clearance_required:
         return True
-    return cleared_people(robot, level).filter(user=user).exists()
+    return bool(_CLEARED(robot=robot.pk, level=level, user=user.pk))
 
 
-def cleared_people(robot: Robot, level: int = 1) -> QuerySet[Any, Any]:
+def cleared_people(robot: Robot | Slot, level: int | Slot = 1) -> QuerySet[Any, Any]:
     """Return a query for the keys of the people who have a clearance of the robot."""
     return Clearance.objects.filter(robot=robot, level__gte=level, revoked_at=None).values("user")
 

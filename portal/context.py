@@ -15,6 +15,9 @@ from queueing.models import Job
 from queueing.places import standings
 from robots.clock import SYSTEM
 from robots.models import Robot
+from robots.prepared import Prepared
+
+_MENU: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True).only("slug", "name"))
 
 
 def _my_places(user: Any) -> list[dict[str, Any]]:
@@ -37,7 +40,7 @@ def site(request: HttpRequest) -> dict[str, object]:
     """
     user = getattr(request, "user", None)
     return {
-        "menu_robots": Robot.objects.filter(enabled=True).only("slug", "name"),
+        "menu_robots": SimpleLazyObject(_MENU),
         "store_trouble": trouble(),
         "mails_to_terminal": mails_go_to_terminal(),
         "ended_jobs": SimpleLazyObject(lambda: _ended_jobs(request)),

@@ -131,6 +131,7 @@ def _database() -> dict[str, Any]:
     )
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
+        config["ENGINE"] = "portal.sqlite3"
         config["OPTIONS"] = {"transaction_mode": "IMMEDIATE"}
         config["TEST"] = {"NAME": VAR / "test.sqlite3"}  # processes of the tests need a file, not memory
     else:
@@ -296,6 +297,7 @@ SECURE_CONTENT_TYPE_NOSNIFF = True
 SECURE_REFERRER_POLICY = "same-origin"
 SECURE_CROSS_ORIGIN_OPENER_POLICY = "same-origin"
 MESSAGE_STORAGE = "django.contrib.messages.storage.session.SessionStorage"  # no cookie of its own
+SESSION_ENGINE = "accounts.session_store"
 SESSION_COOKIE_HTTPONLY = True
 SESSION_COOKIE_SAMESITE = "Lax"
 CSRF_COOKIE_HTTPONLY = False

@@ -8,8 +8,8 @@ from queueing.rows import links_of
 from robots import bus
 from robots.contract.capabilities import Idle, Need
 from robots.contract.find import spec_of, spec_or_none
-from robots.grants import newest_grant_that_moves, start_grant
-from robots.models import Grant, Lease, Robot
+from robots.grants import lease_of, newest_grant_that_moves, start_grant
+from robots.models import Grant, Robot
 from robots.services.commands import AFTER_S, START_S, put
 from robots.states import GrantEnd, GrantKind
 
@@ -24,7 +24,7 @@ def wanted_need(robot: Robot, now: datetime) -> Need | None:
     found = _capabilities(robot, Need)
     if not found:
         return None
-    lease = Lease.objects.filter(robot=robot).first()
+    lease = lease_of(robot)
     if lease is None or lease.state_at is None or (now - lease.state_at).total_seconds() > FRESH_S:
         return None
     values = lease.state.get("values") or {}

@@ -5,6 +5,7 @@ from typing import Any
 
 from django.conf import settings
 from django.db import IntegrityError, transaction
+from django.db.models import DateTimeField, Q, QuerySet
 
 from accounts.services import cleared, cleared_people
 from queueing.charging import serve
@@ -14,9 +15,9 @@ from queueing.rows import QUEUE, announce, locked
 from queueing.tickets import open_ticket
 from queueing.turns import ALWAYS
 from robots.drivers.errors import NotPermitted
-from robots.grants import open_grant, owner_alive, start_grant
-from robots.models import Lease, Robot
-from robots.prepared import Prepared, PreparedUpdate
+from robots.grants import ROBOT, lease_of, open_grant, owner_alive, start_grant
+from robots.models import Robot
+from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import Cycle, GrantKind
 
 RULES = settings.FARHAND
@@ -44,6 +45,16 @@ _WITHOUT_TURN: PreparedUpdate[Robot] = PreparedUpdate(
     ),
     cycle=Cycle.HANDOVER,
 )
+_FIRST: Prepared[Ticket] = Prepared(lambda: _there()[:1])
+_FIRST_CLEARED: Prepared[Ticket] = Prepared(lambda: _there().filter(user__in=cleared_people(ROBOT))[:1])
+
+
+def _there() -> QuerySet[Ticket]:
+    """Return who waits and may come next; those who were heard before `back` may not have come back yet."""
+    heard = Q(last_seen__gte=Slot("present", DateTimeField())) | Q(last_seen__lt=Slot("back", DateTimeField()))
+    waiting = Ticket.objects.filter(heard, queue=QUEUE, state=TicketState.WAITING).exclude(user__is_active=False)
+    busy = Turn.objects.filter(ended_at=None, user__isnull=False).values("user_id")
+    return waiting.exclude(user__in=busy).order_by("start_tag", "id")
 
 
 class RobotsFault(Exception):
@@ -96,7 +107,7 @@ def why_not_ready(
         return "The robot is switched off."
     if robot.cycle != cycle:
         return robot.reason or f"The robot is not ready: {robot.get_cycle_display().lower()}."
-    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+    if not owner_alive(lease_of(robot), now):
         return "The robot's worker does not answer; it is being restarted."
     grant = open_grant(robot)
     if grant is not None and grant.kind not in giving_way:
@@ -177,15 +188,10 @@ def head(queue: Queue, robot: Robot, now: datetime, up_since: datetime = ALWAYS)
 
     None while somebody before them may not have come back yet: people can reach the portal only since `up_since`.
     """
-    busy = Turn.objects.filter(ended_at=None, user__isnull=False).values("user_id")
     present = now - timedelta(seconds=RULES["PRESENCE_S"])
-    waiting = Ticket.objects.filter(queue=queue, state=TicketState.WAITING)
-    there = waiting.filter(last_seen__gte=present)
-    if now - up_since < BACK:
-        there |= waiting.filter(last_seen__lt=up_since)
-    if robot.clearance_required:  # of several robots in a queue
-        there = there.filter(user__in=cleared_people(robot))
-    first = there.exclude(user__in=busy).exclude(user__is_active=False).order_by("start_tag", "id").first()
+    values = {"queue": queue.pk, "present": present, "back": up_since if now - up_since < BACK else ALWAYS}
+    found = _FIRST_CLEARED if robot.clearance_required else _FIRST  # of several robots in a queue
+    first = found.first(**values, robot=robot.pk)
     return first if first is not None and first.last_seen >= present else None
 
 

@@ -13,10 +13,13 @@ from robots.models import Robot
 from robots.prepared import Prepared, Slot
 
 QUEUE = Slot("queue", BigAutoField())
-_ROBOTS: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(queue_link__queue=QUEUE).order_by("pk"))
+_ROBOTS: Prepared[Robot] = Prepared(
+    lambda: Robot.objects.filter(queue_link__queue=QUEUE).only("slug", "clearance_required").order_by("pk")
+)
 _LINKS: Prepared[QueueRobot] = Prepared(
     lambda: QueueRobot.objects.select_related("robot").filter(queue=QUEUE).order_by("robot_id")
 )
+_LOCKED: Prepared[Queue] = Prepared(lambda: Queue.objects.select_for_update().filter(pk=QUEUE))
 SETTINGS = frozenset({"offers_turns", "guests_ask", "charged_in", "rest_after_min"})
 
 
@@ -56,11 +59,14 @@ def _first_settings(robot: Robot) -> dict[str, Any]:
 
 def locked(queue: Queue) -> Queue:
     """Return the queue with its row locked until the transaction ends."""
-    return Queue.objects.select_for_update().get(pk=queue.pk)
+    found = _LOCKED.first(queue=queue.pk)
+    if found is None:
+        raise Queue.DoesNotExist
+    return found
 
 
 def robots_of(queue: Queue) -> list[Robot]:
-    """Return the robots that the queue serves."""
+    """Return the robots that the queue serves; of their rows only what is asked here."""
     return _ROBOTS(queue=queue.pk)
 
 

@@ -24,6 +24,7 @@ from robots.states import Cycle
 log = logging.getLogger(__name__)
 ABSENT_S = 900  # a waiting person who is away this long loses the place
 QUIET_S = 5  # between two looks at a queue in which nobody waits
+_ALL: Prepared[Queue] = Prepared(lambda: Queue.objects.all())
 _BUSY: Prepared[Queue] = Prepared(lambda: busy_queues())
 _WITHOUT_QUEUE: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(enabled=True, queue_link=None))
 _TURNS: Prepared[Turn] = Prepared(
@@ -41,7 +42,7 @@ def tick(now: datetime, up_since: datetime = ALWAYS) -> None:
     `up_since`: since when people can reach the portal; before, nobody was absent.
     """
     _give_queues()
-    _each(Queue.objects.all(), partial(_tick, up_since=up_since), now)
+    _each(_ALL(), partial(_tick, up_since=up_since), now)
 
 
 def tick_seldom(now: datetime, up_since: datetime = ALWAYS) -> None:
@@ -54,7 +55,7 @@ def tick_seldom(now: datetime, up_since: datetime = ALWAYS) -> None:
     if now.second % QUIET_S:
         return
     _give_queues()
-    _each(Queue.objects.exclude(pk__in=[queue.pk for queue in busy]).filter(paused=False), serve_next, now)
+    _each([queue for queue in _ALL() if queue not in busy and not queue.paused], serve_next, now)
 
 
 def _give_queues() -> None:

@@ -19,7 +19,7 @@ from robots.drivers.errors import RobotError
 from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
 from robots.history import Guarded, Kept
 from robots.inlines import NamedValues
-from robots.models import Command, Frame, Grant, Incident, Lease, Program, Robot
+from robots.models import Command, Frame, Grant, Incident, Program, Robot
 from robots.once import once
 from robots.permissions import NotStaff
 from robots.plain import whole
@@ -62,7 +62,7 @@ class RobotAdmin(FormFieldsAdmin):
     @admin.display(description="State")
     def state(self, robot: Robot) -> str:
         """Return the robot's state as text, or that its worker does not answer."""
-        alive = grants.owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
+        alive = grants.owner_alive(grants.lease_of(robot), SYSTEM.now())
         worker = "" if alive or not robot.enabled else " (worker silent)"
         return f"{robot.get_cycle_display()}{worker}"
 
@@ -93,7 +93,7 @@ class RobotAdmin(FormFieldsAdmin):
         return render(request, "admin/robots/robot/status.html", self._status(robot, request.user))
 
     def _status(self, robot: Robot, user: Any) -> dict[str, Any]:
-        lease = Lease.objects.filter(robot=robot).first()
+        lease = grants.lease_of(robot)
         incidents = Incident.objects.filter(robot=robot, closed_at=None)
         commands = Command.objects.filter(robot=robot).select_related("issued_by")
         return {

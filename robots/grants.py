@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from django.db import IntegrityError, transaction
-from django.db.models import BigAutoField, F
+from django.db.models import BigAutoField, CharField, DateTimeField, F, QuerySet
 
 from robots import bus
 from robots.contract.procedures import PICTURE
@@ -14,7 +14,7 @@ from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
 from robots.people import is_person
-from robots.prepared import Prepared, Slot
+from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, ONE_COMMAND, CommandState, Cycle, GrantEnd, GrantKind, Lane
 
 END_CODES = {
@@ -33,11 +33,32 @@ def owner_alive(lease: Lease | None, now: datetime) -> bool:
     return bool(lease and lease.expires_at and lease.expires_at > now)
 
 
-ROBOT = Slot("robot", BigAutoField())
+ROBOT, GRANT, NOW = Slot("robot", BigAutoField()), Slot("grant", BigAutoField()), Slot("now", DateTimeField())
+_LEASE: Prepared[Lease] = Prepared(lambda: Lease.objects.filter(robot=ROBOT))
 _OPEN: Prepared[Grant] = Prepared(lambda: Grant.objects.filter(robot=ROBOT, ended_at=None).order_by("pk")[:1])
 _SINGLE: Prepared[Grant] = Prepared(
     lambda: Grant.objects.filter(robot=ROBOT, kind__in=ONE_COMMAND, ended_at=None).order_by("pk")[:1]
 )
+_QUEUED: Prepared[Command] = Prepared(lambda: _queued().select_related("grant"))
+_QUEUED_UNDER: Prepared[Command] = Prepared(lambda: _queued().filter(grant=GRANT).select_related("grant"))
+_CANCELLED = {"state": CommandState.CANCELLED, "reason": Slot("reason", CharField()), "ended_at": NOW}
+_CANCEL: PreparedUpdate[Command] = PreparedUpdate(lambda: _queued(), **_CANCELLED)
+_CANCEL_UNDER: PreparedUpdate[Command] = PreparedUpdate(lambda: _queued().filter(grant=GRANT), **_CANCELLED)
+_MOVES: Prepared[Grant] = Prepared(lambda: _that_move().order_by("-pk")[:1])
+
+
+def _queued() -> QuerySet[Command]:
+    return Command.objects.filter(robot=ROBOT, state=CommandState.QUEUED)
+
+
+def _that_move() -> QuerySet[Grant]:
+    found = Grant.objects.filter(robot=ROBOT).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
+    return found.exclude(kind=GrantKind.SETTINGS)
+
+
+def lease_of(robot: Robot) -> Lease | None:
+    """Return which process owns the robot; None if none ever did."""
+    return _LEASE.first(robot=robot.pk)
 
 
 def open_grant(robot: Robot) -> Grant | None:
@@ -55,8 +76,7 @@ def newest_grant_that_moves(robot: Robot) -> Grant | None:
 
     Single commands of staff, as for a picture, and settings that were set back after a stop.
     """
-    found = Grant.objects.filter(robot=robot).exclude(kind=GrantKind.UPKEEP, holder__isnull=False)
-    return found.exclude(kind=GrantKind.SETTINGS).order_by("-pk").first()
+    return _MOVES.first(robot=robot.pk)
 
 
 def grant_of(robot: Robot, user: Any, now: datetime) -> Grant:
@@ -77,7 +97,7 @@ def start_grant(
     robot: Robot, kind: GrantKind, now: datetime, holder: Any = None, until: datetime | None = None
 ) -> Grant:
     """Open a grant. Raises AnotherGrant if one is open."""
-    lease = Lease.objects.filter(robot=robot).first()
+    lease = lease_of(robot)
     try:
         with transaction.atomic():
             return Grant.objects.create(
@@ -173,12 +193,11 @@ def _end_single(grant: Grant, code: GrantEnd, reason: str, now: datetime, rests:
 
 def cancel_queued(robot: Robot, reason: str, now: datetime, grant: Grant | None = None) -> int:
     """Cancel every command that has not started."""
-    waiting = Command.objects.filter(robot=robot, state=CommandState.QUEUED)
-    if grant is not None:
-        waiting = waiting.filter(grant=grant)
-    found = list(waiting.select_related("grant"))
+    read, cancel = (_QUEUED, _CANCEL) if grant is None else (_QUEUED_UNDER, _CANCEL_UNDER)
+    which = {"robot": robot.pk, "grant": grant.pk if grant is not None else 0}
+    found = read(**which)
     # one statement for all, so that none can start meanwhile; after a stop a hundred may wait
-    if not waiting.update(state=CommandState.CANCELLED, reason=reason, ended_at=now):
+    if not cancel(**which, reason=reason, now=now):
         return 0
     ended = Command.objects.filter(pk__in=[c.pk for c in found], state=CommandState.CANCELLED, ended_at=now)
     cancelled = set(ended.values_list("pk", flat=True))

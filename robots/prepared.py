@@ -60,8 +60,11 @@ class _Prepared(Generic[M]):
         connection = connections[DEFAULT_DB_ALIAS]
         if found is None or found.connection is not connection:
             self._here.rows = self._make()
-            found = self._here.statement = _Statement(self._query(self._here.rows), connection)
+            found = self._here.statement = self._made(self._query(self._here.rows), connection)
         return found
+
+    def _made(self, query: Any, connection: Any) -> _Statement:
+        return _Statement(query, connection)
 
 
 class Prepared(_Prepared[M]):
@@ -70,13 +73,27 @@ class Prepared(_Prepared[M]):
     def _query(self, rows: QuerySet[M]) -> Any:
         return rows.query
 
+    def _made(self, query: Any, connection: Any) -> _Statement:
+        """Return the statement; the query's rows are read by its compiler, which looks for converters only once."""
+        made = super()._made(query, connection)
+        compiler = made.compiler
+        converters = compiler.get_converters([column for column, *_ in compiler.select])
+        compiler.get_converters = lambda _: converters
+        query.get_compiler = lambda *args, **kwargs: compiler
+        return made
+
     def __call__(self, **values: Any) -> list[M]:
         """Return the rows."""
         statement = self._statement()
-        filled = statement.filled(values)
-        compiler, rows = statement.compiler, self._here.rows
-        compiler.as_sql = lambda *args, **kwargs: filled
-        rows.query.get_compiler = lambda *args, **kwargs: compiler
+        rows, connection = self._here.rows, statement.connection
+        if rows.query.select_for_update and connection.features.has_select_for_update and connection.get_autocommit():
+            raise transaction.TransactionManagementError("a lock outside of a transaction holds nothing")
+        with connection.cursor() as cursor:
+            cursor.execute(*statement.filled(values))
+            found = cursor.fetchall()
+        if not found:
+            return []
+        statement.compiler.execute_sql = lambda *args, **kwargs: [found]
         return list(rows._iterable_class(rows))
 
     def first(self, **values: Any) -> M | None:

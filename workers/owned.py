@@ -9,8 +9,10 @@ from robots.clock import Clock
 from robots.contract.channels import finite, whole
 from robots.contract.find import open_session
 from robots.contract.session import RobotState, Session
+from robots.grants import ROBOT
 from robots.messages import Changed
 from robots.models import Lease, Robot
+from robots.prepared import Prepared
 from robots.states import Cycle
 from workers.door import GuardedSession
 from workers.machine import OpenSession
@@ -18,6 +20,7 @@ from workers.safety.gate import Known
 from workers.safety.lease import OwnerLease
 from workers.streams import Streams
 
+_ROW: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(pk=ROBOT))
 FRESH_S = 1.0  # an older state does not say where the robot is now
 PublishFrame = Callable[[str, bytes, str, Any], None]
 
@@ -60,7 +63,10 @@ class OwnedRobot:
 
     def refresh(self) -> bool:
         """Read the row again. Return True if the change needs a new driver."""
-        old, self.robot = self.robot, Robot.objects.get(pk=self.robot.pk)
+        found = _ROW.first(robot=self.robot.pk)
+        if found is None:
+            raise Robot.DoesNotExist(self.robot.slug)
+        old, self.robot = self.robot, found
         new = self.robot
         return (new.address, new.driver_settings()) != (old.address, old.driver_settings())
 

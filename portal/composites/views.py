@@ -30,8 +30,8 @@ from robots import description, shots
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Composite
 from robots.contract.spec import Spec
-from robots.grants import owner_alive
-from robots.models import Lease, Robot
+from robots.grants import lease_of, owner_alive
+from robots.models import Robot
 from robots.services import newest_still
 
 ABSENT = "There is no such picture.\n"
@@ -124,7 +124,7 @@ def _look(slug: str) -> Looked | None:
         robot = Robot.objects.filter(slug=slug).first()
         if robot is None:
             return None
-        alive = owner_alive(Lease.objects.filter(robot=robot).first(), SYSTEM.now())
+        alive = owner_alive(lease_of(robot), SYSTEM.now())
         return Looked(slug, robot.spec(), len(description.views(robot.description())), alive)
     except LookupError:
         return None

@@ -1,17 +1,16 @@
 """The person behind a socket, read again for every command."""
 
-from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
 
 from django.conf import settings
 from django.contrib import auth
 from django.contrib.auth.models import AnonymousUser
-from django.contrib.sessions.backends import db
 from django.contrib.sessions.models import Session
 from django.db.models import BigAutoField, CharField, DateTimeField, Subquery
 from django.utils.crypto import constant_time_compare
 
+from accounts.session_store import SessionStore
 from robots.clock import SYSTEM
 from robots.prepared import Prepared, Slot
 
@@ -34,10 +33,9 @@ def current_user(scope: dict[str, Any]) -> Any:
     key = session_key(scope)
     if not key or "\x00" in key:
         return AnonymousUser()
-    engine = import_module(settings.SESSION_ENGINE)
-    user = _same(scope.get(LAST, 0), key) if engine is db else None
+    user = _same(scope.get(LAST, 0), key)
     if user is None:
-        user = auth.get_user(SimpleNamespace(session=engine.SessionStore(key)))  # type: ignore[arg-type]
+        user = auth.get_user(SimpleNamespace(session=SessionStore(key)))  # type: ignore[arg-type]
         scope[LAST] = user.pk or 0
     return user if user.is_active else AnonymousUser()
 
@@ -49,7 +47,7 @@ def _same(person: int, key: str) -> Any:
     by a backend in use, and made with the present password; and the account is active.
     """
     for user in _PERSON(id=person, key=key, now=SYSTEM.now()) if person else ():
-        kept = db.SessionStore().decode(user.session) if user.session else {}
+        kept = SessionStore().decode(user.session) if user.session else {}
         if (
             kept.get(auth.SESSION_KEY) == str(user.pk)
             and kept.get(auth.BACKEND_SESSION_KEY) in settings.AUTHENTICATION_BACKENDS

@@ -16,8 +16,8 @@ from queueing.models import Turn
 from queueing.services import open_ticket, open_turn
 from queueing.turns import others_wait_since
 from robots.clock import ms_of
-from robots.grants import open_grant, owner_alive, told_result
-from robots.models import Command, Frame, Grant, Lease, Robot
+from robots.grants import lease_of, open_grant, owner_alive, told_result
+from robots.models import Command, Frame, Grant, Robot
 from robots.services import StopShown, may_stop, newest_still, stop_shown
 from robots.states import Cycle, GrantEnd, GrantKind
 
@@ -44,7 +44,7 @@ def status_of(robot: Robot, now: datetime) -> tuple[str, str, str]:
         return "offline", "Switched off", robot.reason or "Staff have switched this robot off."
     if robot.cycle == Cycle.LOCKED_OUT:
         return "locked_out", "Locked out", robot.lockout_note or "Staff are working on it."
-    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+    if not owner_alive(lease_of(robot), now):
         return "offline", "Offline", "Its worker does not answer and is restarted automatically. Places are kept."
     if robot.cycle == Cycle.FAULT or robot.reason:
         return "fault", "Faulty", robot.reason or "It is being looked after."

@@ -6,12 +6,16 @@ from accounts.services import cleared
 from queueing.models import QueueRobot
 from robots.contract.find import spec_or_none
 from robots.contract.spec import ANYONE, CommandKind
+from robots.grants import ROBOT
 from robots.models import Robot
+from robots.prepared import Prepared
+
+_LINK: Prepared[QueueRobot] = Prepared(lambda: QueueRobot.objects.select_related("queue").filter(robot=ROBOT))
 
 
 def link_of(robot: Robot) -> QueueRobot | None:
     """Return the robot's settings in its queue."""
-    return QueueRobot.objects.select_related("queue").filter(robot=robot).first()
+    return _LINK.first(robot=robot.pk)
 
 
 def offers_turns(robot: Robot) -> bool:

@@ -7,7 +7,8 @@ from django.db.models import QuerySet
 from queueing.models import Job
 from robots.contract.capabilities import GoodWhile
 from robots.contract.find import spec_or_none
-from robots.models import Lease, Robot
+from robots.grants import lease_of
+from robots.models import Robot
 
 FRESH = timedelta(seconds=60)  # an older value of a channel is not used
 LATER = timedelta(seconds=2)  # a state must be so much newer than the job: clocks of hosts differ
@@ -20,7 +21,7 @@ def outdated(robot: Robot, waiting: QuerySet[Job], now: datetime) -> list[tuple[
     """
     spec = spec_or_none(robot.driver)
     declared = spec.all_of(GoodWhile) if spec else ()
-    lease = Lease.objects.filter(robot=robot).first() if declared else None
+    lease = lease_of(robot) if declared else None
     if lease is None or lease.state_at is None or now - lease.state_at > FRESH:
         return []
     values = lease.state.get("values") or {}

@@ -2,12 +2,20 @@
 
 from datetime import datetime, timedelta
 
-from django.db.models import QuerySet
+from django.db.models import BigAutoField, CharField, DateTimeField, QuerySet
 
 from queueing.jobs.asking import Asker
 from queueing.models import OPEN_JOB, Job
+from robots.prepared import Prepared, Slot
 
 LATELY = timedelta(days=1)  # so long a page tells of a job that has ended
+_OF_PERSON: Prepared[Job] = Prepared(lambda: _unseen(Job.objects.filter(user=Slot("user", BigAutoField()))))
+_OF_GUEST: Prepared[Job] = Prepared(lambda: _unseen(Job.objects.filter(guest=Slot("guest", CharField()))))
+
+
+def _unseen(jobs: QuerySet[Job]) -> QuerySet[Job]:
+    lately = jobs.exclude(state__in=OPEN_JOB).filter(told_at=None, ended_at__gt=Slot("since", DateTimeField()))
+    return lately.select_related("robot").order_by("-id")[:3]
 
 
 def own_jobs(asker: Asker) -> QuerySet[Job]:
@@ -19,8 +27,9 @@ def own_jobs(asker: Asker) -> QuerySet[Job]:
 
 def unseen_jobs(asker: Asker, now: datetime) -> list[Job]:
     """Return the asker's jobs that ended within a day and that they have neither looked at nor dismissed."""
-    found = own_jobs(asker).exclude(state__in=OPEN_JOB).filter(told_at=None, ended_at__gt=now - LATELY)
-    return list(found.select_related("robot").order_by("-id")[:3])
+    if asker.user is not None:
+        return _OF_PERSON(user=asker.user.pk, since=now - LATELY)
+    return _OF_GUEST(guest=asker.guest, since=now - LATELY) if asker.guest else []
 
 
 def mark_seen(job: Job, asker: Asker, now: datetime) -> None:

@@ -6,12 +6,16 @@ from robots import programs
 from robots.contract.capabilities import ClickInPicture, PictureTaken, Programs
 from robots.contract.find import function
 from robots.drivers.errors import BadRequest
+from robots.grants import ROBOT
 from robots.models import Frame, Robot
+from robots.prepared import Prepared
+
+_NEWEST: Prepared[Frame] = Prepared(lambda: Frame.objects.filter(robot=ROBOT).order_by("-id")[:1])
 
 
 def newest_still(robot: Robot) -> Frame | None:
     """Return the newest kept picture."""
-    return Frame.objects.filter(robot=robot).order_by("-id").first()
+    return _NEWEST.first(robot=robot.pk)
 
 
 def resolve(

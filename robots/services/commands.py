@@ -15,7 +15,7 @@ from robots.contract.procedures import procedure
 from robots.contract.spec import TURN
 from robots.contract.values import check
 from robots.drivers.errors import BadRequest, NotPermitted, RobotError, Stopped
-from robots.grants import end_grant, held, open_grant, owner_alive, start_grant
+from robots.grants import end_grant, held, lease_of, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_level, need_staff
 from robots.prepared import Prepared, Slot
@@ -185,7 +185,7 @@ def need_worker(robot: Robot, now: datetime) -> None:
     """Return if a worker can do what staff ask. Raises RobotOffline: the robot is off, or its worker is silent."""
     if not robot.enabled:
         raise RobotOffline(OFF)
-    if not owner_alive(Lease.objects.filter(robot=robot).first(), now):
+    if not owner_alive(lease_of(robot), now):
         raise RobotOffline(SILENT)
 
 

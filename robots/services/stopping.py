@@ -12,7 +12,7 @@ from robots import bus
 from robots.clock import SYSTEM
 from robots.contract.procedures import PICTURE
 from robots.drivers.errors import NotPermitted
-from robots.grants import cancel_queued, open_grant, owner_alive
+from robots.grants import cancel_queued, lease_of, open_grant, owner_alive
 from robots.messages import Changed
 from robots.models import Command, Lease, Robot
 from robots.states import Lane
@@ -96,7 +96,7 @@ def stop_shown(robot: Robot, now: datetime) -> StopShown | None:
         return None
     if robot.stop_confirmed:
         return StopShown(True, robot.stopped_at, None)
-    rests_by, lease = robot.rests_by, Lease.objects.filter(robot=robot).first()
+    rests_by, lease = robot.rests_by, lease_of(robot)
     if rests_by is None and not owner_alive(lease, now):
         rests_by = _rests_by_itself(robot, lease)
     overdue = rests_by is not None or robot.stopped_at is None or now - robot.stopped_at >= CONFIRMED

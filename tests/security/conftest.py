@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import migrated
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 ASK = """
@@ -52,6 +54,7 @@ ADDRESSES = ["GET /", "GET /log/", "GET /accounts/login/", "GET /livez", "GET /n
 def public(tmp_path_factory):
     """What a public portal answers: settings, headers, cookies."""
     folder = tmp_path_factory.mktemp("public")
+    migrated.begin(folder / "db.sqlite3")
     env = os.environ | {
         "FARHAND_PUBLIC": "1", "FARHAND_VAR": str(folder), "DATABASE_URL": f"sqlite:///{folder / 'db.sqlite3'}",
         "ALLOWED_HOSTS": "robots.example.org", "DJANGO_SETTINGS_MODULE": "portal.settings", "LOG_LEVEL": "ERROR",

@@ -11,6 +11,7 @@ import pytest
 from django.conf import settings
 
 from portal.processes import housekeeping_process
+from tests import starts
 from tests.conftest import wait_for
 from tests.rig import ROOT, Child, child_env
 from tests.security.authority import HOST, Authority, Door
@@ -171,44 +172,43 @@ REFUSED = {
 }
 
 
-@pytest.mark.asvs("12.3.2")
-@pytest.mark.parametrize("url", REFUSED)
-def test_an_address_that_the_libraries_would_read_differently_is_refused_at_the_start(url):
+def test_a_process_with_an_address_that_the_libraries_would_read_differently_does_not_start():
+    url = next(iter(REFUSED))
     done = clients(url)
     assert done.returncode != 0
-    last = done.stderr.splitlines()[-1]
-    assert REFUSED[url] in last
-    assert "pa?" not in done.stderr
-    assert "ssword@" not in done.stderr
-
-
-DATABASE = "import os; os.environ['DJANGO_SETTINGS_MODULE'] = 'portal.settings'; from django.conf import settings; print(settings.DATABASES)"
-
-
-def database(url, **more):
-    return subprocess.run(
-        [sys.executable, "-c", DATABASE], cwd=ROOT, env={**child_env(), "DATABASE_URL": url, **more},
-        capture_output=True, text=True, timeout=CEILING_S,
-    )  # fmt: skip
+    assert REFUSED[url] in done.stderr.splitlines()[-1]
 
 
 @pytest.mark.asvs("12.3.2")
-@pytest.mark.parametrize("mode", ["allow", "prefer", "require"])
-def test_a_database_by_tls_without_a_check_is_refused_at_the_start(mode):
-    url = "postgres://user:word@db.example/name"
-    for done in (database(f"{url}?sslmode={mode}"), database(url, PGSSLMODE=mode)):
-        assert done.returncode != 0
-        assert "Set sslmode=verify-full" in done.stderr.splitlines()[-1]
-        assert "word" not in done.stderr
+def test_an_address_that_the_libraries_would_read_differently_is_refused_at_the_start():
+    answers = starts.read("REDIS_URL", [{"REDIS_URL": url} for url in REFUSED], child_env(FARHAND_ROLE="housekeeping"))
+    for (url, why), (_, error) in zip(REFUSED.items(), answers, strict=True):
+        assert error, url
+        assert why in error.splitlines()[-1], url
+        assert "pa?" not in error
+        assert "ssword@" not in error
 
 
-@pytest.mark.parametrize(
-    "query", ["", "?sslmode=disable", "?sslmode=verify-full", "?sslmode=verify-ca&sslrootcert=a.pem"]
-)
-def test_a_database_with_a_check_or_without_tls_is_taken(query):
-    done = database(f"postgres://user:word@db.example/name{query}")
-    assert done.returncode == 0, done.stderr
-    assert ("verify" in done.stdout) == ("verify" in query), "libpq is told"
+BY_TLS = "postgres://user:word@db.example/name"
+
+
+@pytest.mark.asvs("12.3.2")
+def test_a_database_by_tls_without_a_check_is_refused_at_the_start():
+    cases = []
+    for mode in ("allow", "prefer", "require"):
+        cases += [{"DATABASE_URL": f"{BY_TLS}?sslmode={mode}"}, {"DATABASE_URL": BY_TLS, "PGSSLMODE": mode}]
+    for case, (_, error) in zip(cases, starts.read("DATABASES", cases, child_env()), strict=True):
+        assert error, case
+        assert "Set sslmode=verify-full" in error.splitlines()[-1], case
+        assert "word" not in error
+
+
+def test_a_database_with_a_check_or_without_tls_is_taken():
+    queries = ("", "?sslmode=disable", "?sslmode=verify-full", "?sslmode=verify-ca&sslrootcert=a.pem")
+    answers = starts.read("DATABASES", [{"DATABASE_URL": f"{BY_TLS}{query}"} for query in queries], child_env())
+    for query, (value, error) in zip(queries, answers, strict=True):
+        assert not error
+        assert ("verify" in value) == ("verify" in query), "libpq is told"
 
 
 def psql(line, secure):

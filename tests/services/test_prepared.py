@@ -8,7 +8,7 @@ from django.db import DatabaseError, connection, transaction
 from django.db.models import BigAutoField, BigIntegerField, CharField, DateTimeField, JSONField
 
 from robots.clock import SYSTEM
-from robots.models import Lease
+from robots.models import Lease, Robot
 from robots.prepared import Prepared, PreparedUpdate, Slot
 from tests.waiting import CEILING_S
 
@@ -21,6 +21,8 @@ KEEP = PreparedUpdate(
     lambda: Lease.objects.filter(robot=Slot("robot", BigAutoField()), epoch=EPOCH),
     expires_at=NOW, state=Slot("state", JSONField()),
 )  # fmt: skip
+
+LOCKED = Prepared(lambda: Robot.objects.select_for_update().filter(pk=Slot("robot", BigAutoField())))
 
 
 @pytest.fixture
@@ -78,3 +80,11 @@ def test_a_failed_update_spoils_the_transaction_as_djangos_own_does(lease, robot
     with pytest.raises((DatabaseError, OverflowError)), transaction.atomic():
         KEEP(robot=robot.pk, epoch=huge, now=SYSTEM.now(), state={})
     assert KEEP(robot=robot.pk, epoch=3, now=SYSTEM.now(), state={}) == 1
+
+
+@pytest.mark.skipif(not connection.features.has_select_for_update, reason="SQLite locks no rows")
+def test_a_lock_outside_of_a_transaction_is_refused_at_each_call(robot):
+    with transaction.atomic():
+        assert LOCKED(robot=robot.pk) == [robot]
+    with pytest.raises(transaction.TransactionManagementError):
+        LOCKED(robot=robot.pk)

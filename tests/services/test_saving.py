@@ -14,6 +14,7 @@ from robots import programs
 from robots.clock import SYSTEM
 from robots.drivers.errors import NotPermitted
 from robots.models import Program
+from tests import starts
 from tests.waiting import CEILING_S
 
 pytestmark = pytest.mark.django_db
@@ -124,7 +125,7 @@ def test_a_public_portal_that_sends_no_mails_does_not_start(tmp_path, mail, stat
     assert ("has to send mails" in done.stderr) == bool(status)
 
 
-@pytest.mark.parametrize("given, address", [
+SITES = [
     ({}, "http://localhost:8000"),
     ({"ALLOWED_HOSTS": "192.168.1.20"}, "http://192.168.1.20:8000"),
     ({"ALLOWED_HOSTS": ".example.org", "FARHAND_PUBLIC": "1"}, "https://example.org"),
@@ -132,11 +133,14 @@ def test_a_public_portal_that_sends_no_mails_does_not_start(tmp_path, mail, stat
     ({"CSRF_TRUSTED_ORIGINS": "https://b.example.org", "FARHAND_URL": "https://c.example.org/"}, "https://c.example.org"),
     ({"FARHAND_URL": "robots.example.org"}, ""), ({"FARHAND_URL": "https://a.example.org/path"}, ""),
     ({"FARHAND_URL": "https://user@a.example.org"}, ""), ({"FARHAND_URL": "http://a.example.org", "FARHAND_PUBLIC": "1"}, ""),
-])  # fmt: skip
-def test_the_address_of_the_site_in_mails(tmp_path, given, address):
+]  # fmt: skip
+
+
+def test_the_address_of_the_site_in_mails(tmp_path):
     names = ("ALLOWED_HOSTS", "CSRF_TRUSTED_ORIGINS", "FARHAND_URL", "FARHAND_PUBLIC")
-    env = {k: v for k, v in os.environ.items() if k not in names} | {"FARHAND_VAR": str(tmp_path), **given}
-    ask = [sys.executable, "-c", "from portal.settings import SITE_ADDRESS; print(SITE_ADDRESS)"]
-    done = subprocess.run(ask, cwd=ROOT, env=env, capture_output=True, text=True)
-    assert done.stdout.strip() == address
-    assert bool(address) or "FARHAND_URL" in done.stderr.splitlines()[-1]
+    env = {k: v for k, v in os.environ.items() if k not in names} | {"FARHAND_VAR": str(tmp_path)}
+    for (given, address), (value, error) in zip(
+        SITES, starts.read("SITE_ADDRESS", [given for given, _ in SITES], env), strict=True
+    ):
+        assert value == address, given
+        assert bool(address) or "FARHAND_URL" in error.splitlines()[-1], given

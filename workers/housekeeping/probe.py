@@ -19,8 +19,9 @@ from robots.contract.find import open_session
 from robots.contract.session import RobotState, Session
 from robots.description import views
 from robots.drivers.errors import CameraFault, LineSilent, RobotError, why
+from robots.grants import lease_of
 from robots.installed import simulator_module
-from robots.models import Lease, Robot, frame_name
+from robots.models import Robot, frame_name
 from workers.cameras.source import DriverCamera, open_camera
 from workers.cameras.steps import jpeg
 from workers.door import Door, GuardedSession
@@ -90,7 +91,7 @@ def _answer(driver: Session) -> RobotState:
 def probe(robot: Robot) -> dict[str, Any]:
     """Return what the robot and its first camera answered."""
     found: dict[str, Any] = {"connection": "", "picture": ""}
-    lease = Lease.objects.filter(robot=robot).first()
+    lease = lease_of(robot)
     told = robot.driver_settings(lease.epoch if lease else 0)
     driver = GuardedSession(lambda: open_session(robot.driver, robot.wire_address, told))
     described, taken = robot.description(), None

@@ -131,7 +131,6 @@ def _database() -> dict[str, Any]:
     )
     config["HOST"] = unquote(config.get("HOST") or "")  # %2Fvar%2Frun is a socket, as libpq writes it
     if config["ENGINE"].endswith("sqlite3"):
-        config["ENGINE"] = "portal.sqlite3"
         config["OPTIONS"] = {"transaction_mode": "IMMEDIATE"}
         config["TEST"] = {"NAME": VAR / "test.sqlite3"}  # processes of the tests need a file, not memory
     else:

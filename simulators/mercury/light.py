@@ -23,8 +23,8 @@ def illuminate(height: F32, albedo: F32, gloss: F32) -> F32:
     Heights in mm on the half-millimetre grid. Lambert's law, ambient light and cast shadows; a glossy surface shows
     the lamp where it is tilted half-way towards it.
     """
-    slope_y, slope_x = np.gradient(height, PIXEL_MM)
-    steep: F32 = np.asarray(np.sqrt(1 + slope_x**2 + slope_y**2))
+    slope_y, slope_x = (np.asarray(slope, np.float32) for slope in np.gradient(height, PIXEL_MM))
+    steep = np.asarray(np.sqrt(1 + slope_x**2 + slope_y**2))
     lx, ly = DIRECTION
     lambert = np.clip((SLOPE - lx * slope_x - ly * slope_y) / steep / SLOPE, 0.0, 1.7)
     lit = 1 - 0.72 * _shadow(height)

@@ -23,14 +23,17 @@ def illuminate(height: F32, albedo: F32, gloss: F32) -> F32:
     Heights in mm on the half-millimetre grid. Lambert's law, ambient light and cast shadows; a glossy surface shows
     the lamp where it is tilted half-way towards it.
     """
-    slope_y, slope_x = np.gradient(height, PIXEL_MM)
-    steep = np.sqrt(1 + slope_x**2 + slope_y**2)
+    slope_y, slope_x = (np.asarray(slope, np.float32) for slope in np.gradient(height, PIXEL_MM))
+    steep = np.asarray(np.sqrt(1 + slope_x**2 + slope_y**2))
     lx, ly = DIRECTION
     lambert = np.clip((SLOPE - lx * slope_x - ly * slope_y) / steep / SLOPE, 0.0, 1.7)
     lit = 1 - 0.72 * _shadow(height)
+    found = np.asarray(albedo * (0.34 + 0.66 * lambert * lit), np.float32)
     hx, hy, hz = _half_way()
-    mirrored = np.clip((hz - hx * slope_x - hy * slope_y) / steep, 0.0, 1.0) ** SHINE
-    return np.asarray(albedo * (0.34 + 0.66 * lambert * lit) + LAMP * gloss * mirrored * lit, np.float32)
+    at = np.nonzero(gloss)  # a few things, and nowhere the sand
+    mirrored = np.clip((hz - hx * slope_x[at] - hy * slope_y[at]) / steep[at], 0.0, 1.0) ** SHINE
+    found[at] += LAMP * gloss[at] * mirrored * lit[at]
+    return found
 
 
 def _half_way() -> tuple[float, float, float]:

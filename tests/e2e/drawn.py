@@ -4,12 +4,12 @@
 IDLE = "() => new Promise((done) => requestIdleCallback(() => requestAnimationFrame(() => setTimeout(done))))"
 # observers of sizes and of what is in view run once a frame, and what they change is drawn in the next; smooth
 # scrolling begins some frames later and is over when nothing has moved for as many
-STEADY = """() => new Promise((done) => {
+STEADY = """(frames) => new Promise((done) => {
   let was = "", same = 0;
   const frame = () => {
     const is = `${scrollX} ${scrollY} ${innerWidth} ${innerHeight} ${document.documentElement.scrollHeight}`;
     [same, was] = [is === was ? same + 1 : 0, is];
-    if (same < 8) requestAnimationFrame(frame);
+    if (same < frames) requestAnimationFrame(frame);
     else setTimeout(done);
   };
   frame();
@@ -20,4 +20,18 @@ QUIET = "() => { document.getElementById('banner').style.display = 'none'; }"
 
 def settle(page):
     """Wait until observers have answered a change of the page's size or place, however slowly it draws."""
-    page.evaluate(STEADY)
+    page.evaluate(STEADY, 8)
+
+
+def size(page, wide, high):
+    """Make the page so large, and wait until observers have answered; nothing scrolls smoothly by that."""
+    page.set_viewport_size({"width": wide, "height": high})
+    page.evaluate(STEADY, 3)
+
+
+def scroll(page, share):
+    """Stand at a share of the page's height, at once, and wait until observers have answered."""
+    page.evaluate(
+        "(share) => scrollTo({top: share * document.documentElement.scrollHeight, behavior: 'instant'})", share
+    )
+    page.evaluate(STEADY, 3)

@@ -12,7 +12,7 @@ from queueing.models import Ticket
 from robots.clock import SYSTEM
 from tests.conftest import at_length
 from tests.e2e.conftest import session
-from tests.e2e.drawn import settle
+from tests.e2e.drawn import size
 from tests.e2e.roaming import MAP, RING
 from tests.e2e.test_layout import OVER, PUBLIC, WIDTHS
 from tests.services.in_use import job_done, running
@@ -48,14 +48,14 @@ def seen(one, *looks, over=OVER):
     """Look at the page that is open."""
     for look in looks or (None,):
         if look is not None:
-            one.page.set_viewport_size(look["viewport"])
             one.page.emulate_media(color_scheme=look["color_scheme"])
-        settle(one.page)
+        shown = look["viewport"] if look else one.page.viewport_size
+        size(one.page, shown["width"], shown["height"])
         one.axe(str(look or one.page.viewport_size))
         assert not over or one.page.evaluate(over) == [], (one.page.url, look)
-    for wide in WIDTHS if over else ():
-        one.page.set_viewport_size({"width": wide, "height": 900})
-        settle(one.page)
+    looked_at_already = {look["viewport"]["width"] for look in looks}
+    for wide in [wide for wide in WIDTHS if wide not in looked_at_already] if over else ():
+        size(one.page, wide, 900)
         assert one.page.evaluate(over) == [], (one.page.url, wide)
 
 

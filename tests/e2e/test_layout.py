@@ -5,7 +5,7 @@ from playwright.sync_api import expect
 
 from tests.conftest import at_length
 from tests.e2e.conftest import session
-from tests.e2e.drawn import QUIET, settle
+from tests.e2e.drawn import QUIET, scroll, settle, size
 
 PHONES = [(390, 844), (360, 640), (844, 390)]
 WIDTHS = [360, 390, 768, 1024, 1440]
@@ -52,14 +52,8 @@ def driving(portal, visitor):
 def scrolled(page):
     """Stand at the top, half-way and at the end of the page, one after the other."""
     for share in (0, 0.3, 0.6, 1):
-        page.evaluate("(share) => scrollTo(0, share * document.documentElement.scrollHeight)", share)
-        settle(page)
+        scroll(page, share)
         yield share
-
-
-def size(page, wide, high):
-    page.set_viewport_size({"width": wide, "height": high})
-    settle(page)
 
 
 def test_stop_is_in_reach_and_uncovered_in_every_mode_of_the_arm(driving):

@@ -7,7 +7,7 @@ from robots.drivers.irat.brain.messages import Clear, Key, Packet
 from robots.drivers.irat.brain.mind import Mind
 from robots.drivers.irat.brain.packets import EARLIER, Why
 from robots.drivers.irat.composites.decoding import MapShown, with_map
-from tests.irat_trial import NARROW, Trial, explore
+from tests.irat_trial import explore, explored
 from tests.unit.test_irat_brain import walk
 
 
@@ -56,9 +56,9 @@ def test_a_first_map_has_none_before_it(tmp_path):
 
 def test_a_robot_that_explores_for_long_begins_a_new_map_and_says_why(tmp_path):
     """What was seen on the page: the map was gone after ten minutes and more, and nothing said why."""
-    trial = Trial(tmp_path, width=NARROW)
+    trial = explored(tmp_path)
     trial.roaming._clear_s = 40.0
-    explore(trial, 60)
+    explore(trial, 20)
     mind, number = trial.brain.mind, trial.brain.mind.slam.map_number
     trial.roaming.clear_if_due()
     assert mind.slam.map_number == number + 1

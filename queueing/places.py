@@ -11,7 +11,7 @@ from queueing.end_words import End
 from queueing.endings import LATELY, end_of_place
 from queueing.estimates import place_and_wait
 from queueing.models import OPEN_TICKET, PlaceEnd, Ticket, TicketState
-from queueing.rows import robots_of
+from queueing.rows import links_of
 from queueing.turns import USER, idle_at
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
@@ -74,7 +74,7 @@ def _urgency(one: Standing) -> tuple[int, float, int]:
 
 
 def _standing(ticket: Ticket, now: datetime) -> Standing | None:
-    robot = ticket.robot or next(iter(robots_of(ticket.queue)), None)
+    robot = ticket.robot or next((link.robot for link in links_of(ticket.queue)), None)
     if robot is None:
         return None
     if ticket.state not in OPEN_TICKET:

@@ -47,10 +47,10 @@ test-node:
 	$(PY) tools/run_node_tests.py
 
 test-sqlite:
-	FARHAND_TEST_DB=sqlite $(TEST) $(SIDE_BY_SIDE) -n 3 --timeout 900 -m "$(GATE) and not service"
+	FARHAND_TEST_DB=sqlite $(TEST) $(SIDE_BY_SIDE) -n 4 --timeout 900 -m "$(GATE) and not service"
 
 test-postgres:
-	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 3 --timeout 900 -m "$(GATE) and service"
+	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 4 --timeout 900 -m "$(GATE) and service"
 
 # Everything, at length, on both databases: files side by side, then each test that judges measured seconds by itself.
 test-all: setup-all

@@ -1,6 +1,6 @@
 """When the control loop may pause: a scene at rest needs no steps, and a Raspberry Pi has other work.
 
-The loop runs at 500 Hz while anything moves, is about to move or is pushed, and for a second after. Its time stands
+The loop runs at 500 Hz while anything moves, is about to move or is pushed, and for 0.4 s after. Its time stands
 still while it pauses, as it does in a stall; pictures of a scene at rest do not change, so a viewer needs no steps
 either.
 """
@@ -15,7 +15,7 @@ from robots.motion.chain import Joints
 
 STILL = 1e-4  # rad, m: closed fingers tremble by less, and cameras show nothing smaller
 EVERY = 50  # steps between two looks at the positions
-STEPS = 600  # steps without motion before the loop pauses; longer than between two looks for fallen objects
+STEPS = 200  # steps without motion before the loop pauses
 LOOK_S = 0.1  # between two looks for faults meanwhile
 
 

@@ -43,6 +43,7 @@ def spec() -> mujoco.MjSpec:
     made.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     made.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     made.option.impratio = 10
+    made.option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP  # blocks at rest cost nothing until they are touched
     made.visual.headlight.ambient = [0.45, 0.45, 0.45]
     made.visual.headlight.diffuse = [0.3, 0.3, 0.3]
     made.visual.map.znear = NEAR

@@ -197,8 +197,9 @@ class Simulator:
                 due = max(due, self._clock.monotonic() - CATCH_UP * STEP_S)
             self._one()
             if self._rest.reached(self._busy(), lambda: self.plant.qpos):
+                self._tidy()
                 self._shared.write(self.plant.qpos)
-                self._rest.last(self._busy)
+                self._rest.last(self._busy)  # not while something lies beside the table
                 due = self._clock.monotonic()
         self._keep()
         if self._ending is not None:

@@ -4,10 +4,17 @@ from math import inf
 
 from robots import bus
 from robots.models import Command
+from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL
 from tests.world.world import World
 
 EVERY_S = 0.06
+_STATE: Prepared[Command] = Prepared(lambda: Command.objects.filter(pk=Slot("command", Command._meta.pk)).only("state"))
+
+
+def state_of(command: Command) -> str:
+    """Return the command's state, as its row has it now."""
+    return _STATE(command=command.pk)[0].state
 
 
 class Controls:
@@ -37,13 +44,13 @@ class Controls:
     def _run(self) -> None:
         since, told = inf, None
         while True:
-            held = [one for one in self._held if Command.objects.get(pk=one.pk).state not in COMMAND_FINAL]
+            held = [one for one in self._held if state_of(one) not in COMMAND_FINAL]
             self._held = held
             if held:
                 now, command = self._world.monotonic(), held[0]
                 if command is not told:
                     since, told = inf, command
-                if since == inf and Command.objects.get(pk=command.pk).state == "acknowledged":
+                if since == inf and state_of(command) == "acknowledged":
                     since = now
                 self.last = now
                 bus.send_keep_alive(command.robot.slug, command.pk, now - since < self.moment_s)

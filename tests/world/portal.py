@@ -17,7 +17,7 @@ from robots.prepared import Prepared, Slot
 from robots.states import COMMAND_FINAL, Cycle, GrantKind
 from tests.faults.wishes import ROBOTS
 from tests.world.async_store import AsyncStore
-from tests.world.controls import Controls
+from tests.world.controls import Controls, state_of
 from tests.world.delays import NONE, Delays
 from tests.world.irat import IratRig
 from tests.world.mercury import MercuryRig
@@ -33,9 +33,7 @@ NEW = {  # a robot's row, as if no world had been before
     "stopped_after": None, "stop_confirmed": False, "rests_by": None, "settings": {},
 }  # fmt: skip
 _ROW: Prepared[Robot] = Prepared(lambda: Robot.objects.filter(pk=Slot("robot", Robot._meta.pk)))
-_COMMAND: Prepared[Command] = Prepared(
-    lambda: Command.objects.filter(pk=Slot("command", Command._meta.pk)).only("state")
-)
+_OPEN: Prepared[Command] = Prepared(lambda: Command.objects.exclude(state__in=COMMAND_FINAL).only("pk")[:1])
 SPOTS = ((-0.2, 0.3), (0.19, 0.45), (0.0, 0.35))
 
 
@@ -149,14 +147,12 @@ class Portal:
 
     def final(self, command: Command, seconds: float = 90.0) -> Command:
         """Wait for the end of a command."""
-        self.until(
-            lambda: _COMMAND(command=command.pk)[0].state in COMMAND_FINAL, seconds, f"the end of {command.kind}"
-        )
+        self.until(lambda: state_of(command) in COMMAND_FINAL, seconds, f"the end of {command.kind}")
         command.refresh_from_db()
         return command
 
     def all_final(self, seconds: float = 90.0) -> None:
-        self.until(lambda: not Command.objects.exclude(state__in=COMMAND_FINAL).exists(), seconds, "every end")
+        self.until(lambda: not _OPEN(), seconds, "every end")
 
     def in_motion(self) -> None:
         self.until(lambda: self.rig.moving, 30, "a motion")

@@ -87,16 +87,6 @@ class Thread(threading.Thread):
     def is_alive(self) -> bool:
         return not self.over and not self.process.killed
 
-    def able_at(self, now: float) -> float:
-        """Return when it may run: its time is up, or what it waits for holds, and it is not late."""
-        if self.process.frozen or self.process.killed:
-            return math.inf
-        if self.ready_at is None:
-            if now < self.due and not (self.holds and self.holds()):
-                return self.due + self.late_s
-            self.ready_at = min(now, self.due)
-        return self.ready_at + self.late_s
-
 
 class World:
     """Clock, threads, locks and processes of one run. It is a `robots.clock.Clock`."""
@@ -285,8 +275,14 @@ class World:
         """Choose who runs; where nobody is able to, let time pass."""
         while True:
             now, soonest, able = self._t, math.inf, []
-            for thread in self.threads:
-                at = thread.able_at(now)
+            for (
+                thread
+            ) in self.threads:  # it may run once its time is up, or what it waits for holds, and it is not late
+                if thread.process.frozen or thread.process.killed:
+                    continue
+                if thread.ready_at is None and (now >= thread.due or (thread.holds and thread.holds())):
+                    thread.ready_at = min(now, thread.due)
+                at = (thread.due if thread.ready_at is None else thread.ready_at) + thread.late_s
                 if at <= now:
                     able.append(thread)
                 elif at < soonest:

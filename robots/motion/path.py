@@ -84,7 +84,7 @@ class Cubic:
     def span(self) -> tuple[Joints, Joints]:
         """Return the least and greatest position (rad) of each joint on the way, exactly."""
         _, a1, a2, a3 = self.a
-        with np.errstate(divide="ignore", invalid="ignore"):  # if the speed has no root, or one
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # if the speed has no root, or one
             half = -(a2 + np.copysign(np.sqrt(a2 * a2 - 3 * a3 * a1), a2))
             turns = np.nan_to_num(np.array([half / (3 * a3), a1 / half]), nan=0.0, posinf=0.0, neginf=0.0)
         t = np.clip(np.vstack([turns, np.zeros_like(a1), np.full_like(a1, self.seconds)]), 0.0, self.seconds)

@@ -20,7 +20,7 @@ def exactly(begin: Matrix, end: Matrix, low: Matrix, high: Matrix) -> Matrix:
     where the slope crosses zero, between two such places.
     """
     way = end - begin
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         cuts = np.concatenate([(low - begin) / way, (high - begin) / way], axis=-1)
     ends = np.broadcast_to([0.0, 1.0], (*way.shape[:-1], 2))
     cuts = np.where(cuts > 0.0, np.minimum(cuts, 1.0), 0.0)  # 0 if it does not cross
@@ -32,7 +32,7 @@ def exactly(begin: Matrix, end: Matrix, low: Matrix, high: Matrix) -> Matrix:
     rising = np.where(slope[..., -1] < 0.0, slope.shape[-1] - 1, rising)[..., None]
     before, after = np.take_along_axis(slope, rising - 1, -1), np.take_along_axis(slope, rising, -1)
     first, then = np.take_along_axis(t, rising - 1, -1), np.take_along_axis(t, rising, -1)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(before >= 0.0, 0.0, np.where(after <= 0.0, 1.0, -before / (after - before)))
     nearest = begin + (first + share * (then - first)) * way
     found: Matrix = np.linalg.norm(nearest - np.clip(nearest, low, high), axis=-1)

@@ -36,20 +36,16 @@ class Allowed:
         self._look(q)
         self._floor = planner.zones.floor(self._distances)
         self._most = _outside(planner, q) + OFF_RAD
-        self._inside = self._is_inside()
 
     def _look(self, q: Joints) -> None:
         limits = self._planner.limits
         self._looked_at, self._distances = q.copy(), self._planner.zones.distances(q)
         self._way = np.minimum(q - limits.low, limits.high - q) + OFF_RAD  # of each joint, to its least limit
 
-    def _is_inside(self) -> bool:
-        return bool((self._floor < 0.0).any() or (self._most > OFF_RAD).any())
-
     def left(self, q: Joints) -> str:
         """Return what is wrong with the arm's present position, empty if nothing is; it may not go back."""
         zones, moved = self._planner.zones, np.abs(q - self._looked_at)
-        if not self._inside and (moved < self._way).all() and zones.still_clear(self._distances, moved):
+        if (moved < self._way).all() and zones.still_clear(self._distances, moved):
             return ""  # mostly, for it is far from boxes and limits
         self._look(q)
         touch = zones.entered(self._distances + OFF_M, self._floor)
@@ -60,5 +56,4 @@ class Allowed:
             return self._planner.chain.broken_limit(q)
         self._floor = zones.raised(self._floor, self._distances)
         self._most = np.minimum(self._most, outside + OFF_RAD)
-        self._inside = self._is_inside()
         return ""

@@ -5,6 +5,7 @@ from math import dist, inf
 
 import pytest
 
+from robots.drivers.irat.driver import NEVER_BEGAN
 from tests.world.seeds import hunt, seeds
 
 pytestmark = pytest.mark.parametrize("which", ["irat"], indirect=True)
@@ -192,3 +193,19 @@ def goal(portal):
 @seeds(1, 10, 30)
 def test_it_explores_and_goes_to_a_goal(worlds, seed):
     hunt(worlds, seed, goal)
+
+
+def never_heard(portal):
+    """Drive while the line keeps everything back for longer than that: the robot refuses velocities that are so old."""
+    portal.grant()
+    before = portal.rig.count("motion")
+    portal.rig.stall(1.5)
+    command = portal.final(portal.move())
+    assert portal.rig.count("motion") == before
+    assert (command.state, command.reason) == ("failed", NEVER_BEGAN)
+    portal.works_on()
+
+
+@seeds(1, 10, 100)
+def test_a_drive_that_the_robot_never_began_is_not_said_to_be_done(worlds, seed):
+    hunt(worlds, seed, never_heard)

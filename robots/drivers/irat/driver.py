@@ -7,18 +7,19 @@ from pathlib import Path
 from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
-from robots.drivers.errors import HardwareFault, RobotError
+from robots.drivers.errors import ControlsReleased, GaveUp, HardwareFault, RobotError
 from robots.drivers.irat.brain.messages import Care, Clear, Key, Packet
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.charging import Charging
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.modes import Mode
-from robots.drivers.irat.protocol import Velocity
+from robots.drivers.irat.protocol import Status, Velocity
 from robots.drivers.irat.roaming import Roaming
 from robots.drivers.irat.senses import Senses
 from robots.drivers.irat.wheels import FLAT, REST, STEP_S, Wheels
 from robots.drivers.rosbridge_client import connected
 
+NEVER_BEGAN = "The robot did not move: what it was told came too late over its line."
 HEARD_S = 3.0  # within which the robot's topics arrive
 BRAIN_S = 25.0  # within which the brain's process answers; its loops may have to be compiled
 
@@ -93,13 +94,17 @@ class Driver(Session):
         return sent
 
     def _drive(self, args: JSON, permit: Permit, on_stage: OnStage) -> JSON:
-        """Drive by hand while `permit` allows it."""
+        """Drive by hand while `permit` allows it.
+
+        Raises GaveUp if the robot never began: it refuses velocities that come late.
+        """
+        before, said = self.line.status.value, False
         wanted = Velocity(
             number(args, "forward") * float(self._hand["speed"]), number(args, "turn") * float(self._hand["turn"])
         )
 
         def act(free: Permit) -> None:
-            said = False
+            nonlocal said
             while True:
                 self.senses.awake()
                 self.wheels.drive(wanted if self.wheels.hears() else REST, free)
@@ -109,8 +114,22 @@ class Driver(Session):
                     on_stage("acknowledged")
                 self.clock.sleep(STEP_S)
 
-        self.wheels.during(permit, Mode.HAND, act)
+        try:
+            self.wheels.during(permit, Mode.HAND, act)
+        except ControlsReleased:
+            if said and wanted != REST and not self._moved_since(before):
+                raise GaveUp(NEVER_BEGAN) from None
+            raise
         return dict(args)
+
+    def _moved_since(self, before: Status | None) -> bool:
+        """Return whether a motion has begun; the robot is asked only if its newest word does not say so."""
+        newest = self.line.status.value
+        if before is None or newest is None:
+            return True
+        known = before.boot, before.motion
+        asked = self.line.ask() if (newest.boot, newest.motion) == known else newest
+        return (asked.boot, asked.motion) != known
 
     def picture(self, view: str, seconds: float) -> bytes | None:
         """Return the first picture of the robot's camera that arrives from now on."""

@@ -13,6 +13,7 @@ from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
 from accounts import quiz
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
 from robots.drivers.errors import NotPermitted
+from robots.grants import ROBOT
 from robots.models import Robot
 from robots.prepared import Prepared, Slot
 from robots.previews import Job
@@ -21,7 +22,7 @@ _random = random.SystemRandom()
 RULES = settings.FARHAND
 FORGOTTEN = timedelta(days=30)  # an older failure does not extend the pause
 MANY = 64
-ROBOT, USER, LEVEL = Slot("robot", BigAutoField()), Slot("user", BigAutoField()), Slot("level", IntegerField())
+USER, LEVEL = Slot("user", BigAutoField()), Slot("level", IntegerField())
 _CLEARED: Prepared[Any] = Prepared(lambda: cleared_people(ROBOT, LEVEL).filter(user=USER)[:1])
 
 

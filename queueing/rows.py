@@ -66,7 +66,7 @@ def locked(queue: Queue) -> Queue:
 
 
 def robots_of(queue: Queue) -> list[Robot]:
-    """Return the robots that the queue serves; of their rows only what is asked here."""
+    """Return the robots that the queue serves; other columns than slug and clearance are read when asked for."""
     return _ROBOTS(queue=queue.pk)
 
 

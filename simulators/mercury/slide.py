@@ -79,11 +79,11 @@ def _rests(sand: F32, rigid: F32, cell_mm: int, rounds: int) -> bool:
         if i % LOOK == LOOK - 1 and max(np.abs(along_x).max(), np.abs(along_y).max()) < AT_REST_MM * cell_mm:
             return True
         if i % LOOK == 0:
-            inside = _round(along_x, along_y, 0.1 * AT_REST_MM * cell_mm, inside, sand.shape)
+            inside = _flowing(along_x, along_y, 0.1 * AT_REST_MM * cell_mm, inside, sand.shape)
     return False
 
 
-def _round(along_x: F32, along_y: F32, least: float, inside: Part, shape: tuple[int, ...]) -> Part:
+def _flowing(along_x: F32, along_y: F32, least: float, inside: Part, shape: tuple[int, ...]) -> Part:
     """Return the part in which the flows of `inside` are more than `least`, and what they can reach until the next."""
     flows = np.zeros((along_x.shape[0], along_y.shape[1]), np.bool_)
     flows[:, 1:] |= np.abs(along_x) > least

@@ -272,12 +272,13 @@ class World:
         self.running.turn.release()
 
     def _next(self) -> Thread:
-        """Choose who runs; where nobody is able to, let time pass."""
+        """Choose who runs; where nobody is able to, let time pass.
+
+        A thread may run once its time is up, or what it waits for holds, and it is not late.
+        """
         while True:
             now, soonest, able = self._t, math.inf, []
-            for (
-                thread
-            ) in self.threads:  # it may run once its time is up, or what it waits for holds, and it is not late
+            for thread in self.threads:
                 if thread.process.frozen or thread.process.killed:
                     continue
                 if thread.ready_at is None and (now >= thread.due or (thread.holds and thread.holds())):

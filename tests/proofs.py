@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from tests import history
+from tests.proof import SEEDS, VIRTUAL, without_seed
 
 ROOT = Path(__file__).resolve().parent.parent
 KEPT = ROOT / "docs" / "reference" / "proofs.json"
@@ -123,7 +124,8 @@ def pytest_collection_modifyitems(items) -> None:
 def with_proofs() -> dict[str, int]:
     """Return the tests that write a figure down, by pytest's name of them, with the number of their promise."""
     with tempfile.TemporaryDirectory() as folder:
-        env = {**os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": "sqlite", "FARHAND_PROOFS_TO": folder}
+        env = {**os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": "sqlite", "FARHAND_PROOFS": "full",
+               "FARHAND_PROOFS_TO": folder}  # fmt: skip
         files = [str(f) for f in sorted((ROOT / "tests").rglob("test_*.py")) if "def test_promise_" in f.read_text()]
         argv = [sys.executable, "-m", "pytest", "--collect-only", "-qq", "-p", "tests.proofs", *files]
         subprocess.run(argv, cwd=ROOT, env=env, check=True, stdout=subprocess.DEVNULL)
@@ -135,16 +137,21 @@ def databases(promise: int) -> tuple[str, ...]:
     return ("sqlite", "postgres") if promise in ON_BOTH else ("sqlite",)
 
 
+def with_each_seed(r: dict) -> bool:
+    """Tell whether a test of seeds was run with all of them."""
+    return all(c["ran"] >= c["asked"] for c in r["counts"] if c["what"] == SEEDS)
+
+
 def missing(wanted: dict[str, int], results: list[dict], only: str) -> dict[tuple[int, str], list[str]]:
     """Return which tests have not been run in full, by promise and database; `only`: none of another robot."""
-    proven = {(r["test"], r["database"]) for r in results if r.get("full")}
+    proven = {(r["test"], r["database"]) for r in results if r.get("full") and with_each_seed(r)}
     left: dict[tuple[int, str], list[str]] = {}
     for name, promise in sorted(wanted.items(), key=lambda one: one[1]):
         if only and any(robot in name for robot in ROBOTS if robot != only):
             continue
         parts = name.split("::")
         for database in databases(promise):
-            if (f"{Path(parts[0]).name}::{parts[-1]}", database) not in proven:
+            if (without_seed(f"{Path(parts[0]).name}::{parts[-1]}"), database) not in proven:
                 left.setdefault((promise, database), []).append(name)
     return left
 
@@ -181,10 +188,12 @@ def take(folder: Path, commit: str) -> None:
             for r in results
             if (r["promise"], r["test"], r["database"]) == (line["promise"], line["test"], line["database"])
         ]
-        for old in same:  # numbers run add up; the figure is the newest
+        for old in same:  # numbers run add up; the figure is the newest, of one commit the worst
             for a, b in zip(line["counts"], old["counts"], strict=False):
                 a["ran"] += b["ran"]
             line["full"] = line["full"] or old.get("full", False)
+            if old.get("commit") == commit and old.get("worst", 0.0) > line["worst"]:
+                line |= {name: old[name] for name in ("figure", "worst", "pace", "discarded")}
             results.remove(old)
         results.append(line)
     results.sort(key=lambda r: (r["promise"], r["test"], r["database"]))
@@ -207,6 +216,13 @@ def without_figures(promise: int) -> str:
     return ELSEWHERE.get(promise) or (f"No figures; tested by {names}." if names else "No proof yet.")
 
 
+def figure(r: dict) -> str:
+    """Return the figure; of several seeds it is that of each one, or of the worst."""
+    if not any(c["what"] == SEEDS for c in r["counts"]):
+        return r["figure"]
+    return f"{'worst' if r.get('worst') else 'each'} seed: {r['figure']}"
+
+
 def how(r: dict) -> str:
     """Return how a figure was measured; older ones do not say it."""
     if not {"time", "commit", "pace", "discarded"} & r.keys():
@@ -215,12 +231,13 @@ def how(r: dict) -> str:
         f"{when} work {p['work']:.1f}, sleep {p['sleep']:.1f}" for when, p in r.get("pace", {}).items() if p
     )
     lost = "; ".join(f"{d['number']} discarded: {d['why']}" for d in r.get("discarded", [])) or "0 discarded"
-    return "; ".join([
+    said = [
         f"{r['time']} time" if "time" in r else "time not recorded",
         f"commit {r['commit']}" if r.get("commit") else "commit not recorded",
-        f"pace {pace}" if pace else "pace not recorded",
-        lost if "discarded" in r else "discarded samples not recorded",
-    ])  # fmt: skip
+    ]
+    if r.get("time") != VIRTUAL:
+        said.append(f"pace {pace}" if pace else "pace not recorded")
+    return "; ".join([*said, lost if "discarded" in r else "discarded samples not recorded"])
 
 
 def write() -> None:
@@ -233,8 +250,9 @@ def write() -> None:
         "**How** a figure was measured stands beside it, for its newest run. *Real time*: by the clock of real processes. "
         "*Virtual time*: by a clock that the test moves, so it shows an order and a number, and nothing of how quick a "
         f"machine is; what promises {', '.join(map(str, OF_SECONDS))} say of seconds, only real time shows. The commit is "
-        "that of the code; `+changes` says that the tree had others. The pace is how many times as long as nominal a "
-        "fixed work and short sleeps took, before the test and after it. A discarded sample is one that says nothing; "
+        "that of the code; `+changes` says that the tree had others. The pace, which real time needs, is how many times "
+        "as long as nominal a fixed work and short sleeps took, before the test and after it. A test with seeds is one "
+        "row: the numbers of all of its seeds, and the figure of one. A discarded sample is one that says nothing; "
         "older figures do not tell these, which is named so.", "",
     ]  # fmt: skip
     results = kept()
@@ -247,7 +265,7 @@ def write() -> None:
         lines += ["| figure | run / asked | how | test | database | date |", "|---|---|---|---|---|---|"]
         for r in mine:
             numbers = "; ".join(f"{c['ran']} / {c['asked']} {c['what']}" for c in r["counts"])
-            lines.append(f"| {r['figure']} | {numbers} | {how(r)} | `{r['test']}` | {r['database']} | {r['at']} |")
+            lines.append(f"| {figure(r)} | {numbers} | {how(r)} | `{r['test']}` | {r['database']} | {r['at']} |")
         lines += ["", f"On {mine[-1]['machine']}.", ""]
     PAGE.write_text("\n".join(lines))
 

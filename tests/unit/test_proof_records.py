@@ -38,7 +38,44 @@ def test_a_record_tells_whose_time_passed_and_how_the_machine_was(tmp_path, node
     line = json.loads((tmp_path / "proofs.jsonl").read_text())
     assert (line["promise"], line["test"], line["time"]) == (7, "test_a.py::test_promise_07_stops[irat]", time)
     assert line["discarded"] == [{"number": 3, "why": "the machine stalled"}]
-    assert line["pace"] == {"before": {"work": 1.0, "sleep": 1.1}, "after": {"work": 3.0, "sleep": 1.2}}
+    measured = {"before": {"work": 1.0, "sleep": 1.1}, "after": {"work": 3.0, "sleep": 1.2}}
+    assert line["pace"] == (measured if time == REAL else {"before": {}, "after": {}})
+
+
+@pytest.fixture
+def page(tmp_path, monkeypatch):
+    """A list and a page of proofs of their own; returns what reads the page."""
+    monkeypatch.setattr(proofs, "KEPT", tmp_path / "proofs.json")
+    monkeypatch.setattr(proofs, "PAGE", tmp_path / "proofs.md")
+    return proofs.PAGE.read_text
+
+
+def run_with_seeds(folder, *seeds):
+    """Two kills each; a seed's number is how late it was."""
+    folder.mkdir()
+    for seed in seeds:
+        proof = Proof(f"test_a.py::test_promise_02_kills[seed{seed}-irat]", 2, seeds=3, kept=folder)
+        proof.count("kills", 2, 2)
+        proof.holds(f"{seed} s late", seed)
+
+
+def test_all_seeds_of_a_test_are_one_figure_and_it_is_missing_until_each_was_run(tmp_path, page):
+    name = "tests/world/test_a.py::test_promise_02_kills[seed{}-irat]"
+    wanted = {name.format(seed): 2 for seed in (1, 2, 3)}
+    run_with_seeds(tmp_path / "one", 2, 1)
+    proofs.take(tmp_path / "one", "abc1234")
+    assert [(r["test"], r["figure"]) for r in proofs.kept()] == [("test_a.py::test_promise_02_kills[irat]", "2 s late")]
+    kept = [r | {"full": True} for r in proofs.kept()]
+    assert proofs.missing(wanted, kept, "") == {(2, "sqlite"): list(wanted)}
+    run_with_seeds(tmp_path / "two", 3)
+    proofs.take(tmp_path / "two", "abc1234")
+    proofs.write()
+    assert "| worst seed: 3 s late | 3 / 3 seeds; 6 / 6 kills | virtual time; commit abc1234; 0 discarded |" in page()
+    kept = [r | {"full": True} for r in proofs.kept()]
+    assert proofs.missing(wanted, kept, "") == {}
+    run_with_seeds(tmp_path / "three", 1)
+    proofs.take(tmp_path / "three", "def5678")
+    assert proofs.kept()[0]["figure"] == "1 s late", "of a newer commit"
 
 
 def test_the_pace_is_a_ratio_to_nominal(clock):
@@ -60,7 +97,7 @@ def test_the_page_tells_how_each_figure_was_measured_and_of_older_ones_that_nobo
         "3 discarded: the machine stalled"
     )
     assert proofs.how(record(time="virtual", commit="", pace={}, discarded=[])) == (
-        "virtual time; commit not recorded; pace not recorded; 0 discarded"
+        "virtual time; commit not recorded; 0 discarded"
     )
 
 

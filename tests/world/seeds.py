@@ -14,8 +14,14 @@ MOST_TRIES = 0 if "FARHAND_MUTANT" in os.environ else 60  # runs to find the few
 
 def seeds(gate: int, length: int, full: int = 0):
     """Run a test with so many seeds in `make test`, `make test-all` and `make proofs`."""
-    number = max(full, length) if FULL else length if AT_LENGTH else gate
-    return pytest.mark.parametrize("seed", [int(ONE)] if ONE else range(1, number + 1))
+    most = max(full, length)
+    number = most if FULL else length if AT_LENGTH else gate
+
+    def of(test):
+        test.seeds = most
+        return pytest.mark.parametrize("seed", [int(ONE)] if ONE else range(1, number + 1), ids="seed{}".format)(test)
+
+    return of
 
 
 def fewest(

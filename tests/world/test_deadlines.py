@@ -82,7 +82,7 @@ def test_promise_14_a_turn_ends_though_nobody_looks(crowds, proof, seed):
         assert late_s <= (BY_ITS_OWNER_S if "ticks" in gone else TICK_S), f"{late_s:.2f} s late, without {gone}"
 
     hunt(crowds, seed, run)
-    proof.holds(f"without ticks, web or store it ended {worst:.2f} s after its deadline")
+    proof.holds(f"without ticks, web or store it ended {worst:.2f} s after its deadline", worst)
 
 
 @seeds(1, 40, 400)

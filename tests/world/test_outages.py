@@ -43,7 +43,7 @@ def test_promise_14_a_turn_ends_within_a_second_of_its_deadline(worlds, proof, s
         assert worst <= 1.0, f"moving {worst:.2f} s after the end of the turn"
 
     hunt(worlds, seed, run)
-    proof.holds(f"{times} turns with held motions: at rest within {worst:.2f} s of their end")
+    proof.holds(f"{times} turns with held motions: at rest within {worst:.2f} s of their end", worst)
 
 
 def outages(portal, times, goes, comes):
@@ -81,7 +81,7 @@ def test_promise_22_an_outage_of_the_store_is_survived(worlds, proof, seed):
         worst.append(outages(portal, times, lambda: setattr(store, "up", False), comes))
 
     hunt(worlds, seed, run)
-    proof.holds(f"{times} outages: at rest meanwhile, the next motion completed within {worst[-1]:.1f} s")
+    proof.holds(f"{times} outages: at rest meanwhile, the next motion completed within {max(worst):.1f} s", max(worst))
 
 
 @EACH
@@ -96,7 +96,7 @@ def test_promise_23_an_outage_of_the_database_is_survived(worlds, proof, seed):
         worst.append(outages(portal, times, lambda: away(True), lambda: away(False)))
 
     hunt(worlds, seed, run)
-    proof.holds(f"{times} outages: at rest meanwhile, the next motion completed within {worst[-1]:.1f} s")
+    proof.holds(f"{times} outages: at rest meanwhile, the next motion completed within {max(worst):.1f} s", max(worst))
 
 
 @EACH

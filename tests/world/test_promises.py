@@ -295,7 +295,7 @@ def test_promise_07_with_the_store_dead_the_owner_stops_by_itself(worlds, proof,
         assert worst <= 2.0, f"at rest {worst:.2f} s after the store's death"
 
     hunt(worlds, seed, run)
-    proof.holds(f"{times} deaths of the store: at rest within {worst:.2f} s")
+    proof.holds(f"{times} deaths of the store: at rest within {worst:.2f} s", worst)
 
 
 @EACH

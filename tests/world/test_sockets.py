@@ -90,7 +90,7 @@ def offers(portal, times=4):
         page.say("do", what="leave", robot=portal.slug)
 
 
-@seeds(1, 20, 200)
+@seeds(3, 20, 200)
 def test_an_offer_that_is_made_while_a_page_reads_is_told_at_once(worlds, seed):
     hunt(worlds, seed, offers, jitter)
 

@@ -22,7 +22,7 @@ from accounts.models import Attempt, Choice, Clearance, Question, User
 from accounts.rights import drives_more, may_do_more
 from robots.added import on_added
 from robots.clock import SYSTEM
-from robots.drivers.errors import RobotError
+from robots.contract.errors import RobotError
 from robots.history import Guarded, Kept
 from robots.inlines import NamedInline
 from robots.models import Robot

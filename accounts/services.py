@@ -12,7 +12,7 @@ from django.db.models import BigAutoField, F, IntegerField, Q, QuerySet
 
 from accounts import quiz
 from accounts.models import Attempt, Choice, Clearance, OrientationRead, Question
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.grants import ROBOT
 from robots.models import Robot
 from robots.prepared import Prepared, Slot

@@ -13,9 +13,9 @@ from math import hypot
 from pathlib import Path
 
 from benchmarks.stage import percentile, tell
+from robots.contract.errors import BadRequest, GaveUp, Held, RobotError
 from robots.contract.session import JSON
 from robots.description import load
-from robots.drivers.errors import BadRequest, GaveUp, Held, RobotError
 from robots.drivers.irat.brain.messages import Care
 from robots.drivers.irat.places import IN_DOCK, MapCleared, chosen
 from simulators.irat.simulator import LIVE_S

@@ -15,7 +15,7 @@ from robots.added import ADDED
 from robots.clock import SYSTEM
 from robots.contract import procedures
 from robots.contract.capabilities import Calibration
-from robots.drivers.errors import RobotError
+from robots.contract.errors import RobotError
 from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
 from robots.history import Guarded, Kept
 from robots.inlines import NamedValues

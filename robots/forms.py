@@ -8,10 +8,10 @@ from django.core.validators import MaxValueValidator, MinValueValidator
 from django.forms.fields import InvalidJSONInput
 
 from robots.contract.capabilities import Setting
+from robots.contract.errors import RobotError
 from robots.contract.find import function, spec_of, spec_or_none
 from robots.contract.ranges import from_to
 from robots.contract.spec import TURN
-from robots.drivers.errors import RobotError
 from robots.installed import simulators
 from robots.models import Robot
 

@@ -9,8 +9,8 @@ from django.db import IntegrityError, transaction
 from django.db.models import BigAutoField, CharField, DateTimeField, F, QuerySet
 
 from robots import bus
+from robots.contract.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.contract.procedures import PICTURE
-from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch
 from robots.messages import Changed, CommandStage
 from robots.models import Command, Grant, Lease, Robot
 from robots.people import is_person

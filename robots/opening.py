@@ -7,7 +7,7 @@ import termios
 from collections.abc import Iterator
 from pathlib import Path
 
-from robots.drivers.errors import why
+from robots.contract.errors import why
 
 UNKNOWN_NAME = -1  # no number of the system's
 BUSY = frozenset({errno.EBUSY, errno.EAGAIN, errno.ETXTBSY})  # of a device

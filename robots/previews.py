@@ -18,8 +18,8 @@ from typing import Any, BinaryIO
 import msgspec
 
 from robots.contract.capabilities import Preview
+from robots.contract.errors import BadRequest, RobotError
 from robots.contract.find import function, spec_of
-from robots.drivers.errors import BadRequest, RobotError
 
 CPU_S = 1.0  # for one job; many times what our own drivers need
 MEMORY = 256 * 2**20  # bytes more than before the job

@@ -10,7 +10,7 @@ from typing import Any
 from django.db.models import Q
 
 from robots import bus
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.messages import Changed
 from robots.models import Robot
 from robots.permissions import need_staff

@@ -8,7 +8,7 @@ from django.db import IntegrityError, transaction
 from django.db.models import Q, QuerySet
 
 from robots import description
-from robots.drivers.errors import BadRequest, NotPermitted
+from robots.contract.errors import BadRequest, NotPermitted
 from robots.models import Program, Robot
 from robots.plain import one_line, plain_breaks, storable
 

@@ -8,7 +8,7 @@ from django.http import HttpRequest
 from robots import probes, services
 from robots.clock import SYSTEM
 from robots.contract import procedures
-from robots.drivers.errors import BadRequest
+from robots.contract.errors import BadRequest
 from robots.models import Robot
 from robots.permissions import need_staff
 from robots.states import Cycle

@@ -16,8 +16,8 @@ import cv2
 import numpy as np
 
 from robots.clock import Waitable
+from robots.contract.errors import HardwareFault, Held, LineSilent
 from robots.contract.session import JSON
-from robots.drivers.errors import HardwareFault, Held, LineSilent
 from robots.drivers.irat.brain.messages import Answer, Feed, Packet, Seen, ToBrain
 from robots.drivers.irat.brain.mind import Mind
 from robots.drivers.irat.brain.process import SILENT_S

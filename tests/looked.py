@@ -10,7 +10,7 @@ from typing import Any
 
 from robots import bus
 from robots.clock import SYSTEM
-from robots.drivers.errors import Stopped
+from robots.contract.errors import Stopped
 from robots.models import Command, Grant, Lease, Robot
 from robots.states import ONE_COMMAND, CommandState, GrantEnd, GrantKind
 from tests.conftest import wait_for

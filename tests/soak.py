@@ -72,7 +72,7 @@ class Stand:
     def live(self) -> None:
         """Let each person do something, or nothing."""
         from queueing.errors import QueueError
-        from robots.drivers.errors import RobotError
+        from robots.contract.errors import RobotError
 
         for person in self.people:
             try:

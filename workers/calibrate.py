@@ -3,9 +3,9 @@
 from typing import Any
 
 from robots.contract.capabilities import Calibration
+from robots.contract.errors import BadRequest, NotCalibrated, RobotError
 from robots.contract.find import function
 from robots.contract.session import Permit
-from robots.drivers.errors import BadRequest, NotCalibrated, RobotError
 from robots.models import Robot
 from workers.cameras.pictures import Pictures
 from workers.door import Door, Ours

@@ -3,8 +3,8 @@
 import logging
 
 from robots import bus
+from robots.contract.errors import HardwareFault, LineGone, LineSilent, NotPermitted, RobotError
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault, LineGone, LineSilent, NotPermitted, RobotError
 from robots.grants import open_grant
 from robots.messages import Changed, Notice
 from robots.models import Command, Grant, Robot

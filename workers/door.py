@@ -7,8 +7,8 @@ from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 from robots.clock import TIMER, Timer
+from robots.contract.errors import HardwareFault, RobotError, why
 from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session
-from robots.drivers.errors import HardwareFault, RobotError, why
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")

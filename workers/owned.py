@@ -87,7 +87,8 @@ class OwnedRobot:
         state = self.driver.latest()
         if state is None or self.age(state) > FRESH_S:
             return None
-        return Known(self.robot.spec().named(state), state.velocities)
+        spec = self.robot.spec()
+        return Known(spec.named(state), *spec.speeds(state))
 
     def remember(self, state: RobotState) -> None:
         """Store the state in the lease row, by which needs are judged; one that is older than the last is dropped."""

@@ -2,7 +2,7 @@
 
 from robots import bus
 from robots.contract.capabilities import Reset
-from robots.drivers.errors import HardwareFault, NotPermitted, RobotError
+from robots.contract.errors import HardwareFault, NotPermitted, RobotError
 from robots.messages import Notice
 from robots.models import Command
 from workers.cameras.look import look

@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Callable
 
 from robots import bus
-from robots.drivers.errors import RobotError
+from robots.contract.errors import RobotError
 from robots.messages import Notice
 from workers.commands import claim
 from workers.connection import Connection

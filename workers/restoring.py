@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from robots.contract.errors import HardwareFault, RobotError
 from robots.contract.spec import CommandKind
-from robots.drivers.errors import HardwareFault, RobotError
 from robots.grants import AnotherGrant, granted, open_grant
 from robots.models import Command, Grant
 from robots.services import restore, to_restore

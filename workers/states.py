@@ -5,8 +5,8 @@ from django.db import Error, close_old_connections
 
 from robots import bus
 from robots.contract.compact import Layout
+from robots.contract.errors import HardwareFault
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault
 from robots.messages import state_packet
 from workers.connection import Connection
 from workers.owned import OwnedRobot

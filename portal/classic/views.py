@@ -26,7 +26,7 @@ from queueing.models import Ticket, Turn
 from queueing.turns import idle_at
 from robots import services
 from robots.clock import SYSTEM
-from robots.drivers.errors import RobotError
+from robots.contract.errors import RobotError
 from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
 from robots.models import Command, Robot

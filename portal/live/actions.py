@@ -9,7 +9,7 @@ from queueing import services as queue
 from queueing.errors import QueueError
 from robots import services
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest, NotPermitted, RobotError
+from robots.contract.errors import BadRequest, NotPermitted, RobotError
 from robots.models import Robot
 
 

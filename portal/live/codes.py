@@ -15,7 +15,7 @@ import msgspec
 from redis.exceptions import RedisError
 
 from robots import bus
-from robots.drivers.errors import GrantOver
+from robots.contract.errors import GrantOver
 from robots.grants import held, open_grant
 from robots.models import Grant, Robot
 from robots.states import GrantKind

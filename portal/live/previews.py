@@ -26,7 +26,7 @@ from portal.live.threads import Pool
 from portal.stores import down_text
 from robots import previews
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.models import Robot
 
 log = logging.getLogger(__name__)

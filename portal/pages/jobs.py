@@ -28,7 +28,7 @@ from queueing.jobs.suspending import RESUMED, resume, waits_for_staff
 from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
-from robots.drivers.errors import RobotError
+from robots.contract.errors import RobotError
 from robots.models import Command, Frame, Robot
 from robots.once import FIELD_OF_JOBS, once, press_of, token_of
 from robots.plain import storable

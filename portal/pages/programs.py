@@ -9,7 +9,7 @@ from django.views.decorators.cache import never_cache
 
 from robots import programs
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest, NotPermitted, RobotError
+from robots.contract.errors import BadRequest, NotPermitted, RobotError
 from robots.models import Program, Robot
 from robots.plain import one_line
 

@@ -14,7 +14,7 @@ from portal.limits.attempts import within
 from portal.recordings import access
 from portal.recordings.serving import limited, ranged
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest
+from robots.contract.errors import BadRequest
 from robots.models import Movie, Recording, Robot
 from robots.recordings import keeping, movies
 from robots.recordings.models import SHOWN

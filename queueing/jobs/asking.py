@@ -16,10 +16,10 @@ from queueing.models import OPEN_JOB, Account, Job, Queue
 from queueing.rows import announce, locked, queue_of
 from queueing.turns import start_countdown
 from robots.contract.capabilities import JobCheck
+from robots.contract.errors import BadRequest
 from robots.contract.find import function, spec_of
 from robots.contract.streams import unpack
 from robots.contract.values import check
-from robots.drivers.errors import BadRequest
 from robots.models import Robot
 from robots.plain import one_line
 from robots.stream_store import kept_stream

@@ -7,8 +7,8 @@ from queueing.jobs.kinds import job_kinds
 from queueing.models import QueueRobot
 from queueing.rows import announce, queue_of
 from robots.contract.capabilities import Idle, Need
+from robots.contract.errors import NotPermitted
 from robots.contract.find import spec_or_none
-from robots.drivers.errors import NotPermitted
 from robots.models import Robot
 from robots.permissions import need_staff
 

@@ -13,9 +13,9 @@ from robots.conformance.report import NotApplicable
 from robots.conformance.runs import ACKNOWLEDGED, Run, said, shown
 from robots.conformance.trial import Trial, children
 from robots.conformance.values import good
+from robots.contract.errors import RobotError
 from robots.contract.session import JSON
 from robots.description import views
-from robots.drivers.errors import RobotError
 
 PICTURE_S = 20.0
 LARGEST = 20_000_000  # bytes of a picture

@@ -6,9 +6,9 @@ from robots.conformance.report import NotApplicable, Note
 from robots.conformance.runs import ACKNOWLEDGED, SENT, Run, denial, said, shown
 from robots.conformance.trial import ENDLESS, Trial, apart
 from robots.conformance.values import bad, base, ends, good, is_refusal, refusal
+from robots.contract.errors import BadRequest, GaveUp, Held, OutOfWorkspace, RobotError
 from robots.contract.session import JSON, Progress
 from robots.contract.spec import CommandKind
-from robots.drivers.errors import BadRequest, GaveUp, Held, OutOfWorkspace, RobotError
 
 STILL = 0.01  # rad, m: readings this close are of a robot that did not move
 
@@ -128,7 +128,7 @@ def _judged(run: Run, command: CommandKind, what: str, held: bool) -> Iterator[s
     if run.error is None and run.outcome is None:
         yield f"execute returned {type(run.value).__name__} for {what}; return an Outcome."
     if run.error is not None and run.error is not run.refuse and not is_refusal(run.error):
-        yield f"{what} ended with {said(run.error)}; raise an error of robots/drivers/errors.py with a sentence."
+        yield f"{what} ended with {said(run.error)}; raise an error of robots/contract/errors.py with a sentence."
     if isinstance(run.error, BadRequest | OutOfWorkspace) and not told:
         return
     if isinstance(run.error, RobotError) and not held and not isinstance(run.error, Held | GaveUp):

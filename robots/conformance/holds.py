@@ -8,8 +8,8 @@ from robots.conformance.motions import TRIES, Motions, longest, motions_of, unde
 from robots.conformance.report import NotApplicable, Note
 from robots.conformance.runs import ACKNOWLEDGED, SENT, Call, Run, denial, said, shown
 from robots.conformance.trial import Trial, apart
+from robots.contract.errors import Held, Replaced
 from robots.contract.session import RobotState
-from robots.drivers.errors import Held, Replaced
 
 INSTANTS = (1, 3, 8)  # states in which the robot was seen moving, before it is held
 REST_LOOKS, REST_S = 4, 0.1

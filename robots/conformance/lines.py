@@ -8,7 +8,7 @@ from robots.conformance.report import NotApplicable
 from robots.conformance.runs import ACKNOWLEDGED, Call, Run, denial, said, shown
 from robots.conformance.states import wrong_in
 from robots.conformance.trial import Broken, Faults, Trial, apart
-from robots.drivers.errors import HardwareFault, RobotError
+from robots.contract.errors import HardwareFault, RobotError
 
 NOISE = (("corrupt", 0.02), ("drop", 0.02), ("double", 0.05), ("slow", 0.3))
 SILENT = ("awol", "mute")

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from robots.clock import Timer
+from robots.contract.errors import NotPermitted, Stopped
 from robots.contract.session import JSON, Outcome, Progress, Session
-from robots.drivers.errors import NotPermitted, Stopped
 
 T = TypeVar("T")
 SENT, ACKNOWLEDGED = "sent", "acknowledged"

@@ -10,10 +10,10 @@ from robots.conformance.report import NotApplicable
 from robots.conformance.runs import said
 from robots.conformance.trial import Broken, Trial
 from robots.contract import capabilities as can
+from robots.contract.errors import HardwareFault
 from robots.contract.find import function, spec_of
 from robots.contract.session import RobotState
 from robots.description import views
-from robots.drivers.errors import HardwareFault
 
 READ = """
 import sys, threading
@@ -162,9 +162,12 @@ def policies(trial: Trial) -> Iterator[str]:
         for area in bound.area:
             if not isfinite(told.get(area.name, float("nan"))):
                 yield f"The policy of {command.kind!r} bounds {area.name!r}, which its states do not tell; tell it."
-        if bound.speed is not None and len(one.velocities) != len(trial.spec.joints):
+        velocities, turn = trial.spec.speeds(one)
+        if bound.speed is not None and not velocities:
             yield f"The policy of {command.kind!r} bounds the speed, and its states tell no velocities; tell them."
-        if not bound.area and bound.speed is None:
+        if bound.turn is not None and turn is None:
+            yield f"The policy of {command.kind!r} bounds how fast it turns, and its states tell no twist; tell it."
+        if not bound.area and bound.speed is None and bound.turn is None:
             yield f"The policy of {command.kind!r} bounds neither place nor speed; give it an area or a speed."
     if not seen:
         raise NotApplicable("no kind with a policy was seen moving")

@@ -83,7 +83,7 @@ def _made(trial: Trial, check: str, function: Check, broken: str) -> Result:
     except Broken as error:
         wrong.append(str(error))
     except Exception as error:  # noqa: BLE001 - of the driver, which the check called
-        wrong.append(f"The driver raised {said(error)}; errors are those of robots/drivers/errors.py.")
+        wrong.append(f"The driver raised {said(error)}; errors are those of robots/contract/errors.py.")
     faults = [word for word in wrong if not isinstance(word, Note)]
     notes = [word for word in wrong if isinstance(word, Note)]
     return Result(check, Verdict.FAILED if faults else Verdict.PASSED, (*faults, *notes))

@@ -10,9 +10,9 @@ from typing import Any, Protocol
 from robots.clock import Limit, Timer, poll
 from robots.conformance.runs import Call, Run, said
 from robots.conformance.streams import Recorder
+from robots.contract.errors import HardwareFault, LineSilent, RobotError
 from robots.contract.session import JSON, RobotState, Session
 from robots.contract.spec import CommandKind, Spec
-from robots.drivers.errors import HardwareFault, LineSilent, RobotError
 
 Opening = Callable[[], Session]
 PAUSE_S = 0.02  # between two looks

@@ -6,11 +6,11 @@ from typing import Any
 
 from robots.conformance.trial import Trial
 from robots.contract.capabilities import Check
+from robots.contract.errors import RobotError
 from robots.contract.find import function
 from robots.contract.session import JSON, RobotState
 from robots.contract.spec import Argument, CommandKind
 from robots.contract.values import known, within
-from robots.drivers.errors import RobotError
 
 SHARES = (1.0, 0.0, 0.9, 0.1, 0.75, 0.25, 0.5)  # of a range; neighbours lie far apart, so that a motion is long
 WILD: tuple[Any, ...] = (math.nan, math.inf, -math.inf, 1e308, -1e308, 10**400)

@@ -2,7 +2,7 @@
 
 Functions are named by import path (`package.module:name`), so that reading a spec loads nothing heavy.
 They are pure: no wire, no Django. They are called with what people sent, so each takes at most 0.2 s of a
-processor and 50 MB whatever the values are, and raises nothing but errors of `robots.drivers.errors`.
+processor and 50 MB whatever the values are, and raises nothing but errors of `robots.contract.errors`.
 """
 
 from collections.abc import Mapping

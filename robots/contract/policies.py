@@ -20,13 +20,15 @@ class Range:
 class Bound:
     """For how long (s), where, and how fast at most a robot may go on.
 
-    `area` are ranges of what its state tells; `speed` is the greatest velocity of any joint (rad/s, m/s). What the
-    state does not tell counts as outside.
+    `area` are ranges of what its state tells; `speed` is the greatest velocity of any joint (rad/s, m/s) and of the
+    body (m/s), `turn` the greatest rate at which the body turns (rad/s). What the state does not tell counts as
+    outside.
     """
 
     seconds: float
     area: tuple[Range, ...] = ()
     speed: float | None = None
+    turn: float | None = None
 
 
 @dataclass(frozen=True)

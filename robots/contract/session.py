@@ -29,7 +29,8 @@ class RobotState:
     """What the hardware said. Joints in rad and m; pose (x, y, z, angles...) in m and rad, empty where there is none.
 
     A robot that knows them adds each joint's velocity (rad/s, m/s), the torque applied (N m, N)
-    and its controller's own word for what it is doing.
+    and its controller's own word for what it is doing. `twist` is the body's velocity along and about its own axes, one
+    number for each coordinate of the pose (m/s, rad/s): of a pose in the plane forward, to the left, turning left.
     `values` are those of the channels that the spec declares, by name. `at` is when the hardware was heard, on the
     session's `clock` (s), which is `time.monotonic` unless it was given another; it is converted in one place, the
     owner's `OwnedRobot.age`.
@@ -43,6 +44,7 @@ class RobotState:
     fault: str = ""
     velocities: tuple[float, ...] = ()
     torques: tuple[float, ...] = ()
+    twist: tuple[float, ...] = ()
     mode: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
 

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from math import inf
+from math import hypot, inf
 from typing import Any, Literal, TypeVar
 
 from robots.contract.capabilities import (
@@ -18,7 +18,7 @@ from robots.contract.capabilities import (
     Statistics,
     Stills,
 )
-from robots.contract.channels import MOST, Pose, Scalar, Scale
+from robots.contract.channels import LENGTHS, MOST, Pose, Scalar, Scale
 from robots.contract.policies import HOLD, Policies
 from robots.contract.ranges import from_to
 from robots.contract.session import RobotState
@@ -132,6 +132,20 @@ class Spec:
         coordinates = self.pose.coordinates if self.pose else ()
         joints = dict(zip(self.joints, state.joints, strict=False))
         return joints | dict(zip(coordinates, state.pose, strict=False)) | dict(state.values)
+
+    def speeds(self, state: RobotState) -> tuple[tuple[float, ...], float | None]:
+        """Return the velocities of all joints and of the body (rad/s, m/s), and how fast the body turns (rad/s).
+
+        Empty where a joint's is not told or nothing is; None where the body's is not told.
+        """
+        if len(state.velocities) != len(self.joints):
+            return (), None
+        axes = self.pose.coordinates if self.pose else ()
+        if not axes or len(state.twist) != len(axes):
+            return state.velocities, None
+        along = [v for axis, v in zip(axes, state.twist, strict=True) if axis in LENGTHS]
+        about = [v for axis, v in zip(axes, state.twist, strict=True) if axis not in LENGTHS]
+        return (*state.velocities, hypot(*along)), hypot(*about)
 
     def readings(self, kept: Mapping[str, Any]) -> tuple[tuple[str, float, str], ...]:
         """Return name, value and unit of what a kept state (`pose`, `values`) tells, as far as it is declared."""

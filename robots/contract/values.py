@@ -4,11 +4,11 @@ from math import isfinite
 from typing import Any
 
 from robots.contract.capabilities import Check
+from robots.contract.errors import BadRequest
 from robots.contract.find import function, spec_of
 from robots.contract.ranges import from_to, plain
 from robots.contract.session import JSON, RobotState
 from robots.contract.spec import Argument, CommandKind, Spec
-from robots.drivers.errors import BadRequest
 
 SHOWN = 40  # characters of what somebody sent that an answer says again
 

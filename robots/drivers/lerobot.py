@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from robots.clock import Limit
+from robots.contract.errors import HardwareFault, LineBusy, LineGone, LineSilent, why
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
-from robots.drivers.errors import HardwareFault, LineBusy, LineGone, LineSilent, why
 from robots.drivers.lerobot_spec import REST_S, features
 from robots.drivers.permits import unless_held, until_held
 from robots.opening import is_in_use, why_not

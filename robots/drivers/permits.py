@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
+from robots.contract.errors import Held
 from robots.contract.session import Permit
-from robots.drivers.errors import Held
 
 
 def unless_held(holds: Callable[[], int], words: str = "The motion was stopped on its way.") -> Permit:

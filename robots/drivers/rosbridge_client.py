@@ -19,8 +19,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from robots.clock import TIMER, Timer
+from robots.contract.errors import ControllerRefused, LineGone, LineSilent, why
 from robots.contract.session import Permit
-from robots.drivers.errors import ControllerRefused, LineGone, LineSilent, why
 from robots.drivers.rosbridge import Malformed, Message, decode, encode, identifier, nested
 from robots.opening import why_not
 

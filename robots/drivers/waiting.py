@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 from robots.clock import Limit, Timer
+from robots.contract.errors import HardwareFault
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault
 
 
 def until_at_rest(

@@ -8,7 +8,7 @@ from django.conf import settings
 from django.db import IntegrityError, transaction
 
 from robots.clock import ms_of
-from robots.drivers.errors import BadRequest
+from robots.contract.errors import BadRequest
 from robots.models import Frame, Movie, Recording, Robot
 from robots.recordings import keeping
 from robots.recordings.models import SHOWN

@@ -4,8 +4,8 @@ from typing import Any
 
 from robots import programs
 from robots.contract.capabilities import ClickInPicture, PictureTaken, Programs
+from robots.contract.errors import BadRequest
 from robots.contract.find import function
-from robots.drivers.errors import BadRequest
 from robots.grants import ROBOT
 from robots.models import Frame, Robot
 from robots.prepared import Prepared

@@ -10,11 +10,11 @@ from django.db.models import BigIntegerField, CharField, Count, Max, OuterRef, Q
 
 from robots import bus
 from robots.clock import SYSTEM
+from robots.contract.errors import BadRequest, NotPermitted, RobotError, Stopped
 from robots.contract.find import spec_of
 from robots.contract.procedures import procedure
 from robots.contract.spec import TURN
 from robots.contract.values import check
-from robots.drivers.errors import BadRequest, NotPermitted, RobotError, Stopped
 from robots.grants import end_grant, held, lease_of, open_grant, owner_alive, start_grant
 from robots.models import Command, Grant, Lease, Robot
 from robots.permissions import need_level, need_staff

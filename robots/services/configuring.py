@@ -12,9 +12,9 @@ from django.db.models import F, Min, Q
 
 from robots import bus
 from robots.clock import SYSTEM
+from robots.contract.errors import BadRequest, NotPermitted
 from robots.contract.find import spec_of
 from robots.contract.spec import CommandKind
-from robots.drivers.errors import BadRequest, NotPermitted
 from robots.grants import open_grant, start_grant
 from robots.models import Command, Grant, Robot
 from robots.permissions import need_staff

@@ -8,7 +8,7 @@ from django.db import transaction
 
 from robots import bus
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest, NotPermitted
+from robots.contract.errors import BadRequest, NotPermitted
 from robots.grants import cancel_queued, end_grant, open_grant
 from robots.messages import Changed
 from robots.models import Robot

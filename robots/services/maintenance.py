@@ -4,7 +4,7 @@ from datetime import timedelta
 from typing import Any
 
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.grants import open_grant, start_grant
 from robots.models import Grant, Incident, Robot
 from robots.permissions import need_staff

@@ -10,8 +10,8 @@ from django.db.models.functions import Coalesce
 
 from robots import bus
 from robots.clock import SYSTEM
+from robots.contract.errors import NotPermitted
 from robots.contract.procedures import PICTURE
-from robots.drivers.errors import NotPermitted
 from robots.grants import cancel_queued, lease_of, open_grant, owner_alive
 from robots.messages import Changed
 from robots.models import Command, Lease, Robot

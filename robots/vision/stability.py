@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.drivers.errors import CameraFault
+from robots.contract.errors import CameraFault
 
 Picture = NDArray[np.uint8]
 Grab = Callable[[], Picture]

@@ -11,7 +11,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from robots.clock import FasterTimer
-from robots.drivers.errors import GrantOver
+from robots.contract.errors import GrantOver
 from tests.waiting import wait_for
 
 FASTER = 2  # so many times faster than real time the shared robot and its driver live

@@ -7,12 +7,12 @@ from PIL import Image
 
 from robots.clock import FasterTimer
 from robots.contract.channels import Scalar, Scale
+from robots.contract.errors import LineGone
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.session import Outcome, Progress, RobotState, Session
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
 from robots.contract.values import known, within
-from robots.drivers.errors import LineGone
 from robots.drivers.permits import until_held
 
 CLOCK = FasterTimer(10)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from robots.drivers.errors import CameraFault
+from robots.contract.errors import CameraFault
 from robots.vision.stability import settle
 from tests.conftest import wait_for
 from workers.cameras import video

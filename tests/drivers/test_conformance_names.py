@@ -9,9 +9,9 @@ from robots.clock import SYSTEM
 from robots.conformance.report import Verdict
 from robots.conformance.suite import conform
 from robots.conformance.trial import Limits
+from robots.contract.errors import HardwareFault, LineGone
 from robots.contract.policies import Bound, Policies
 from robots.contract.session import Outcome, Progress, RobotState
-from robots.drivers.errors import HardwareFault, LineGone
 from tests.drivers.rail import CAMERA, CLOCK, SPEC, Cart, Rail
 
 PATIENT = Limits(answer_s=600.0, watch_s=1.0, beyond_s=600.0)  # of a clock that runs ten times faster
@@ -359,7 +359,7 @@ def test_what_waits_for_ever_is_named(driver, check, words):
 
 
 def test_a_policy_that_nothing_can_judge_is_named():
-    """A bound of seconds alone, and one of a speed that no state tells."""
+    """A bound of seconds alone, and those of a speed and of a turn that no state tells."""
 
     class NoVelocities(Rail):
         def told(self, x, moving):
@@ -369,6 +369,7 @@ def test_a_policy_that_nothing_can_judge_is_named():
     for bound, driver, words in (
         (Bound(5.0), Rail, "bounds neither place nor speed"),
         (Bound(5.0, speed=1.0), NoVelocities, "its states tell no velocities"),
+        (Bound(5.0, turn=1.0), Rail, "its states tell no twist"),
     ):
         spec = replace(SPEC, commands=(replace(go, policies=Policies(on_link_lost=bound)), *others))
         assert words in " ".join(tried(driver, "commands", "policies", spec=spec).of("policies").words)

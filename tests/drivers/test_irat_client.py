@@ -7,7 +7,7 @@ import threading
 import pytest
 from websockets.sync.server import serve
 
-from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, Stopped
+from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, Stopped
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity
 from robots.drivers.rosbridge_client import Bridge

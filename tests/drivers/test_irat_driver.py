@@ -14,8 +14,8 @@ from msgspec.structs import replace
 
 from robots.autonomy.ratslam.routes import index_of
 from robots.autonomy.ratslam.storage import load
+from robots.contract.errors import BadRequest, GaveUp, GrantOver, Held
 from robots.contract.session import Progress
-from robots.drivers.errors import BadRequest, GaveUp, GrantOver, Held
 from robots.drivers.irat.brain.messages import Save
 from robots.drivers.irat.brain.mind import IN_DOCK_M
 from robots.drivers.irat.places import MapCleared

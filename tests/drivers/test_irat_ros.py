@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from websockets.sync.client import connect
 
-from robots.drivers.errors import ControllerRestarted, Held, LineBusy
+from robots.contract.errors import ControllerRestarted, Held, LineBusy
 from robots.drivers.irat.driver import Driver
 from robots.drivers.irat.line import IratLine
 from robots.drivers.irat.protocol import Velocity

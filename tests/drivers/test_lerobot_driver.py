@@ -104,7 +104,7 @@ def test_what_lerobot_clips_is_told(servos, monkeypatch):
 
 @needs
 def test_a_hold_ends_a_motion_on_its_way_and_no_goal_of_before_follows(arm, servos):
-    from robots.drivers.errors import Held
+    from robots.contract.errors import Held
 
     errors = []
 
@@ -129,7 +129,7 @@ def test_a_hold_ends_a_motion_on_its_way_and_no_goal_of_before_follows(arm, serv
 
 @needs
 def test_each_step_wants_a_permit(arm, servos):
-    from robots.drivers.errors import Stopped
+    from robots.contract.errors import Stopped
 
     before = len(goals(servos))
 
@@ -152,7 +152,7 @@ def test_each_step_wants_a_permit(arm, servos):
 
 @needs
 def test_bad_values_are_named(arm, servos):
-    from robots.drivers.errors import BadRequest
+    from robots.contract.errors import BadRequest
 
     for args, words in (({"shoulder_pan": 9}, "must lie between"), ({"knee": 1}, "no value called knee")):
         with pytest.raises(BadRequest, match=words):
@@ -162,7 +162,7 @@ def test_bad_values_are_named(arm, servos):
 
 @needs
 def test_a_noisy_line_is_asked_again_and_a_silent_one_is_named(arm, servos):
-    from robots.drivers.errors import LineSilent
+    from robots.contract.errors import LineSilent
 
     servos.fault("corrupt", 0.02, seed=3)
     do(arm, "move", elbow_flex=0.3)
@@ -177,7 +177,7 @@ def test_a_noisy_line_is_asked_again_and_a_silent_one_is_named(arm, servos):
 
 @needs
 def test_a_pulled_cable_is_named_and_mended(arm, servos):
-    from robots.drivers.errors import HardwareFault
+    from robots.contract.errors import HardwareFault
 
     servos.stop()
     with pytest.raises(HardwareFault):
@@ -190,7 +190,7 @@ def test_a_pulled_cable_is_named_and_mended(arm, servos):
 
 @needs
 def test_a_robot_that_was_never_calibrated_is_refused_in_words(servos):
-    from robots.drivers.errors import HardwareFault
+    from robots.contract.errors import HardwareFault
 
     kept = servos.folder / "calibration" / "farhand.json"
     kept.write_text(kept.read_text().replace("3395", "3000"))

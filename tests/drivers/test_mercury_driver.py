@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from robots.drivers.errors import (
+from robots.contract.errors import (
     BadRequest,
     ControllerRefused,
     ControllerRestarted,

@@ -13,7 +13,7 @@ from hypothesis import given, seed
 from hypothesis import strategies as st
 
 from robots.clock import FasterTimer
-from robots.drivers.errors import ControllerRefused, LineGone, LineSilent
+from robots.contract.errors import ControllerRefused, LineGone, LineSilent
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.mercury.protocol import Instruction

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from robots.drivers.errors import Held, OutOfWorkspace, Replaced, Stopped
+from robots.contract.errors import Held, OutOfWorkspace, Replaced, Stopped
 from robots.drivers.pa10.driver import Driver
 from robots.drivers.pa10.units import pose_request
 from robots.motion.described import chain

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from robots.drivers.errors import RobotError
+from robots.contract.errors import RobotError
 from robots.drivers.pa10.driver import Driver
 from robots.drivers.pa10.line import ANSWER_S, ArmLine
 from robots.drivers.pa10.protocol import ArmState, End, Mode

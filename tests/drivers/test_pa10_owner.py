@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from robots.drivers.errors import LineBusy, LineGone
+from robots.contract.errors import LineBusy, LineGone
 from robots.drivers.pa10.checks import courses, request_of
 from robots.drivers.pa10.driver import Driver
 from tests.conftest import wait_for

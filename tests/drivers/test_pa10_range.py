@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from robots.drivers.errors import HardwareFault, OutOfWorkspace
+from robots.contract.errors import HardwareFault, OutOfWorkspace
 from robots.motion.described import chain
 from tests.conftest import wait_for
 from tests.drivers.pa10_wire import Terminal, allow, do, journal

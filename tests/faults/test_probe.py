@@ -16,7 +16,7 @@ from queueing import services as queue
 from queueing.models import Ticket, TicketState
 from robots import bus, probes
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.opening import ABSENT, REFUSED
 from tests.conftest import wait_for

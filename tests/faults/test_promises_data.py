@@ -10,7 +10,7 @@ from queueing import services as queue
 from queueing.models import Ticket, Turn
 from robots import bus
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.models import Command, Grant
 from robots.states import COMMAND_FINAL
 from tests.conftest import wait_for

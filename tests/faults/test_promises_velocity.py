@@ -13,10 +13,10 @@ from queueing.jobs.suspending import resume
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Stills
+from robots.contract.errors import BadRequest, RobotError, Stopped
 from robots.contract.procedures import PICTURE
 from robots.contract.values import check
 from robots.description import load
-from robots.drivers.errors import BadRequest, RobotError, Stopped
 from robots.drivers.irat.protocol import Velocity
 from robots.models import Command, Grant, Robot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState, GrantEnd

@@ -6,10 +6,10 @@ import time
 
 import pytest
 
+from robots.contract.errors import RobotError
 from robots.contract.session import RobotState
 from robots.contract.values import check
 from robots.description import load
-from robots.drivers.errors import RobotError
 from robots.drivers.mercury.scara import scara
 from robots.models import Incident, Robot
 from tests.conftest import EACH_AT_LENGTH, at_length, wait_for

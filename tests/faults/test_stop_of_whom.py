@@ -5,7 +5,7 @@ from django.conf import settings
 
 from robots import bus, services
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.grants import owner_alive
 from robots.models import Robot
 from robots.states import GrantEnd

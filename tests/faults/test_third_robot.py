@@ -13,7 +13,7 @@ from portal.processes import robot_processes
 from portal.seeding import add_robot
 from robots import bus, services
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest
+from robots.contract.errors import BadRequest
 from robots.models import Command, Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.conftest import wait_for

@@ -7,7 +7,7 @@ from django.conf import settings
 
 from queueing import services as queue
 from robots.clock import SYSTEM
-from robots.drivers.errors import LineGone
+from robots.contract.errors import LineGone
 from robots.models import Lease, Robot
 from tests.services.owner import Arm, followed
 from workers.wiring import Owner

@@ -8,8 +8,8 @@ from contextlib import contextmanager, suppress
 import pytest
 from websockets.sync.server import serve
 
+from robots.contract.errors import HardwareFault, LineGone, LineSilent
 from robots.drivers import rosbridge_client
-from robots.drivers.errors import HardwareFault, LineGone, LineSilent
 from robots.drivers.irat.line import IratLine
 from robots.drivers.pa10 import line as arms
 from robots.drivers.pa10.line import ArmLine

@@ -15,7 +15,7 @@ import pytest
 
 from portal.logs.lines import Line
 from robots import addresses
-from robots.drivers.errors import CameraFault
+from robots.contract.errors import CameraFault
 from robots.models import Incident, Robot
 from tests.conftest import wait_for
 from workers.cameras.source import SnapshotCamera, open_camera

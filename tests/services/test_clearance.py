@@ -12,7 +12,7 @@ from accounts import services, staff
 from accounts.bank import load_bank
 from accounts.models import Attempt, Choice, Clearance, Question
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest
+from robots.contract.errors import BadRequest
 from robots.permissions import NotStaff
 from tests.waiting import CEILING_S
 

@@ -12,8 +12,8 @@ from queueing.errors import RobotUnavailable
 from queueing.models import QueueRobot, Ticket, Turn
 from robots import services
 from robots.clock import SYSTEM
+from robots.contract.errors import NotPermitted
 from robots.contract.find import spec_of
-from robots.drivers.errors import NotPermitted
 from robots.grants import newest_grant_that_moves
 from robots.models import Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind

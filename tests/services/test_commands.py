@@ -7,7 +7,7 @@ import redis
 
 from robots import bus, services
 from robots.clock import SYSTEM
-from robots.drivers.errors import BadRequest, GrantOver, NotPermitted, OutOfWorkspace, Stopped
+from robots.contract.errors import BadRequest, GrantOver, NotPermitted, OutOfWorkspace, Stopped
 from robots.models import Command, Frame, Grant, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION

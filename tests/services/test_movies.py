@@ -18,7 +18,7 @@ from operatorlog import services as log
 from operatorlog.models import Entry, Visibility
 from queueing.models import Turn
 from robots.clock import SYSTEM, ms_of
-from robots.drivers.errors import BadRequest
+from robots.contract.errors import BadRequest
 from robots.messages import picture_packet
 from robots.models import Frame, Grant, Movie, Recording, RecordingState
 from robots.recordings import cleaning, keeping, movies

@@ -7,7 +7,7 @@ import pytest
 from queueing import services as queue
 from queueing.models import Ticket
 from robots import services
-from robots.drivers.errors import GrantOver, LineGone, Stopped
+from robots.contract.errors import GrantOver, LineGone, Stopped
 from robots.messages import Notice
 from robots.models import Grant, Incident, Robot
 from robots.states import Cycle, GrantEnd, GrantKind

@@ -26,8 +26,8 @@ from queueing.jobs.asking import Asker, ask
 from queueing.models import Job, Turn
 from robots import bus, services, verbs
 from robots.clock import SYSTEM
+from robots.contract.errors import BadRequest, NotPermitted
 from robots.contract.spec import ANYONE, CommandKind
-from robots.drivers.errors import BadRequest, NotPermitted
 from robots.models import Command, Frame, Incident, Program, Recording
 from robots.services import RobotOffline
 from robots.states import GrantEnd

@@ -7,10 +7,10 @@ from django.test import Client
 
 from robots import services, verbs
 from robots.contract.capabilities import Reset
+from robots.contract.errors import BadRequest
 from robots.contract.find import function, spec_of
 from robots.contract.procedures import offered
 from robots.contract.session import Session
-from robots.drivers.errors import BadRequest
 from robots.installed import driver_path
 from robots.models import Command, Grant, Lease, Robot
 from robots.services import RobotOffline

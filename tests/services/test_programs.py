@@ -10,8 +10,8 @@ from accounts.services import preview_job
 from portal.live.messages import ROBOT, NotUnderstood
 from robots import previews, programs, services
 from robots.clock import SYSTEM
+from robots.contract.errors import BadRequest, NotPermitted, OutOfWorkspace
 from robots.description import load
-from robots.drivers.errors import BadRequest, NotPermitted, OutOfWorkspace
 from robots.drivers.pa10.boxes import checked
 from robots.models import Command, Program, Robot
 from robots.motion.described import posture

@@ -12,7 +12,7 @@ from django.db import connection
 
 from robots import programs
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.models import Program
 from tests import starts
 from tests.waiting import CEILING_S

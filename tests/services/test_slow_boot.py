@@ -14,7 +14,7 @@ import tty
 import pytest
 
 from robots.clock import FasterTimer
-from robots.drivers.errors import LineGone, LineSilent
+from robots.contract.errors import LineGone, LineSilent
 from robots.drivers.mercury import line as lines
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.driver import Driver

@@ -8,8 +8,8 @@ import pytest
 
 from robots import services
 from robots.clock import SYSTEM
+from robots.contract.errors import BadRequest
 from robots.contract.find import open_session
-from robots.drivers.errors import BadRequest
 from robots.models import Lease, Robot
 from robots.states import Cycle, GrantKind
 from tests.rig import PYTHON, ROOT

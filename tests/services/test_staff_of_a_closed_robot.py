@@ -6,7 +6,7 @@ import pytest
 
 from robots import bus, services, verbs
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted, RobotError
+from robots.contract.errors import NotPermitted, RobotError
 from robots.models import Command, Grant, Lease, Robot
 from robots.services import RobotOffline
 from robots.states import Cycle, GrantKind

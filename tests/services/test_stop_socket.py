@@ -10,7 +10,7 @@ from portal.live.messages import Stop
 from portal.live.snapshot import status_of
 from robots import bus, services
 from robots.clock import SYSTEM
-from robots.drivers.errors import NotPermitted
+from robots.contract.errors import NotPermitted
 from robots.models import Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 

@@ -7,7 +7,7 @@ import tty
 import pytest
 from websockets.sync.server import serve
 
-from robots.drivers.errors import HardwareFault
+from robots.contract.errors import HardwareFault
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.pa10.driver import Driver as ArmDriver
 from robots.drivers.rosbridge_client import Bridge

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from robots import addresses
-from robots.drivers.errors import CameraFault
+from robots.contract.errors import CameraFault
 
 FORBIDDEN = [
     "169.254.169.254", "169.254.0.1", "[fe80::1]", "[fe80::1%eth0]", "[::ffff:169.254.169.254]", "[fd00:ec2::254]",

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from robots.contract import find, values
 from robots.contract.capabilities import Preview
+from robots.contract.errors import BadRequest, OutOfWorkspace, RobotError
 from robots.description import load
-from robots.drivers.errors import BadRequest, OutOfWorkspace, RobotError
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Malformed, program
 from robots.motion.described import posture

@@ -70,7 +70,7 @@ def said(path):
     for node in ast.walk(ast.parse((ROOT / path).read_text())):
         found |= words_of(node)
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("robots.drivers."):
-            found |= {node.module} - {"robots.drivers.errors", "robots.drivers.panels"}
+            found |= {node.module} - {"robots.drivers.panels"}
     return found
 
 

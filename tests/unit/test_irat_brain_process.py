@@ -8,7 +8,7 @@ from concurrent.futures import Future
 import pytest
 
 from robots.clock import FasterTimer
-from robots.drivers.errors import HardwareFault
+from robots.contract.errors import HardwareFault
 from robots.drivers.irat.brain import process
 from robots.drivers.irat.brain.messages import Feed, Save
 from robots.drivers.irat.brain.process import STUCK_S, BrainProcess

@@ -3,7 +3,7 @@
 import pytest
 from msgspec import structs
 
-from robots.drivers.errors import GaveUp, HardwareFault, Held
+from robots.contract.errors import GaveUp, HardwareFault, Held
 from robots.drivers.irat.brain.messages import Clear, Feed
 from robots.drivers.irat.brain.mind import Mind
 from tests.irat_trial import NARROW, Trial, begun, free, silent, until

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.drivers.errors import CameraFault, GaveUp, HardwareFault
+from robots.contract.errors import CameraFault, GaveUp, HardwareFault
 from robots.drivers.irat.brain.messages import Feed
 from robots.drivers.irat.brain.mind import SAVE_S, Mind
 from robots.drivers.irat.modes import Mode

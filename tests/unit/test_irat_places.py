@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.contract.capabilities import JobCheck
+from robots.contract.errors import BadRequest
 from robots.contract.find import function, spec_of
-from robots.drivers.errors import BadRequest
 from robots.drivers.irat.brain.messages import Aim
 from robots.drivers.irat.brain.mind import Mind
 from robots.drivers.irat.brain.packets import HEAD, VERSION

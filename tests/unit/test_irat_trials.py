@@ -8,7 +8,7 @@ import pytest
 
 from robots.autonomy.ratslam.routes import index_of
 from robots.autonomy.ratslam.storage import load
-from robots.drivers.errors import GaveUp, HardwareFault, Held
+from robots.contract.errors import GaveUp, HardwareFault, Held
 from robots.drivers.irat.brain.messages import Care, Clear, Forget
 from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.places import MapCleared

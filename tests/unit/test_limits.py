@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.contract.session import RobotState
 from robots.contract.values import check
 from robots.description import load
-from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.drivers.mercury.limits import check_target
 from robots.drivers.mercury.scara import scara
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots import opening
-from robots.drivers.errors import CameraFault, LineBusy, LineGone
+from robots.contract.errors import CameraFault, LineBusy, LineGone
 from robots.drivers.mercury.line import HostLine
 from robots.drivers.pa10.line import ArmLine
 from robots.drivers.rosbridge_client import Bridge

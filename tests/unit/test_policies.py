@@ -6,16 +6,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.contract.channels import IN_PLANE, IN_SPACE
 from robots.contract.policies import HOLD, Bound, Policies, Range
+from robots.contract.session import RobotState
+from robots.contract.spec import Spec
 from workers.safety.gate import Known, inside, why_held
 
 SECONDS = st.floats(0.0, 1e6, exclude_min=True)
 NUMBERS = st.floats(allow_nan=True, allow_infinity=True)
 RANGES = st.builds(Range, st.sampled_from("xyz"), NUMBERS, NUMBERS)
-BOUNDS = st.builds(Bound, SECONDS, st.lists(RANGES, max_size=3).map(tuple), st.none() | NUMBERS)
+BOUNDS = st.builds(Bound, SECONDS, st.lists(RANGES, max_size=3).map(tuple), st.none() | NUMBERS, st.none() | NUMBERS)
 POLICIES = st.builds(Policies, st.none() | BOUNDS, st.none() | BOUNDS)
 KNOWN = st.none() | st.builds(
-    Known, st.dictionaries(st.sampled_from("xyz"), NUMBERS), st.lists(NUMBERS, max_size=3).map(tuple)
+    Known,
+    st.dictionaries(st.sampled_from("xyz"), NUMBERS),
+    st.lists(NUMBERS, max_size=3).map(tuple),
+    st.none() | NUMBERS,
 )
 TIMES = st.floats(-1e6, 1e6)
 
@@ -67,6 +73,38 @@ PLACE = Bound(5.0, (Range("x", 0.0, 2.0),), 0.3)
 )
 def test_what_is_not_known_counts_as_outside(known, is_inside):
     assert inside(PLACE, known) is is_inside
+
+
+@pytest.mark.parametrize(
+    ("turn", "is_inside"), [(0.5, True), (-0.5, True), (0.51, False), (nan, False), (inf, False), (None, False)]
+)
+def test_how_fast_a_body_turns_is_bounded_too(turn, is_inside):
+    assert inside(Bound(5.0, turn=0.5), Known({}, (9.0,), turn)) is is_inside
+    assert not inside(Bound(5.0, turn=0.5), None)
+
+
+ROVER = Spec("rover", joints=(), pose=IN_PLANE, commands=())
+CRANE = Spec("crane", joints=("boom",), pose=IN_SPACE, commands=())
+
+
+@pytest.mark.parametrize(
+    ("spec", "velocities", "twist", "speeds"),
+    [
+        (ROVER, (), (0.3, -0.4, 0.2), ((0.5,), 0.2)),
+        (ROVER, (), (), ((), None)),
+        (ROVER, (), (0.3,), ((), None)),
+        (ROVER, (0.1,), (0.3, 0.4, 0.2), ((), None)),
+        (CRANE, (0.1,), (0.0, 0.0, 0.2, 0.3, 0.0, 0.4), ((0.1, 0.2), 0.5)),
+        (CRANE, (0.1,), (), ((0.1,), None)),
+        (CRANE, (), (0.0, 0.0, 0.2, 0.3, 0.0, 0.4), ((), None)),
+    ],
+)
+def test_a_state_tells_the_speeds_of_joints_and_body(spec, velocities, twist, speeds):
+    state = RobotState(0.0, (), (), True, True, velocities=velocities, twist=twist)
+    told, turn = spec.speeds(state)
+    assert (told, turn) == (pytest.approx(speeds[0]), speeds[1] if speeds[1] is None else pytest.approx(speeds[1]))
+    slow = Bound(5.0, speed=1.0)
+    assert inside(slow, Known({}, told, turn)) is bool(speeds[0]), "a speed that is not told is outside"
 
 
 def test_a_motion_that_draws_near_the_end_of_its_grant_has_to_be_inside():

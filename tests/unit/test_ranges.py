@@ -2,10 +2,10 @@
 
 import pytest
 
+from robots.contract.errors import BadRequest
 from robots.contract.ranges import from_to, plain, readable
 from robots.contract.spec import Argument, CommandKind
 from robots.contract.values import within
-from robots.drivers.errors import BadRequest
 
 
 @pytest.mark.parametrize(

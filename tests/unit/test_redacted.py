@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from portal.logs.lines import Line
 from robots.addresses import AddressError, check_cameras, check_robot, redacted
-from robots.drivers.errors import CameraFault, LineGone, RobotError, why
+from robots.contract.errors import CameraFault, LineGone, RobotError, why
 
 TEXTS = {
     "http://admin:S3cret@cam:80/a.jpg": "http://***@cam:80/a.jpg",

@@ -8,13 +8,13 @@ import pytest
 
 from robots.contract.channels import Scalar
 from robots.contract.compact import Layout
+from robots.contract.errors import OutOfWorkspace
 from robots.contract.objects import Box, Placed, Told
 from robots.contract.session import RobotState
 from robots.contract.streams import Chain, StreamPacket, pack, unpack
 from robots.contract.video import Group, VideoPacket
 from robots.contract.video import pack as pack_video
 from robots.description import load
-from robots.drivers.errors import OutOfWorkspace
 from robots.drivers.irat.spec import spec as irat
 from robots.drivers.mercury import calibration
 from robots.drivers.mercury.limits import check_target

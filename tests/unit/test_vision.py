@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots.drivers.errors import CameraFault
+from robots.contract.errors import CameraFault
 from robots.drivers.mercury.brightness import GAIN_HIGH, GAIN_LOW, STEP, Brightness
 from robots.drivers.mercury.calibration import NotCalibrated, Shift, entry, find_change, fit, measure_shift, target
 from robots.vision.stability import difference, settle

@@ -3,8 +3,8 @@
 import pytest
 
 from robots.clock import Limit, poll
+from robots.contract.errors import HardwareFault, Held
 from robots.contract.session import RobotState
-from robots.drivers.errors import HardwareFault, Held
 from robots.drivers.permits import unless_held
 from robots.drivers.waiting import until_at_rest
 

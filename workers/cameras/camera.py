@@ -3,7 +3,7 @@
 import contextlib
 
 from robots.clock import SYSTEM, Clock
-from robots.drivers.errors import CameraFault
+from robots.contract.errors import CameraFault
 from robots.models import Robot
 from workers.cameras.source import DriverCamera, OfDriver, OpenCamera, Picture, Source, fitted, open_camera
 from workers.door import Door

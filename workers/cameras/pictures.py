@@ -14,10 +14,10 @@ from robots import bus
 from robots.clock import Clock, ms_of
 from robots.contract.capabilities import Stills
 from robots.contract.channels import finite, whole
+from robots.contract.errors import CameraFault
 from robots.contract.find import function
 from robots.contract.session import RobotState
 from robots.description import coding, views
-from robots.drivers.errors import CameraFault
 from robots.files import replaced
 from robots.messages import Changed
 from robots.models import Command, Frame, Grant, Robot, frame_name

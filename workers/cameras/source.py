@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots import addresses
-from robots.drivers.errors import CameraFault
+from robots.contract.errors import CameraFault
 from robots.opening import why_not
 from workers.cameras.login import Login
 from workers.cameras.response import answer_within

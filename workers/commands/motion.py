@@ -4,8 +4,8 @@ import logging
 
 from django.db import Error, close_old_connections
 
+from robots.contract.errors import ControlsReleased, Held, Replaced
 from robots.contract.session import OnStage, Outcome, Permit
-from robots.drivers.errors import ControlsReleased, Held, Replaced
 from robots.models import Command
 from workers.commands import claim
 from workers.owned import OwnedRobot

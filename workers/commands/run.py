@@ -7,10 +7,7 @@ from typing import Any
 
 from django.db import Error, close_old_connections
 
-from robots.contract.procedures import CALIBRATE, RESET, procedure
-from robots.contract.session import Permit, Progress
-from robots.contract.spec import CommandKind
-from robots.drivers.errors import (
+from robots.contract.errors import (
     BadRequest,
     CameraFault,
     GaveUp,
@@ -22,6 +19,9 @@ from robots.drivers.errors import (
     RobotError,
     TooLate,
 )
+from robots.contract.procedures import CALIBRATE, RESET, procedure
+from robots.contract.session import Permit, Progress
+from robots.contract.spec import CommandKind
 from robots.grants import has_own_grant
 from robots.models import Command
 from robots.states import CommandState

@@ -15,10 +15,10 @@ from robots import addresses, probes
 from robots.clock import SYSTEM
 from robots.contract.capabilities import Stills
 from robots.contract.channels import finite, whole
+from robots.contract.errors import CameraFault, LineSilent, RobotError, why
 from robots.contract.find import open_session
 from robots.contract.session import RobotState, Session
 from robots.description import views
-from robots.drivers.errors import CameraFault, LineSilent, RobotError, why
 from robots.grants import lease_of
 from robots.installed import simulator_module
 from robots.models import Robot, frame_name

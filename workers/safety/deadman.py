@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from robots.clock import Clock
-from robots.drivers.errors import ControlsReleased
+from robots.contract.errors import ControlsReleased
 from robots.models import Command
 from robots.services import START_S
 

@@ -7,9 +7,9 @@ from math import inf
 from typing import Literal
 
 from robots.clock import Clock
+from robots.contract.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.contract.policies import HOLD, Bound, Policies
 from robots.contract.session import Permit
-from robots.drivers.errors import GrantOver, NotPermitted, StaleEpoch, Stopped, TooLate
 from robots.models import Command, Grant
 from robots.states import ONE_COMMAND
 from workers.safety.lease import OwnerLease
@@ -31,21 +31,23 @@ class LinkDown(NotPermitted):
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of the robot now: values by name and velocities of joints; None: nothing that is fresh."""
+    """What is known of the robot now: values by name, velocities (rad/s, m/s), and how fast it turns (rad/s)."""
 
     values: Mapping[str, float]
     velocities: tuple[float, ...] = ()
+    turn: float | None = None
 
 
 def inside(bound: Bound, known: Known | None) -> bool:
     """Tell whether the robot is known to be inside the bound's area and speed."""
     if known is None:
-        return not bound.area and bound.speed is None
+        return not bound.area and bound.speed is None and bound.turn is None
     if not all(r.low <= known.values.get(r.name, inf) <= r.high for r in bound.area):
         return False
-    if bound.speed is None:
-        return True
-    return bool(known.velocities) and all(abs(v) <= bound.speed for v in known.velocities)
+    speed, turn = bound.speed, bound.turn
+    if speed is not None and not (known.velocities and all(abs(v) <= speed for v in known.velocities)):
+        return False
+    return turn is None or (known.turn is not None and abs(known.turn) <= turn)
 
 
 def why_held(policies: Policies, now: float, lost_at: float | None, until: float, known: Known | None) -> Why:

@@ -7,8 +7,8 @@ from datetime import datetime, timedelta
 from django.db.models import BigAutoField
 
 from robots import bus
+from robots.contract.errors import RobotError
 from robots.contract.session import RobotState
-from robots.drivers.errors import RobotError
 from robots.messages import Changed
 from robots.models import Robot
 from robots.prepared import Prepared, Slot

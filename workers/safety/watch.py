@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 
 from robots.brownout import Brownout
-from robots.drivers.errors import RobotError
+from robots.contract.errors import RobotError
 from workers.owned import OwnedRobot
 from workers.safety.deadman import DeadManTimer
 from workers.safety.heartbeat import Heartbeat

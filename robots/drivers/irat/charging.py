@@ -6,8 +6,8 @@
 from math import pi
 
 from robots.autonomy.docking import Docking, Sighting, dock
+from robots.contract.errors import GaveUp
 from robots.contract.session import JSON, OnStage, Permit, Progress
-from robots.drivers.errors import GaveUp
 from robots.drivers.irat.brain.messages import NONE, Aim, AimAtDock, Forget, Seen
 from robots.drivers.irat.modes import Mode
 from robots.drivers.irat.protocol import Velocity

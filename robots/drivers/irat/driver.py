@@ -4,10 +4,10 @@ import contextlib
 from collections.abc import Callable
 from pathlib import Path
 
+from robots.contract.errors import ControlsReleased, GaveUp, HardwareFault, RobotError
 from robots.contract.session import JSON, OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import check, number
 from robots.description import load
-from robots.drivers.errors import ControlsReleased, GaveUp, HardwareFault, RobotError
 from robots.drivers.irat.brain.messages import Care, Clear, Key, Packet
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.charging import Charging

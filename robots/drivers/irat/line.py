@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from robots.clock import TIMER, Timer, Until
+from robots.contract.errors import ControllerRestarted, HardwareFault, LineBusy, LineGone, LineSilent
 from robots.contract.session import Permit
-from robots.drivers.errors import ControllerRestarted, HardwareFault, LineBusy, LineGone, LineSilent
 from robots.drivers.irat.messages import BatteryState, Odometry, Picture, Ranges, current_of
 from robots.drivers.irat.protocol import (
     BATTERY,

@@ -5,9 +5,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from robots.contract.errors import BadRequest
 from robots.contract.session import JSON
 from robots.contract.values import number
-from robots.drivers.errors import BadRequest
 from robots.drivers.irat.brain.messages import NONE
 from robots.drivers.irat.composites.decoding import MapShown, with_map
 

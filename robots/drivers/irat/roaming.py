@@ -3,10 +3,10 @@
 import contextlib
 from collections.abc import Callable
 
+from robots.contract.errors import BadRequest, GaveUp, HardwareFault, RobotError
 from robots.contract.session import JSON, OnStage, Permit, Progress
 from robots.contract.values import number
 from robots.description import load
-from robots.drivers.errors import BadRequest, GaveUp, HardwareFault, RobotError
 from robots.drivers.irat.brain.messages import NONE, Aim, Answer, Clear, Forget
 from robots.drivers.irat.brain.packets import Why
 from robots.drivers.irat.brain.process import ANSWER_S

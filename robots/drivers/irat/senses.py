@@ -6,9 +6,9 @@ from collections.abc import Callable
 from math import cos, hypot, remainder, sin, tau
 
 from robots.clock import TIMER, Timer, Until
+from robots.contract.errors import RobotError
 from robots.contract.session import RobotState
 from robots.description import load
-from robots.drivers.errors import RobotError
 from robots.drivers.irat.brain.messages import Feed
 from robots.drivers.irat.brain.process import BrainProcess
 from robots.drivers.irat.line import IratLine
@@ -191,9 +191,14 @@ class Senses:
         resting = Mode.CHARGING if self.charging else Mode.FLAT if self.critical else Mode.RESTING
         return RobotState(
             line.status.at, (), seen.pose if seen is not None else (), self._moving,
-            status is not None and seen is not None and not self.fault, self.fault,
+            status is not None and seen is not None and not self.fault, self.fault, twist=self._twist(),
             mode=resting if self.mode == Mode.RESTING else self.mode, values=values,
         )  # fmt: skip
+
+    def _twist(self) -> tuple[float, ...]:
+        """Return the newest velocity by the wheels' odometry: forward (m/s), to the left, turning left (rad/s)."""
+        odometry = self._line.odometry.value
+        return () if odometry is None else (odometry.velocity.linear, 0.0, odometry.velocity.angular)
 
 
 def between(was: Odometry, here: Odometry) -> tuple[float, float]:

@@ -8,8 +8,8 @@ from math import hypot, remainder, tau
 
 from robots.autonomy.steering import Limits, Memory, Sensed, Steer, steer
 from robots.clock import TIMER, Timer
+from robots.contract.errors import CameraFault, HardwareFault
 from robots.contract.session import Permit
-from robots.drivers.errors import CameraFault, HardwareFault
 from robots.drivers.irat.brain.messages import Save, Seen
 from robots.drivers.irat.brain.process import SILENT, BrainProcess
 from robots.drivers.irat.line import IratLine

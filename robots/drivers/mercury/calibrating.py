@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+from robots.contract.errors import NotCalibrated
 from robots.contract.session import Permit, Session
-from robots.drivers.errors import NotCalibrated
 from robots.drivers.mercury.calibration import RESPONSE, Picture, Shift, entry, find_change, measure_shift
 from robots.vision.stability import Verdict
 

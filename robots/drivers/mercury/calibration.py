@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.drivers.errors import NotCalibrated
+from robots.contract.errors import NotCalibrated
 
 Picture = NDArray[np.uint8]
 RESPONSE = 0.05  # a shift with a lower correlation peak is not used

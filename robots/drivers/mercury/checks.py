@@ -3,11 +3,11 @@
 from math import hypot
 from typing import Any
 
+from robots.contract.errors import BadRequest
 from robots.contract.find import spec_of
 from robots.contract.session import RobotState
 from robots.contract.values import known, number, within
 from robots.description import load
-from robots.drivers.errors import BadRequest
 from robots.drivers.mercury.limits import check_target
 
 DOWN_M = 0.001

@@ -3,7 +3,7 @@
 from typing import Any
 
 from robots.contract.capabilities import PictureTaken
-from robots.drivers.errors import BadRequest, NotCalibrated
+from robots.contract.errors import BadRequest, NotCalibrated
 from robots.drivers.mercury.calibration import target
 
 

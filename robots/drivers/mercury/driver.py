@@ -5,10 +5,10 @@ from math import degrees, hypot, radians
 from typing import Any
 
 from robots.clock import Limit
+from robots.contract.errors import HardwareFault, Held, RobotError
 from robots.contract.session import OnStage, Outcome, Permit, RobotState, Session, Trace
 from robots.contract.values import number
 from robots.description import load
-from robots.drivers.errors import HardwareFault, Held, RobotError
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.checks import check
 from robots.drivers.mercury.limits import check_target

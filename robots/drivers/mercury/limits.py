@@ -3,7 +3,7 @@
 from math import hypot, isfinite, radians
 from typing import Any
 
-from robots.drivers.errors import BadRequest, OutOfWorkspace
+from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.drivers.mercury.scara import OutOfReach, scara
 
 SLACK = 1e-6

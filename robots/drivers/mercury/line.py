@@ -16,8 +16,7 @@ from typing import TypeVar
 import serial
 
 from robots.clock import TIMER, Limit, Timer, Until
-from robots.contract.session import Permit, Trace
-from robots.drivers.errors import (
+from robots.contract.errors import (
     ControllerRefused,
     ControllerRestarted,
     Held,
@@ -25,6 +24,7 @@ from robots.drivers.errors import (
     LineGone,
     LineSilent,
 )
+from robots.contract.session import Permit, Trace
 from robots.drivers.mercury import protocol as wire
 from robots.drivers.mercury.protocol import Error, Frame, Instruction, Reply
 from robots.drivers.mercury.spelling import spell

@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from robots.drivers.errors import BadRequest
+from robots.contract.errors import BadRequest
 
 MOST_BOXES = 20
 

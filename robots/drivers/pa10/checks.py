@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.contract.find import spec_of
 from robots.contract.session import RobotState
 from robots.contract.values import known, number, within
 from robots.description import load
-from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Malformed, Request
 from robots.drivers.pa10.protocol import program as parse_program

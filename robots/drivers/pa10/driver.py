@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from robots.clock import TIMER, Limit, Timer
+from robots.contract.errors import ControllerRefused, HardwareFault, Held, OutOfWorkspace
 from robots.contract.session import OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import number
 from robots.description import load
-from robots.drivers.errors import ControllerRefused, HardwareFault, Held, OutOfWorkspace
 from robots.drivers.pa10.checks import added_boxes, check, courses, request_of, steps_of
 from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
 from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine

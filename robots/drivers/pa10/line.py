@@ -6,8 +6,8 @@ from pathlib import Path
 
 from robots.addresses import HIDDEN
 from robots.clock import TIMER, Limit, Timer
+from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
 from robots.contract.session import Permit, Trace
-from robots.drivers.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
 from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
 from robots.drivers.pa10.stream import OpenStream, Stream, open_stream
 from robots.opening import why_not

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from robots.contract.capabilities import Foreseen
+from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.contract.values import number
 from robots.description import load
-from robots.drivers.errors import BadRequest, OutOfWorkspace
 from robots.drivers.pa10.checks import PLACES, bounded, courses, request_of, steps_of
 from robots.drivers.pa10.courses import Courses
 from robots.drivers.pa10.protocol import Request

@@ -18,8 +18,8 @@ from robots.autonomy.ratslam.slam import RatSlam
 from robots.autonomy.ratslam.storage import BadMap, load, save
 from robots.autonomy.ratslam.views import Grey, decoded
 from robots.clock import TIMER, Timer
+from robots.contract.errors import BadRequest
 from robots.description import load as described
-from robots.drivers.errors import BadRequest
 from robots.drivers.irat import markers as dock
 from robots.drivers.irat.brain import messages
 from robots.drivers.irat.brain.earlier import EarlierMap

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from robots.clock import TIMER, Timer, Until
-from robots.drivers.errors import HardwareFault
+from robots.contract.errors import HardwareFault
 from robots.drivers.irat.brain.child import Child, ChildProcess
 from robots.drivers.irat.brain.messages import Answer, Feed, FromBrain, Packet, Seen, ToBrain
 

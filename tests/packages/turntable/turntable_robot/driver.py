@@ -6,9 +6,9 @@ import threading
 from itertools import cycle
 from pathlib import Path
 
+from robots.contract.errors import Held, LineGone
 from robots.contract.session import Outcome, Progress, RobotState, Session
 from robots.contract.values import check
-from robots.drivers.errors import Held, LineGone
 
 
 def angles(kind, args):

@@ -14,8 +14,9 @@ from robots import addresses, bus, grants, probes, programs, services
 from robots.added import ADDED
 from robots.clock import SYSTEM
 from robots.contract import procedures
-from robots.contract.capabilities import Calibration
+from robots.contract.capabilities import ArmModel, Calibration
 from robots.contract.errors import RobotError
+from robots.contract.find import spec_or_none
 from robots.forms import RECORDING, TURNS, RobotForm, form_for, names, settings_of, turns_of
 from robots.history import Guarded, Kept
 from robots.inlines import NamedValues
@@ -183,13 +184,6 @@ class RobotAdmin(FormFieldsAdmin):
         """Return the microphone's address without its password, for staff who may only look."""
         return addresses.redacted(robot.microphone) or "-"
 
-    @staticmethod
-    def _is_arm(robot: Robot) -> bool:
-        try:
-            return "limb" in robot.description()
-        except ImportError:  # its package is not installed; the form says so when it is saved
-            return False
-
     def do(self, request: HttpRequest, pk: int, verb: str) -> HttpResponse:
         """Run one verb, sent by POST."""
         robot = get_object_or_404(Robot, pk=pk)
@@ -219,7 +213,8 @@ class RobotAdmin(FormFieldsAdmin):
         if robot is not None and not self.has_view_permission(request, robot):
             raise PermissionDenied
         extra = {**(extra_context or {}), **(self._status(robot, request.user) if robot else {})}
-        if robot is not None and self._is_arm(robot):
+        spec = spec_or_none(robot.driver) if robot is not None else None
+        if robot is not None and spec is not None and spec.capability(ArmModel) is not None:
             from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
             extra["model_facts"] = model_facts(robot.driver, f"{robot.get_absolute_url()}model.urdf")

@@ -28,7 +28,7 @@ from queueing.models import Turn
 from queueing.services import open_turn
 from robots import bus, description
 from robots.clock import SYSTEM
-from robots.contract.capabilities import Composite
+from robots.contract.capabilities import ArmModel, Composite
 from robots.contract.compact import Layout
 from robots.contract.procedures import offered
 from robots.contract.spec import STAFF, TURN, CommandKind
@@ -126,7 +126,7 @@ def console_facts(robot: Robot, user: Any) -> dict[str, Any]:
             if (c.open_to(TURN) or (staff and c.open_to(STAFF))) and reaches(user, robot, c.level)
         ],
     }
-    if "limb" in described:
+    if spec.capability(ArmModel) is not None:
         from robots.motion.described import model_facts  # noqa: PLC0415 - arrays, which only an arm needs
 
         facts |= model_facts(robot.driver, f"/robots/{robot.slug}/model.urdf")

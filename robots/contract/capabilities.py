@@ -199,6 +199,15 @@ class Stills:
 
 
 @dataclass(frozen=True)
+class ArmModel:
+    """The robot is an arm that its files describe: consoles and the admin draw it.
+
+    Its files are `model.urdf` and the tables `arm`, `motion`, `limb` and `box` of `robot.toml`
+    (`robots/motion/described.py`).
+    """
+
+
+@dataclass(frozen=True)
 class Programs:
     """People may save programs; the command `kind` runs one, given as `text` in the robot's own `language`."""
 

@@ -1,6 +1,6 @@
 """The spec of the museum arm; readable without its driver."""
 
-from robots.contract.capabilities import Check, Preview, Programs, Reset, Setting
+from robots.contract.capabilities import ArmModel, Check, Preview, Programs, Reset, Setting
 from robots.contract.channels import Pose, Scale
 from robots.contract.spec import Argument, CommandKind, Spec
 from robots.description import load
@@ -54,6 +54,7 @@ def spec() -> Spec:
         scales=scales,
         modes=tuple(mode.replace("_", " ") for mode in Mode),
         capabilities=(
+            ArmModel(),
             Reset(),
             Check(f"{HERE}.checks:check"),
             Preview(f"{HERE}.preview:foresee", f"{HERE}.checks:courses"),

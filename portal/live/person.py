@@ -20,7 +20,7 @@ from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
 from portal.stores import down_text
 from queueing.places import standings
-from queueing.presence import present
+from queueing.presence import present, still_open
 from robots.clock import SYSTEM
 
 PULSE_S = 20.0
@@ -82,6 +82,14 @@ class PersonConsumer(Line):
                     wrong = down_text(error)
                 await self._answer(message.what, message.robot, wrong)
                 subscriber.changed.set()
+
+    def check_in(self) -> None:
+        """Note that this session has a page open: a turn that was accepted in it goes on if another one ends."""
+        self.begin(self._check_in())
+
+    async def _check_in(self) -> None:
+        with contextlib.suppress(Error):
+            await self.orm(still_open, self.me, session_key(self.scope), SYSTEM.now())
 
     async def refuse(self, error: NotUnderstood) -> None:
         """Say what was wrong with a request."""

@@ -116,6 +116,9 @@ class Viewing(Line):
                 session_watch().check_soon(person)
                 await URGENT.run(bus.send_session_changed, person)
                 await asyncio.sleep(OTHERS_S)
+                reported = await SESSIONS.orm(reported_elsewhere)(self.slug, person, key, now)
+                if reported is not None and reported >= now:
+                    return
         await SESSIONS.orm(session_over)(self.slug, person, ending.place, ending.reason, SYSTEM.now())
 
     def _mark_gone(self, person: int) -> None:

@@ -71,6 +71,37 @@ def test_who_signs_out_on_one_page_drives_on_in_another_on_a_busy_machine(worlds
     hunt(worlds, seed, lambda portal: signs_out(portal, 6.0), busy)
 
 
+def signs_out_before_the_robots_page_is_open(portal):
+    """Ada accepts an offer on a page that is not the robot's, and signs out elsewhere long before she opens that one."""
+    world, dice = portal.world, random.Random(portal.world.seed)
+    portal.ready()
+    sockets = Sockets(world)
+    here, phone = (Browser(sockets, portal.people["ada"]) for _ in range(2))
+    one, other = here.open(AT_ROBOT.format(portal.slug)), phone.open(AT_ME)
+    queue.join(portal.robot, portal.people["ada"], world.now())
+    queue.tick(world.now())
+    portal.until(lambda: shown(other) == ["offered"], 10, "the offer")
+    other.say("do", what="accept", robot=portal.slug)
+    portal.until(lambda: shown(other) == ["operating"], 10, "the turn")
+    world.sleep(6.5 + 3.0 * dice.random())
+    world.spawn(here.sign_out, "ada signs out", world.process("ada"))
+    portal.until(lambda: one.code == 4401, 10, "the end of the socket")
+    world.sleep(3)
+    turn = Turn.objects.get()
+    assert turn.ended_at is None, f"the turn ended: {turn.end_reason}"
+    page = phone.open(AT_ROBOT.format(portal.slug))
+    portal.until(lambda: page.snapshot and page.snapshot["me"]["can"]["drive"], 10, "the controls")
+    page.close()
+    world.sleep(1)
+    phone.sign_out()
+    portal.until(lambda: other.code == 4401, 10, "the end of the other socket")
+
+
+@seeds(1, 20, 200)
+def test_who_signs_out_elsewhere_keeps_the_turn_whose_page_is_not_open_yet(worlds, seed):
+    hunt(worlds, seed, signs_out_before_the_robots_page_is_open, busy)
+
+
 def offers(portal, times=4):
     """Ada joins on one page, and is offered the robot while another page reads her new place."""
     world, dice = portal.world, random.Random(portal.world.seed)

@@ -5,6 +5,7 @@ PY = .venv/bin/python
 TEST = PYTHONPATH=. $(PY) -m pytest
 SIDE_BY_SIDE = --dist loadfile --no-loadscope-reorder
 GATE = not timed and not length
+SERVICES = tests/services tests/faults
 unexport PYTHONDONTWRITEBYTECODE
 
 .NOTPARALLEL:
@@ -50,7 +51,7 @@ test-sqlite:
 	FARHAND_TEST_DB=sqlite $(TEST) $(SIDE_BY_SIDE) -n 4 --timeout 900 -m "$(GATE) and not service"
 
 test-postgres:
-	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 4 --timeout 900 -m "$(GATE) and service"
+	FARHAND_TEST_DB=postgres $(TEST) $(SIDE_BY_SIDE) -n 4 --timeout 900 -m "$(GATE) and service" $(SERVICES)
 
 # Everything, at length, on both databases: files side by side, then each test that judges measured seconds by itself.
 test-all: setup-all

@@ -239,13 +239,16 @@ def _keeps(item):
 
 
 LONG = ("tests/world/", "tests/e2e/")  # their files take longest, so they begin: else one process waits for the other
+SERVICES = ("tests/services/", "tests/faults/")  # where `make test` looks for what it runs on PostgreSQL
 STORES = {"db", "transactional_db", "redis_server"}
 
 
 @pytest.hookimpl(tryfirst=True)  # before what is chosen by marks
 def pytest_collection_modifyitems(items):
-    """Begin with the longest files; collect nothing if a test that can read a clock is in the gate."""
+    """Begin with the longest files; collect nothing if a test would be left out, or can read a clock in the gate."""
     items.sort(key=lambda item: not item.nodeid.startswith(LONG))
+    if astray := [i.nodeid for i in items if i.get_closest_marker("service") and not i.nodeid.startswith(SERVICES)]:
+        raise pytest.UsageError(f"Marked service, and not where make test looks for it: {', '.join(astray)}")
     if found := clock_readers.in_the_gate(items):
         raise pytest.UsageError(f"Tests that can read a clock and are not timed: {', '.join(found)}")
 

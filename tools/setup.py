@@ -40,6 +40,7 @@ def main() -> None:
     build_frontend(node)
     if tests:
         find_chromium(node)
+        compile_tests()
     if what == "all":
         find_libfaketime()
     if what == "lerobot":
@@ -157,6 +158,17 @@ def compile_loops() -> None:
         say("compiling loops")
         for door in doors:
             run(BIN / "python", "-m", ".".join(door.relative_to(ROOT).with_suffix("").parts))
+        stamp.write_text(mark)
+
+
+def compile_tests() -> None:
+    """Let pytest compile the tests once, not in each of the processes that start side by side."""
+    stamp, mark = VENV / ".tests.stamp", digest(ROOT / "requirements" / "test.lock")
+    if not done_before(stamp, mark):
+        say("compiling tests")
+        argv = [str(BIN / "python"), "-m", "pytest", "--collect-only", "-qq"]
+        env = {**os.environ, "PYTHONPATH": ".", "FARHAND_TEST_DB": "sqlite"}
+        subprocess.run(argv, cwd=ROOT, env=env, stdout=subprocess.DEVNULL, check=False)  # the tests say what is wrong
         stamp.write_text(mark)
 
 

@@ -2,7 +2,7 @@
 
 ``python -m simulators.pa10.planning FD`` is that process; it talks over the socket pair whose end it inherits, and ends
 with the other end. Each question contains everything on which the answer depends, also the boxes; so if the process is
-lost, it is started again and asked once more.
+lost, or does not answer in time, it is started again and asked once more.
 """
 
 import os
@@ -26,6 +26,7 @@ from simulators.common.fork import Fork, fork
 
 NICER = 5  # plans may wait; steps of the control loop may not
 TRIES = 2
+ANSWER_S = 30.0  # only a process that hangs takes so long: work is bounded (`robots/motion/budget.py`)
 KEPT = 8  # sets of boxes
 
 
@@ -35,7 +36,7 @@ class Planning(Courses):
     def __init__(self, note: Callable[..., None] = lambda *_, **__: None, forked: bool = False) -> None:
         """`forked`: start as a fork of this process, which still has one thread; a restarted one is not a fork."""
         super().__init__()
-        self._note = note
+        self._note, self.within_s = note, ANSWER_S
         self._extra: tuple[Box, ...] = ()
         self._asking = threading.Lock()
         self._line, self.process = self._fork() if forked else self._begin()
@@ -85,6 +86,8 @@ class Planning(Courses):
             for _ in range(TRIES):
                 try:
                     self._line.send((what, self._extra, about))
+                    if not self._line.poll(self.within_s):
+                        raise EOFError
                     refused, found = self._line.recv()
                     break
                 except (EOFError, OSError):

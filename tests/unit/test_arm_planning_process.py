@@ -14,6 +14,7 @@ from robots.motion.planner import Refused
 from robots.motion.zones import Box
 from simulators.pa10.planning import Planning
 from tests.conftest import wait_for
+from tests.waiting import CEILING_S
 
 READY, STILL = posture(load("pa10"), "ready"), np.zeros(6)
 VASE = Box("the vase", (0.4, 0.1, 0.0), (0.6, 0.3, 0.3))
@@ -55,6 +56,21 @@ def test_a_planner_that_was_killed_is_begun_again(planning):
     planning.process.wait()
     assert planning.plan(parse("j 30 10 60 0 50 0"), READY, STILL).plan.path.seconds > 0
     assert planning.lost == ["planning_lost"]
+
+
+def test_a_planner_that_does_not_answer_in_time_is_begun_again():
+    def note(event, **details):
+        lost.append(event)
+        made.within_s = CEILING_S  # the new one may take its time
+
+    lost, made = [], Planning(note)
+    try:
+        os.kill(made.process.pid, signal.SIGSTOP)
+        made.within_s = 0.2
+        assert made.plan(parse("j 30 10 60 0 50 0"), READY, STILL).plan.path.seconds > 0
+        assert lost == ["planning_lost"]
+    finally:
+        made.close()
 
 
 def test_it_ends_with_whoever_asks():

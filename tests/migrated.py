@@ -1,11 +1,13 @@
 """A migrated database that test processes copy, because to migrate takes each of them some seconds."""
 
+import fcntl
 import hashlib
 import os
 import shutil
 import sqlite3
 import subprocess
 from pathlib import Path
+from typing import IO
 
 from django.apps import apps
 from django.db import connection
@@ -14,10 +16,31 @@ FOLDER = Path(__file__).resolve().parent.parent / "var"
 ENDINGS = {"sqlite": "sqlite3", "postgresql": "sql"}
 
 
+class OneAtATime:
+    """Lets one process migrate while those that begin beside it wait for its copy."""
+
+    _file: IO[str] | None = None
+
+    def take(self) -> None:
+        FOLDER.mkdir(exist_ok=True)
+        self._file = (FOLDER / "migrated.lock").open("w")
+        fcntl.flock(self._file, fcntl.LOCK_EX)
+
+    def over(self) -> None:
+        if self._file is not None:
+            self._file.close()
+
+
+MIGRATING = OneAtATime()
+
+
 def copied() -> bool:
-    """Begin with a copy of a database migrated before; tell whether there was one."""
+    """Begin with a copy of a database migrated before; tell whether there was one. If not, `keep` has to follow."""
     if not _kept().exists():
-        return False
+        MIGRATING.take()
+        if not _kept().exists():
+            return False
+        MIGRATING.over()
     name = connection.creation._get_test_db_name()
     if connection.vendor == "sqlite":
         shutil.copyfile(_kept(), name)
@@ -35,10 +58,13 @@ def begin(file: Path) -> None:
 
 
 def keep() -> None:
-    """Keep a copy of the migrated database for the processes after this one, unless there is one."""
-    if _kept().exists():
-        return
-    FOLDER.mkdir(exist_ok=True)
+    """Keep a copy of the migrated database for the processes that wait and those after this one, unless there is one."""
+    if not _kept().exists():
+        _copy()
+    MIGRATING.over()
+
+
+def _copy() -> None:
     beside = FOLDER / f"migrated-{os.getpid()}.part"
     if connection.vendor == "sqlite":
         copy = sqlite3.connect(beside)

@@ -135,7 +135,11 @@ MUTANTS = (
            f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_keeps_the_turn_accepted_on_another[seed3]"),
     Mutant(34, "the other session has 0.6 s to say that it drives on", "portal/live/viewing.py",
            "            if reported is not None and now - reported < LATELY:\n                return\n", "",
-           f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_drives_on_in_another_on_a_busy_machine[seed8]"),
+           f"{WORLD}/test_sockets.py::test_who_signs_out_on_one_page_drives_on_in_another_on_a_busy_machine[seed18]"),
+    Mutant(34, "a page that is not the robot's does not say that its session is open", "portal/live/person.py",
+           "        self.begin(self._check_in())\n", "",
+           f"{WORLD}/test_sockets.py::"
+           "test_who_signs_out_elsewhere_keeps_the_turn_whose_page_is_not_open_yet[seed1]"),
     Mutant(43, "an earlier permit still lets through after the lease was taken again", "workers/safety/gate.py",
            "if self.lease.epoch != epoch:", "if self.lease.epoch < epoch:",
            "tests/services/test_regain.py::test_an_earlier_permit_refuses_for_good"),

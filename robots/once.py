@@ -13,6 +13,7 @@ from typing import Any
 
 from django.core.cache import cache
 from django.http import HttpRequest, HttpResponse, HttpResponseRedirect
+from django.template.response import TemplateResponse
 
 from robots.clock import SYSTEM
 
@@ -21,6 +22,7 @@ TOKEN = re.compile(r"[\w-]{20,64}\Z", re.ASCII)
 KNOWN_S = 3_600
 WAIT_S, POLL_S = 5, 0.1  # for the first press, which is still being answered
 BEING_ANSWERED = ""
+PAGE = "<"  # how a page begins, and no address
 
 
 def token_of(request: HttpRequest, name: str = FIELD) -> str:
@@ -40,8 +42,8 @@ def press_of(request: HttpRequest, name: str = FIELD) -> str:
 def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
     """Make a view carry such a form out once for each person, and again if it was refused.
 
-    Only what was made may be answered with a redirection: the check of who is signed in stands around this, and a
-    refusal that redirects too is raised through it.
+    Only what was made may be answered with a redirection, or with the page by which the admin's small window closes:
+    the check of who is signed in stands around this, and a refusal that redirects too is raised through it.
     """
 
     @wraps(view)
@@ -50,23 +52,31 @@ def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
         if not press:
             return view(request, *args, **kwargs)
         key = f"once:{request.user.pk}:{press}"
-        place = None if cache.add(key, BEING_ANSWERED, WAIT_S) else _made(request, key)
-        if place:
-            return HttpResponseRedirect(place)
+        told = None if cache.add(key, BEING_ANSWERED, WAIT_S) else _made(request, key)
+        if told:
+            return HttpResponse(told) if told.startswith(PAGE) else HttpResponseRedirect(told)
         try:
             answer = view(request, *args, **kwargs)
-            place = answer.get("Location")
+            told = answer.get("Location") or _page_that_closes(answer)
         finally:
-            cache.set(key, place, KNOWN_S) if place else cache.delete(key)
+            cache.set(key, told, KNOWN_S) if told else cache.delete(key)
         return answer
 
     return checked
 
 
+def _page_that_closes(answer: HttpResponse) -> str | None:
+    """Return the page that tells the form behind the admin's small window what was made; None for any other."""
+    if "popup_response_data" not in (getattr(answer, "context_data", None) or {}):
+        return None
+    assert isinstance(answer, TemplateResponse)
+    return str(answer.render().content.decode())
+
+
 def _made(request: HttpRequest, key: str) -> str | None:
-    """Return where the first press was led to; nothing if it was refused, or is not answered in time."""
+    """Return where the first press was led to, or the page; nothing if it was refused, or is not answered in time."""
     getattr(request, "leave_room", bool)()  # another page is rendered meanwhile (portal/limits/pages.py)
     until = SYSTEM.awake() + WAIT_S
-    while (place := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
+    while (told := cache.get(key)) == BEING_ANSWERED and SYSTEM.awake() < until:
         SYSTEM.sleep(POLL_S)
-    return str(place) if place else None
+    return str(told) if told else None

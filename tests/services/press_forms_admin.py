@@ -24,20 +24,20 @@ NEW = {
 }
 
 
-def new_row(model):
-    """Return what makes the form for a new row of a model."""
+def new_row(model, popup=""):
+    """Return what makes the form for a new row of a model; `popup`: in the window that another form's + opens."""
 
     def form(world):
         User.objects.create_superuser("root", "root@example.org", SECRET)
         world.people["root"] = User.objects.get(username="root")
         client = world.browser("root")
-        address = f"/admin/{model._meta.app_label}/{model._meta.model_name}/add/"
+        address = f"/admin/{model._meta.app_label}/{model._meta.model_name}/add/{popup}"
         known = {"robot": world.robot.pk, "eve": world.people["eve"].pk}
         filled = {name: value.format(**known) for name, value in NEW[model].items()}
         data = as_sent(controls_of(client.get(address)), **filled, _save="Save")
         return world.form(client, address, data, {model: model.objects.count() + 1}, of="_save")
 
-    form.__name__ = f"new_{model._meta.model_name}"
+    form.__name__ = f"new_{model._meta.model_name}{popup.replace('?', '_')}"
     return form
 
 
@@ -63,5 +63,5 @@ def maintenance(world):
     return verb_of_staff(world, "maintenance")
 
 
-NEW_ROWS = tuple(map(new_row, NEW))
+NEW_ROWS = (*map(new_row, NEW), *(new_row(model, "?_popup=1") for model in (Group, SurveyQuestion)))
 VERBS_ONCE = {"procedure": procedure_of_staff, "test": test_of_connection, "maintenance": maintenance}

@@ -44,9 +44,9 @@ class RobotState:
     fault: str = ""
     velocities: tuple[float, ...] = ()
     torques: tuple[float, ...] = ()
-    twist: tuple[float, ...] = ()
     mode: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
+    twist: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,11 @@
 """Makes a movie of recordings: H.264 in MP4, or VP9 in WebM. A process of its own, because it computes for long.
 
-    python -m robots.recordings.movie KIND OUT < plan.json
+    python -m robots.recordings.movie KIND OUT NICENESS < plan.json
 
 The plan: pictures a second, whether the pictures come `every_s` seconds (of a time-lapse, which shows the first
 camera) or as they were taken (by all cameras, side by side), and files with their times (ms since 1970): recordings, or
 single JPEGs. What of a file cannot be read is left out. It prints how far it is, in percent, and at last of how many
-pictures the movie is. It runs with the lowest priority and ends by itself at its limits. No Django.
+pictures the movie is. It ends by itself at its limits. No Django.
 """
 
 import contextlib
@@ -159,11 +159,11 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
 
 def main() -> None:
     """Make what standard input asks for; print of how many pictures."""
-    os.nice(19)
+    kind, out, nice = sys.argv[1:]
+    os.nice(int(nice))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S))
     resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
-    kind, out = sys.argv[1:]
     count = make(kind, Path(out), json.load(sys.stdin))
     sys.stdout.write(f"{count}\n")
 

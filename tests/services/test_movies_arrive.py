@@ -32,7 +32,7 @@ def recording(roles):
 
 def test_the_program_prints_each_percent_once_and_at_last_the_count(recording, tmp_path):
     plan = json.dumps({"hz": 5, "files": [(str(keeping.path_of(recording)), ms_of(recording.began_at))] * 5})
-    argv = [sys.executable, *COMMAND[1:], "mp4", str(tmp_path / "x.part")]
+    argv = [sys.executable, *COMMAND[1:], "mp4", str(tmp_path / "x.part"), "0"]
     done = subprocess.run(argv, input=plan, capture_output=True, text=True, check=True)
     *percents, count = done.stdout.splitlines()
     assert int(count) >= 5 * len(LONG) - 5, "the first picture of a file may come with the last of another"
@@ -41,7 +41,7 @@ def test_the_program_prints_each_percent_once_and_at_last_the_count(recording, t
 
 
 def test_how_far_a_movie_is_stands_in_its_row_and_on_the_page(recording, client):
-    movie, seen, maker = movies.ask(recording, "mp4", SYSTEM.now()), [], MovieMaker(SYSTEM)
+    movie, seen, maker = movies.ask(recording, "mp4", SYSTEM.now()), [], MovieMaker(SYSTEM, nice=0)
     page = client.get(recording.get_absolute_url()).content.decode()
     assert "data-arrives" in page and "It is next" in page and "is being made" in page
     assert '<noscript><meta http-equiv="refresh"' in page, "who has no scripts is served too"
@@ -70,7 +70,7 @@ def test_how_far_a_movie_is_stands_in_its_row_and_on_the_page(recording, client)
 
 @pytest.mark.service
 def test_what_its_program_said_last_is_noted_while_it_runs(recording):
-    movie, maker = movies.ask(recording, "mp4", SYSTEM.now()), MovieMaker(SYSTEM)
+    movie, maker = movies.ask(recording, "mp4", SYSTEM.now()), MovieMaker(SYSTEM, nice=0)
     maker.look()
     wait_for(lambda: maker._process.poll() is not None or "%" in maker._last_line(), 60, "the first percent")
     maker._said.seek(0)

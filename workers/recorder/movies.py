@@ -18,14 +18,15 @@ from robots.recordings import keeping, movies
 
 log = logging.getLogger(__name__)
 LONGEST_S = 600.0
+LEAST = 19  # the niceness of what may wait for everything else
 COMMAND = (sys.executable, "-m", "robots.recordings.movie")
 
 
 class MovieMaker:
-    """Looks for movies that wait; `look` returns at once."""
+    """Looks for movies that wait; `look` returns at once. `nice`: the niceness of the process that makes one."""
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+    def __init__(self, clock: Clock, nice: int = LEAST) -> None:
+        self._clock, self._nice = clock, nice
         self._movie: Movie | None = None
         self._process: subprocess.Popen[str] | None = None
         self._part, self._percent = Path(), 0  # of the movie that is made: its file, and how far it is
@@ -65,7 +66,7 @@ class MovieMaker:
                 plan_in.seek(0)
                 self._said, self._percent = tempfile.TemporaryFile("w+"), 0  # noqa: SIM115 - closed when it is made
                 self._process = subprocess.Popen(  # noqa: S603 - our own module
-                    [*COMMAND, movie.kind, str(self._part)], stdin=plan_in, stdout=self._said,
+                    [*COMMAND, movie.kind, str(self._part), str(self._nice)], stdin=plan_in, stdout=self._said,
                     stderr=subprocess.DEVNULL, text=True, cwd=settings.BASE_DIR,
                 )  # fmt: skip
         except OSError as error:

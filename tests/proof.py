@@ -34,7 +34,7 @@ class Proof:
         self.test, self.promise, self.time = without_seed(test), promise, time
         self._folder = kept or os.environ.get("FARHAND_PROOFS_TO")
         self._measured = measured if self._folder and time == REAL else dict
-        self._each = seeds or 1
+        self._seeds = seeds or 1
         self._counts = [{"what": SEEDS, "ran": 1, "asked": seeds}] if seeds else []
         self._discarded = []
         self._before = self._measured()
@@ -50,7 +50,7 @@ class Proof:
     def count(self, what, small, full, asked=None):
         """Return how many to run; `asked` is the promise's own number where this machine is too small."""
         number = full if FULL else small
-        self._counts.append({"what": what, "ran": number, "asked": (asked or full) * self._each})
+        self._counts.append({"what": what, "ran": number, "asked": (asked or full) * self._seeds})
         return number
 
     def discards(self, number, why):

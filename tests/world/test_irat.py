@@ -68,15 +68,19 @@ def test_a_stop_overtakes_an_exploration(worlds, seed):
 
 def lost_controls(portal):
     portal.grant()
-    dice = random.Random(portal.world.seed)
+    dice, fastest = random.Random(portal.world.seed), 0.0
     for _ in range(5):
         command = held(portal)
         portal.world.sleep(dice.random())
         assert portal.rig.moving, "it moves for as long as the controls are held"
+        forward, left, turn = portal.owner.owned.driver.latest().twist
+        assert left == 0.0, "it has two wheels"
+        fastest = max(fastest, abs(forward) + abs(turn))
         portal.controls.let_go()
         took = rested(portal, portal.controls.last)
         assert took <= 0.5, f"at rest {took:.3f} s after the last keep-alive"
         assert portal.final(command).state == "cancelled"
+    assert fastest > 0.01, "its states tell how fast it is"
 
 
 @seeds(1, 20, 200)

@@ -44,11 +44,6 @@ def disconnected(robot: Robot, user: Any, now: datetime, session: str = "") -> N
         bus.tell_people_on_commit(StandingChanged(user=user.pk))
 
 
-def still_open(user: int, session: str, now: datetime) -> None:
-    """Note that a session in which the person's turn was accepted still has a page open, whichever page that is."""
-    TurnSession.objects.filter(turn__user=user, turn__ended_at=None, session=session).update(last_seen=now)
-
-
 def present(user: Any, now: datetime) -> None:
     """Note that a person who waits is present, on whatever page.
 

@@ -30,6 +30,11 @@ def reported_elsewhere(slug: str, person: int, session: str, now: datetime) -> d
     return found.last_seen if found else None
 
 
+def still_open(person: int, session: str, now: datetime) -> None:
+    """Note that a session in which the person's turn was accepted still has a page open, whichever page that is."""
+    TurnSession.objects.filter(turn__user=person, turn__ended_at=None, session=session).update(last_seen=now)
+
+
 def disconnect(slug: str, person: int, now: datetime) -> None:
     """Mark the person's turn on the robot as disconnected."""
     turns = Turn.objects.filter(robot__slug=slug, user=person, ended_at=None, classic=False)

@@ -20,7 +20,8 @@ from portal.live.standing import act, places
 from portal.live.subscriptions import Subscriber, subscriptions
 from portal.stores import down_text
 from queueing.places import standings
-from queueing.presence import present, still_open
+from queueing.presence import present
+from queueing.sessions import still_open
 from robots.clock import SYSTEM
 
 PULSE_S = 20.0

@@ -37,13 +37,16 @@ OF_DEVICE = WORDS | {
 OF_CONNECTION = WORDS | {errno.EIO: LOST, errno.EINVAL: WRONG, errno.EAGAIN: SILENT}  # as FFmpeg raises them
 
 
-def why_not(error: BaseException, path: str = "") -> str:
+def why_not(error: BaseException, path: str = "", late: bool = False) -> str:
     """Return why it could not be opened, as the end of a sentence.
 
-    `path`: of the device, or its name; empty for a connection, of which the same numbers mean something else.
+    `path`: of the device, or its name; empty for a connection, of which the same numbers mean something else. `late`:
+    its time had run out, for which FFmpeg has many errors.
     """
     number = next(_numbers(error), 0)
     if not path:
+        if late:
+            return SILENT
         return OF_CONNECTION.get(number) or f"{why(error)}."
     if number in BUSY:
         return IN_USE

@@ -19,7 +19,10 @@ from robots.drivers.mercury.line import HostLine
 from robots.drivers.pa10.line import ArmLine
 from robots.drivers.rosbridge_client import Bridge
 from robots.opening import is_in_use, why_not
+from tests.waiting import CEILING_S, wait_for
+from workers.cameras import source
 from workers.cameras.source import SnapshotCamera, StreamCamera
+from workers.sound import microphone
 from workers.sound.microphone import Microphone, MicrophoneFault
 
 
@@ -35,6 +38,18 @@ def free_port():
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return one.getsockname()[1]
+
+
+def said_by(camera, monkeypatch):
+    """Return what a camera says after its first attempt to open, which failed."""
+    try:
+        wait_for(lambda: camera._error, 30, "the end of the first attempt")
+    finally:
+        camera.close()
+    monkeypatch.setattr(source, "TIMEOUT_S", 0.1)  # of a picture, for which nobody needs to wait any more
+    with pytest.raises(CameraFault) as said:
+        camera.grab(None)
+    return str(said.value)
 
 
 def test_a_port_that_is_not_there(tmp_path):
@@ -148,21 +163,34 @@ def test_nothing_that_a_connection_raises_is_said_of_a_device(number):
     ("tcp://camera.invalid:9000", opening.LOST), ("udp://camera.invalid:9000", opening.LOST),
     ("tcp://127.0.0.1:0", opening.WRONG),
 ])  # fmt: skip
-def test_a_stream_that_does_not_open_is_no_broken_device(address, words):
+def test_a_stream_that_does_not_open_is_no_broken_device(monkeypatch, address, words):
+    monkeypatch.setattr(source, "TIMEOUT_S", CEILING_S)
+    monkeypatch.setattr(microphone, "TIMEOUT_S", CEILING_S)
     with pytest.raises(av.FFmpegError) as caught:
-        av.open(address, timeout=(2.0, 2.0))
+        av.open(address, timeout=(CEILING_S, CEILING_S))
     told = why_not(caught.value)
     assert told == words, caught.value
-    camera = StreamCamera(address)
-    try:
-        with pytest.raises(CameraFault) as said:
-            camera.grab(None)
-    finally:
-        camera.close()
-    assert str(said.value) == f"The camera does not answer: {words}"
+    assert said_by(StreamCamera(address), monkeypatch) == f"The camera does not answer: {words}"
     if address.startswith(("http", "rtsp")):
         with pytest.raises(MicrophoneFault, match=words):
             Microphone(address, Path("/nowhere"))
+
+
+@pytest.fixture
+def mute():
+    """The port of a server that takes connections and never says a word."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        yield server.getsockname()[1]
+
+
+@pytest.mark.parametrize("scheme", ["http", "https", "rtsp"])
+def test_what_does_not_answer_in_time_is_said_to_be_silent_however_the_library_says_it(mute, monkeypatch, scheme):
+    monkeypatch.setattr(source, "TIMEOUT_S", 0.3)
+    monkeypatch.setattr(microphone, "TIMEOUT_S", 0.3)
+    address = f"{scheme}://127.0.0.1:{mute}/live"
+    with pytest.raises(MicrophoneFault, match=opening.SILENT):
+        Microphone(address, Path("/nowhere"))
+    assert said_by(StreamCamera(address), monkeypatch) == f"The camera does not answer: {opening.SILENT}"
 
 
 def test_every_sentence_says_what_to_do():

@@ -183,24 +183,27 @@ class StreamCamera:
         self._pixels = "bgr24" if colour else "gray"
         self._news = threading.Condition()
         self._newest: Picture | None = None
-        self._at = 0.0
+        self._at = self._heard = 0.0  # monotonic (s): of the newest picture; of the newest packet, or the attempt
         self._error = ""
         self._ended = threading.Event()
         threading.Thread(target=self._read, daemon=True, name="camera-stream").start()
 
     def _read(self) -> None:
         while self._running:
+            self._heard = time.monotonic()
             try:
                 with self._open() as container:
                     self._follow(container)
             except Exception as error:  # whatever a library raises: the thread tries again, and `grab` says why
                 log.debug("a camera's stream ended", exc_info=True)
-                self._error = f": {why_not(error, '' if '://' in self._source else self._source).rstrip('.')}"
+                late = time.monotonic() - self._heard >= TIMEOUT_S
+                self._error = f": {why_not(error, '' if '://' in self._source else self._source, late).rstrip('.')}"
             self._ended.wait(AGAIN_S)
 
     def _follow(self, container: Any) -> None:
         """Keep the newest picture; packets without one are read one by one, so that `close` ends the loop soon."""
         for packet in container.demux(container.streams.video[0]):
+            self._heard = time.monotonic()
             for frame in packet.decode():
                 picture = frame.to_ndarray(format=self._pixels)
                 with self._news:

@@ -9,6 +9,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from robots import addresses
+from robots.clock import SYSTEM
 from robots.contract.sound import RATE
 from robots.opening import why_not
 
@@ -59,10 +60,12 @@ class Microphone:
 
         self._av: Any = av
         place, form, options = place_of(address, rig)
+        begun = SYSTEM.monotonic()
         try:
             self._source = av.open(place, format=form, options=options, timeout=(TIMEOUT_S, TIMEOUT_S))
         except (av.FFmpegError, OSError, ValueError) as error:
-            told = why_not(error, place if form == "alsa" else "")
+            late = SYSTEM.monotonic() - begun >= TIMEOUT_S
+            told = why_not(error, place if form == "alsa" else "", late)
             raise MicrophoneFault(f"{SILENT.rstrip('.')}: {told}") from error
         if not self._source.streams.audio:
             self.close()

@@ -190,7 +190,7 @@ MUTANTS = (
            "tests/drivers/test_irat_client.py::test_a_permit_that_says_no_sends_nothing"),
     Mutant(48, "an owner that finds a stop and reaches no robot does not say by when it rests", "workers/safety/stop.py",
            "        if latch.latched:\n            self._rests_by = row", "        if False:\n            self._rests_by = row",
-           f"{BOUNDS}::test_promise_48_nobody_says_that_a_robot_rests_before_it_does[killed-1-pa10]"),
+           f"{BOUNDS}::test_promise_48_nobody_says_that_a_robot_rests_before_it_does[killed-seed1-pa10]"),
     Mutant(48, "the time of a stop that was released is said of the next", "robots/services/stopping.py",
            'Case(When(stop_latched=True, then=F("rests_by")), default=None)', 'F("rests_by")',
            "tests/services/test_stop_confirmed.py::"

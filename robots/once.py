@@ -67,10 +67,9 @@ def once(view: Callable[..., HttpResponse]) -> Callable[..., HttpResponse]:
 
 def _page_that_closes(answer: HttpResponse) -> str | None:
     """Return the page that tells the form behind the admin's small window what was made; None for any other."""
-    if "popup_response_data" not in (getattr(answer, "context_data", None) or {}):
-        return None
-    assert isinstance(answer, TemplateResponse)
-    return str(answer.render().content.decode())
+    if isinstance(answer, TemplateResponse) and "popup_response_data" in (answer.context_data or {}):
+        return str(answer.render().content.decode())
+    return None
 
 
 def _made(request: HttpRequest, key: str) -> str | None:

@@ -1,0 +1,142 @@
+/** The console of a rover in a hall: camera, map, readings; driven by hand or sent to a place. */
+import "../../../../frontend/src/widgets/roaming.css";
+import "./console.css";
+import { type Description, HallMap } from "./hall_map.ts";
+import type { Facts } from "../../../../frontend/src/controls.ts";
+import { stick } from "../../../../frontend/src/gamepad.ts";
+import { Jog } from "../../../../frontend/src/jog.ts";
+import { RobotPage } from "../../../../frontend/src/page.ts";
+import { allow, fill } from "../../../../frontend/src/parts.ts";
+import type { CommandInfo, StatePacket } from "../../../../frontend/src/protocol.ts";
+import { byId } from "../../../../frontend/src/svg.ts";
+import { Basics } from "../../../../frontend/src/widgets/basics.ts";
+import { JobPanel } from "../../../../frontend/src/widgets/job_panel.ts";
+import { FINAL } from "../../../../frontend/src/words.ts";
+
+const GO = "go";
+const TURN_RAD = Math.PI / 2;
+const HOW = "Click on the floor of the map, or choose a place here.";
+type Values = Record<string, number | string>;
+const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
+const page = new RobotPage();
+
+class HallConsole extends Basics<RobotPage> {
+  private map = new HallMap(byId<SVGSVGElement>("hall"), description, (x, y) => this.send(round(x), round(y)));
+  private places: [HTMLButtonElement, string][] = [];
+  private jobs: JobPanel;
+  private sent: readonly [number, number] | null = null; // where this page's driver has sent it
+
+  constructor() {
+    super(page);
+    const token = byId<HTMLInputElement>("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
+    this.jobs = new JobPanel(page, token, { kind: GO, noun: "place", how: HOW, where }, () => this.mark());
+    for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
+    page.on("patrol", () => page.command("patrol"));
+    page.on("left", () => page.command("turn", { angle: TURN_RAD }));
+    page.on("right", () => page.command("turn", { angle: -TURN_RAD }));
+    new Jog<Record<string, number>>(byId("drive"), {
+      read: (words) => direction(...(words.split(",").map(Number) as [number, number])),
+      arrows: { ArrowUp: direction(1, 0), ArrowDown: direction(-1, 0), ArrowLeft: direction(0, 1), ArrowRight: direction(0, -1) },
+      stick: (pad) => {
+        const pushed = stick(pad);
+        return pushed && direction(pushed[1], -pushed[0]);
+      },
+      whyNot: () => page.whyNot("drive"),
+      begin: (wanted) => page.issue("drive", wanted),
+      ...page.keepAlive,
+    });
+  }
+
+  private listPlace(name: string, x: number, y: number): void {
+    const item = document.createElement("li"), button = document.createElement("button");
+    Object.assign(button, { type: "button", className: "button", textContent: name });
+    button.addEventListener("click", () => this.send(x, y));
+    item.append(button);
+    byId("places").append(item);
+    this.places.push([button, name]);
+  }
+
+  /** Whoever drives sends the rover at once; everybody else asks for it as a job. */
+  private send(x: number, y: number): void {
+    if (!page.operating) return void this.jobs.ask({ x, y });
+    if (page.command(GO, { x, y })) this.sent = [x, y];
+    this.mark();
+  }
+
+  private whyNotSend(): string {
+    return page.operating ? page.whyNot(GO) : this.jobs.whyNot();
+  }
+
+  override state(packet: StatePacket): void {
+    super.state(packet);
+    const told = (name: string): number | undefined => page.value(name);
+    const [x, y, heading] = [told("x"), told("y"), told("heading")];
+    const known = x !== undefined && y !== undefined && heading !== undefined;
+    this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
+    readings();
+  }
+
+  override command(c: CommandInfo): void {
+    if (c.kind === GO && FINAL.has(c.state)) this.sent = null;
+    this.mark();
+  }
+
+  override turn(): void {
+    this.sent = null;
+  }
+
+  /** The mark is where the rover is on its way to. */
+  private mark(): void {
+    const args = this.jobs?.open.find(({ job: { state } }) => state === "running")?.job.args;
+    this.map.mark(this.sent ?? (args ? [Number(args["x"]), Number(args["y"])] : null));
+  }
+
+  override draw(f: Facts): void {
+    this.jobs.draw();
+    const why = this.whyNotSend();
+    for (const [button] of this.places) allow(button, why);
+    byId("drive").hidden = !page.operating;
+    for (const button of byId("drive").querySelectorAll<HTMLElement>("[data-jog]"))
+      allow(button, byId("drive").classList.contains("held") ? "" : this.whyNot("drive", f));
+    for (const [name, kind] of [["patrol", "patrol"], ["left", "turn"], ["right", "turn"]] as const)
+      allow(document.querySelector<HTMLElement>(`[data-command="${name}"]`)!, this.whyNot(kind, f));
+  }
+}
+
+function direction(forward: number, turn: number): Record<string, number> {
+  return { forward, turn };
+}
+
+function round(metres: number): number {
+  return Math.round(metres * 100) / 100;
+}
+
+/** A place in words: its name where it has one. */
+function where(args: Values): string {
+  const [x, y] = [Number(args["x"]), Number(args["y"])];
+  const node = description.hall.node.find(({ at }) => Math.hypot(at[0] - x, at[1] - y) < 0.05);
+  return node?.name ?? `${x.toFixed(1)} m from the left, ${y.toFixed(1)} m from below`;
+}
+
+/** The values that the rover tells, for people. */
+function readings(): void {
+  const told = (name: string, words: (value: number) => string): string => {
+    const value = page.value(name);
+    return value === undefined ? "not known" : words(value);
+  };
+  const far = description.infrared.far;
+  fill(byId("readings").querySelector("tbody")!, [
+    ["Now", page.state?.mode || "not known"],
+    ["Ahead, by infrared", told("infrared", (v) => (v < far - 0.005 ? `${(100 * v).toFixed(0)} cm` : "nothing within 80 cm"))],
+    ["Ahead, by sonar", told("sonar", (v) => `${v.toFixed(2)} m`)],
+    ["Sure of its place", told("spread", (v) => `within ${(100 * v).toFixed(0)} cm`)],
+    ["Battery", told("battery", (v) => `${v.toFixed(2)} V`)],
+    ["Temperature", told("temperature", (v) => `${v.toFixed(1)} °C`)],
+    ["Humidity", told("humidity", (v) => `${v.toFixed(0)} %`)],
+    ["Light", told("light", (v) => `${v.toFixed(0)} %`)],
+    ["Visitors near it", told("presence", (v) => (v >= 0.5 ? "yes" : "no"))],
+    ["Driven", told("driven", (v) => `${v.toFixed(1)} m`)],
+  ]);
+}
+
+page.begin(new HallConsole());

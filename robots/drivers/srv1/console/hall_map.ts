@@ -1,0 +1,113 @@
+/** The hall from above: walls, cases, exhibits, ways between places; the rover, what its sensors see, and where it goes. */
+import { set, shape } from "../../../../frontend/src/svg.ts";
+
+export interface Case { name: string; at: [number, number]; half: [number, number]; black?: boolean }
+export interface Exhibit { name: string; at: [number, number]; radius: number }
+export interface Node { name: string; at: [number, number]; to: string[] }
+export interface Hall { width: number; depth: number; case: Case[]; exhibit: Exhibit[]; node: Node[] }
+export interface Description {
+  hall: Hall;
+  body: { length: number; width: number };
+  infrared: { from: [number, number, number]; far: number };
+  sonar: { from: [number, number, number]; far: number; half_cone: number };
+}
+/** Where the rover is (m, m, rad), how sure it is of that (m), and what its sensors read (m). */
+export interface Seen { x: number; y: number; heading: number; spread: number; infrared: number; sonar: number }
+
+const EDGE_M = 0.25; // around the floor
+const TRAIL = 240; // points of the way that was driven
+const STEP_M = 0.05; // between two of them
+const LINE_PX = 15; // of a name
+type Point = readonly [number, number];
+
+export class HallMap {
+  private rover: SVGGElement;
+  private sure: SVGCircleElement;
+  private cone: SVGPathElement;
+  private beam: SVGLineElement;
+  private trail: SVGPolylineElement;
+  private goal: SVGGElement;
+  private points: Point[] = [];
+
+  constructor(private svg: SVGSVGElement, private d: Description, onPick: (x: number, y: number) => void) {
+    const { hall } = d;
+    set(svg, { viewBox: `${-EDGE_M} ${-hall.depth - EDGE_M} ${hall.width + 2 * EDGE_M} ${hall.depth + 2 * EDGE_M}`, preserveAspectRatio: "xMidYMid meet" });
+    shape(svg, "rect", { x: 0, y: -hall.depth, width: hall.width, height: hall.depth, class: "floor" });
+    const at = new Map(hall.node.map((node) => [node.name, node.at]));
+    for (const node of hall.node)
+      for (const name of node.to)
+        if (node.name < name) this.line(node.at, at.get(name)!, "way");
+    this.trail = shape(svg, "polyline", { class: "trail", points: "" });
+    this.cone = shape(svg, "path", { class: "cone", d: "" });
+    this.beam = shape(svg, "line", { class: "beam" });
+    for (const one of hall.case) this.drawCase(one);
+    for (const { name, at: [x, y], radius } of hall.exhibit) {
+      shape(svg, "circle", { cx: x, cy: -y, r: radius, class: "exhibit" });
+      this.name(name, x, y);
+    }
+    for (const { at: [x, y] } of hall.node) shape(svg, "circle", { cx: x, cy: -y, r: 0.09, class: "node" });
+    this.goal = shape(svg, "g", { class: "goal", visibility: "hidden" });
+    shape(this.goal, "path", { d: "M -0.16 -0.16 L 0.16 0.16 M -0.16 0.16 L 0.16 -0.16" });
+    this.sure = shape(svg, "circle", { class: "spread", r: 0, cx: 0, cy: 0 });
+    this.rover = shape(svg, "g", { class: "rover", visibility: "hidden" });
+    const { length, width } = d.body;
+    for (const side of [-1, 1]) for (const end of [-1, 1])
+      shape(this.rover, "rect", { x: end * length * 0.3 - 0.06, y: side * width * 0.5 - 0.035, width: 0.12, height: 0.07, rx: 0.02, class: "wheel" });
+    shape(this.rover, "rect", { x: -length / 2, y: -width * 0.42, width: length, height: width * 0.84, rx: 0.05, class: "hull" });
+    shape(this.rover, "path", { d: `M ${length * 0.52} 0 L ${length * 0.12} ${-width * 0.26} L ${length * 0.12} ${width * 0.26} Z`, class: "nose" });
+    svg.addEventListener("click", (event) => {
+      const matrix = svg.getScreenCTM();
+      if (!matrix) return;
+      const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix.inverse());
+      onPick(point.x, -point.y);
+    });
+  }
+
+  /** Draw the rover where it thinks that it is; null while that is not known. */
+  show(seen: Seen | null): void {
+    set(this.rover, { visibility: seen ? "visible" : "hidden" });
+    if (!seen) return;
+    const { x, y, heading, spread } = seen;
+    set(this.rover, { transform: `translate(${place(x)} ${place(-y)}) rotate(${((-heading * 180) / Math.PI).toFixed(1)})` });
+    set(this.sure, { cx: place(x), cy: place(-y), r: place(Math.max(0, spread)) });
+    this.drawSensors(seen);
+    const last = this.points.at(-1);
+    if (last && Math.hypot(last[0] - x, last[1] - y) < STEP_M) return;
+    this.points = [...this.points.slice(1 - TRAIL), [x, y]];
+    set(this.trail, { points: this.points.map(([a, b]) => `${place(a)},${place(-b)}`).join(" ") });
+  }
+
+  /** Mark where the rover is sent; null to take the mark away. */
+  mark(at: Point | null): void {
+    set(this.goal, { visibility: at ? "visible" : "hidden", ...(at ? { transform: `translate(${place(at[0])} ${place(-at[1])})` } : {}) });
+  }
+
+  private drawSensors({ x, y, heading, infrared, sonar }: Seen): void {
+    const from = (ahead: number): Point => [x + ahead * Math.cos(heading), -y - ahead * Math.sin(heading)];
+    const [a, b] = from(this.d.infrared.from[0]), [c, e] = from(this.d.infrared.from[0] + infrared);
+    set(this.beam, { x1: place(a), y1: place(b), x2: place(c), y2: place(e), "data-near": String(infrared < this.d.infrared.far) });
+    const [u, v] = from(this.d.sonar.from[0]);
+    const end = (side: number): string => {
+      const way = heading + side * this.d.sonar.half_cone;
+      return `${place(u + sonar * Math.cos(way))} ${place(v - sonar * Math.sin(way))}`;
+    };
+    set(this.cone, { d: `M ${place(u)} ${place(v)} L ${end(1)} A ${place(sonar)} ${place(sonar)} 0 0 1 ${end(-1)} Z` });
+  }
+
+  private drawCase({ name, at: [x, y], half: [wide, deep], black }: Case): void {
+    shape(this.svg, "rect", { x: x - wide, y: -y - deep, width: 2 * wide, height: 2 * deep, rx: 0.06, class: black ? "case black" : "case" });
+    this.name(name, x, y);
+  }
+
+  private line([x1, y1]: Point, [x2, y2]: Point, name: string): void {
+    shape(this.svg, "line", { x1, y1: -y1, x2, y2: -y2, class: name });
+  }
+
+  private name(words: string, x: number, y: number): void {
+    shape(this.svg, "text", { x, y: -y, "font-size": LINE_PX / 60, class: "name" }).textContent = words;
+  }
+}
+
+function place(metres: number): string {
+  return metres.toFixed(3);
+}

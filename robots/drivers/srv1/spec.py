@@ -1,0 +1,93 @@
+"""The spec of the hall rover; readable without its driver."""
+
+from math import pi
+from typing import Any
+
+from robots.contract.capabilities import Check, Idle, Reset, Share, Statistics, Times, Total
+from robots.contract.channels import IN_PLANE, Scalar, Scale
+from robots.contract.policies import Bound, Policies, Range
+from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
+from robots.description import load
+from robots.drivers.srv1.modes import Mode
+
+SLICE_S = 60.0
+GO_S = 240.0  # the longest way through the hall at the lowest speed of the rules is shorter
+HAND_LONGEST_S = 120.0
+TURN_S = 20.0
+MOST = 65_535  # of a CRC-16
+BY_TURN, BY_ALL = frozenset({TURN}), frozenset({TURN, ANYONE})
+STATISTICS = Statistics(
+    rows=(
+        Total("Driven, by odometry", "driven"),
+        Times("Places reached", "go"),
+        Times("Places not reached", "go", failed=True),
+        Share("Time on patrol", ("patrol",)),
+    ),
+    over_time="battery", job="place", done="reached",
+)  # fmt: skip
+
+
+def spec() -> Spec:
+    """Return the spec, from the description."""
+    description = load("srv1")
+    hall, motion, battery = description["hall"], description["motion"], description["battery"]
+    ranges = [(name, description[name]) for name in ("infrared", "sonar")]
+    return Spec(
+        name=description["name"],
+        rest_s=description["line"]["rest_s"],
+        pose=IN_PLANE,
+        modes=tuple(Mode),
+        channels=(
+            *(Scalar(name, "m", table["near"], table["far"]) for name, table in ranges),
+            Scalar("spread", "m", 0.0, 1.0),
+            Scalar("driven", "m", 0.0, 1e6),
+            Scalar("battery", "V", battery["empty"], battery["full"]),
+            Scalar("temperature", "°C", 0.0, 50.0),
+            Scalar("humidity", "%", 0.0, 100.0),
+            Scalar("light", "%", 0.0, 100.0),
+            Scalar("presence", "", 0.0, 1.0),
+        ),
+        scales=_scales(hall),
+        capabilities=(
+            Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
+        ),
+        commands=(
+            CommandKind(
+                "drive", "Drive by hand", (Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)),
+                limit_s=HAND_LONGEST_S, still_after=False, held=True,
+            ),
+            CommandKind(
+                "go", "Go to a place",
+                (Argument("x", "m", 0.0, hall["width"], label="from the left wall"),
+                 Argument("y", "m", 0.0, hall["depth"], label="from the lower wall")),
+                limit_s=GO_S, asked_by=BY_ALL, still_after=False,
+            ),
+            CommandKind(
+                "turn", "Turn in place", (Argument("angle", "rad", -pi, pi, label="to the left"),),
+                limit_s=TURN_S, still_after=False,
+            ),
+            CommandKind(
+                "patrol", "Patrol", limit_s=SLICE_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
+                policies=Policies(on_link_lost=_permitted(description)),
+            ),
+        ),
+    )  # fmt: skip
+
+
+def _permitted(description: dict[str, Any]) -> Bound | None:
+    """Return inside what the rover may go on by itself while nobody reaches it; None where it may not."""
+    hall, seconds = description["hall"], float(description["line"]["permit_s"])
+    if not seconds:
+        return None
+    area = Range("x", 0.0, hall["width"]), Range("y", 0.0, hall["depth"])
+    return Bound(seconds, area, speed=1.1 * description["motion"]["most_speed"], turn=description["motion"]["turn"])
+
+
+def _scales(hall: dict[str, Any]) -> dict[str, Scale]:
+    wide = max(hall["width"], hall["depth"])
+    return {
+        "x": Scale(-wide, 2 * wide, 0.002), "y": Scale(-wide, 2 * wide, 0.002), "heading": Scale(-pi, pi, 0.002),
+        "infrared": Scale(0.0, 1.0, 0.005), "sonar": Scale(0.0, 12.0, 0.01), "spread": Scale(0.0, 10.0, 0.01),
+        "driven": Scale(0.0, 1e6, 0.01), "battery": Scale(0.0, 10.0, 0.01), "temperature": Scale(-20.0, 60.0, 0.1),
+        "humidity": Scale(0.0, 100.0, 0.1), "light": Scale(0.0, 100.0, 0.1), "presence": Scale(0.0, 1.0, 1.0),
+    }  # fmt: skip

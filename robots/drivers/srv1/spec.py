@@ -30,7 +30,7 @@ STATISTICS = Statistics(
 def spec() -> Spec:
     """Return the spec, from the description."""
     description = load("srv1")
-    hall, motion, battery = description["hall"], description["motion"], description["battery"]
+    hall, battery = description["hall"], description["battery"]
     ranges = [(name, description[name]) for name in ("infrared", "sonar")]
     return Spec(
         name=description["name"],

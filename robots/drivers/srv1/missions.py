@@ -1,0 +1,192 @@
+"""Missions: what the rover is sent to do, a step a line, parsed, written and foreseen. Pure; m, s, degrees in the text.
+
+go South
+go 4.5 4.0
+turn 90
+look around
+photograph
+read
+wait 5
+patrol 30
+say Here begins the tour.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import atan2, degrees, hypot, isfinite, pi, radians, remainder, tau
+from typing import Literal
+
+from robots.contract.errors import BadRequest, OutOfWorkspace
+from robots.drivers.srv1.hall import Hall, hall
+from robots.drivers.srv1.ways import Place, way
+
+Verb = Literal["go", "turn", "look", "photograph", "read", "wait", "patrol", "say"]
+LONGEST, MOST_STEPS, LONGEST_LINE = 4000, 60, 160  # characters, steps, characters
+LIMIT_S = 900.0  # of a whole mission
+MOST_WAIT_S, MOST_PATROL_S = 120.0, 120.0
+SCAN_TURNS = 18  # of 20 degrees (section 7.2)
+SPEED_M_S, TURN_RAD_S = 0.30, 0.8  # as the rover usually drives, slip included
+FASTEST_M_S, FASTEST_RAD_S = 0.40, 2.0
+SETTLE_S, PICTURE_S, SCAN_S = 0.5, 1.0, 25.0  # at rest after a leg; a photograph; all of a look around
+Pose = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line: of `go` the place (m), of `turn` the angle (rad, to the left), of `wait` and `patrol` seconds."""
+
+    verb: Verb
+    numbers: tuple[float, ...] = ()
+    words: str = ""
+
+    def __str__(self) -> str:
+        """Return the line."""
+        if self.verb == "look":
+            return "look around"
+        if self.verb == "go" and self.words:
+            return f"go {self.words}"
+        shown = (degrees(self.numbers[0]),) if self.verb == "turn" else self.numbers
+        return " ".join([self.verb, *(f"{round(n, 3):g}" for n in shown), *([self.words] if self.words else [])])
+
+
+@dataclass(frozen=True)
+class Leg:
+    """What a step does: the poses at its corners (m, rad), how long it lasts as usual, and how long at least (s)."""
+
+    step: int
+    poses: tuple[Pose, ...]
+    seconds: float
+    least_s: float
+
+
+def parse(text: str) -> list[Step]:
+    """Return the steps of a mission. Empty lines and lines that begin with # are left out.
+
+    Raises:
+        BadRequest: a line is no step; the sentence names the line.
+
+    """
+    if len(text) > LONGEST:
+        raise BadRequest(f"A mission has at most {LONGEST} characters.")
+    found = []
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.strip()
+        if not words or words.startswith("#"):
+            continue
+        try:
+            found.append(_step(words))
+        except ValueError as error:
+            raise BadRequest(f"Line {number}: {error}.") from None
+        if len(found) > MOST_STEPS:
+            raise BadRequest(f"A mission has at most {MOST_STEPS} steps.")
+    if not found:
+        raise BadRequest("A mission has at least one step.")
+    return found
+
+
+def _step(line: str) -> Step:
+    if len(line) > LONGEST_LINE:
+        raise ValueError(f"a step has at most {LONGEST_LINE} characters")
+    verb, _, rest = line.partition(" ")
+    rest = rest.strip()
+    if verb == "go":
+        return _go(rest)
+    if verb == "say":
+        if not rest or not rest.isprintable():
+            raise ValueError("say what? Write the words after it")
+        return Step("say", (), rest)
+    if verb == "turn":
+        return Step("turn", (radians(_number(rest, -360.0, 360.0, "an angle", "degrees")),))
+    if verb == "wait":
+        return Step("wait", (_number(rest, 0.0, MOST_WAIT_S, "a time", "s"),))
+    if verb == "patrol":
+        return Step("patrol", (_number(rest, 1.0, MOST_PATROL_S, "a time", "s"),))
+    if (verb, rest) == ("look", "around"):
+        return Step("look")
+    if verb == "photograph" and not rest:
+        return Step("photograph")
+    if verb == "read" and not rest:
+        return Step("read")
+    raise ValueError(
+        f"there is no step {line[:40]!r}; steps are go, turn, look around, photograph, read, wait, patrol and say"
+    )
+
+
+def _go(rest: str) -> Step:
+    node = next((n for n in hall().nodes if n.name.lower() == rest.lower()), None)
+    if node is not None:
+        return Step("go", node.at, node.name)
+    parts = rest.split()
+    if len(parts) != 2 or not any(c.isdigit() for c in rest):
+        names = ", ".join(n.name for n in hall().nodes)
+        raise ValueError(f"go where? Write two numbers in m, or one of {names}")
+    x = _number(parts[0], 0.0, hall().width, "the distance from the left wall", "m")
+    return Step("go", (x, _number(parts[1], 0.0, hall().depth, "the distance from the lower wall", "m")))
+
+
+def _number(text: str, low: float, high: float, what: str, unit: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not (isfinite(value) and low <= value <= high):
+        raise ValueError(f"{what} lies between {low:g} and {high:g} {unit}, not {text[:20]!r}")
+    return value
+
+
+def write(steps: Sequence[Step]) -> str:
+    """Return the text of a mission."""
+    return "\n".join(map(str, steps)) + "\n"
+
+
+def legs(steps: Sequence[Step], here: Pose, floor: Hall | None = None) -> Iterator[Leg]:
+    """Yield what each step does, from `here` (m, rad) on. Where a patrol ends is not known: the next way begins there.
+
+    Raises:
+        OutOfWorkspace: a step cannot be done; the sentence names it.
+
+    """
+    floor = hall() if floor is None else floor
+    for number, step in enumerate(steps, 1):
+        poses, seconds, least = [here], 0.0, 0.0
+        if step.verb == "go":
+            try:
+                corners = way((here[0], here[1]), (step.numbers[0], step.numbers[1]), floor)
+            except OutOfWorkspace as error:
+                raise OutOfWorkspace(f"Step {number}, {step}: {error}") from None
+            for corner in corners:
+                here, usual, fastest = _driven(here, corner)
+                poses.append(here)
+                seconds, least = seconds + usual, least + fastest
+        elif step.verb == "turn":
+            here = (*here[:2], remainder(here[2] + step.numbers[0], tau))
+            seconds, least = abs(step.numbers[0]) / TURN_RAD_S + SETTLE_S, abs(step.numbers[0]) / FASTEST_RAD_S
+            poses.append(here)
+        elif step.verb in ("wait", "patrol"):
+            seconds = least = step.numbers[0]
+        else:
+            seconds = {"photograph": PICTURE_S, "look": SCAN_S}.get(step.verb, 0.0)
+            least = tau / FASTEST_RAD_S if step.verb == "look" else 0.0
+        yield Leg(number, tuple(poses), seconds, least)
+
+
+def _driven(here: Pose, to: Place) -> tuple[Pose, float, float]:
+    """Return the pose at the end of a straight line, how long it takes as usual, and at least (s)."""
+    away, heading = hypot(to[0] - here[0], to[1] - here[1]), here[2]
+    if away > 1e-6:
+        heading = atan2(to[1] - here[1], to[0] - here[0])
+    turn = abs(remainder(heading - here[2], 2 * pi))
+    usual = away / SPEED_M_S + turn / TURN_RAD_S + SETTLE_S
+    return (to[0], to[1], heading), usual, away / FASTEST_M_S + turn / FASTEST_RAD_S
+
+
+def refuse_too_long(found: Sequence[Leg], limit_s: float = LIMIT_S) -> None:
+    """Raise BadRequest where a mission cannot end in its limit, naming the step at which that passes."""
+    passed = 0.0
+    for leg in found:
+        passed += leg.least_s
+        if passed > limit_s:
+            raise BadRequest(
+                f"Step {leg.step} cannot be done in time: even without a pause the mission would last longer than "
+                f"{limit_s / 60:g} minutes there. Leave steps out."
+            )

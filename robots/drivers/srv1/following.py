@@ -1,0 +1,55 @@
+"""How the rover follows a straight line, turns, and keeps its distance: pure rules; m, rad, s."""
+
+from math import atan2, cos, hypot, pi, remainder, sin, sqrt
+
+from robots.drivers.srv1.ways import Place
+
+Pose = tuple[float, float, float]
+Twist = tuple[float, float]  # m/s ahead, rad/s to the left
+AHEAD_M = 0.45  # the point of the line that it steers for (pure pursuit)
+REACHED_M = 0.08
+TURN_FIRST_RAD = 0.6  # a place farther aside than this is turned to before it drives
+TURN_RAD_S, SLOW_TURN_RAD_S, TURNED_RAD = 1.2, 0.3, 0.03
+NEAR_GAIN = 1.0  # 1/s: how fast it may be for each metre that is left
+
+
+def toward(pose: Pose, begin: Place, end: Place, fastest: float, infrared: float, stop: float, braking: float) -> Twist:
+    """Return the velocity along the line from `begin` to `end`.
+
+    `fastest` bounds the speed (m/s); it is less where the rover could not stop before what `infrared` (m) sees, at
+    `stop` (m) from it, with `braking` (m/s2).
+    """
+    x, y = _on_line(pose, begin, end)
+    aside = remainder(atan2(y - pose[1], x - pose[0]) - pose[2], 2 * pi)
+    if abs(aside) > TURN_FIRST_RAD:
+        return 0.0, turning(aside)
+    left = hypot(end[0] - pose[0], end[1] - pose[1])
+    room = max(0.0, infrared - stop)
+    speed = min(fastest, max(0.05, NEAR_GAIN * left), 0.7 * sqrt(2 * braking * room)) * cos(aside)
+    away = max(hypot(x - pose[0], y - pose[1]), 0.1)
+    return speed, max(-TURN_RAD_S, min(2 * speed * sin(aside) / away, TURN_RAD_S))
+
+
+def _on_line(pose: Pose, begin: Place, end: Place) -> Place:
+    """Return the point of the line that lies `AHEAD_M` before the one nearest to the rover; at most its end."""
+    dx, dy = end[0] - begin[0], end[1] - begin[1]
+    long = hypot(dx, dy)
+    if long < 1e-6:
+        return end
+    along = ((pose[0] - begin[0]) * dx + (pose[1] - begin[1]) * dy) / long
+    share = min(max(along, 0.0) + AHEAD_M, long) / long
+    return begin[0] + share * dx, begin[1] + share * dy
+
+
+def is_reached(pose: Pose, begin: Place, end: Place, passed: bool) -> bool:
+    """Tell whether a line's end is reached; `passed`: it suffices to have come past it, as at a corner."""
+    if hypot(end[0] - pose[0], end[1] - pose[1]) <= REACHED_M:
+        return True
+    dx, dy = end[0] - begin[0], end[1] - begin[1]
+    beyond = (pose[0] - end[0]) * dx + (pose[1] - end[1]) * dy >= 0.0
+    return passed and beyond and hypot(end[0] - pose[0], end[1] - pose[1]) <= 3 * REACHED_M
+
+
+def turning(left: float) -> float:
+    """Return the rate of turn with so much left to turn (rad, to the left)."""
+    return max(-TURN_RAD_S, min(max(abs(left), SLOW_TURN_RAD_S), TURN_RAD_S) * (1 if left > 0 else -1))

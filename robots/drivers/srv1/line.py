@@ -1,0 +1,272 @@
+"""The owner's end of the rover's line: one question, one answer; a hold goes at once, whatever is awaited."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from robots.clock import TIMER, Limit, Timer
+from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, why
+from robots.contract.session import Permit, Trace
+from robots.drivers.srv1 import answers, extension
+from robots.drivers.srv1.answers import Answer, Reason, Refused, Status
+from robots.drivers.srv1.framing import ANSWER, Frames
+from robots.drivers.srv1.protocol import (
+    GRAB,
+    HEADER,
+    HEADER_BYTES,
+    RESYNCHRONISE,
+    VERSION,
+    Malformed,
+    PictureHeader,
+    version_of,
+)
+from robots.drivers.tcp_stream import OpenStream, Stream, open_stream
+from robots.opening import why_not
+
+ANSWER_S = 1.0  # how long an answer may take
+PICTURE_S = 3.0
+QUIET_S = 0.1  # of silence, after which everything that was under way has come
+FLUSH_S = 0.002  # after an answer the rover throws away what comes at once
+BEGIN, END = b"\xff\xd8", b"\xff\xd9"  # of a JPEG
+MOST_NOISE = 300_000  # bytes that are thrown away while the line is put in order
+REFUSALS = {
+    Reason.HOLDING: "The rover is being held.",
+    Reason.LATE: "The command came too late over the rover's line, and was refused.",
+    Reason.BOUNDS: "The rover does not take this value.",
+    Reason.CHECKSUM: "The rules did not arrive whole.",
+    Reason.RULES: "The rover does not understand these rules.",
+}
+
+
+class NotNow(ControllerRefused):
+    """The rover refused a command that came late or during a hold; another one may be sent."""
+
+
+class RoverLine:
+    """Thread safe. `address` is host:port, a `socket://` URL, or a file that contains the address."""
+
+    def __init__(
+        self, address: str, epoch: int, trace: Trace | None = None, clock: Timer = TIMER,
+        opened: OpenStream = open_stream,
+    ) -> None:  # fmt: skip
+        self._address, self.epoch, self._trace = address, epoch, trace
+        self._clock, self._opened = clock, opened
+        self._stream: Stream | None = None
+        self._lock = clock.lock()  # one question, one answer
+        self._writing = clock.lock()  # a hold is sent even while an answer is awaited
+        self._rest = bytearray()
+        self._astray = False  # an answer may be missing or half read: the line is put in order before the next question
+        self._free_at = 0.0
+        self.version = ""
+        self.picture_s = 0.0  # how long the newest picture took
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether a connection is open."""
+        return self._stream is not None
+
+    def open(self) -> Status:
+        """Connect, put the line in order, and claim the rover. Raises LineGone, LineBusy, LineSilent."""
+        with self._lock:
+            self._close()
+            try:
+                self._stream = self._opened(*self._where(), ANSWER_S)
+            except (OSError, ValueError) as error:
+                self._close()
+                raise LineGone(f"The rover cannot be reached: {why_not(error)}") from error
+            with self._watched():
+                self._put_in_order()
+                self.version = self._asked_version()
+        answer = self.ask(extension.Claim(self.epoch))
+        if not isinstance(answer, Status):
+            raise LineSilent("The rover does not say how it is.")
+        return answer
+
+    def _where(self) -> tuple[str, int]:
+        text = self._address.removeprefix("socket://")
+        if text.startswith("/"):
+            text = Path(text).read_text().strip().removeprefix("socket://")
+        host, _, port = text.rpartition(":")
+        return host or "127.0.0.1", int(port)
+
+    def close(self) -> None:
+        """Close the connection."""
+        with self._lock:
+            self._close()
+
+    def _close(self) -> None:
+        if self._stream is not None:
+            with contextlib.suppress(OSError):
+                self._stream.close()
+        self._stream, self._astray = None, False
+        self._rest.clear()
+
+    def hold(self) -> None:
+        """Send a hold at once, in whatever is under way. That it was heard is told by the status.
+
+        Raises:
+            LineGone: it could not be sent.
+
+        """
+        with self._writing:
+            stream = self._open_line()
+            try:
+                stream.sendall(extension.HOLD)
+            except (OSError, ValueError) as error:
+                raise LineGone(f"The connection to the rover broke: {why(error)}.") from error
+        self._noted(">", extension.HOLD, "hold")
+
+    def ask(self, command: extension.Command, seconds: float = ANSWER_S, permit: Permit | None = None) -> Answer:
+        """Send a command behind `%` and return its answer. `permit` is called last. Nothing is sent twice.
+
+        Raises:
+            LineGone, LineSilent: the wire. LineBusy: another owner commands the rover.
+            ControllerRefused: the rover refuses it. And whatever `permit` raises.
+
+        """
+        with self._lock:
+            self._open_line()
+            with self._watched():
+                self._ready()
+                self._send(extension.encode(command), permit, type(command).__name__.lower())
+                answer = self._answer_to(command.letter, Limit(self._clock, seconds))
+        if isinstance(answer, Refused):
+            if answer.reason is Reason.EPOCH:
+                raise LineBusy("The rover is used by another client.")
+            refused = NotNow if answer.reason in (Reason.LATE, Reason.HOLDING) else ControllerRefused
+            raise refused(REFUSALS[answer.reason])
+        return answer
+
+    def status(self) -> Status:
+        """Ask for the status. Raises as `ask`."""
+        answer = self.ask(extension.Ask())
+        assert isinstance(answer, Status)
+        return answer
+
+    def picture(self, seconds: float = PICTURE_S) -> bytes | None:
+        """Ask for a picture until one comes, at most so many seconds; None where the camera is busy.
+
+        Raises LineGone, LineSilent.
+        """
+        limit = Limit(self._clock, seconds)
+        with self._lock:
+            self._open_line()
+            begun = self._clock.monotonic()
+            with self._watched():
+                self._ready()
+                self._send(GRAB, None, "picture")
+                try:
+                    taken = self._taken(limit)
+                except TimeoutError:
+                    self._astray = True
+                    return None
+            self.picture_s = self._clock.monotonic() - begun
+        return taken
+
+    def _taken(self, limit: Limit) -> bytes:
+        """Return a JPEG whose header has still to come. Raises TimeoutError, OSError."""
+        while (at := self._rest.find(HEADER)) < 0 or len(self._rest) < at + HEADER_BYTES:
+            self._more(limit)
+        header = PictureHeader.decode(bytes(self._rest[at : at + HEADER_BYTES]))
+        del self._rest[: at + HEADER_BYTES]
+        while len(self._rest) < header.length:
+            self._more(limit)
+        data = bytes(self._rest[: header.length])
+        del self._rest[: header.length]
+        if not (data.startswith(BEGIN) and data.endswith(END)):  # a byte was lost, or the length is a lie
+            raise TimeoutError
+        self._answered(b"", f"picture of {header.length} bytes")
+        return data
+
+    def _answer_to(self, letter: str, limit: Limit) -> Answer:
+        """Return the answer to that letter; others belong to holds, or to nobody. Raises TimeoutError, OSError."""
+        frames = Frames(ANSWER)
+        while True:
+            for frame in frames.feed(bytes(self._rest)):
+                if frame.letter == letter:
+                    answer = answers.decode(frame)
+                    self._answered(frame.encode(ANSWER), type(answer).__name__.lower())
+                    self._rest.clear()
+                    return answer
+            self._rest.clear()
+            self._more(limit)
+
+    def _answered(self, data: bytes, words: str) -> None:
+        self._free_at = self._clock.monotonic() + FLUSH_S
+        self._noted("<", data, words)
+
+    def _ready(self) -> None:
+        """Wait until the rover reads again; put the line in order where an answer is missing."""
+        if self._astray:
+            self._put_in_order()
+        left = self._free_at - self._clock.monotonic()
+        if left > 0:
+            self._clock.sleep(left)
+
+    def _put_in_order(self) -> None:
+        """End a command that may have been cut off, and throw away everything that still comes.
+
+        Raises TimeoutError where that does not end.
+        """
+        with self._writing:
+            self._open_line().sendall(RESYNCHRONISE)
+        limit, thrown = Limit(self._clock, ANSWER_S), 0
+        with contextlib.suppress(TimeoutError):
+            while thrown < MOST_NOISE and not limit.over:
+                thrown += self._more(Limit(self._clock, QUIET_S))
+            raise ConnectionResetError("what the rover says has no end")
+        self._rest.clear()
+        self._astray = False
+
+    def _asked_version(self) -> str:
+        """Return what the firmware calls itself. Raises TimeoutError, OSError."""
+        self._send(VERSION, None, "version")
+        limit = Limit(self._clock, ANSWER_S)
+        while (end := self._rest.find(b"\n", self._rest.find(b"Version"))) < 0 or b"Version" not in self._rest:
+            self._more(limit)
+        line = bytes(self._rest[max(0, self._rest.find(b"##")) : end])
+        self._rest.clear()
+        self._answered(line, line.decode("latin-1"))
+        return version_of(line)
+
+    def _more(self, limit: Limit) -> int:
+        """Wait for more bytes; return how many came. Raises TimeoutError, OSError."""
+        left = limit.left
+        if left <= 0:
+            raise TimeoutError
+        data = self._open_line().receive(65_536, left)
+        if not data:
+            raise ConnectionResetError("the rover closed the line")
+        self._rest += data
+        if len(self._rest) > MOST_NOISE:
+            raise ConnectionResetError("what the rover says has no end")
+        return len(data)
+
+    def _send(self, data: bytes, permit: Permit | None, words: str) -> None:
+        with self._writing:
+            if permit is not None:
+                permit()  # last before actuation
+            self._open_line().sendall(data)
+        self._noted(">", data, words)
+
+    def _open_line(self) -> Stream:
+        if self._stream is None:
+            raise LineGone("The rover is not connected.")
+        return self._stream
+
+    @contextlib.contextmanager
+    def _watched(self) -> Iterator[None]:
+        """Translate errors on the wire; after silence the line is put in order, after all others it is closed."""
+        try:
+            yield
+        except (TimeoutError, Malformed) as error:
+            self._astray = True
+            self._rest.clear()
+            raise LineSilent("The rover does not answer.") from error
+        except (OSError, ValueError) as error:  # the latter: another thread has closed the connection
+            self._close()
+            raise LineGone(f"The connection to the rover broke: {why(error)}.") from error
+
+    def _noted(self, way: str, data: bytes, words: str) -> None:
+        if self._trace is not None:
+            self._trace(way, data, words)

@@ -1,0 +1,102 @@
+"""The wheels: every velocity passes here, after a permit, and a hold ends it for good."""
+
+import contextlib
+from collections.abc import Callable
+
+from robots.clock import TIMER, Timer
+from robots.contract.errors import ControllerRestarted, HardwareFault
+from robots.contract.session import Permit, RobotState
+from robots.drivers.permits import until_held
+from robots.drivers.srv1 import extension
+from robots.drivers.srv1.answers import Status
+from robots.drivers.srv1.line import NotNow, RoverLine
+from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.whereabouts import Whereabouts
+
+STEP_S = 0.1
+WORDS = {"rest": Mode.RESTING, "hand": Mode.HAND, "patrol": Mode.PATROL}
+
+
+class Wheels:
+    """Sends velocities for one command at a time, and makes states. `keep` gets each new state."""
+
+    def __init__(self, line: RoverLine, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER) -> None:
+        self.line, self._keep, self.clock = line, keep, clock
+        self.where = Whereabouts()
+        self.mode = Mode.RESTING
+        self._boot: int | None = None
+        self.holds = 0  # of other threads
+
+    def connect(self) -> RobotState:
+        """Open the line and ask the rover. Raises LineGone, LineSilent, LineBusy."""
+        status = self.line.open()
+        self._boot = status.boot
+        return self.take(status)
+
+    def ask(self) -> Status:
+        """Ask the rover, and keep its state. Raises LineGone, LineSilent, ControllerRestarted."""
+        status = self.line.status()
+        self.take(status)
+        if status.boot != self._boot or status.epoch != self.line.epoch:
+            raise ControllerRestarted("The rover was started again and does not know its owner; connect again.")
+        return status
+
+    def take(self, status: Status) -> RobotState:
+        """Keep what a status says, as a state."""
+        self.where.take(status)
+        said = WORDS[status.mode]
+        restarted = status.boot != self._boot
+        return self._keep(
+            RobotState(
+                self.clock.monotonic(), (), (status.x, status.y, status.heading), status.moving, not restarted,
+                "The rover was started again." if restarted else "",
+                mode=self.mode if self.mode is not Mode.RESTING else said,
+                twist=(status.linear, 0.0, status.angular),
+                values={
+                    "infrared": status.infrared, "sonar": status.sonar, "spread": self.where.spread,
+                    "driven": self.where.driven, "battery": status.volts, "temperature": status.temperature,
+                    "humidity": 100 * status.humidity, "light": 100 * status.light,
+                    "presence": float(status.presence),
+                },
+            )
+        )  # fmt: skip
+
+    def during(self, permit: Permit, mode: Mode, act: Callable[[Permit], None]) -> None:
+        """Run a motion with its permit; at its end the rover is held, whatever ended it."""
+        free = until_held(permit, lambda: self.holds)
+        self.mode = mode
+        try:
+            act(free)
+        finally:
+            self.mode = Mode.RESTING
+            if self.line.is_open:
+                self.line.hold()
+
+    def drive(self, linear: float, angular: float, status: Status, permit: Permit) -> None:
+        """Send a velocity (m/s, rad/s) that answers to this status; one that comes too late does nothing.
+
+        Raises what else `RoverLine.ask` raises.
+        """
+        with contextlib.suppress(NotNow):
+            self.line.ask(extension.Velocity(self.line.epoch, linear, angular, status.uptime_ms), permit=permit)
+
+    def patrol(self, permit: Permit) -> None:
+        """Let the rover drive by its rules for the next moment. Raises what `RoverLine.ask` raises."""
+        with contextlib.suppress(NotNow):
+            self.line.ask(extension.Patrol(self.line.epoch), permit=permit)
+
+    def pause(self) -> None:
+        """Wait for the next moment."""
+        self.clock.sleep(STEP_S)
+
+    def rest(self, seconds: float) -> RobotState:
+        """Ask until the rover rests. Raises HardwareFault where it does not in so many seconds."""
+        until = self.clock.monotonic() + seconds
+        while True:
+            state = self.take(self.line.status())
+            if not state.moving:
+                return state
+            if self.clock.monotonic() > until:
+                raise HardwareFault("The rover did not come to rest after a hold.")
+            self.line.hold()  # the one before may have been lost on the way
+            self.clock.sleep(STEP_S / 2)

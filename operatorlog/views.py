@@ -13,6 +13,7 @@ from operatorlog.models import Entry, SurveyQuestion, SurveyResponse, Visibility
 from operatorlog.services import may_see_hidden
 from queueing.models import Turn
 from robots.clock import SYSTEM
+from robots.findings import findings_of
 from robots.people import is_person
 from robots.plain import whole
 
@@ -82,7 +83,7 @@ def _show(request: HttpRequest, turn: Turn, problem: str = "", status: int = 200
         "chosen": whole(request.POST.get("frame", "")) if problem and "frame" in request.POST else chosen,
         "text": typed or (entry.text if entry and editing else ""), "lost": "" if writing else typed,
         "survey": _survey(request, turn) if mine and ended else [],
-        "commands": turn.grant.commands.order_by("id"),
+        "commands": turn.grant.commands.order_by("id"), "findings": findings_of([turn.grant_id]),
     }  # fmt: skip
     return render(request, "operatorlog/turn.html", context, status=status)
 

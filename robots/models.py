@@ -313,6 +313,29 @@ class Frame(models.Model):
         return f"{settings.MEDIA_URL}{self.file}"
 
 
+class Finding(models.Model):
+    """What a long command has found on its way: words, values, where the robot was, perhaps a picture."""
+
+    command = models.ForeignKey(Command, models.CASCADE, related_name="findings")
+    number = models.PositiveSmallIntegerField()  # counted from 1
+    at = models.DateTimeField()
+    text = models.CharField(max_length=200)
+    values = models.JSONField(default=dict)  # of channels, by name
+    pose = models.JSONField(default=list)
+    frame = models.ForeignKey(Frame, models.SET_NULL, null=True, blank=True, related_name="findings")
+
+    class Meta:
+        ordering = ("command", "number")
+        constraints = [models.UniqueConstraint(fields=["command", "number"], name="one_row_a_finding")]
+
+    def __str__(self) -> str:
+        return self.text
+
+    def readings(self) -> tuple[tuple[str, float, str], ...]:
+        """Return name, value and unit of what was measured."""
+        return self.command.robot.readings({"values": self.values}) if self.values else ()
+
+
 class Program(models.Model):
     """A list of steps in the robot's own language, checked and run as a whole."""
 

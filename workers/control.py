@@ -7,6 +7,7 @@ from robots.states import Cycle
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures
 from workers.commands.claim import Commands
+from workers.commands.findings import Findings
 from workers.connection import Connection
 from workers.handover import Handover
 from workers.owned import OwnedRobot
@@ -23,11 +24,11 @@ class Control:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, motion: Commands, beside: Commands,
-        connection: Connection, regain: Regain, handover: Handover, pictures: Pictures,
+        connection: Connection, regain: Regain, handover: Handover, pictures: Pictures, findings: Findings,
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._motion, self._beside = owned, lease, motion, beside
         self._connection, self._regain, self._handover, self._pictures = connection, regain, handover, pictures
-        self._looked = 0.0
+        self._findings, self._looked = findings, 0.0
 
     def loop(self) -> None:
         """Run until the owner ends."""
@@ -43,6 +44,7 @@ class Control:
                 if lane.beat - swept < SWEEP_S:
                     continue
             swept = lane.beat
+            self._findings.register()
             if owned.refresh():
                 with lane.taking(AWAY_S), self._beside.lane.paused(PAUSE_S):
                     owned.driver.close()

@@ -23,6 +23,7 @@ from robots.models import Robot
 from workers.cameras.live import send_live
 from workers.cameras.pictures import Pictures
 from workers.commands.claim import Commands, abandon
+from workers.commands.findings import Findings
 from workers.commands.run import Runner
 from workers.connection import Connection
 from workers.control import Control
@@ -108,13 +109,18 @@ class Owner:
     def _wire_commands(self) -> None:
         owned, lease, pictures, connection = self.owned, self.lease, self.pictures, self.connection
         note = self.stopping.note
-        self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, connection.faulted, note)
-        runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted, note)
+        findings = self.findings = Findings(owned, pictures, Path(settings.VAR) / "findings" / owned.robot.slug)
+        self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, findings, connection.faulted, note)
+        runner_beside = Runner(
+            owned, lease, self.beside, self.deadman, pictures, findings, connection.config_faulted, note
+        )
         self.motion = Commands(owned, lease, self.lane, self.runner.run)
         self.config = Commands(owned, lease, self.beside, runner_beside.run)
         restoring = Restoring(owned, lease, self.latch, connection, self.motion, self.config)
         handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, restoring)
-        self.control = Control(owned, lease, self.motion, self.config, connection, self.regain, handover, pictures)
+        self.control = Control(
+            owned, lease, self.motion, self.config, connection, self.regain, handover, pictures, findings
+        )
 
     @property
     def lanes(self) -> tuple[Lane, ...]:

@@ -29,6 +29,7 @@ from queueing.jobs.telling import mark_seen, may_answer
 from queueing.models import OPEN_JOB, Job, JobState
 from robots.clock import SYSTEM
 from robots.contract.errors import RobotError
+from robots.findings import findings_of
 from robots.models import Command, Frame, Robot
 from robots.once import FIELD_OF_JOBS, once, press_of, token_of
 from robots.plain import storable
@@ -179,6 +180,7 @@ def _show(request: HttpRequest, job: Job, asker: Asker, problem: str = "", statu
         "grants": grants,
         "runs": [(number, stages(command)) for number, command in enumerate(commands, 1)],
         "frames": Frame.objects.filter(grant__in=grants).select_related("robot").order_by("id")[:SHOWN],
+        "findings": findings_of(grants),
         "survey": survey_form(request, SurveyQuestion.After.JOB) if may_answer(job, asker) else [],
         "problem": problem,
     }  # fmt: skip

@@ -20,7 +20,19 @@ class Progress:
     share: float | None = None
 
 
-OnStage = Callable[[str | Progress], None]
+@dataclass(frozen=True)
+class Noted:
+    """What a long command has found on its way: words, values in the units of the spec's channels, by name.
+
+    With `photograph` a picture of the first camera is kept beside them, taken now; telling it waits for that.
+    """
+
+    text: str
+    values: Mapping[str, float] = field(default_factory=dict)
+    photograph: bool = False
+
+
+OnStage = Callable[[str | Progress | Noted], None]
 OnPacket = Callable[[str, bytes, bool], bool]
 
 

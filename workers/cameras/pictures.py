@@ -2,6 +2,8 @@
 
 import logging
 import threading
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +36,17 @@ log = logging.getLogger(__name__)
 def grey(picture: Picture) -> Picture:
     """Return the picture without its colours."""
     return picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+@dataclass(frozen=True)
+class Taken:
+    """A picture of the robot at rest, as pixels and as a JPEG; its number, its time, and the verdict about its rest."""
+
+    picture: Picture
+    data: bytes
+    number: int
+    at: datetime
+    verdict: Verdict
 
 
 class Pictures:
@@ -95,41 +108,57 @@ class Pictures:
         """
         self._wanted.set()
         try:
-            with self.cameras[0].lock:
-                verdict = self.settle()
-                picture = self.grab(self._stills.exposure_s if self._stills else None)
-                number = self.cameras[0].next()
-            shown = self._corrected(picture)
-            data = jpeg(shown)
-            at = self._clock.now()
-            frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
+            taken = self._take()
+            fields = self._stored(taken, state)
+            frame = Frame.objects.create(robot=self._robot, grant=grant, command=command, **fields) if fields else None
             self.still_id = frame.pk if frame else 0
-            self._steps[0].still(Shot(shown, number, self.still_id, ms_of(at)), data, state.joints)
+            shot = Shot(taken.picture, taken.number, self.still_id, ms_of(taken.at))
+            self._steps[0].still(shot, taken.data, state.joints)
         finally:
             self._wanted.clear()
         bus.publish(self._robot.slug, Changed("frame"))
-        return frame, verdict
+        return frame, taken.verdict
 
-    def _keep(
-        self, data: bytes, shape: tuple[int, ...], at: Any, state: RobotState,
-        grant: Grant | None, command: Command | None, verdict: Verdict,
-    ) -> Frame | None:  # fmt: skip
+    def photograph(self, state: RobotState) -> dict[str, Any] | None:
+        """Take a stable picture, write its file, and return the fields of its row; None if the disk is full.
+
+        Asks no database. Raises CameraFault, also where the robot has no camera.
+        """
+        if not self.cameras:
+            raise CameraFault("The robot has no camera.")
+        self._wanted.set()
+        try:
+            return self._stored(self._take(), state)
+        finally:
+            self._wanted.clear()
+
+    def _take(self) -> Taken:
+        """Take a picture of the robot at rest with the first camera. Raises CameraFault."""
+        with self.cameras[0].lock:
+            verdict = self.settle()
+            picture = self.grab(self._stills.exposure_s if self._stills else None)
+            number = self.cameras[0].next()
+        shown = self._corrected(picture)
+        return Taken(shown, jpeg(shown), number, self._clock.now(), verdict)
+
+    def _stored(self, taken: Taken, state: RobotState) -> dict[str, Any] | None:
+        """Write the file and return the fields of its row; None where that failed."""
+        at, shape, verdict = taken.at, taken.picture.shape, taken.verdict
         name = f"frames/{self._robot.slug}/{at:%Y%m%d}/{at:%H%M%S}{at.microsecond // 1000:03d}-{frame_name()}.jpg"
         path = Path(settings.MEDIA_ROOT) / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             with replaced(path) as out:
-                out.write(data)
+                out.write(taken.data)
         except OSError as error:
             log.error("a picture could not be stored: %s", error)
             return None
-        return Frame.objects.create(
-            robot=self._robot, grant=grant, command=command, taken_at=at, file=name,
-            height=shape[0], width=shape[1], pose=whole(state.pose), joints=whole(state.joints),
-            values=finite(state.values),
-            calibration=self._robot.calibration, stable=verdict.stable, verdict=verdict.reason,
-            difference=round(verdict.difference, 3), tries=verdict.tries,
-        )  # fmt: skip
+        return {
+            "taken_at": at, "file": name, "height": shape[0], "width": shape[1], "pose": whole(state.pose),
+            "joints": whole(state.joints), "values": finite(state.values), "calibration": self._robot.calibration,
+            "stable": verdict.stable, "verdict": verdict.reason, "difference": round(verdict.difference, 3),
+            "tries": verdict.tries,
+        }  # fmt: skip
 
     def live_once(self, state: RobotState | None, camera: int = 0) -> bool:
         """Send one live picture of a camera if somebody wants one now. Return False if nobody will soon."""

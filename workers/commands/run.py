@@ -20,7 +20,7 @@ from robots.contract.errors import (
     TooLate,
 )
 from robots.contract.procedures import CALIBRATE, RESET, procedure
-from robots.contract.session import Permit, Progress
+from robots.contract.session import Noted, Permit, Progress
 from robots.contract.spec import CommandKind
 from robots.grants import has_own_grant
 from robots.models import Command
@@ -29,6 +29,7 @@ from workers.calibrate import calibrate_and_keep
 from workers.cameras.look import look
 from workers.cameras.pictures import Pictures
 from workers.commands import finish
+from workers.commands.findings import Findings
 from workers.commands.motion import held_motion, replaceable
 from workers.commands.progress import ProgressReporter
 from workers.commands.readings import Readings
@@ -56,13 +57,14 @@ class Runner:
 
     def __init__(
         self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, deadman: DeadManTimer,
-        pictures: Pictures, on_fault: Callable[[HardwareFault, Command], None], note_stop: Callable[[], None],
+        pictures: Pictures, findings: Findings, on_fault: Callable[[HardwareFault, Command], None],
+        note_stop: Callable[[], None],
     ) -> None:  # fmt: skip
         self._owned, self._lease, self._lane = owned, lease, lane
         self._deadman, self._pictures, self._on_fault, self._note_stop = deadman, pictures, on_fault, note_stop
         self._permit: Permit = lane.gate.check  # of the command that runs
         self._moves, self._progress = lane.name == MOTION, ProgressReporter(owned)
-        self._readings = Readings(owned)
+        self._readings, self._findings = Readings(owned), findings
         self._said = 0  # the last command that was sent to the robot, whatever the database says
 
     def run(self, command: Command) -> None:
@@ -152,10 +154,13 @@ class Runner:
         """Return whether the lease ran out after the command was claimed."""
         return not self._lease.valid or self._lease.epoch != command.epoch
 
-    def _stage(self, command: Command, stage: str | Progress) -> None:
+    def _stage(self, command: Command, stage: str | Progress | Noted) -> None:
         """Store a stage; if the database is away, a motion that has begun goes on."""
         if isinstance(stage, Progress):
             self._progress.report(command, stage)
+            return
+        if isinstance(stage, Noted):
+            self._findings.note(command, stage)
             return
         self._said = command.pk
         if stage == "acknowledged":
@@ -195,7 +200,7 @@ class Runner:
         if spec.moves:
             self._pictures.still_id = 0
 
-        def on_stage(stage: str | Progress) -> None:
+        def on_stage(stage: str | Progress | Noted) -> None:
             self._stage(command, stage)
 
         why = ""

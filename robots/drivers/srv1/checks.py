@@ -3,13 +3,23 @@
 from robots.contract.find import spec_of
 from robots.contract.session import JSON, RobotState
 from robots.contract.values import known, number, within
+from robots.drivers.srv1.hall import hall
+from robots.drivers.srv1.missions import Pose, legs, parse, refuse_too_long
 from robots.drivers.srv1.ways import way
 
 
 def check(kind: str, args: JSON, settings: JSON, state: RobotState | None) -> None:
     """Raise BadRequest or OutOfWorkspace where a command cannot be carried out from where the rover is."""
     within(known(spec_of("srv1"), kind, args), args)
+    here = pose_of(state)
     if kind == "go":
-        place = number(args, "x"), number(args, "y")
-        here = state.pose[:2] if state is not None and len(state.pose) == 3 else place
-        way((here[0], here[1]), place)
+        way((here[0], here[1]), (number(args, "x"), number(args, "y")))
+    elif kind == "mission":
+        refuse_too_long(list(legs(parse(str(args["text"])), here)))
+
+
+def pose_of(state: RobotState | None) -> Pose:
+    """Return where the rover is (m, m, rad); at home where that is not known."""
+    if state is None or len(state.pose) != 3:
+        return hall().home
+    return state.pose[0], state.pose[1], state.pose[2]

@@ -3,11 +3,12 @@
 from math import pi
 from typing import Any
 
-from robots.contract.capabilities import Check, Idle, Reset, Share, Statistics, Times, Total
+from robots.contract.capabilities import Check, Idle, Programs, Reset, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
 from robots.description import load
+from robots.drivers.srv1.missions import LIMIT_S, LONGEST
 from robots.drivers.srv1.modes import Mode
 
 SLICE_S = 60.0
@@ -50,6 +51,7 @@ def spec() -> Spec:
         scales=_scales(hall),
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
+            Programs("mission", "mission"),
         ),
         commands=(
             CommandKind(
@@ -69,6 +71,10 @@ def spec() -> Spec:
             CommandKind(
                 "patrol", "Patrol", limit_s=SLICE_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
                 policies=Policies(on_link_lost=_permitted(description)),
+            ),
+            CommandKind(
+                "mission", "Mission", (Argument("text", "", 1, LONGEST, text=True, label="steps, one a line"),),
+                limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False,
             ),
         ),
     )  # fmt: skip

@@ -26,6 +26,7 @@ class Wheels:
         self.mode = Mode.RESTING
         self._boot: int | None = None
         self.holds = 0  # of other threads
+        self.newest = RobotState(0.0, (), (), False, False)
 
     def connect(self) -> RobotState:
         """Open the line and ask the rover. Raises LineGone, LineSilent, LineBusy."""
@@ -46,7 +47,7 @@ class Wheels:
         self.where.take(status)
         said = WORDS[status.mode]
         restarted = status.boot != self._boot
-        return self._keep(
+        self.newest = self._keep(
             RobotState(
                 self.clock.monotonic(), (), (status.x, status.y, status.heading), status.moving, not restarted,
                 "The rover was started again." if restarted else "",
@@ -60,6 +61,7 @@ class Wheels:
                 },
             )
         )  # fmt: skip
+        return self.newest
 
     def during(self, permit: Permit, mode: Mode, act: Callable[[Permit], None]) -> None:
         """Run a motion with its permit; at its end the rover is held, whatever ended it."""

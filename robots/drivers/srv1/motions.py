@@ -1,0 +1,147 @@
+"""What the rover does from rest to rest: by hand, to a place, in place, on patrol. Each ends with a hold."""
+
+from collections.abc import Callable
+from math import remainder, tau
+
+from robots.contract.errors import ControlsReleased, GaveUp
+from robots.contract.session import Permit
+from robots.description import load
+from robots.drivers.srv1.answers import Status
+from robots.drivers.srv1.following import TURNED_RAD, Pose, is_reached, toward, turning
+from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.ways import Place, length, way
+from robots.drivers.srv1.wheels import Wheels
+
+BLOCKED_S = 10.0  # something stands in its way for so long: it gives up
+MARGIN_M = 0.03  # before the reflex, where it counts as blocked
+NEVER_BEGAN = "The rover did not move: what it was told came too late over its line."
+IN_THE_WAY = f"Something stands in the rover's way. It waited {BLOCKED_S:.0f} s."
+Began = Callable[[], None]  # called when the rover has understood; only its first call counts
+Left = Callable[[float, float], None]  # called with the metres that are left of a way, and the share that is done
+
+
+class Motions:
+    """The motions of one rover, one at a time. Each raises what `permit` and the wheels raise."""
+
+    def __init__(self, wheels: Wheels) -> None:
+        described = load("srv1")
+        self.wheels, self._motion = wheels, described["motion"]
+        self._stop = float(described["infrared"]["stop"])
+        self._clock = wheels.clock
+
+    def drive(self, forward: float, turn: float, permit: Permit, began: Began) -> None:
+        """Drive with these shares (-1 to 1) of the greatest velocities until `permit` ends it.
+
+        Raises GaveUp if the rover never began.
+        """
+        linear = forward * float(self._motion["most_speed"])
+        angular = turn * float(self._motion["turn"]) / 2
+        before, sent = self.wheels.ask(), False
+
+        def act(free: Permit) -> None:
+            nonlocal sent
+            while True:
+                self.wheels.drive(linear, angular, self.wheels.ask(), free)
+                sent = True
+                began()
+                self.wheels.pause()
+
+        try:
+            self.wheels.during(permit, Mode.HAND, act)
+        except ControlsReleased:
+            if sent and (linear or angular) and self.wheels.ask().motion == before.motion:
+                raise GaveUp(NEVER_BEGAN) from None
+            raise
+
+    def go(self, goal: Place, permit: Permit, began: Began, left: Left) -> float:
+        """Go to a place over the nodes of the map; return how long the way is (m).
+
+        Raises OutOfWorkspace; GaveUp where something stands in the way.
+        """
+        status = self.wheels.ask()
+        begin: Place = (status.x, status.y)
+        corners = way(begin, goal)
+        whole = length(begin, corners)
+
+        def act(free: Permit) -> None:
+            start = begin
+            for number, corner in enumerate(corners):
+                self._along(start, corner, number < len(corners) - 1, free, began, corners[number:], whole, left)
+                start = corner
+            began()
+
+        self.wheels.during(permit, Mode.GOING, act)
+        return whole
+
+    def _along(
+        self, begin: Place, end: Place, passes: bool, permit: Permit, began: Began, corners: list[Place],
+        whole: float, left: Left,
+    ) -> None:  # fmt: skip
+        """Drive along one line of a way."""
+        fastest, braking = float(self._motion["most_speed"]), float(self._motion["braking"])
+        while True:
+            status = self._unblocked(permit)
+            pose = _pose(status)
+            if is_reached(pose, begin, end, passes):
+                return
+            v, w = toward(pose, begin, end, fastest, status.infrared, self._stop, braking)
+            self.wheels.drive(v, w, status, permit)
+            began()
+            metres = length((pose[0], pose[1]), corners)
+            left(metres, min(max(1.0 - metres / max(whole, 0.1), 0.0), 1.0))
+            self.wheels.pause()
+
+    def _unblocked(self, permit: Permit) -> Status:
+        """Return the newest status once the way ahead is free. Raises GaveUp after a while."""
+        since = self._clock.monotonic()
+        while (status := self.wheels.ask()).infrared <= self._stop + MARGIN_M:
+            self.wheels.mode = Mode.WAITING
+            permit()
+            if self._clock.monotonic() - since > BLOCKED_S:
+                raise GaveUp(IN_THE_WAY)
+            self.wheels.pause()
+        self.wheels.mode = Mode.GOING
+        return status
+
+    def turn(self, angle: float, permit: Permit, began: Began) -> None:
+        """Turn in place by so much (rad, to the left), by the odometry."""
+        last, todo = self.wheels.ask(), angle
+
+        def act(free: Permit) -> None:
+            nonlocal last, todo
+            while abs(todo) > TURNED_RAD:
+                self.wheels.drive(0.0, turning(todo), last, free)
+                began()
+                self.wheels.pause()
+                status = self.wheels.ask()
+                todo -= remainder(status.heading - last.heading, tau)
+                last = status
+            began()
+
+        self.wheels.during(permit, Mode.TURNING, act)
+
+    def patrol(self, seconds: float, permit: Permit, began: Began) -> float:
+        """Let the rover drive by its rules for so long (s); return how far it came (m)."""
+        until, before = self._clock.monotonic() + seconds, self.wheels.where.driven
+
+        def act(free: Permit) -> None:
+            while self._clock.monotonic() < until:
+                self.wheels.patrol(free)
+                began()
+                self.wheels.pause()
+                self.wheels.ask()
+
+        self.wheels.during(permit, Mode.PATROL, act)
+        return self.wheels.where.driven - before
+
+    def wait(self, seconds: float, permit: Permit) -> None:
+        """Stay where it is, for as long as `permit` allows it."""
+        until = self._clock.monotonic() + seconds
+        while self._clock.monotonic() < until:
+            permit()
+            self.wheels.ask()
+            self.wheels.pause()
+
+
+def _pose(status: Status) -> Pose:
+    return status.x, status.y, status.heading

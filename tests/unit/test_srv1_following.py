@@ -1,0 +1,88 @@
+"""How the rover follows a line and knows its place: it arrives, it could always stop, and it is not surer than it is."""
+
+from dataclasses import replace
+from math import cos, hypot, pi, remainder, sin, tau
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robots.description import load
+from robots.drivers.srv1.answers import Status
+from robots.drivers.srv1.following import REACHED_M, TURN_RAD_S, is_reached, toward, turning
+from robots.drivers.srv1.whereabouts import MOST_M, Whereabouts
+
+STEP_S, FAR_M, STOP_M, BRAKING = 0.1, 0.80, 0.15, 1.6
+AT = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
+REST = Status(
+    boot=1, epoch=1, motion=0, moving=False, holding=False, end="none", mode="rest", x=1.0, y=1.0, heading=0.0,
+    linear=0.0, angular=0.0, infrared=0.8, sonar=5.0, volts=8.0, temperature=20.0, humidity=0.5, light=0.5,
+    presence=False, rules=0, permit_ms=0, journal=0, uptime_ms=1000,
+)  # fmt: skip
+
+
+@given(AT, AT, st.floats(-pi, pi), st.floats(0.0, 0.4))
+def test_it_arrives_wherever_it_begins(begin, end, heading, lost):
+    """Also where the wheels turn less than they are told, as four wheels that slip."""
+    pose = (*begin, heading)
+    seconds = (hypot(end[0] - begin[0], end[1] - begin[1]) / 0.05 + 20) / STEP_S
+    for _ in range(int(seconds)):
+        if is_reached(pose, begin, end, passed=False):
+            return
+        v, w = toward(pose, begin, end, 0.4, FAR_M, STOP_M, BRAKING)
+        assert 0.0 <= v <= 0.4
+        assert abs(w) <= TURN_RAD_S
+        turn = (1 - lost) * w * STEP_S
+        middle = pose[2] + turn / 2
+        pose = (pose[0] + v * STEP_S * cos(middle), pose[1] + v * STEP_S * sin(middle), remainder(pose[2] + turn, tau))
+    raise AssertionError(f"it is at {pose}, not within {REACHED_M} m of {end}")
+
+
+@given(AT, st.floats(-pi, pi), st.floats(0.0, FAR_M))
+def test_it_could_always_stop_before_what_infrared_sees(end, heading, infrared):
+    """With a tenth of a second until the next look, and the description's braking."""
+    v, _ = toward((0.0, 0.0, heading), (0.0, 0.0), end, 0.4, infrared, STOP_M, BRAKING)
+    assert v * STEP_S + v * v / (2 * BRAKING) <= max(0.0, infrared - STOP_M) + 0.005 or v == 0.0
+
+
+@given(st.floats(-pi, pi).filter(lambda left: left != 0))
+def test_it_turns_the_way_that_is_left(left):
+    """Never slower than the wheels need to come round, never faster than they may."""
+    rate = turning(left)
+    assert rate * left > 0
+    assert 0.3 <= abs(rate) <= TURN_RAD_S
+
+
+def test_the_numbers_of_the_description_are_the_ones_that_were_judged():
+    """The reflex, the range and the braking that this file takes for granted."""
+    described = load("srv1")
+    assert (described["infrared"]["far"], described["infrared"]["stop"]) == (FAR_M, STOP_M)
+    assert described["motion"]["braking"] == BRAKING
+
+
+@given(st.lists(st.tuples(st.floats(0, 0.05), st.floats(-0.2, 0.2)), min_size=1, max_size=60))
+def test_it_gets_less_sure_with_each_metre_and_each_turn(steps):
+    """The spread never shrinks by itself; the way is summed up; a new start begins at home."""
+    where, status, way = Whereabouts(), REST, 0.0
+    where.take(status)
+    before = where.spread
+    for ahead, turn in steps:
+        heading = remainder(status.heading + turn, tau)
+        status = replace(
+            status, x=status.x + ahead * cos(heading), y=status.y + ahead * sin(heading), heading=heading, motion=1
+        )
+        where.take(status)
+        way += ahead
+        assert before <= where.spread <= MOST_M
+        before = where.spread
+    assert abs(where.driven - way) < 1e-6
+    where.take(replace(REST, boot=2))
+    assert where.spread < 0.1
+
+
+def test_an_owner_that_did_not_see_the_rover_drive_is_not_sure():
+    """It has driven under another owner: half a metre; odometry that jumps is no way."""
+    where = Whereabouts()
+    where.take(replace(REST, motion=7))
+    assert where.spread >= 0.5
+    where.take(replace(REST, motion=7, x=9.0))
+    assert where.driven == 0.0

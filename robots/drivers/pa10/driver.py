@@ -18,7 +18,7 @@ from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
 from robots.drivers.pa10.spec import PLACE
 from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
-from robots.drivers.tcp_stream import open_stream
+from robots.drivers.stream import open_stream
 from robots.drivers.waiting import until_at_rest
 from robots.motion.chain import Joints
 from robots.motion.described import chain, posture

@@ -11,7 +11,7 @@ from robots.drivers.srv1.motions import Motions
 from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.touring import tour
 from robots.drivers.srv1.wheels import Wheels
-from robots.drivers.tcp_stream import open_stream
+from robots.drivers.stream import open_stream
 
 REST_S = 2.0  # within which it rests after a hold
 EARLY_S = 3.0  # a patrol ends by itself so long before its grant

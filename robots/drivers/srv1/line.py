@@ -20,7 +20,7 @@ from robots.drivers.srv1.protocol import (
     PictureHeader,
     version_of,
 )
-from robots.drivers.tcp_stream import OpenStream, Stream, open_stream
+from robots.drivers.stream import OpenStream, Stream, open_stream
 from robots.opening import why_not
 
 ANSWER_S = 1.0  # how long an answer may take

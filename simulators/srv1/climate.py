@@ -9,10 +9,10 @@ import numpy as np
 
 from robots.drivers.srv1.hall import Hall
 
-TEMPERATURE_C, HUMIDITY, LIGHT_LX = 20.5, 46.0, 140.0
+TEMPERATURE_C, HUMIDITY, LIGHT = 20.5, 0.46, 0.25  # the last two are shares
 DAY_S, VENTILATION_S, CLOUD_S = 86400.0, 4700.0, 900.0
 WARM, WARM_C, WARM_M = "Reptiles", 1.6, 1.2  # its lamp warms the air around it
-LAMP_LX, LAMP_M = 260.0, 1.3  # of the lamp over each showcase
+LAMP, LAMP_M = 0.3, 1.3  # of the lamp over each showcase
 VISIT_S, VISITED = 75.0, 0.3  # a visit's length, and the share of the time in which there is one
 NEAR_M = 4.0  # from which the detector notices somebody
 
@@ -34,14 +34,14 @@ class Climate:
         return TEMPERATURE_C + 1.1 * self._wave(now, DAY_S, 0) + 0.25 * self._wave(now, VENTILATION_S, 1) + warm
 
     def humidity(self, now: float, x: float, y: float) -> float:
-        """Return the air's relative humidity (%): less where the same air is warmer."""
+        """Return the air's relative humidity, 0 to 1: less where the same air is warmer."""
         warmer = self.temperature(now, x, y) - TEMPERATURE_C
-        return HUMIDITY + 2.5 * self._wave(now, DAY_S, 2) + 0.6 * self._wave(now, VENTILATION_S, 3) - 2.8 * warmer
+        return HUMIDITY + 0.025 * self._wave(now, DAY_S, 2) + 0.006 * self._wave(now, VENTILATION_S, 3) - 0.028 * warmer
 
     def light(self, now: float, x: float, y: float) -> float:
-        """Return the illuminance (lx)."""
-        lamps = sum(LAMP_LX * exp(-((dist((x, y), case.at) / LAMP_M) ** 2)) for case in self._hall.cases)
-        return LIGHT_LX * (1 + 0.12 * self._wave(now, CLOUD_S, 4) + 0.08 * self._wave(now, DAY_S, 5)) + lamps
+        """Return how bright it is, 0 to 1."""
+        lamps = sum(LAMP * exp(-((dist((x, y), case.at) / LAMP_M) ** 2)) for case in self._hall.cases)
+        return LIGHT * (1 + 0.12 * self._wave(now, CLOUD_S, 4) + 0.08 * self._wave(now, DAY_S, 5)) + lamps
 
     def presence(self, now: float, x: float, y: float) -> float:
         """Return how sure it is that somebody is near, 0 to 1."""

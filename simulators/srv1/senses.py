@@ -5,8 +5,8 @@ from math import degrees, floor, hypot, sin, tau
 import numpy as np
 
 from robots.description import load
-from robots.drivers.srv1.analogue import Channel, counts
 from robots.drivers.srv1.hall import Hall
+from robots.drivers.srv1.sensors import Channel, infrared_counts, share_counts, temperature_counts
 from simulators.common.faults import FaultBoard
 from simulators.srv1.climate import Climate
 from simulators.srv1.plant import Plant
@@ -15,7 +15,7 @@ RAYS = 9  # of the sonar's cone
 GHOST = (0.3, 0.9)  # share of the true distance at which a ghost appears
 COMPASS_DEG, IRON_DEG = 0.8, 1.5  # its noise, and what the rover's own iron does, which depends on the heading
 BEACON_M, BEACON_RAD = 0.05, 0.02  # noise of range and bearing
-AIR = {Channel.TEMPERATURE: 0.1, Channel.HUMIDITY: 0.4, Channel.LIGHT: 3.0, Channel.PRESENCE: 0.02}  # noise, in units
+WARMTH_C, SHARE = 0.1, 0.004  # noise of the thermometer, and of what is a share from 0 to 1
 
 
 class Senses:
@@ -91,16 +91,18 @@ class Senses:
         return away, float(np.arctan2(north, east) + BEACON_RAD * noise[1])
 
     def analogue(self, channel: int) -> int:
-        """Return the count of one of the converter's inputs, 0 to 1023; 0 of one to which nothing is connected."""
-        try:
-            asked = Channel(channel)
-        except ValueError:
-            return 0
-        if asked is Channel.INFRARED:
-            return counts(asked, self.infrared())
-        x, y, _ = self._plant.pose
-        air = {
-            Channel.TEMPERATURE: self._climate.temperature, Channel.HUMIDITY: self._climate.humidity,
-            Channel.LIGHT: self._climate.light, Channel.PRESENCE: self._climate.presence,
-        }[asked]  # fmt: skip
-        return counts(asked, air(self.now, x, y) + AIR[asked] * float(self._dice.standard_normal()))
+        """Return the counts (0 to 1023) of a channel; 0 of one to which nothing is connected."""
+        (x, y, _), air = self._plant.pose, self._climate
+        noise = float(self._dice.standard_normal())
+        match channel:
+            case Channel.INFRARED:
+                return infrared_counts(self.infrared(), self._infrared["near"])
+            case Channel.TEMPERATURE:
+                return temperature_counts(air.temperature(self.now, x, y) + WARMTH_C * noise)
+            case Channel.HUMIDITY:
+                return share_counts(air.humidity(self.now, x, y) + SHARE * noise)
+            case Channel.LIGHT:
+                return share_counts(air.light(self.now, x, y) + SHARE * noise)
+            case Channel.PRESENCE:
+                return share_counts(air.presence(self.now, x, y) + SHARE * noise)
+        return 0

@@ -7,6 +7,7 @@ from typing import Any
 
 from robots.drivers.srv1.hall import hall
 from simulators.common import kept
+from simulators.srv1.flash import SECTOR
 from simulators.srv1.plant import Pose
 
 
@@ -37,3 +38,11 @@ def restore(path: Path) -> Kept:
 def keep(path: Path, state: Kept) -> None:
     """Write the state. Raises OSError."""
     kept.keep(path, state.boot, {"pose": state.pose, "charge": state.charge})
+
+
+def restore_flash(path: Path) -> bytes:
+    """Return the user's sector of the flash memory that was stored in `path`; nothing if that cannot be read."""
+    try:
+        return path.read_bytes()[:SECTOR]
+    except OSError:
+        return b""

@@ -13,7 +13,7 @@ from robots.description import load
 from robots.drivers.srv1.hall import hall
 from simulators.common.battery import Battery
 from simulators.common.faults import FaultBoard
-from simulators.srv1.drive import Drive, End
+from simulators.srv1.drive import Drive
 from simulators.srv1.plant import TICK_S, Plant, Pose
 from simulators.srv1.senses import Senses
 
@@ -44,10 +44,11 @@ class World:
         self.now, self.driven = 0.0, 0.0
         self.power = charge >= LIVE
 
-    def power_on(self) -> None:
-        """Switch the rover off and on: motor board and encoders begin anew; body and battery are as they are."""
-        self.drive.restart()
-        self.senses.power_on()
+    @property
+    def moved(self) -> dict[str, tuple[float, float]]:
+        """Return the showcases that are not where the description has them, and how far they are (m, m)."""
+        offsets = {case.name: self.plant.moved(case.name) for case in self.hall.cases}
+        return {name: off for name, off in offsets.items() if off != (0.0, 0.0)}
 
     @property
     def idle(self) -> bool:
@@ -58,7 +59,9 @@ class World:
         """Let time pass: 20 ms, or longer if the world is idle."""
         self.now += seconds
         self._spoil()
-        left, right = self.drive.step(self.now, seconds, self.plant.rims, self.plant.wheels_still)
+        left = right = 0.0
+        if self.power:
+            left, right = self.drive.step(self.now, seconds, self.plant.rims, self.plant.wheels_still)
         before = self.plant.pose
         self.plant.step(left, right)
         after = self.plant.pose
@@ -73,9 +76,7 @@ class World:
         if self.battery.charge >= LIVE:
             self.power, self._without_power_s = True, 0.0
             return
-        if self.power:
-            self.power = False
-            self.drive.hold(End.LOST)
+        self.power = False
         self._without_power_s += seconds
         if self._without_power_s >= CHANGED_S:
             self.battery.charge = 1.0

@@ -20,6 +20,7 @@ VERBS = frozenset(
         "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "cam_stamp", "drift", "disturb",
         "mic_gone", "mic_mute", "slip", "restart", "stall", "ir_dead", "carried", "charge",
         "contacts_bent", "false_marker",
+        "blind_infrared", "sonar_ghost", "dead_encoder", "moved_case",
     }
 )  # fmt: skip
 

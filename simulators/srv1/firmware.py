@@ -22,6 +22,9 @@ from simulators.srv1.motors import Motors
 from simulators.srv1.stock import AUTORUN, VERSION, Reset, Stock
 from simulators.srv1.uart import Interrupted, Stopped, Uart
 
+BAUD, BITS_A_BYTE = 2_500_000, 10  # of the serial port to the module
+FLUSH_S = 12 / BAUD  # after a command it throws bytes away until none has come for so long
+WAITED_S = 0.05
 BOOT_S = 1.0  # memory is cleared, and the camera is set up
 NEXT_S = 0.1  # the longest pause within one of our frames; without the rest it is given up
 HELLO, HELLO_ANSWER = b"h", b"myfunc:  hello ! \r\n"
@@ -40,16 +43,17 @@ class Firmware:
         lock: Lock | None = None, *, stock: bool = False, boot: int = 1, flash: Flash | None = None,
         parse: Parse = no_rules, wake: Callable[[], None] = lambda: None,
     ) -> None:  # fmt: skip
-        self._hardware, self._send, self._note, self._clock = hardware, send, note, clock
+        self._hardware, self._sends, self._note, self._clock = hardware, send, note, clock
+        self._said_until = 0.0  # when the newest answer was out
         self._lock = lock if lock is not None else clock.lock()
         self._is_stock, self._wake = stock, wake
         self.flash = flash if flash is not None else Flash()
         self._uart = Uart(None if stock else self._held, clock)
         self._motors = Motors(self._percent, self._uart.delay)
-        self._stock = Stock(hardware, self._lock, self._uart, self._motors, self.flash, send, clock)
+        self._stock = Stock(hardware, self._lock, self._uart, self._motors, self.flash, self._send, clock)
         self.commander = Commander(hardware, self.flash, note, clock, boot, parse)
         self._said_hold = self._boots = False
-        self._heard = clock.monotonic()  # when the newest command ended
+        self._heard = self._heard_at = clock.monotonic()  # when the newest command ended, and when the next one came
         self._fails_safe = False  # the failsafe speeds have been taken since
         note("power_on", boot=boot)
 
@@ -146,6 +150,7 @@ class Firmware:
         """Do the next command, or take the failsafe speeds if none comes."""
         due = None if self._fails_safe else self._motors.failsafe_due(self._clock.monotonic() - self._heard)
         byte = self._uart.byte(None if due is None else max(0.0, due))
+        self._heard_at = self._clock.monotonic()
         if byte is None:
             self._fails_safe = due is not None
             self._motors.fail_safe()
@@ -156,9 +161,19 @@ class Firmware:
             self._stock.do(chr(byte))
         self._end_command()
 
+    def _send(self, data: bytes) -> None:
+        """Say something, which takes as long as the serial port needs, or longer where the module makes it wait."""
+        begun = self._clock.monotonic()
+        self._sends(data)
+        now = self._clock.monotonic()
+        out = begun + len(data) * BITS_A_BYTE / BAUD
+        self._said_until = now if now - begun > WAITED_S else out  # not how long this machine kept the thread waiting
+
     def _end_command(self) -> None:
-        self._heard, self._fails_safe = self._clock.monotonic(), False
-        self._uart.flush()
+        now = self._clock.monotonic()
+        silent = self._said_until < self._heard_at  # it had no answer
+        self._heard, self._fails_safe = now, False
+        self._uart.flush(now if silent else self._said_until + FLUSH_S)
 
     def _user_function(self) -> None:
         """Do what stands behind `%`."""

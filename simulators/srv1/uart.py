@@ -5,6 +5,7 @@ The stock firmware reads the port by asking it, so what waits is what flow contr
 """
 
 import threading
+from collections import deque
 from collections.abc import Callable
 
 from robots.clock import TIMER, Limit, Timer, Until
@@ -28,7 +29,7 @@ class Uart:
     def __init__(self, held: Callable[[], None] | None, clock: Timer = TIMER) -> None:
         self._held, self._clock = held, clock
         self._changed = threading.Condition()
-        self._waiting = bytearray()
+        self._waiting: deque[tuple[float, int]] = deque()  # bytes, each with when it arrived
         self._tail = b""  # the newest bytes, in which a hold may have begun
         self._interrupted = self._stopped = False
         self.lost = 0
@@ -42,12 +43,13 @@ class Uart:
         if at >= 0 and self._held is not None:
             self._held()
             data = seen[at + len(HOLD) :]
+        now = self._clock.monotonic()
         with self._changed:
             if at >= 0:
                 self._waiting.clear()
                 self._interrupted = True
             room = ROOM - len(self._waiting)
-            self._waiting += data[:room]
+            self._waiting.extend((now, byte) for byte in data[:room])
             self.lost += max(0, len(data) - room)
             if new:
                 self._changed.notify_all()
@@ -82,7 +84,7 @@ class Uart:
                 self._clock.wait(Until(self._changed, self._comes), wait_s)
                 self._check()
                 if self._waiting:
-                    return self._waiting.pop(0)
+                    return self._waiting.popleft()[1]
             if limit is not None and limit.left <= 0:
                 return None
 
@@ -100,10 +102,11 @@ class Uart:
                 self._clock.wait(Until(self._changed, self._breaks), limit.left)
                 self._check()
 
-    def flush(self) -> None:
-        """Throw away all that waits."""
+    def flush(self, until: float) -> None:
+        """Throw away all that has arrived until then (monotonic, s), whenever this thread comes to it."""
         with self._changed:
-            self._waiting.clear()
+            while self._waiting and self._waiting[0][0] <= until:
+                self._waiting.popleft()
 
     def _breaks(self) -> bool:
         return self._interrupted or self._stopped

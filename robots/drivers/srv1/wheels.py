@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Callable
 
 from robots.clock import TIMER, Timer
-from robots.contract.errors import ControllerRestarted, HardwareFault
+from robots.contract.errors import ControllerRestarted, HardwareFault, LineSilent
 from robots.contract.session import Permit, RobotState
 from robots.drivers.permits import until_held
 from robots.drivers.srv1 import extension
@@ -14,6 +14,7 @@ from robots.drivers.srv1.modes import Mode
 from robots.drivers.srv1.whereabouts import Whereabouts
 
 STEP_S = 0.1
+LOST_S = 0.25  # without an answer for so long, a velocity is lost
 WORDS = {"rest": Mode.RESTING, "hand": Mode.HAND, "patrol": Mode.PATROL}
 
 
@@ -79,13 +80,16 @@ class Wheels:
 
         Raises what else `RoverLine.ask` raises.
         """
-        with contextlib.suppress(NotNow):
-            self.line.ask(extension.Velocity(self.line.epoch, linear, angular, status.uptime_ms), permit=permit)
+        self._say(extension.Velocity(self.line.epoch, linear, angular, status.uptime_ms), permit)
 
     def patrol(self, permit: Permit) -> None:
         """Let the rover drive by its rules for the next moment. Raises what `RoverLine.ask` raises."""
-        with contextlib.suppress(NotNow):
-            self.line.ask(extension.Patrol(self.line.epoch), permit=permit)
+        self._say(extension.Patrol(self.line.epoch), permit)
+
+    def _say(self, command: extension.Command, permit: Permit) -> None:
+        """Send what the rover forgets soon. One that is lost is not sent again: the next one answers to a new status."""
+        with contextlib.suppress(NotNow, LineSilent):  # a rover that is silent does not answer the next question either
+            self.line.ask(command, LOST_S, permit)
 
     def pause(self) -> None:
         """Wait for the next moment."""

@@ -23,7 +23,9 @@ from robots.drivers.srv1.protocol import (
 from robots.drivers.stream import OpenStream, Stream, open_stream
 from robots.opening import why_not
 
+HELD = ANSWER + extension.Hold.letter.encode()
 ANSWER_S = 1.0  # how long an answer may take
+HELD_S = 0.3  # how long the answer to a hold may take
 PICTURE_S = 3.0
 QUIET_S = 0.1  # of silence, after which everything that was under way has come
 FLUSH_S = 0.002  # after an answer the rover throws away what comes at once
@@ -42,6 +44,10 @@ class NotNow(ControllerRefused):
     """The rover refused a command that came late or during a hold; another one may be sent."""
 
 
+class Overtaken(TimeoutError):
+    """A hold has come in between: what was asked before it is not answered."""
+
+
 class RoverLine:
     """Thread safe. `address` is host:port, a `socket://` URL, or a file that contains the address."""
 
@@ -56,6 +62,7 @@ class RoverLine:
         self._writing = clock.lock()  # a hold is sent even while an answer is awaited
         self._rest = bytearray()
         self._astray = False  # an answer may be missing or half read: the line is put in order before the next question
+        self._held = False  # a hold was sent, and is not answered yet
         self._free_at = 0.0
         self.version = ""
         self.picture_s = 0.0  # how long the newest picture took
@@ -98,7 +105,7 @@ class RoverLine:
         if self._stream is not None:
             with contextlib.suppress(OSError):
                 self._stream.close()
-        self._stream, self._astray = None, False
+        self._stream, self._astray, self._held = None, False, False
         self._rest.clear()
 
     def hold(self) -> None:
@@ -109,7 +116,7 @@ class RoverLine:
 
         """
         with self._writing:
-            stream = self._open_line()
+            stream, self._held = self._open_line(), True
             try:
                 stream.sendall(extension.HOLD)
             except (OSError, ValueError) as error:
@@ -124,12 +131,17 @@ class RoverLine:
             ControllerRefused: the rover refuses it. And whatever `permit` raises.
 
         """
-        with self._lock:
-            self._open_line()
-            with self._watched():
+        limit = Limit(self._clock, seconds)
+        with self._lock, self._watched():
+            while True:
                 self._ready()
                 self._send(extension.encode(command), permit, type(command).__name__.lower())
-                answer = self._answer_to(command.letter, Limit(self._clock, seconds))
+                try:
+                    answer = self._answer_to(command.letter, limit)
+                    break
+                except Overtaken:
+                    if not isinstance(command, extension.Ask):  # a question may be asked again, and nothing else
+                        raise
         if isinstance(answer, Refused):
             if answer.reason is Reason.EPOCH:
                 raise LineBusy("The rover is used by another client.")
@@ -149,28 +161,28 @@ class RoverLine:
         Raises LineGone, LineSilent.
         """
         limit = Limit(self._clock, seconds)
-        with self._lock:
-            self._open_line()
+        with self._lock, self._watched():
+            self._ready()
             begun = self._clock.monotonic()
-            with self._watched():
-                self._ready()
-                self._send(GRAB, None, "picture")
-                try:
-                    taken = self._taken(limit)
-                except TimeoutError:
-                    self._astray = True
-                    return None
+            self._send(GRAB, None, "picture")
+            try:
+                taken = self._taken(limit)
+            except Overtaken:
+                return None
+            except TimeoutError:
+                self._astray = True
+                return None
             self.picture_s = self._clock.monotonic() - begun
         return taken
 
     def _taken(self, limit: Limit) -> bytes:
         """Return a JPEG whose header has still to come. Raises TimeoutError, OSError."""
         while (at := self._rest.find(HEADER)) < 0 or len(self._rest) < at + HEADER_BYTES:
-            self._more(limit)
+            self._more_of_picture(limit)
         header = PictureHeader.decode(bytes(self._rest[at : at + HEADER_BYTES]))
         del self._rest[: at + HEADER_BYTES]
         while len(self._rest) < header.length:
-            self._more(limit)
+            self._more_of_picture(limit)
         data = bytes(self._rest[: header.length])
         del self._rest[: header.length]
         if not (data.startswith(BEGIN) and data.endswith(END)):  # a byte was lost, or the length is a lie
@@ -178,8 +190,15 @@ class RoverLine:
         self._answered(b"", f"picture of {header.length} bytes")
         return data
 
+    def _more_of_picture(self, limit: Limit) -> None:
+        """Wait for more bytes. Raises TimeoutError, Overtaken, OSError."""
+        self._more(limit)
+        if self._held and (at := self._rest.find(HELD)) >= 0 and self._rest.find(b"\n", at) >= 0:
+            self._heard_hold()
+            raise Overtaken
+
     def _answer_to(self, letter: str, limit: Limit) -> Answer:
-        """Return the answer to that letter; others belong to holds, or to nobody. Raises TimeoutError, OSError."""
+        """Return the answer to that letter; others belong to nobody. Raises TimeoutError, Overtaken, OSError."""
         frames = Frames(ANSWER)
         while True:
             for frame in frames.feed(bytes(self._rest)):
@@ -188,8 +207,16 @@ class RoverLine:
                     self._answered(frame.encode(ANSWER), type(answer).__name__.lower())
                     self._rest.clear()
                     return answer
+                if frame.letter == extension.Hold.letter:
+                    self._heard_hold()
+                    raise Overtaken
             self._rest.clear()
             self._more(limit)
+
+    def _heard_hold(self) -> None:
+        self._held = False
+        self._rest.clear()
+        self._answered(b"", "held")
 
     def _answered(self, data: bytes, words: str) -> None:
         self._free_at = self._clock.monotonic() + FLUSH_S
@@ -197,8 +224,13 @@ class RoverLine:
 
     def _ready(self) -> None:
         """Wait until the rover reads again; put the line in order where an answer is missing."""
+        self._open_line()
         if self._astray:
             self._put_in_order()
+        if self._held:
+            with contextlib.suppress(TimeoutError):  # a hold may be lost; the next status tells
+                self._answer_to(extension.Hold.letter, Limit(self._clock, HELD_S))
+            self._held = False
         left = self._free_at - self._clock.monotonic()
         if left > 0:
             self._clock.sleep(left)
@@ -216,7 +248,7 @@ class RoverLine:
                 thrown += self._more(Limit(self._clock, QUIET_S))
             raise ConnectionResetError("what the rover says has no end")
         self._rest.clear()
-        self._astray = False
+        self._astray = self._held = False
 
     def _asked_version(self) -> str:
         """Return what the firmware calls itself. Raises TimeoutError, OSError."""

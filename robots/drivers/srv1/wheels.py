@@ -87,7 +87,7 @@ class Wheels:
         self._say(extension.Patrol(self.line.epoch), permit)
 
     def _say(self, command: extension.Command, permit: Permit) -> None:
-        """Send what the rover forgets soon. One that is lost is not sent again: the next one answers to a new status."""
+        """Send what the rover forgets soon. One that is lost is never sent again; the next answers to a new status."""
         with contextlib.suppress(NotNow, LineSilent):  # a rover that is silent does not answer the next question either
             self.line.ask(command, LOST_S, permit)
 

@@ -25,6 +25,7 @@ from robots.opening import why_not
 
 HELD = ANSWER + extension.Hold.letter.encode()
 ANSWER_S = 1.0  # how long an answer may take
+QUESTIONS = 3  # how often the same is asked
 HELD_S = 0.3  # how long the answer to a hold may take
 PICTURE_S = 3.0
 QUIET_S = 0.1  # of silence, after which everything that was under way has come
@@ -150,8 +151,15 @@ class RoverLine:
         return answer
 
     def status(self) -> Status:
-        """Ask for the status. Raises as `ask`."""
-        answer = self.ask(extension.Ask())
+        """Ask for the status; a question that is not answered is asked again. Raises as `ask`."""
+        for left in reversed(range(QUESTIONS)):
+            try:
+                answer = self.ask(extension.Ask(), ANSWER_S / QUESTIONS if left else ANSWER_S)
+            except LineSilent:
+                if not left:
+                    raise
+            else:
+                break
         assert isinstance(answer, Status)
         return answer
 

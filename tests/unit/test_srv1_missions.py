@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from robots.contract.errors import BadRequest, OutOfWorkspace
 from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.missions import LIMIT_S, LONGEST, MOST_STEPS, Step, legs, parse, refuse_too_long, write
+from robots.drivers.srv1.missions import LONGEST, MOST_STEPS, Step, judge, legs, parse, refuse, write
 
 HOME = hall().home
 NODES = st.sampled_from(hall().nodes).map(lambda node: Step("go", node.at, node.name))
@@ -91,8 +91,34 @@ def test_each_leg_begins_where_the_last_one_ended_and_takes_no_less_than_the_lea
 
 
 def test_a_mission_that_cannot_end_in_its_limit_is_refused_by_its_step():
-    """Eight waits of two minutes are more than a quarter of an hour."""
+    """Eight waits of two minutes are more than a quarter of an hour; seven may be late after a long way."""
     steps = parse("wait 120\n" * 8)
-    with pytest.raises(BadRequest, match=r"^Step 8 cannot be done in time"):
-        refuse_too_long(list(legs(steps, HOME)), LIMIT_S)
-    refuse_too_long(list(legs(steps[:7], HOME)), LIMIT_S)
+    found, said = judge(steps, HOME)
+    assert len(found) == 7
+    assert [(one.step, one.refuses) for one in said] == [(8, True)]
+    with pytest.raises(OutOfWorkspace, match=r"^Step 8 cannot be done in time"):
+        refuse(said)
+    refuse(judge(steps[:7], HOME)[1])
+    long = parse("wait 120\n" * 7 + "go East\ngo Door\n")
+    assert [(one.step, one.refuses) for one in judge(long, HOME)[1]] == [(9, False)]
+
+
+def test_what_is_to_say_of_a_mission_names_step_and_time():
+    """A way after a patrol is a guess, which is a warning; a place in a showcase ends the judgement."""
+    steps = parse("wait 5\npatrol 30\nread\ngo South\ngo Door\ngo 3.0 2.6\nread\n")
+    found, said = judge(steps, HOME)
+    assert len(found) == 5
+    assert [(one.step, one.refuses) for one in said] == [(4, False), (6, True)]
+    assert said[0].at_s == pytest.approx(35.0)
+    assert said[1].at_s == pytest.approx(sum(leg.seconds for leg in found))
+    with pytest.raises(OutOfWorkspace, match=r"^Step 6, go 3 2.6: "):
+        refuse(said)
+
+
+@given(st.lists(STEPS, min_size=1, max_size=12))
+def test_any_mission_is_judged_and_what_is_refused_says_why(steps):
+    """A refusal is the last judgement, and times do not fall."""
+    found, said = judge(steps, HOME)
+    assert (len(found) == len(steps)) == (not any(one.refuses for one in said))
+    assert all(not one.refuses for one in said[:-1])
+    assert [one.at_s for one in said] == sorted(one.at_s for one in said)

@@ -4,7 +4,7 @@ from robots.contract.find import spec_of
 from robots.contract.session import JSON, RobotState
 from robots.contract.values import known, number, within
 from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.missions import Pose, legs, parse, refuse_too_long
+from robots.drivers.srv1.missions import Pose, judge, parse, refuse
 from robots.drivers.srv1.ways import way
 
 
@@ -15,7 +15,7 @@ def check(kind: str, args: JSON, settings: JSON, state: RobotState | None) -> No
     if kind == "go":
         way((here[0], here[1]), (number(args, "x"), number(args, "y")))
     elif kind == "mission":
-        refuse_too_long(list(legs(parse(str(args["text"])), here)))
+        refuse(judge(parse(str(args["text"])), here)[1])
 
 
 def pose_of(state: RobotState | None) -> Pose:

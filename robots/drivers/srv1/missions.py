@@ -28,6 +28,12 @@ SCAN_TURNS = 18  # of 20 degrees (section 7.2)
 SPEED_M_S, TURN_RAD_S = 0.30, 0.8  # as the rover usually drives, slip included
 FASTEST_M_S, FASTEST_RAD_S = 0.40, 2.0
 SETTLE_S, PICTURE_S, SCAN_S = 0.5, 1.0, 25.0  # at rest after a leg; a photograph; all of a look around
+ROAMED = "its way is judged from where the patrol before it began, because nobody knows where that will end."
+TOO_LONG = (
+    "Step {} cannot be done in time: even without a pause the mission would last longer than {:g} minutes there. "
+    "Leave steps out."
+)
+MAY_BE_LATE = "Step {} may not be done in time: as a rule the mission lasts longer than {:g} minutes there."
 Pose = tuple[float, float, float]
 
 
@@ -180,13 +186,49 @@ def _driven(here: Pose, to: Place) -> tuple[Pose, float, float]:
     return (to[0], to[1], heading), usual, away / FASTEST_M_S + turn / FASTEST_RAD_S
 
 
-def refuse_too_long(found: Sequence[Leg], limit_s: float = LIMIT_S) -> None:
-    """Raise BadRequest where a mission cannot end in its limit, naming the step at which that passes."""
-    passed = 0.0
-    for leg in found:
-        passed += leg.least_s
-        if passed > limit_s:
-            raise BadRequest(
-                f"Step {leg.step} cannot be done in time: even without a pause the mission would last longer than "
-                f"{limit_s / 60:g} minutes there. Leave steps out."
-            )
+@dataclass(frozen=True)
+class Judgement:
+    """What is to say of a step before it is done: at which time of the mission (s); `refuses`: it will not run."""
+
+    step: int
+    at_s: float
+    text: str
+    refuses: bool = True
+
+
+def judge(steps: Sequence[Step], here: Pose, limit_s: float = LIMIT_S) -> tuple[list[Leg], list[Judgement]]:
+    """Return what a mission does from `here` (m, rad), as far as it can run, and everything that is to say of it.
+
+    This is the one verdict: of the page while somebody writes, of the server when it is sent, of the rover before it
+    moves.
+    """
+    found: list[Leg] = []
+    said: list[Judgement] = []
+    usual, least, late, roams = 0.0, 0.0, False, False
+    walk = legs(steps, here)
+    while True:
+        try:
+            leg = next(walk)
+        except StopIteration:
+            return found, said
+        except OutOfWorkspace as error:
+            return found, [*said, Judgement(len(found) + 1, usual, str(error))]
+        step = steps[leg.step - 1]
+        if roams and step.verb == "go":
+            said.append(Judgement(leg.step, usual, f"Step {leg.step}, {step}: {ROAMED}", False))
+            roams = False
+        roams = roams or step.verb == "patrol"
+        usual, least = usual + leg.seconds, least + leg.least_s
+        if least > limit_s:
+            return found, [*said, Judgement(leg.step, usual, TOO_LONG.format(leg.step, limit_s / 60))]
+        if usual > limit_s and not late:
+            late = True
+            said.append(Judgement(leg.step, usual, MAY_BE_LATE.format(leg.step, limit_s / 60), False))
+        found.append(leg)
+
+
+def refuse(said: Sequence[Judgement]) -> None:
+    """Raise OutOfWorkspace with the first judgement that refuses a mission, if there is one."""
+    for one in said:
+        if one.refuses:
+            raise OutOfWorkspace(one.text)

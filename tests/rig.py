@@ -141,6 +141,8 @@ class ArmSimulator(Simulator):
 class IratSimulator(Simulator):
     """The iRat's simulator as a process; `options` and `clock` as above."""
 
+    module = "irat"
+
     def __init__(self, folder: Path, seed: int = 1, **options: float) -> None:
         self._options = [part for name, value in options.items() for part in (f"--{name}", str(value))]
         self.clock = FasterTimer(options.get("speed", 1))
@@ -149,12 +151,18 @@ class IratSimulator(Simulator):
     def start(self) -> None:
         self._counted = {}
         (self.folder / "tty").unlink(missing_ok=True)
-        self._run("irat", "--seed", self.seed, *self._options)
-        wait_for((self.folder / "tty").exists, 120, "the iRat's simulator, which compiles at its first start")
+        self._run(self.module, "--seed", self.seed, *self._options)
+        wait_for((self.folder / "tty").exists, 120, "the simulator, which compiles at its first start")
 
     @property
     def address(self) -> str:
         return (self.folder / "tty").read_text().strip()
+
+
+class RoverSimulator(IratSimulator):
+    """The hall rover's simulator as a process."""
+
+    module = "srv1"
 
 
 class Board(IratSimulator):

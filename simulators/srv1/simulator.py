@@ -15,7 +15,7 @@ from simulators.common.camera_server import CameraServer
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.journal import Journal
 from simulators.common.kept import BOOTS
-from simulators.common.tcp import TcpListener
+from simulators.common.tcp import Listener, TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.srv1.cameras import Overhead, RoverCamera, jpeg, stage
 from simulators.srv1.commander import Parse, no_rules
@@ -74,13 +74,17 @@ class Simulator:
         folder = self._folder
         record_deaths(self.journal)
         listener = TcpListener(port)
-        self._network = Network(self.link, self.journal.note, self._clock)
-        self._network.listen(listener)
+        self.listen(listener)
         overhead = CameraServer(self._from_above, FaultBoard(), (0.001, 0.1), wall=self._wall)
         serve(folder / "faults", self.faults, self.status)
         replace_text(folder / "overhead", f"http://127.0.0.1:{overhead.port}\n")
         replace_text(folder / "tty", f"socket://127.0.0.1:{listener.port}\n")
         return listener.port
+
+    def listen(self, listener: Listener) -> None:
+        """Let clients connect."""
+        self._network = Network(self.link, self.journal.note, self._clock)
+        self._network.listen(listener)
 
     # the hardware that the firmware asks, under the lock but for pictures
 

@@ -5,9 +5,10 @@ import termios
 from queueing.jobs.asking import packets_of
 from robots.description import load
 from robots.drivers.irat.choices import choices
+from robots.drivers.srv1.hall import hall
 from robots.motion.described import chain, posture
 from tests.drivers.mercury_wire import STATE, STATUS, Terminal, frame
-from tests.rig import ArmSimulator, IratSimulator, Simulator
+from tests.rig import ArmSimulator, IratSimulator, RoverSimulator, Simulator
 from tests.waiting import wait_for
 
 
@@ -194,4 +195,30 @@ class Irat:
         return found
 
 
-ROBOTS = {robot.name: robot for robot in (Mercury(), MuseumArm(), Irat())}
+class Rover(Irat):
+    """Four wheels in a hall, behind TCP: a place over the sand is a velocity here, as with the iRat."""
+
+    name = "srv1"
+    faults = (
+        "awol", "power_cycle", "mute", "slow", "slip", "blind_infrared", "cam_gone", "cam_black", "cam_freeze", "cam_slow",
+    )  # fmt: skip
+    strengths = {"slow": 0.2}
+    by_staff = False
+
+    def simulator(self, folder):
+        return RoverSimulator(folder)
+
+    def job(self, robot, place, dice):
+        """Return a place of the map that somebody asks for."""
+        x, y = dice.choice(hall().nodes).at
+        return "go", {"x": x, "y": y}
+
+    def goal(self, command):
+        motion, args = load("srv1")["motion"], command.args
+        return round(args["forward"] * motion["most_speed"], 3), round(args["turn"] * motion["turn"] / 2, 3)
+
+    def made(self, record):
+        return round(record["linear"], 3), round(record["angular"], 3)
+
+
+ROBOTS = {robot.name: robot for robot in (Mercury(), MuseumArm(), Irat(), Rover())}

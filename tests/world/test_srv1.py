@@ -1,0 +1,204 @@
+"""The hall rover in virtual time: its owner, driver, firmware and hall; what it never does, and what survives what."""
+
+import random
+from math import dist, inf
+
+import pytest
+
+from robots.drivers.srv1.hall import hall
+from robots.drivers.srv1.motions import IN_THE_WAY
+from robots.models import Finding, Frame
+from tests.world.seeds import hunt, seeds
+
+pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
+REST_S = 0.25 + 0.3  # its watchdog, and the braking from its greatest speed
+PLACE = hall().nodes[1].at
+
+
+def held(portal):
+    """Begin a motion that is held until its controls are lost, and wait until the rover moves."""
+    portal.controls.moment_s = inf
+    command = portal.move()
+    portal.in_motion()
+    return command
+
+
+def sent(portal):
+    """Send it to a place, and wait until it moves."""
+    command = portal.issue("go", x=PLACE[0], y=PLACE[1])
+    portal.in_motion()
+    return command
+
+
+def patrolling(portal):
+    command = portal.issue("patrol")
+    portal.in_motion()
+    return command
+
+
+def rested(portal, since):
+    """Wait until the rover rests; return how long that took (s)."""
+    portal.at_rest()
+    return portal.world.monotonic() - since
+
+
+def nothing_moves(portal, seconds):
+    """Fail if a motion begins within so many seconds."""
+    begun = len(portal.motions())
+    portal.world.sleep(seconds)
+    assert not portal.rig.moving
+    assert len(portal.motions()) == begun, "something moved by itself"
+
+
+def stops(portal):
+    portal.grant()
+    dice = random.Random(portal.world.seed)
+    for begin in (held, sent, patrolling):
+        command = begin(portal)
+        portal.world.sleep(dice.random())
+        took = portal.stop()
+        assert took <= REST_S, f"at rest {took:.3f} s after the stop"
+        assert portal.final(command).state == "cancelled"
+        nothing_moves(portal, dice.random() * 2)
+        portal.controls.let_go()
+        portal.release()
+        nothing_moves(portal, 0.3)
+
+
+@seeds(1, 20, 200)
+def test_a_stop_overtakes_each_of_its_motions(worlds, seed):
+    hunt(worlds, seed, stops)
+
+
+def goes(portal):
+    portal.grant()
+    command = portal.final(sent(portal), 60)
+    assert command.state == "completed", command.reason
+    x, y, _ = portal.rig.sim.world.plant.pose
+    assert dist((x, y), PLACE) < 0.25, "it is where it was sent"
+    assert portal.rig.sim.world.plant.contacts == (), "it touched nothing"
+
+
+@seeds(1, 10, 100)
+def test_it_goes_where_it_is_sent(worlds, seed):
+    hunt(worlds, seed, goes)
+
+
+def blocked(portal):
+    """A showcase was pushed into its way: it waits before it, gives up, and touches nothing."""
+    portal.grant()
+    portal.rig.sim.world.plant.move("Ammonites", 0.5, -0.95)
+    command = portal.final(portal.issue("go", x=6.0, y=2.3), 90)
+    assert (command.state, command.reason) == ("failed", IN_THE_WAY)
+    assert portal.rig.sim.world.plant.contacts == ()
+    nothing_moves(portal, 1)
+
+
+@seeds(1, 5, 50)
+def test_it_waits_before_what_stands_in_its_way_and_gives_up(worlds, seed):
+    hunt(worlds, seed, blocked)
+
+
+def lost_connection(portal):
+    portal.grant()
+    begin = held if portal.world.seed % 2 else sent
+    command = begin(portal)
+    at = portal.world.monotonic()
+    portal.rig.pull()
+    assert rested(portal, at) <= REST_S
+    assert portal.rig.journal()[-1]["end"] == "silence"
+    assert portal.final(command).state == "failed"
+    portal.until(lambda: portal.row.reason, 10, "a word of it")
+    portal.world.sleep(random.Random(portal.world.seed).random() * 20)
+    portal.rig.plug()
+    portal.until(lambda: not portal.row.reason, 60, "another connection")
+    portal.controls.let_go()
+    nothing_moves(portal, 2)
+    assert portal.final(sent(portal), 60).state == "completed"
+
+
+@seeds(2, 20, 200)
+def test_a_lost_connection_holds_the_rover_and_it_is_connected_again(worlds, seed):
+    hunt(worlds, seed, lost_connection)
+
+
+def killed(portal):
+    portal.grant()
+    command = sent(portal)
+    portal.world.sleep(random.Random(portal.world.seed).random())
+    at = portal.world.monotonic()
+    portal.supervisor.worker.kill()
+    assert rested(portal, at) <= REST_S
+    assert portal.final(command).state == "unknown"
+    portal.until(lambda: portal.owner, 30, "another owner")
+    nothing_moves(portal, 6)
+
+
+@seeds(1, 20, 200)
+def test_a_kill_of_its_owner_in_mid_motion(worlds, seed):
+    hunt(worlds, seed, killed)
+
+
+def switched_off(portal):
+    portal.grant()
+    command = sent(portal)
+    portal.rig.power_cycle()
+    assert portal.final(command).state == "failed"
+    nothing_moves(portal, 1)
+    portal.until(lambda: not portal.row.reason, 60, "it is in order again")
+
+
+@seeds(1, 20, 200)
+def test_a_rover_that_loses_its_power_is_connected_again(worlds, seed):
+    hunt(worlds, seed, switched_off)
+
+
+MISSION = "read\nturn 90\nphotograph\nwait 3\nsay Here begins the tour.\nread\n"
+
+
+def found(command):
+    return list(Finding.objects.filter(command=command).order_by("number"))
+
+
+def mission(portal):
+    """What it finds is stored once, with a picture, in the order in which it was found."""
+    portal.grant()
+    command = portal.final(portal.issue("mission", text=MISSION), 60)
+    assert (command.state, command.result["sent"]) == ("completed", {"steps": 6})
+    told = found(command)
+    assert [one.text for one in told] == ["readings", "photograph", "Here begins the tour.", "readings"]
+    assert {"temperature", "sonar"} <= set(told[0].values)
+    assert told[1].frame.command == command
+    assert abs(told[1].pose[2] - told[0].pose[2]) > 1.3, "it was taken after the turn"
+    assert Frame.objects.filter(command=command).count() == 1
+
+
+@seeds(1, 10, 100)
+def test_a_mission_stores_what_it_finds(worlds, seed):
+    hunt(worlds, seed, mission)
+
+
+def without_database(portal):
+    """Pictures that were taken while the database was away wait on the machine, and are registered exactly once."""
+    portal.grant()
+    command = portal.issue("mission", text="read\nphotograph\nread\nwait 60\n")
+    world = portal.world
+    portal.until(lambda: found(command), 30, "the first readings")
+    world.database_away = True
+    world.sleep(random.Random(world.seed).random() * 20)
+    if world.seed % 2:
+        portal.supervisor.worker.kill()
+        world.sleep(5)
+    world.database_away = False
+    portal.final(command)
+    portal.until(lambda: portal.owner, 60, "an owner")
+    world.sleep(5)
+    told = [one.text for one in found(command)]
+    assert told == ["readings", "photograph", "readings"][: len(told)]
+    assert Frame.objects.filter(command=command).count() == min(len(told) - 1, 1)
+    assert len(told) == 3 or world.seed % 2, "nothing was lost"
+
+
+@seeds(2, 20, 200)
+def test_findings_survive_an_outage_of_the_database(worlds, seed):
+    hunt(worlds, seed, without_database)

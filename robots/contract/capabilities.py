@@ -105,11 +105,14 @@ class Foreseen:
 class ClickInPicture:
     """A click in the newest picture is a command: consoles send it as `kind` with `still`, `u` and `v` (px).
 
-    `resolve(picture, u, v)` returns the command's kind and arguments for a point inside a `PictureTaken`.
+    `resolve(picture, u, v)` returns the command's kind and arguments for a point inside a `PictureTaken`. A click
+    is refused if the robot is known to be more than `apart_m` (m) or `apart_rad` (rad) from the pose of the picture.
     """
 
     kind: str
     resolve: str
+    apart_m: float = 0.02
+    apart_rad: float = 0.05
 
 
 @dataclass(frozen=True)

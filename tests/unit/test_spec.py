@@ -27,7 +27,7 @@ from robots.contract.policies import Bound, Policies, Range
 from robots.contract.session import RobotState
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
-from robots.messages import state_packet
+from robots.messages import read_state, state_packet
 
 GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
 PACE = CommandKind(
@@ -137,6 +137,40 @@ def test_what_a_state_tells_is_known_by_name_and_packed_where_it_is_declared():
     )
     packet = state_packet(1, 0, state, False, rover.packed(), rover.named(state))
     assert unpack("<B4f", packet[20:]) == (4, 80.0, 1.0, 2.0, pytest.approx(0.3))
+
+
+def test_packets_of_a_robot_with_a_pose_tell_it_with_each_picture_and_its_velocity_with_both():
+    rover = replace(SOUND, pose=IN_PLANE)
+    state = RobotState(0.0, (0.5,), (1.0, 2.0, 0.25), True, True, values={"charge": 80.0}, twist=(0.5, 0.0, -0.125))
+    packet = state_packet(1, 0, state, False, rover.packed(), rover.named(state), rover.body(state))
+    assert unpack("<B7f", packet[20:]) == (7, 80.0, 1.0, 2.0, 0.25, 0.5, 0.0, -0.125)
+    read = read_state(packet, rover.packed())
+    assert (read.twist, read.values["heading"]) == (state.twist, 0.25)
+    assert rover.posture(state) == (0.5, 1.0, 2.0, 0.25, 0.5, 0.0, -0.125)
+    assert rover.posture(replace(state, twist=())) == (0.5, 1.0, 2.0, 0.25), "a velocity that is not told is not sent"
+
+
+@pytest.mark.parametrize(
+    ("change", "pose", "twist", "told"),
+    [
+        ({"pose": None}, (1.0, 2.0, 0.25), (0.5, 0.0, 0.0), (0.5,)),
+        ({"pose": replace(IN_PLANE, packed=False)}, (1.0, 2.0, 0.25), (0.5, 0.0, 0.0), (0.5,)),
+        ({"pose": IN_PLANE}, (1.0,), (0.5,), (0.5,)),
+        ({"pose": IN_PLANE, "joints": ("wheel", "tail")}, (1.0, 2.0, 0.25), (), (0.5,)),
+    ],
+)  # fmt: skip
+def test_no_picture_tells_a_pose_that_the_spec_does_not_declare_or_the_state_does_not_know(change, pose, twist, told):
+    state = RobotState(0.0, (0.5,), pose, True, True, twist=twist)
+    assert replace(SOUND, **change).posture(state) == told
+
+
+@pytest.mark.parametrize(
+    ("other", "m", "rad"),
+    [((1.0, 2.0, 3.1), 0.0, 0.0), ((4.0, 6.0, 3.1), 5.0, 0.0), ((1.0, 2.0, -3.1), 0.0, 0.0832), ((1, 2, 9.6), 0, 0.2168)],
+)  # fmt: skip
+def test_two_places_lie_apart_in_metres_and_at_most_half_a_turn(other, m, rad):
+    assert IN_PLANE.apart((1.0, 2.0, 3.1), other) == (pytest.approx(m), pytest.approx(rad, abs=1e-3))
+    assert IN_PLANE.apart(other, (1.0, 2.0, 3.1)) == (pytest.approx(m), pytest.approx(rad, abs=1e-3))
 
 
 @pytest.mark.parametrize("wild", [float("nan"), float("inf"), -1e308, 1e308])

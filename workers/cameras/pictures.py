@@ -50,7 +50,8 @@ class Pictures:
         self._steps = [Steps(robot.slug, camera.index, *video, clock) for camera in self.cameras]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
-        self._declared = robot.spec().capability(Stills)
+        self._spec = robot.spec()
+        self._declared = self._spec.capability(Stills)
         self._stills = robot.spec().stills(robot.settings)
         corrector = self._declared.brightness if self._declared else ""
         self._brightness: Any = function(corrector)() if corrector else None
@@ -104,7 +105,7 @@ class Pictures:
             at = self._clock.now()
             frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
             self.still_id = frame.pk if frame else 0
-            self._steps[0].still(Shot(shown, number, self.still_id, ms_of(at)), data, state.joints)
+            self._steps[0].still(Shot(shown, number, self.still_id, ms_of(at)), data, self._spec.posture(state))
         finally:
             self._wanted.clear()
         bus.publish(self._robot.slug, Changed("frame"))
@@ -155,5 +156,6 @@ class Pictures:
             shown = self._corrected(picture)
         except CameraFault:
             return True
-        steps.send(due, Shot(shown, number, still, ms_of(self._clock.now())), state.joints, now)
+        shot = Shot(shown, number, still, ms_of(self._clock.now()))
+        steps.send(due, shot, self._spec.posture(state), now)
         return True

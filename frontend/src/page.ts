@@ -51,6 +51,7 @@ export class RobotPage {
   private trace: WireTrace | null;
   private seq = 0;
   private seqGrant = 0;
+  private planned = 0;
   private toldOver = 0; // the socket over which the last snapshot came
   private stateHeardAt = 0;
   private stopPress: StopPress;
@@ -188,6 +189,12 @@ export class RobotPage {
       return 0;
     }
     return this.issue(kind, args);
+  }
+
+  /** Ask where a command would lead from here; `onPlan` gets the answer, with the number that this returns. */
+  plan(kind: string, args: object = {}): number {
+    this.live.send({ t: "plan", n: ++this.planned, kind, args, from: this.state?.joints ?? [] });
+    return this.planned;
   }
 
   /** Put the next command into the list and send it. Returns its sequence number. */

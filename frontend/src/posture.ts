@@ -12,6 +12,12 @@ export function stated(packet: StatePacket, values: number): StatePacket {
   return { ...packet, values: packet.values.slice(0, values), twist: packet.values.slice(values) };
 }
 
+/** Poses in the own frame of a robot that is at `here`, in the frame of that pose; both x, y, heading (m, rad). */
+export function fromOwn(here: readonly number[], poses: readonly (readonly number[])[]): number[][] {
+  const [x = NaN, y = NaN, heading = NaN] = here, c = Math.cos(heading), s = Math.sin(heading);
+  return poses.map(([ahead = NaN, aside = NaN, turned = NaN]) => [x + c * ahead - s * aside, y + s * ahead + c * aside, heading + turned]);
+}
+
 /** How far a robot may be from where a picture shows it, for the picture to hold. */
 export interface Apart { m: number; rad: number }
 export const NEAR: Apart = { m: 0.02, rad: 0.05 };

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { left, pictured, stated } from "../src/posture.ts";
+import { fromOwn, left, pictured, stated } from "../src/posture.ts";
 import { decode, type PicturePacket, type StatePacket } from "../src/protocol.ts";
 
 interface Told { what: string; hex: string; joints: number[]; pose: number[]; twist: number[]; channels: string[]; values: (number | null)[] }
@@ -31,4 +31,10 @@ test("a robot in the plane has left a picture's place once it has rolled or turn
   ] as [number[], boolean][]) assert.equal(left(then, now, units), wanted, `${now}`);
   assert.equal(left([], [1, 2, 3], units), false, "what is not known says nothing");
   assert.equal(left(then, [1.1, 2, 3.14], units, { m: 0.2, rad: 0.05 }), false);
+});
+
+test("a path in the robot's own frame lies where the robot is", () => {
+  const [start, end] = fromOwn([1, 2, Math.PI / 2], [[0, 0, 0], [0.5, 0.25, 0.1]]) as [number[], number[]];
+  assert.deepEqual(start, [1, 2, Math.PI / 2]);
+  [0.75, 2.5, Math.PI / 2 + 0.1].forEach((v, i) => assert.ok(Math.abs(end[i]! - v) < 1e-12, `${end}`));
 });

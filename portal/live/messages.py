@@ -97,10 +97,10 @@ class Watch(Message, frozen=True, tag="watch"):
 
 
 class Plan(Message, frozen=True, tag="plan"):
-    """Ask where a command would lead from these joints (rad, m)."""
+    """Ask where a command would lead from these joints (rad, m); a robot without any answers in its own frame."""
 
     kind: Name
-    joints: Annotated[list[float], Meta(max_length=JOINTS)] = msgspec.field(name="from")
+    joints: Annotated[list[float], Meta(max_length=JOINTS)] = msgspec.field(name="from", default_factory=list)
     args: Arguments = {}
     n: Number = 0
 

@@ -166,6 +166,11 @@ class TellsTooManyJoints(Rail):
         return replace(super().told(x, moving), joints=(x, x))
 
 
+class TellsATwistWithoutAPose(Rail):
+    def told(self, x, moving):
+        return replace(super().told(x, moving), twist=(0.1, 0.0, 0.0))
+
+
 class OffTheRail(Rail):
     def told(self, x, moving):
         return replace(super().told(x, moving), joints=(x + 5.0,))
@@ -311,6 +316,7 @@ BROKEN = [
     (TellsLess, "state", "does not tell the channel 'pace'"),
     (TellsNoNumber, "state", ") state() tells nan for 'cart'"),
     (TellsTooManyJoints, "state", "tells 2 joints; the spec declares 1"),
+    (TellsATwistWithoutAPose, "state", "tells a twist of 3 numbers for a pose of 0"),
     (OffTheRail, "state", "for the joint 'cart', which its scale says lies in"),
     (KeepsNothing, "state", "latest() returns nothing"),
     (TellsNoState, "connect", "connect() returned NoneType instead of a RobotState"),

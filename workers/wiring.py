@@ -110,8 +110,8 @@ class Owner:
         note = self.stopping.note
         self.runner = Runner(owned, lease, self.lane, self.deadman, pictures, connection.faulted, note)
         runner_beside = Runner(owned, lease, self.beside, self.deadman, pictures, connection.config_faulted, note)
-        self.motion = Commands(owned, lease, self.lane, self.runner.run)
-        self.config = Commands(owned, lease, self.beside, runner_beside.run)
+        self.motion = Commands(owned, lease, self.lane, self.runner.run, pictures)
+        self.config = Commands(owned, lease, self.beside, runner_beside.run, pictures)
         restoring = Restoring(owned, lease, self.latch, connection, self.motion, self.config)
         handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, restoring)
         self.control = Control(owned, lease, self.motion, self.config, connection, self.regain, handover, pictures)

@@ -203,7 +203,8 @@ export class RobotPage {
     this.settle();
     this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), over: this.live.opened, result: {} });
     performance.mark(`command-${this.seq}`);
-    this.live.send({ t: "command", kind, args, seq: this.seq });
+    const seen = Math.max(0, Math.round(this.console?.pictureAt() ?? 0)); // it is kept with the command
+    this.live.send({ t: "command", kind, args, seq: this.seq, ...(seen ? { seen } : {}) });
     this.draw();
     return this.seq;
   }

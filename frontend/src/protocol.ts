@@ -20,6 +20,10 @@ export interface CommandInfo {
   over?: number;
   /** The progress of a long command; `share` is from 0 to 1, or null if the robot does not say. */
   progress?: { text?: string; share?: number | null; at_ms?: number };
+  /** When the picture was taken that its sender saw, and the robot's newest then (server ms); null: not known. */
+  seen_ms?: number | null; newest_ms?: number | null;
+  /** What was asked and what was sent in its place, by name. */
+  clamping?: Record<string, [asked: number, sent: number]>;
   result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }

@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,7 @@ class Pictures:
         corrector = self._declared.brightness if self._declared else ""
         self._brightness: Any = function(corrector)() if corrector else None
         self._door = Door(CameraFault, "The correction of the picture's brightness failed")
+        self.newest_at: datetime | None = None  # when the newest picture of any camera was taken
         self.still_id = 0  # the still that shows the robot as it rests; 0 while it moves
 
     def close(self) -> None:
@@ -102,7 +104,7 @@ class Pictures:
                 number = self.cameras[0].next()
             shown = self._corrected(picture)
             data = jpeg(shown)
-            at = self._clock.now()
+            at = self.newest_at = self._clock.now()
             frame = self._keep(data, shown.shape, at, state, grant, command, verdict)
             self.still_id = frame.pk if frame else 0
             self._steps[0].still(Shot(shown, number, self.still_id, ms_of(at)), data, self._spec.posture(state))
@@ -156,6 +158,7 @@ class Pictures:
             shown = self._corrected(picture)
         except CameraFault:
             return True
-        shot = Shot(shown, number, still, ms_of(self._clock.now()))
+        self.newest_at = self._clock.now()
+        shot = Shot(shown, number, still, ms_of(self.newest_at))
         steps.send(due, shot, self._spec.posture(state), now)
         return True

@@ -228,6 +228,7 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     yield from (f"names the word {word!r} twice" for word in _twice(list(spec.modes)))
     for command in spec.commands:
         yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command, told))
+        yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_bounds(command, spec, told))
     numbers = len(spec.packed()) + len(spec.carried())  # with the body's velocity
     for what, count, most in (("channels", numbers, MOST), ("streams", len(spec.streams), MOST_STREAMS)):
         if count > most:
@@ -323,6 +324,10 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         yield from _wrong_in_setting(command)
     yield from (f"shows {name!r}, which is no argument," for name in command.shown if name not in names)
     yield from (f"shows a value as {c!r}, which no state tells," for c in command.shown.values() if c not in told)
+
+
+def _wrong_bounds(command: CommandKind, spec: "Spec", told: set[str]) -> Iterator[str]:
+    turns = spec.pose is not None and any(name not in LENGTHS for name in spec.pose.coordinates)
     for bound in (command.policies.on_link_lost, command.policies.on_grant_end):
         if bound is None:
             continue
@@ -331,6 +336,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         if not 0 < bound.seconds <= command.limit_s:
             yield f"lets it go on for {bound.seconds:g} s, which is not within its time limit,"
         yield from (f"bounds {r.name!r}, which no state tells," for r in bound.area if r.name not in told)
+        if bound.turn is not None and not turns:
+            yield "bounds how fast it turns, and has no pose with an angle,"
 
 
 def _wrong_in_setting(command: CommandKind) -> Iterator[str]:

@@ -9,6 +9,7 @@ from robots.clock import SYSTEM
 from robots.conformance.report import Verdict
 from robots.conformance.suite import conform
 from robots.conformance.trial import Limits
+from robots.contract.channels import IN_PLANE
 from robots.contract.errors import HardwareFault, LineGone
 from robots.contract.policies import Bound, Policies
 from robots.contract.session import Outcome, Progress, RobotState
@@ -377,5 +378,6 @@ def test_a_policy_that_nothing_can_judge_is_named():
         (Bound(5.0, speed=1.0), NoVelocities, "its states tell no velocities"),
         (Bound(5.0, turn=1.0), Rail, "its states tell no twist"),
     ):
-        spec = replace(SPEC, commands=(replace(go, policies=Policies(on_link_lost=bound)), *others))
+        pose = IN_PLANE if bound.turn is not None else None
+        spec = replace(SPEC, pose=pose, commands=(replace(go, policies=Policies(on_link_lost=bound)), *others))
         assert words in " ".join(tried(driver, "commands", "policies", spec=spec).of("policies").words)

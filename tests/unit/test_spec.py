@@ -42,6 +42,9 @@ def alone(seconds, name="wheel"):
     return Policies(on_link_lost=Bound(seconds, (Range(name, 0.0, 1.0),)))
 
 
+TURNS = replace(GO, policies=Policies(on_grant_end=Bound(1.0, turn=0.5)))
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -93,6 +96,8 @@ def alone(seconds, name="wheel"):
         ({"commands": (GO, replace(PACE, shown={"pace": "pace"}))}, "shows a value as 'pace', which no state tells"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
+        ({"commands": (TURNS, PACE)}, "bounds how fast it turns, and has no pose with an angle, in its command 'go'"),
+        ({"commands": (TURNS, PACE), "pose": Pose(("x", "y"))}, "bounds how fast it turns, and has no pose with an angle"),
         ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "has policies although it is held"),
         (
             {"commands": (replace(GO, held=True, asked_by=frozenset({ANYONE})), PACE)},
@@ -107,6 +112,10 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(change, said):
         replace(SOUND, **change)
     assert said in str(refused.value)
     assert str(refused.value).endswith(".")
+
+
+def test_a_robot_with_a_heading_may_bound_how_fast_it_turns():
+    assert replace(SOUND, commands=(TURNS, PACE), pose=IN_PLANE).commands == (TURNS, PACE)
 
 
 def test_only_settings_that_are_declared_reach_the_driver_and_only_within_their_range():

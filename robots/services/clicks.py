@@ -31,9 +31,8 @@ def resolve(
         BadRequest: unknown or old picture, a point outside it, or the robot's rule refuses it.
     """
     spec = robot.spec()
-    kept, clicks = spec.capability(Programs), spec.capability(ClickInPicture)
-    if kept is not None and kind == kept.kind and "program" in args:
-        return kind, {"text": programs.one(robot, user, _integer(args, "program")).text}
+    clicks = spec.capability(ClickInPicture)
+    args = with_program(robot, user, kind, args)
     if clicks is None or kind != clicks.kind:
         return kind, args
     frame = Frame.objects.filter(robot=robot, pk=_integer(args, "still")).first()
@@ -50,6 +49,17 @@ def resolve(
     picture = PictureTaken(frame.width, frame.height, tuple(frame.joints), tuple(frame.pose), frame.calibration)
     found: tuple[str, dict[str, Any]] = function(clicks.resolve)(picture, u, v)
     return found
+
+
+def with_program(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of a command with the text of the saved program that they name, if they name one.
+
+    Raises BadRequest: there is none that the person, None for a guest, may see.
+    """
+    kept = robot.spec().capability(Programs)
+    if kept is None or kind != kept.kind or "program" not in args:
+        return args
+    return {"text": programs.one(robot, user, _integer(args, "program")).text}
 
 
 def _left(robot: Robot, pose: Pose | None, clicks: ClickInPicture, frame: Frame) -> bool:

@@ -7,6 +7,7 @@ from robots import previews
 from robots.description import load
 from robots.motion.described import posture
 from tests.conftest import at_length
+from tests.packaged import of_spec
 from tests.waiting import CEILING_S
 
 READY = tuple(map(float, posture(load("pa10"), "ready")))
@@ -111,19 +112,8 @@ def foresee(kind, args, joints, settings):
 """
 
 
-def installed(path, name, spec):
-    """Put a package with that spec into the folder `path`."""
-    folder, info = path / f"{name}_robot", path / f"{name}-1.dist-info"
-    folder.mkdir()
-    info.mkdir()
-    (folder / "__init__.py").write_text("")
-    (folder / "spec.py").write_text(spec)
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
-    (info / "entry_points.txt").write_text(f"[farhand.drivers]\n{name} = {name}_robot.driver:Driver\n")
-
-
 def test_a_robot_without_joints_says_where_it_would_roll_in_its_own_frame(tmp_path, child):
-    installed(tmp_path, "rover", ROLLING)
+    of_spec(tmp_path, "rover", ROLLING)
     one = child(PYTHONPATH=str(tmp_path))
     said = one.ask("rover", "roll", {"how": "well"}, ())
     assert (said["ok"], said["poses"], said["times"]) == (True, [[0.0, 0.0, 0.0], [0.5, 0.0, 0.25]], [0.0, 1.0])
@@ -135,7 +125,7 @@ def test_a_robot_without_joints_says_where_it_would_roll_in_its_own_frame(tmp_pa
 
 @pytest.fixture
 def greedy(tmp_path, child):
-    installed(tmp_path, "greedy", GREEDY)
+    of_spec(tmp_path, "greedy", GREEDY)
     return lambda: child(PYTHONPATH=str(tmp_path))
 
 

@@ -255,9 +255,20 @@ class ProgramAdmin(FormFieldsAdmin, Guarded):
 class CommandAdmin(Kept):
     """The command history."""
 
-    list_display = ("id", "robot", "kind", "state", "reason", "issued_by", "created_at", "ended_at")
+    list_display = ("id", "robot", "kind", "state", "reason", "clamped", "issued_by", "created_at", "ended_at")
     list_filter = ("robot", "state", "kind")
     date_hierarchy = "created_at"
+    readonly_fields = ("clamped", "lag")
+
+    @admin.display(description="Clamped")
+    def clamped(self, command: Command) -> str:
+        """Return what was sent instead of what was asked."""
+        return command.clamped_words or "-"
+
+    @admin.display(description="Age of the picture seen")
+    def lag(self, command: Command) -> str:
+        """Return by how much the picture that its sender saw was older than the robot's newest."""
+        return "-" if command.picture_lag_s is None else f"{command.picture_lag_s:.3f} s"
 
 
 @admin.register(Grant)

@@ -89,7 +89,7 @@ def _floats(*rows: tuple[float, ...]) -> bytes:
 
 def state_packet(
     number: int, at_ms: int, state: RobotState, latched: bool, channels: tuple[Scalar, ...] = (),
-    told: Mapping[str, float] | None = None,
+    told: Mapping[str, float] | None = None, twist: tuple[float, ...] = (),
 ) -> bytes:  # fmt: skip
     """Return type 1, flags, number, ms, number of joints and of rows, then float32s, channels and a word.
 
@@ -98,22 +98,26 @@ def state_packet(
     The first row are the joints (rad, m); where the robot says them, two more follow: velocities
     (rad/s, m/s) and applied torques (N m, N). What is left is the controller's own word for what
     it is doing, in UTF-8. `told` are values by name, where not only those of the state's own `values` are packed.
+    `twist`, the body's velocity (m/s, rad/s), follows the channels and is counted with them (`Spec.body`).
     """
     count = len(state.joints)
     more = len(state.velocities) == count and len(state.torques) == count
     rows = (state.joints, state.velocities, state.torques) if more else (state.joints,)
     flags = state.moving | (latched << 1) | (bool(channels) << 2)
     head = STATE_HEAD.pack(1, flags, number & 0xFFFFFFFF, at_ms, count, len(rows))
-    values = encode_values(channels, state.values if told is None else told) if channels else b""
+    values = encode_values(channels, state.values if told is None else told, twist) if channels else b""
     return head + _floats(*rows) + values + state.mode.encode()
 
 
 def picture_packet(
-    number: int, at_ms: int, still: int, joints: tuple[float, ...], jpeg: bytes, camera: int = 0
+    number: int, at_ms: int, still: int, posture: tuple[float, ...], jpeg: bytes, camera: int = 0
 ) -> bytes:
-    """Return type 2, camera, number, ms taken, id of the still of this pose (0: none), joints, JPEG."""
-    head = PICTURE_HEAD.pack(2, camera, number & 0xFFFFFFFF, at_ms, still, len(joints))
-    return head + _floats(joints) + jpeg
+    """Return type 2, camera, number, ms taken, id of the still of this pose (0: none), how many numbers, them, JPEG.
+
+    The numbers say where the robot was (`Spec.posture`): joints, then coordinates of a pose and the body's velocity.
+    """
+    head = PICTURE_HEAD.pack(2, camera, number & 0xFFFFFFFF, at_ms, still, len(posture))
+    return head + _floats(posture) + jpeg
 
 
 def read_state(data: bytes, channels: tuple[Scalar, ...]) -> RobotState:
@@ -135,7 +139,8 @@ def read_state(data: bytes, channels: tuple[Scalar, ...]) -> RobotState:
     if kind != 1:
         raise ValueError("not a packet of a state")
     named = {channel.name: value for channel, value in zip(channels, values, strict=False) if isfinite(value)}
-    return RobotState(at_ms / 1000, told[:count], (), bool(flags & 1), True, mode=word, values=named)
+    twist = values[len(channels) :]
+    return RobotState(at_ms / 1000, told[:count], (), bool(flags & 1), True, mode=word, values=named, twist=twist)
 
 
 def taken_ms(data: bytes) -> int:

@@ -13,6 +13,7 @@ from django.db.models import Q
 
 from robots import description
 from robots.contract.find import spec_of
+from robots.contract.ranges import readable
 from robots.contract.spec import Spec
 from robots.recordings.models import Movie, Recording, RecordingState, Records
 from robots.rules import a_turn, camera_addresses, microphone_address, robot_address
@@ -228,6 +229,10 @@ class Command(models.Model):
     ended_at = models.DateTimeField(null=True, blank=True)
     result = models.JSONField(default=dict, blank=True)
     progress = models.JSONField(default=dict, blank=True)  # text, share (0 to 1 or None), at_ms
+    # when the picture was taken that its sender saw, as the page said, and the newest that the robot's worker had taken
+    seen_picture_at = models.DateTimeField(null=True, blank=True)
+    newest_picture_at = models.DateTimeField(null=True, blank=True)
+    clamping = models.JSONField(default=dict, db_default={}, blank=True)  # name: asked, sent, where they differ
 
     class Meta:
         ordering = ("-id",)
@@ -247,6 +252,19 @@ class Command(models.Model):
     def reached_at(self) -> datetime:
         """Return when the present stage was reached."""
         return self.ended_at or self.acknowledged_at or self.sent_at or self.accepted_at or self.created_at
+
+    @property
+    def picture_lag_s(self) -> float | None:
+        """Return by how much the picture that its sender saw was older than the robot's newest (s); None: not known."""
+        if self.seen_picture_at is None or self.newest_picture_at is None:
+            return None
+        return (self.newest_picture_at - self.seen_picture_at).total_seconds()
+
+    @property
+    def clamped_words(self) -> str:
+        """Return what was sent instead of what was asked, as "speed 0.3 instead of 0.5"; empty if nothing differs."""
+        told = ((name, readable(asked), readable(sent)) for name, (asked, sent) in self.clamping.items())
+        return ", ".join(f"{name} {sent} instead of {asked}" for name, asked, sent in told)
 
     @property
     def final(self) -> bool:

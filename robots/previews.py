@@ -12,24 +12,26 @@ import struct
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import msgspec
 
-from robots.contract.capabilities import Preview
+from robots.contract.capabilities import Foreseen, Preview
 from robots.contract.errors import BadRequest, RobotError
 from robots.contract.find import function, spec_of
 
 CPU_S = 1.0  # for one job; many times what our own drivers need
 MEMORY = 256 * 2**20  # bytes more than before the job
 LARGEST = 2**20  # bytes of an answer
+POSES, FARTHEST = 2000, 1e6  # of a path in the robot's own frame: how many; m, rad and s of each
 LENGTH = struct.Struct("<I")
 TOO_MUCH = "This is too long to compute in advance; choose a nearer target or a shorter program."
 
 
 class Job(msgspec.Struct, frozen=True):
-    """A command that is only tried: robot, command, and the joints from which it starts (rad, m)."""
+    """A command that is only tried: robot, command, and the joints from which it starts (rad, m), if it has any."""
 
     driver: str
     settings: dict[str, Any]
@@ -46,7 +48,8 @@ _JSON = msgspec.json.Encoder(enc_hook=float)  # drivers return numpy's floats
 def compute(job: Job) -> dict[str, Any]:
     """Return where the command would lead, or why it cannot be done."""
     try:
-        offered = spec_of(job.driver).capability(Preview)
+        spec = spec_of(job.driver)
+        offered = spec.capability(Preview)
         if offered is None:
             raise BadRequest("This robot cannot say where a command would lead.")
         found = function(offered.function)(job.kind, job.args, job.joints, job.settings)
@@ -56,7 +59,21 @@ def compute(job: Job) -> dict[str, Any]:
         "ok": True, "text": "", "joints": found.joints, "seconds": round(found.seconds, 2),
         "tool": [[round(v, 4) for v in place] for place in found.tool],
         "path": [[round(v, 4) for v in q] for q in found.path], "steps": found.steps,
+        **rolled(found, len(spec.pose.coordinates) if spec.pose else 0),
     }  # fmt: skip
+
+
+def rolled(found: Foreseen, coordinates: int) -> dict[str, Any]:
+    """Return the poses in the robot's own frame and their times (s), each pose with so many coordinates.
+
+    Raises ValueError where a driver tells what is no such path.
+    """
+    poses, times = [[float(v) for v in pose] for pose in found.poses], [float(t) for t in found.times]
+    if len(poses) != len(times) or len(poses) > POSES or any(len(pose) != coordinates for pose in poses):
+        raise ValueError(f"a path has at most {POSES} poses of {coordinates} coordinates, and a time for each")
+    if not all(abs(v) < FARTHEST for v in (*times, *chain(*poses))) or times != sorted([0.0, *times])[1:]:
+        raise ValueError("the poses and times of a path are finite, and its times do not fall")
+    return {"poses": [[round(v, 4) for v in pose] for pose in poses], "times": [round(t, 3) for t in times]}
 
 
 def prepare(job: Job) -> None:

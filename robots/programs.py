@@ -17,8 +17,8 @@ LONGEST = 6000
 
 
 def visible(robot: Robot, user: Any) -> QuerySet[Program]:
-    """Return the programs of the gallery and, if signed in, the person's own."""
-    mine = Q(author=user.pk) if user.is_authenticated else Q(pk=None)
+    """Return the programs of the gallery and, if signed in, the person's own; a guest is None."""
+    mine = Q(author=user.pk) if user is not None and user.is_authenticated else Q(pk=None)
     found = Program.objects.filter(robot=robot).select_related("author")
     return found.filter(Q(author=None, approved=True) | Q(shared=True, approved=True) | mine)
 

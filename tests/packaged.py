@@ -39,3 +39,16 @@ def with_console(into, text):
 def without_console(into):
     """Return a folder with the same package, which ships no console."""
     return shutil.copytree(TURNTABLE, into, ignore=shutil.ignore_patterns("console", "__pycache__"))
+
+
+def of_spec(folder, name, spec):
+    """Write the package of a robot into the folder, which has that text as its spec and no driver. Return the folder."""
+    package, info = folder / f"{name}_robot", folder / f"{name}-1.dist-info"
+    package.mkdir()
+    info.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "spec.py").write_text(spec)
+    (package / "robot.toml").write_text("")
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n")
+    (info / "entry_points.txt").write_text(f"[farhand.drivers]\n{name} = {name}_robot.driver:Driver\n")
+    return folder

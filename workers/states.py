@@ -100,7 +100,7 @@ class States:
         self._number += 1
         at_ms = int((self._owned.now().timestamp() - self._owned.age(state)) * 1000)
         latched, told = self._latch.latched, self._spec.named(state)
-        packet = state_packet(self._number, at_ms, state, latched, self._packed, told)
+        packet = state_packet(self._number, at_ms, state, latched, self._packed, told, self._spec.body(state))
         self._heard = bus.publish_state(self._owned.robot.slug, packet)
         if not self._compact:
             return

@@ -114,8 +114,8 @@ class Owner:
         runner_beside = Runner(
             owned, lease, self.beside, self.deadman, pictures, findings, connection.config_faulted, note
         )
-        self.motion = Commands(owned, lease, self.lane, self.runner.run)
-        self.config = Commands(owned, lease, self.beside, runner_beside.run)
+        self.motion = Commands(owned, lease, self.lane, self.runner.run, pictures)
+        self.config = Commands(owned, lease, self.beside, runner_beside.run, pictures)
         restoring = Restoring(owned, lease, self.latch, connection, self.motion, self.config)
         handover = Handover(owned, lease, self.latch, self.lane.gate, pictures, connection, restoring)
         self.control = Control(

@@ -8,6 +8,8 @@ export class CameraView {
   atMs = 0;
   /** The stored picture to which it belongs; 0 while the robot moves. */
   stillId = 0;
+  /** Where the robot was then: coordinates of its spec; empty if not known. */
+  pose: readonly number[] = [];
   private context: CanvasRenderingContext2D;
   private order = new Order();
   private views = 0;
@@ -55,10 +57,10 @@ export class CameraView {
   /** Show a picture; one that is older than the picture shown is dropped. */
   async show(packet: PicturePacket): Promise<void> {
     if (!this.order.take(packet)) return;
-    if (packet.image) return this.draw(packet.image, packet.atMs, packet.still);
+    if (packet.image) return this.draw(packet.image, packet.atMs, packet.still, packet.pose);
     const { views } = this;
     const bitmap = await createImageBitmap(packet.jpeg);
-    if (views === this.views && this.order.holds(packet)) this.draw(bitmap, packet.atMs, packet.still);
+    if (views === this.views && this.order.holds(packet)) this.draw(bitmap, packet.atMs, packet.still, packet.pose);
     bitmap.close();
   }
 
@@ -68,7 +70,7 @@ export class CameraView {
     const image = new Image();
     const { views } = this;
     image.onload = () => {
-      if (views === this.views && this.atMs < still.at_ms) this.draw(image, still.at_ms, still.id);
+      if (views === this.views && this.atMs < still.at_ms) this.draw(image, still.at_ms, still.id, still.pose);
       then();
     };
     image.src = still.url;
@@ -79,9 +81,10 @@ export class CameraView {
     this.order.forget();
     this.views += 1;
     this.atMs = this.stillId = 0;
+    this.pose = [];
   }
 
-  draw(image: ImageBitmap | HTMLImageElement | VideoFrame, atMs: number, still: number): void {
+  draw(image: ImageBitmap | HTMLImageElement | VideoFrame, atMs: number, still: number, pose: readonly number[] = []): void {
     const [width, height] = "naturalWidth" in image ? [image.naturalWidth, image.naturalHeight]
       : "displayWidth" in image ? [image.displayWidth, image.displayHeight] : [image.width, image.height];
     if (this.canvas.width !== width) this.canvas.width = width;
@@ -89,6 +92,7 @@ export class CameraView {
     this.context.drawImage(image, 0, 0);
     this.atMs = atMs;
     this.stillId = still;
+    this.pose = pose;
     this.canvas.dataset["still"] = String(still);
     this.canvas.dataset["at"] = String(atMs);
   }

@@ -8,14 +8,17 @@ export interface StatePacket {
   joints: number[]; velocities: number[]; torques: number[];
   /** Values of the spec's channels, then the coordinates of its pose, in the spec's order; NaN if not known. */
   values: number[];
+  /** The body's velocity along and about its own axes (m/s, rad/s), a number for each coordinate of the pose; empty if not told. */
+  twist?: number[];
   /** The controller's own word for what it is doing. */
   mode: string;
 }
 /**
- * A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty and joints are not told.
+ * A picture of a camera; of video, `image` is it, valid during the call alone, `jpeg` is empty, and joints and twist are
+ * not told. `pose`, `twist`: where the robot was and how it moved (m, rad; m/s, rad/s); empty if not known.
  * `first`: earlier ones do not count any more, because a replay has jumped in time.
  */
-export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; jpeg: Blob; image?: VideoFrame; first?: boolean }
+export interface PicturePacket { camera: number; number: number; atMs: number; still: number; joints: number[]; pose?: number[]; twist?: number[]; jpeg: Blob; image?: VideoFrame; first?: boolean }
 
 /** How live video is coded. */
 export type Coding = "vp8" | "vp9";

@@ -14,6 +14,7 @@ import { LogList } from "./log_list.ts";
 import { Notice } from "./notice.ts";
 import { refusal } from "./parts.ts";
 import { Place } from "./place.ts";
+import { type Apart, left, pictured, stated } from "./posture.ts";
 import type { CommandInfo, Message, PicturePacket, PlanAnswer, Snapshot, StatePacket, StreamPacket, VideoPacket } from "./protocol.ts";
 import { Sound } from "./sound.ts";
 import "./stop_in_view.ts";
@@ -50,6 +51,7 @@ export class RobotPage {
   private trace: WireTrace | null;
   private seq = 0;
   private seqGrant = 0;
+  private planned = 0;
   private toldOver = 0; // the socket over which the last snapshot came
   private stateHeardAt = 0;
   private stopPress: StopPress;
@@ -122,6 +124,17 @@ export class RobotPage {
     return Number.isNaN(value) ? undefined : value;
   }
 
+  /** The newest pose, by coordinates that states carry (m, rad), NaN for one that is not known; empty before the first. */
+  get pose(): number[] {
+    const first = facts.channels.length;
+    return this.state?.values.slice(first, first + facts.pose.length) ?? [];
+  }
+
+  /** Whether the robot is no longer where it was at a picture or still, by its pose; no if either is not known. */
+  moved(since: { pose?: readonly number[] }, near?: Apart): boolean {
+    return left(since.pose ?? [], this.pose, facts.pose.map(({ unit }) => unit), near);
+  }
+
   /** The newest key packet of a byte stream and the deltas after it; empty if none has arrived. */
   stream(name: string): StreamPacket[] {
     return this.streams.of(name);
@@ -178,13 +191,20 @@ export class RobotPage {
     return this.issue(kind, args);
   }
 
+  /** Ask where a command would lead from here; `onPlan` gets the answer, with the number that this returns. */
+  plan(kind: string, args: object = {}): number {
+    this.live.send({ t: "plan", n: ++this.planned, kind, args, from: this.state?.joints ?? [] });
+    return this.planned;
+  }
+
   /** Put the next command into the list and send it. Returns its sequence number. */
   issue(kind: string, args: object): number {
     this.seq += 1;
     this.settle();
     this.ladder.update({ id: 0, seq: this.seq, grant: this.seqGrant, kind, state: "sending", reason: "", at_ms: this.live.now(), over: this.live.opened, result: {} });
     performance.mark(`command-${this.seq}`);
-    this.live.send({ t: "command", kind, args, seq: this.seq });
+    const seen = Math.max(0, Math.round(this.console?.pictureAt() ?? 0)); // it is kept with the command
+    this.live.send({ t: "command", kind, args, seq: this.seq, ...(seen ? { seen } : {}) });
     this.draw();
     return this.seq;
   }
@@ -232,19 +252,22 @@ export class RobotPage {
 
   private gotPicture(packet: PicturePacket): void {
     this.watching.arrived(packet, packet.jpeg.size);
-    this.showPicture(packet);
+    this.showPicture(pictured(packet, facts.names.length, facts.pose.length));
   }
 
   /** With reduced motion, people who only watch get stills and one live picture every ten seconds. */
   private showPicture(packet: PicturePacket): void {
     const shown = this.console?.shown(packet.camera);
+    const still = this.snapshot?.still;
+    const placed = packet.pose?.length || !still || still.id !== packet.still ? packet : { ...packet, pose: still.pose };
     if (this.calm.matches && !this.operating && !replaying() && shown && tooLively(packet, shown)) return;
-    this.console?.picture(packet);
+    this.console?.picture(placed);
   }
 
   /** Compact states lack velocities and torques; a whole one between them must not show them for a moment. */
-  private gotState(told: StatePacket): void {
-    const packet = this.watching.pace === "live" ? told : { ...told, velocities: [], torques: [] };
+  private gotState(whole: StatePacket): void {
+    const told = stated(whole, facts.channels.length + facts.pose.length);
+    const packet = this.watching.pace === "live" ? told : { ...told, velocities: [], torques: [], twist: [] };
     this.state = packet;
     this.stateHeardAt = performance.now();
     this.console?.state(packet);

@@ -20,6 +20,10 @@ export interface CommandInfo {
   over?: number;
   /** The progress of a long command; `share` is from 0 to 1, or null if the robot does not say. */
   progress?: { text?: string; share?: number | null; at_ms?: number };
+  /** When the picture was taken that its sender saw, and the robot's newest then (server ms); null: not known. */
+  seen_ms?: number | null; newest_ms?: number | null;
+  /** What was asked and what was sent in its place, by name. */
+  clamping?: Record<string, [asked: number, sent: number]>;
   result: { verdict?: string; note?: string; still?: number; stable?: boolean; picture?: string | null };
 }
 export interface LogInfo { id: number; author: string; text: string; at_ms: number; picture: string | null; featured: boolean }
@@ -59,8 +63,11 @@ export interface StreamInfo { name: string; media: string }
 export interface RobotFacts { compact: CompactLayout | null; commands: CommandSpec[]; labels: Record<string, string>; settings: string[]; /** What staff have set, as far as consoles are told it. */ set: Record<string, unknown>; names: string[]; channels: ChannelInfo[]; pose: { name: string; unit: string }[]; streams: StreamInfo[]; cameras: number; video: Coding }
 export interface Answer { t: "answer"; to: string; seq?: number; ok: boolean; text: string; code: string; id?: number; state?: string; grant?: number }
 export interface TraceLine { t: "trace"; direction: string; hex: string; words: string; at_ms: number; resent: number; broken: number }
-/** Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). */
-export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number }
+/**
+ * Where a target would lead: joints (rad, m) at its end, path of joints and of the tool (m), duration (s). `poses`: of the
+ * body along the motion in the robot's own frame (from here, ahead, left), each at its time (s).
+ */
+export interface PlanAnswer { t: "plan"; n: number; ok: boolean; text: string; joints?: number[]; tool?: number[][]; path?: number[][]; steps?: number[]; seconds?: number; poses?: number[][]; times?: number[] }
 export type Message =
   | Snapshot | Answer | TraceLine | PlanAnswer
   | ({ t: "command" } & CommandInfo)

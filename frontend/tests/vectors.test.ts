@@ -76,14 +76,14 @@ test("roll, pitch and yaw are those of Python", () => {
     near(numbersOf(new Matrix4().fromArray(matrix.flat()).transpose()), pose);
 });
 
-interface Pictured { what: string; hex: string; number: number; at_ms: number; still: number; joints: number[]; jpeg: string; camera: number }
+interface Pictured { what: string; hex: string; number: number; at_ms: number; still: number; joints: number[]; pose: number[]; twist: number[]; jpeg: string; camera: number }
 
 test("a picture's packet is read as Python packs it, and one that is cut off is none", async () => {
   for (const one of read("picture_packets") as Pictured[]) {
     const bytes = Uint8Array.from(Buffer.from(one.hex, "hex")), found = decode(bytes.buffer) as PicturePacket;
     assert.deepEqual(
       [found.camera, found.number, found.atMs, found.still, found.joints],
-      [one.camera, one.number % 2 ** 32, one.at_ms, one.still, one.joints], one.what,
+      [one.camera, one.number % 2 ** 32, one.at_ms, one.still, [...one.joints, ...one.pose, ...one.twist]], one.what,
     );
     assert.equal(Buffer.from(await found.jpeg.arrayBuffer()).toString("hex"), one.jpeg, one.what);
     const head = bytes.length - one.jpeg.length / 2;
@@ -116,7 +116,7 @@ test("every state of a command has words, and the same ones are final", () => {
 
 interface Packet {
   what: string; hex: string; number: number; at_ms: number; moving: boolean; stopped: boolean; mode: string;
-  joints: number[]; velocities: number[]; torques: number[]; channels: string[]; values: (number | null)[];
+  joints: number[]; velocities: number[]; torques: number[]; channels: string[]; values: (number | null)[]; twist: number[];
 }
 
 test("a state packet is read as Python packs it, and one that is cut off is none", () => {
@@ -125,7 +125,7 @@ test("a state packet is read as Python packs it, and one that is cut off is none
     const found = decode(bytes.buffer) as StatePacket;
     assert.deepEqual([found.number, found.atMs, found.moving, found.stopped, found.mode], [one.number, one.at_ms, one.moving, one.stopped, one.mode], one.what);
     assert.deepEqual([found.joints, found.velocities, found.torques], [one.joints, one.velocities, one.torques], one.what);
-    assert.deepEqual(found.values.map((v) => (Number.isNaN(v) ? null : v)), one.values, one.what);
+    assert.deepEqual(found.values.map((v) => (Number.isNaN(v) ? null : v)), [...one.values, ...one.twist], one.what);
     const whole = bytes.length - Buffer.from(one.mode).length;
     if (one.values.length) assert.equal(decode(bytes.slice(0, whole - 1).buffer), null, `${one.what}, cut off`);
   }

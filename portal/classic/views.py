@@ -25,11 +25,11 @@ from queueing.estimates import place_and_wait
 from queueing.models import Ticket, Turn
 from queueing.turns import idle_at
 from robots import services
-from robots.clock import SYSTEM
+from robots.clock import SYSTEM, ms_of
 from robots.contract.errors import RobotError
 from robots.drivers.panels import Panel, Press, panel_of
 from robots.grants import grant_of
-from robots.models import Command, Robot
+from robots.models import Command, Frame, Robot
 from robots.people import is_person
 from robots.services import newest_still, stop_shown
 from robots.web_uptime import up_since
@@ -174,7 +174,10 @@ def _press(request: HttpRequest, robot: Robot, panel: Panel, token: str, now: da
         return
     args = {**wanted.args, "still": spent.still} if "still" in wanted.args else wanted.args
     grant = grant_of(robot, request.user, now)
-    command = services.issue(robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now).command
+    seen = Frame.objects.filter(pk=spent.still).first() if spent.still else None
+    command = services.issue(
+        robot.slug, request.user, wanted.kind, args, services.next_seq(grant), now, ms_of(seen.taken_at) if seen else 0
+    ).command
     leave_room(request)
     _tell(request, _until_final(command))
 

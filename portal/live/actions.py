@@ -51,7 +51,7 @@ def act(scope: dict[str, Any], slug: str, message: RobotMessage, sent: bool = Fa
 
 def _command(slug: str, user: Any, message: Command) -> Answer:
     """Issue a command; the robot comes with its grant, in one query."""
-    issued = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now())
+    issued = services.issue(slug, user, message.kind, dict(message.args), message.seq, SYSTEM.now(), message.seen)
     row = issued.command
     return Answer(
         written=row.pk if issued.created else 0, extra={"id": row.pk, "state": row.state, "grant": row.grant_id}

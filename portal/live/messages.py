@@ -28,11 +28,15 @@ class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field
 
 
 class Command(Message, frozen=True, tag="command"):
-    """Give a command; the same `seq` again is the same command."""
+    """Give a command; the same `seq` again is the same command.
+
+    `seen`: when the picture was taken that the page shows (ms since 1970); 0: none, or the page does not say.
+    """
 
     kind: Name
     seq: Sequence
     args: Arguments = {}
+    seen: Number = 0
 
 
 class Stop(Message, frozen=True, tag="stop"):
@@ -97,10 +101,10 @@ class Watch(Message, frozen=True, tag="watch"):
 
 
 class Plan(Message, frozen=True, tag="plan"):
-    """Ask where a command would lead from these joints (rad, m)."""
+    """Ask where a command would lead from these joints (rad, m); a robot without any answers in its own frame."""
 
     kind: Name
-    joints: Annotated[list[float], Meta(max_length=JOINTS)] = msgspec.field(name="from")
+    joints: Annotated[list[float], Meta(max_length=JOINTS)] = msgspec.field(name="from", default_factory=list)
     args: Arguments = {}
     n: Number = 0
 

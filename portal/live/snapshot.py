@@ -76,7 +76,8 @@ def command_info(command: Command) -> dict[str, Any]:
     return {
         "id": command.pk, "seq": command.client_seq, "grant": command.grant_id, "kind": command.kind,
         "state": command.state, "reason": command.reason, "result": told_result(command), "progress": command.progress,
-        "at_ms": ms_of(command.reached_at),
+        "at_ms": ms_of(command.reached_at), "seen_ms": ms_of(command.seen_picture_at),
+        "newest_ms": ms_of(command.newest_picture_at), "clamping": command.clamping,
         "by": holder.username if holder else "",
     }  # fmt: skip
 

@@ -6,10 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from queueing.jobs.asking import packets_of
-from robots.contract.capabilities import JobChoices
+from robots import programs
+from robots.contract.capabilities import JobChoices, Programs
 from robots.contract.find import function
 from robots.contract.spec import Argument, CommandKind
 from robots.models import Robot
+from robots.plain import whole
+
+SHOWN = 200  # programs
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,8 @@ class Field:
 class Form:
     """The form of one kind. `name`, `mail`: what the person wrote and chose there.
 
-    `declared`: the robot offers `choices`, pairs of a value and its words, in place of fields.
+    `declared`: the robot offers `choices`, pairs of a value and its words, in place of fields. `saved`: id and name of
+    the programs that may be named in place of a text; `program`: the one that was chosen.
     """
 
     kind: CommandKind
@@ -34,26 +39,39 @@ class Form:
     declared: JobChoices | None = None
     choices: tuple[tuple[str, str], ...] = ()
     choice: str = ""
+    saved: tuple[tuple[int, str], ...] = ()
+    program: str = ""
 
 
-def forms(robot: Robot, kinds: Iterable[CommandKind], written: Mapping[str, str]) -> list[Form]:
+def forms(robot: Robot, user: Any, kinds: Iterable[CommandKind], written: Mapping[str, str]) -> list[Form]:
     """Return a form for each kind; the one that was sent, by `written`, keeps what the person wrote."""
-    return [_form(robot, kind, written if written.get("kind") == kind.kind else {}) for kind in kinds]
+    return [_form(robot, user, kind, written if written.get("kind") == kind.kind else {}) for kind in kinds]
 
 
-def _form(robot: Robot, kind: CommandKind, written: Mapping[str, str]) -> Form:
+def _form(robot: Robot, user: Any, kind: CommandKind, written: Mapping[str, str]) -> Form:
     declared = next((one for one in robot.spec().all_of(JobChoices) if one.kind == kind.kind), None)
     found = function(declared.function)(packets_of(robot, declared.stream)) if declared is not None else ()
     choices = tuple((json.dumps(args), words) for words, args in found)
     fields = tuple(Field(a, written.get(f"arg-{a.name}", "")) for a in kind.arguments) if declared is None else ()
     name, mail, choice = written.get("name", ""), written.get("mail") == "yes", written.get("choice", "")
-    return Form(kind, fields, name, mail, declared, choices, choice)
+    return Form(
+        kind, fields, name, mail, declared, choices, choice, _saved(robot, user, kind), written.get("program", "")
+    )  # fmt: skip
+
+
+def _saved(robot: Robot, user: Any, kind: CommandKind) -> tuple[tuple[int, str], ...]:
+    kept = robot.spec().capability(Programs)
+    if kept is None or kept.kind != kind.kind:
+        return ()
+    return tuple(programs.visible(robot, user).values_list("pk", "name")[:SHOWN])
 
 
 def values(kind: CommandKind, written: Mapping[str, str]) -> dict[str, Any]:
     """Return the values of a form; text that is not a number stays text, and the robot's check names it."""
     if "choice" in written:
         return _chosen(kind, written["choice"])
+    if program := written.get("program"):
+        return {"program": whole(program)}
     found: dict[str, Any] = {}
     for argument in kind.arguments:
         text = written.get(f"arg-{argument.name}", "").strip()

@@ -65,7 +65,7 @@ def _show_all(request: HttpRequest, robot: Robot, problem: str = "", status: int
     link = link_of(robot)
     context = {
         "robot": robot, "any_kinds": job_kinds(robot),
-        "forms": forms(robot, kinds_for(robot, request.user), request.POST),
+        "forms": forms(robot, request.user, kinds_for(robot, request.user), request.POST),
         "suspended": waits_for_staff(robot), "guests_ask": link is not None and link.guests_ask,
         "jobs": in_order(robot)[:SHOWN], "problem": problem,
     }  # fmt: skip

@@ -22,6 +22,7 @@ from robots.contract.streams import unpack
 from robots.contract.values import check
 from robots.models import Robot
 from robots.plain import one_line
+from robots.services.clicks import with_program
 from robots.stream_store import kept_stream
 
 LIMIT = 10  # open jobs per person and queue
@@ -48,10 +49,12 @@ def ask(
 ) -> Job:  # fmt: skip
     """Create a job that waits for its turn, or return the one that the same `form` has made.
 
+    A job that names a saved program runs the text that it has now.
+
     Raises:
         NotCleared: this person, or guests, may not ask for this kind of job.
-        BadRequest, OutOfWorkspace: no such job, wrong values, values that make no sense by what the robot shows, or a
-            name that shows a role or another person.
+        BadRequest, OutOfWorkspace: no such job or program, wrong values, values that make no sense by what the robot
+            shows, or a name that shows a role or another person.
         RobotUnavailable: switched off by staff.
         TooManyJobs: the asker, or the queue, has as many open jobs as allowed.
     """
@@ -68,6 +71,7 @@ def ask(
         raise RobotUnavailable("This robot is switched off now; come back later.")
     if not isinstance(args, dict):
         raise BadRequest("The values of a job must be an object.")
+    args = with_program(robot, user, kind, args)
     check(robot.driver, kind, args, robot.driver_settings())
     _refuse_by_what_is_shown(robot, kind, args)
     shown = _shown_name(user, name)

@@ -126,6 +126,8 @@ def wrong_in(trial: Trial, one: RobotState) -> Iterator[str]:
     coordinates = spec.pose.coordinates if spec.pose else ()
     if len(one.pose) != len(coordinates):
         yield f"tells a pose of {len(one.pose)} numbers; the spec declares {len(coordinates)}."
+    if one.twist and len(one.twist) != len(coordinates):
+        yield f"tells a twist of {len(one.twist)} numbers for a pose of {len(coordinates)}; tell as many or none."
     for what, numbers in (("velocities", one.velocities), ("torques", one.torques)):
         if numbers and len(numbers) != len(spec.joints):
             yield f"tells {len(numbers)} {what} of {len(spec.joints)} joints; tell each or none."
@@ -134,7 +136,8 @@ def wrong_in(trial: Trial, one: RobotState) -> Iterator[str]:
         yield f"tells the channel {name!r}, which the spec does not declare; declare it as a Scalar."
     for name in declared - set(one.values):
         yield f"does not tell the channel {name!r}, which the spec declares; tell it, or do not declare it."
-    told = {**spec.named(one), **{f"velocity {i}": v for i, v in enumerate((*one.velocities, *one.torques))}}
+    moves = (*one.velocities, *one.torques, *one.twist)
+    told = {**spec.named(one), **{f"velocity {i}": v for i, v in enumerate(moves)}}
     for name, number in told.items():
         if not isinstance(number, int | float) or not isfinite(number):
             yield f"tells {number!r} for {name!r}; tell finite numbers."

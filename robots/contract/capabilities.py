@@ -77,7 +77,8 @@ class JobChoices:
 class Preview:
     """Where a command would lead, shown before it is given.
 
-    `function(kind, args, joints, settings)` returns a `Foreseen` for the joints (rad, m) to begin with.
+    `function(kind, args, joints, settings)` returns a `Foreseen` for the joints (rad, m) to begin with; a robot that
+    has none is asked with none, and answers in its own frame.
     `prepare(settings)` makes what takes long and is kept; it is called before, outside the bounds of time and memory.
     """
 
@@ -92,24 +93,32 @@ class Foreseen:
     `joints`: where it ends (rad, m). `path`: joints at points in time along the motion (rad, m).
     `tool`: the tool's position (x, y, z) in m at each point of `path`. `seconds`: how long the motion lasts.
     `steps`: the step of the program to which each point of `path` belongs, counted from 1; 0 at the start.
+    `poses`: the body's poses along the motion in the robot's own frame: from where it is now, the origin, x ahead, y to
+    its left, angles to the left; each with the coordinates of the spec's pose (m, rad). `times`: when it is at each
+    of them (s), not falling. At most 2000.
     """
 
-    joints: tuple[float, ...]
-    path: tuple[tuple[float, ...], ...]
-    tool: tuple[tuple[float, ...], ...]
-    seconds: float
+    joints: tuple[float, ...] = ()
+    path: tuple[tuple[float, ...], ...] = ()
+    tool: tuple[tuple[float, ...], ...] = ()
+    seconds: float = 0.0
     steps: tuple[int, ...] = ()
+    poses: tuple[tuple[float, ...], ...] = ()
+    times: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class ClickInPicture:
     """A click in the newest picture is a command: consoles send it as `kind` with `still`, `u` and `v` (px).
 
-    `resolve(picture, u, v)` returns the command's kind and arguments for a point inside a `PictureTaken`.
+    `resolve(picture, u, v)` returns the command's kind and arguments for a point inside a `PictureTaken`. A click
+    is refused if the robot is known to be more than `apart_m` (m) or `apart_rad` (rad) from the pose of the picture.
     """
 
     kind: str
     resolve: str
+    apart_m: float = 0.02
+    apart_rad: float = 0.05
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@
 """
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, inf, isfinite, nan
+from math import ceil, hypot, inf, isfinite, nan, remainder, tau
 
 MOST = 255
 
@@ -81,22 +81,35 @@ class Pose:
         """Return its coordinates with their units, each without a range of its own."""
         return tuple(Scalar(name, "m" if name in LENGTHS else "rad", -inf, inf) for name in self.coordinates)
 
+    def apart(self, one: Sequence[float], other: Sequence[float]) -> tuple[float, float]:
+        """Return how far two places lie apart (m), and the greatest difference of an angle (rad, at most half a turn).
+
+        Raises ValueError where one of them has another number of coordinates.
+        """
+        by = [(n, b - a) for n, a, b in zip(self.coordinates, one, other, strict=True)]
+        turned = (abs(remainder(difference, tau)) for name, difference in by if name not in LENGTHS)
+        return hypot(*(difference for name, difference in by if name in LENGTHS)), max(turned, default=0.0)
+
 
 LENGTHS = ("x", "y", "z")
 IN_PLANE = Pose(("x", "y", "heading"))
 IN_SPACE = Pose(("x", "y", "z", "roll", "pitch", "yaw"))
 
 
-def encode_values(channels: tuple[Scalar, ...], values: Mapping[str, float]) -> bytes:
-    """Return the number of channels in a byte and a float32 for each, in their order; NaN where nothing is known.
+def encode_values(
+    channels: tuple[Scalar, ...], values: Mapping[str, float], more: tuple[float, ...] = ()
+) -> bytes:  # fmt: skip
+    """Return how many numbers follow, in a byte, and float32s: each channel in their order, then `more`.
+
+    NaN where nothing is known.
 
     Raises:
-        ValueError: more channels than a byte counts.
+        ValueError: more numbers than a byte counts.
 
     """
-    if len(channels) > MOST:
+    if len(channels) + len(more) > MOST:
         raise ValueError(f"a robot has at most {MOST} channels")
-    told = [float32(values.get(channel.name)) for channel in channels]
+    told = [*(float32(values.get(channel.name)) for channel in channels), *map(float32, more)]
     return struct.pack(f"<B{len(told)}f", len(told), *told)
 
 

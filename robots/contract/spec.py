@@ -127,6 +127,25 @@ class Spec:
         """Return what state packets carry beside the joints: the channels, then the coordinates of a packed pose."""
         return (*self.channels, *(self.pose.scalars() if self.pose and self.pose.packed else ()))
 
+    def carried(self) -> tuple[str, ...]:
+        """Return the coordinates of the pose that packets carry; none where a console works it out from the joints."""
+        return self.pose.coordinates if self.pose and self.pose.packed else ()
+
+    def body(self, state: RobotState) -> tuple[float, ...]:
+        """Return the body's velocity where packets tell it: the state knows it, and they carry the pose. Else empty."""
+        carried = self.carried()
+        return state.twist if carried and len(state.twist) == len(carried) else ()
+
+    def posture(self, state: RobotState) -> tuple[float, ...]:
+        """Return what a picture tells of where the robot was: its joints, then a packed pose and the body's velocity.
+
+        The joints alone where the state does not tell as many joints and coordinates as are declared.
+        """
+        carried = self.carried()
+        if len(state.joints) != len(self.joints) or len(state.pose) != len(carried):
+            return state.joints
+        return (*state.joints, *state.pose, *self.body(state))
+
     def named(self, state: RobotState) -> dict[str, float]:
         """Return what a state tells, by name."""
         coordinates = self.pose.coordinates if self.pose else ()
@@ -209,7 +228,9 @@ def _contradictions(spec: Spec) -> Iterator[str]:
     yield from (f"names the word {word!r} twice" for word in _twice(list(spec.modes)))
     for command in spec.commands:
         yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_in(command, told))
-    for what, count, most in (("channels", len(spec.packed()), MOST), ("streams", len(spec.streams), MOST_STREAMS)):
+        yield from (f"{wrong} in its command {command.kind!r}" for wrong in _wrong_bounds(command, spec, told))
+    numbers = len(spec.packed()) + len(spec.carried())  # with the body's velocity
+    for what, count, most in (("channels", numbers, MOST), ("streams", len(spec.streams), MOST_STREAMS)):
         if count > most:
             yield f"has {count} {what}; at most {most} are possible"
     yield from (f"gives the channel {c.name!r} no range" for c in spec.channels if not -inf < c.low <= c.high < inf)
@@ -303,6 +324,10 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         yield from _wrong_in_setting(command)
     yield from (f"shows {name!r}, which is no argument," for name in command.shown if name not in names)
     yield from (f"shows a value as {c!r}, which no state tells," for c in command.shown.values() if c not in told)
+
+
+def _wrong_bounds(command: CommandKind, spec: "Spec", told: set[str]) -> Iterator[str]:
+    turns = spec.pose is not None and any(name not in LENGTHS for name in spec.pose.coordinates)
     for bound in (command.policies.on_link_lost, command.policies.on_grant_end):
         if bound is None:
             continue
@@ -311,6 +336,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         if not 0 < bound.seconds <= command.limit_s:
             yield f"lets it go on for {bound.seconds:g} s, which is not within its time limit,"
         yield from (f"bounds {r.name!r}, which no state tells," for r in bound.area if r.name not in told)
+        if bound.turn is not None and not turns:
+            yield "bounds how fast it turns, and has no pose with an angle,"
 
 
 def _wrong_in_setting(command: CommandKind) -> Iterator[str]:

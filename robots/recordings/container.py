@@ -57,7 +57,9 @@ def nameless(message: Message) -> Message:
     return replace(message, data=_encode(told))
 
 
-def picture_told(camera: int, taken_ms: int, number: int, still: int, joints: tuple[float, ...], jpeg: bytes) -> Any:
+def picture_told(
+    camera: int, taken_ms: int, number: int, still: int, joints: tuple[float | None, ...], jpeg: bytes
+) -> Any:
     """Return a picture as the object of its channel: foxglove.CompressedImage with three fields of our own."""
     return {
         "timestamp": {"sec": taken_ms // 1000, "nsec": taken_ms % 1000 * 1_000_000}, "frame_id": f"camera{camera}",

@@ -5,6 +5,9 @@ from typing import Any
 _TIME = {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}}
 _NUMBERS = {"type": "object", "additionalProperties": {"type": ["number", "null"]}}
 
+_ROW = {"type": "array", "items": {"type": ["number", "null"]}}
+_VELOCITY = {"description": "Of the body along and about its own axes, one for each coordinate of its pose; m/s, rad/s"}
+
 
 def _object(about: str, **properties: Any) -> dict[str, Any]:
     return {"type": "object", "title": about, "properties": properties}
@@ -15,13 +18,13 @@ PICTURE = _object(
     timestamp=_TIME, frame_id={"type": "string"}, format={"type": "string"},
     data={"type": "string", "contentEncoding": "base64"}, number={"type": "integer"},
     still={"type": "integer", "description": "The stored picture of this pose; 0: none."},
-    joints={"type": "array", "items": {"type": ["number", "null"]}, "description": "rad, m"},
+    joints=_ROW | {"description": "rad, m"}, pose=_ROW | {"description": "m, rad"}, twist=_ROW | _VELOCITY,
 )  # fmt: skip
 STATE = _object(
     "A state of the robot: rad, m, rad/s, m/s, N m, N, and the units that the metadata names for `values`.",
     number={"type": "integer"}, at_ms={"type": "integer", "description": "ms since 1970, by the robot's host"},
     moving={"type": "boolean"}, stopped={"type": "boolean"}, mode={"type": "string"}, joints=_NUMBERS,
-    velocities=_NUMBERS, torques=_NUMBERS, values=_NUMBERS,
+    velocities=_NUMBERS, torques=_NUMBERS, values=_NUMBERS, twist=_ROW | _VELOCITY,
 )  # fmt: skip
 COMMAND = _object(
     "A stage of a command.",

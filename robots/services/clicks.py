@@ -4,12 +4,14 @@ from typing import Any
 
 from robots import programs
 from robots.contract.capabilities import ClickInPicture, PictureTaken, Programs
+from robots.contract.channels import Pose
 from robots.contract.errors import BadRequest
 from robots.contract.find import function
 from robots.grants import ROBOT
-from robots.models import Frame, Robot
+from robots.models import Frame, Lease, Robot
 from robots.prepared import Prepared
 
+MOVED = "The robot has moved since that picture; click in the newest one."
 _NEWEST: Prepared[Frame] = Prepared(lambda: Frame.objects.filter(robot=ROBOT).order_by("-id")[:1])
 
 
@@ -29,9 +31,8 @@ def resolve(
         BadRequest: unknown or old picture, a point outside it, or the robot's rule refuses it.
     """
     spec = robot.spec()
-    kept, clicks = spec.capability(Programs), spec.capability(ClickInPicture)
-    if kept is not None and kind == kept.kind and "program" in args:
-        return kind, {"text": programs.one(robot, user, _integer(args, "program")).text}
+    clicks = spec.capability(ClickInPicture)
+    args = with_program(robot, user, kind, args)
     if clicks is None or kind != clicks.kind:
         return kind, args
     frame = Frame.objects.filter(robot=robot, pk=_integer(args, "still")).first()
@@ -39,13 +40,36 @@ def resolve(
         raise BadRequest("That picture is unknown; wait for the next one and click there.")
     newest = None if again else newest_still(robot)
     if not again and (newest is None or newest.pk != frame.pk):
-        raise BadRequest("The robot has moved since that picture; click in the newest one.")
+        raise BadRequest(MOVED)
+    if not again and _left(robot, spec.pose, clicks, frame):
+        raise BadRequest(MOVED)
     u, v = _real(args, "u"), _real(args, "v")
     if not (0 <= u <= frame.width - 1 and 0 <= v <= frame.height - 1):
         raise BadRequest("That point lies outside the picture.")
     picture = PictureTaken(frame.width, frame.height, tuple(frame.joints), tuple(frame.pose), frame.calibration)
     found: tuple[str, dict[str, Any]] = function(clicks.resolve)(picture, u, v)
     return found
+
+
+def with_program(robot: Robot, user: Any, kind: str, args: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of a command with the text of the saved program that they name, if they name one.
+
+    Raises BadRequest: there is none that the person, None for a guest, may see.
+    """
+    kept = robot.spec().capability(Programs)
+    if kept is None or kind != kept.kind or "program" not in args:
+        return args
+    return {"text": programs.one(robot, user, _integer(args, "program")).text}
+
+
+def _left(robot: Robot, pose: Pose | None, clicks: ClickInPicture, frame: Frame) -> bool:
+    """Tell whether the robot was elsewhere after the picture; no where that is not known."""
+    lease = Lease.objects.filter(robot=robot, state_at__gt=frame.taken_at).first() if pose is not None else None
+    now = lease.state.get("pose") if lease is not None else None
+    if pose is None or not now or len(now) != len(pose.coordinates) or len(frame.pose) != len(now):
+        return False
+    m, rad = pose.apart(frame.pose, now)
+    return m > clicks.apart_m or rad > clicks.apart_rad
 
 
 def _integer(args: dict[str, Any], name: str) -> int:

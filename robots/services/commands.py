@@ -2,14 +2,14 @@
 
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from django.db import IntegrityError, connection, transaction
 from django.db.models import BigIntegerField, CharField, Count, Max, OuterRef, QuerySet, Subquery
 
 from robots import bus
-from robots.clock import SYSTEM
+from robots.clock import SYSTEM, ms_of
 from robots.contract.errors import BadRequest, NotPermitted, RobotError, Stopped
 from robots.contract.find import spec_of
 from robots.contract.procedures import procedure
@@ -24,6 +24,7 @@ from robots.states import COMMAND_FINAL, IN_ORDER, GrantEnd, GrantKind, Lane
 
 START_S = 10.0  # a command that has not started by then never starts
 PENDING = 128
+AHEAD_MS = 60_000  # so far the clock of a robot's host may be ahead, which stamps its pictures
 # the fields needed to check a command; few, because every click reads them
 NEEDED = (
     "holder", "until", "kind", "robot__slug", "robot__driver", "robot__address", "robot__stop_latched",
@@ -78,12 +79,18 @@ class Issued:
 
 
 def issue(
-    slug: str, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime | None = None
+    slug: str,
+    user: Any,
+    kind: str,
+    args: dict[str, Any],
+    client_seq: int,
+    now: datetime | None = None,
+    seen_ms: int = 0,
 ) -> Issued:
     """Write one command under the user's open grant on the robot `slug` and wake its owner.
 
     The same command with the same sequence number returns the same row again. The owner and the driver repeat every
-    check.
+    check. `seen_ms`: when the picture was taken that the person saw (ms since 1970); 0 where they say nothing.
 
     Raises:
         NumberUsed: another command has that sequence number.
@@ -94,7 +101,12 @@ def issue(
     grant = held(_OPEN.first(slug=slug, seq=client_seq), user, now)
     if grant.kind == GrantKind.UPKEEP:
         raise NotPermitted(ONE_COMMAND)
-    return _issue(grant, grant, user, kind, args, client_seq, now)
+    return _issue(grant, grant, user, kind, args, client_seq, now, picture_time(seen_ms, now))
+
+
+def picture_time(ms: int, now: datetime) -> datetime | None:
+    """Return the time at which a picture was taken; None for one that cannot have been."""
+    return datetime.fromtimestamp(ms / 1000, UTC) if 0 < ms <= ms_of(now) + AHEAD_MS else None
 
 
 def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime) -> Issued:
@@ -104,8 +116,9 @@ def issue_under(grant: Grant, user: Any, kind: str, args: dict[str, Any], client
 
 
 def _issue(
-    grant: Grant, counted: Any, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime
-) -> Issued:
+    grant: Grant, counted: Any, user: Any, kind: str, args: dict[str, Any], client_seq: int, now: datetime,
+    seen: datetime | None = None,
+) -> Issued:  # fmt: skip
     robot = grant.robot
     if counted.same is not None:
         return _same(Command.objects.get(pk=counted.same), robot, user, kind, args)
@@ -127,7 +140,7 @@ def _issue(
         check(robot.driver, kind, args, robot.driver_settings())
     limit_s = wanted.limit_s if wanted else LIMIT_S
     lane = wanted.lane if wanted else Lane.MOTION
-    return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane)
+    return _write(robot, user, grant, robot.lease.epoch, kind, args, client_seq, limit_s, now, lane, seen)
 
 
 def _same(command: Command, robot: Robot, user: Any, kind: str, args: Any) -> Issued:
@@ -152,6 +165,7 @@ def _admit(robot: Robot, user: Any, kind: str, staff_only: bool, now: datetime) 
 def _write(
     robot: Robot, user: Any, grant: Grant, epoch: int, kind: str, args: dict[str, Any],
     client_seq: int, limit_s: float, now: datetime, lane: str = Lane.MOTION,
+    seen: datetime | None = None,
 ) -> Issued:  # fmt: skip
     # one statement needs no transaction of its own; inside another transaction it needs a savepoint
     scope = transaction.atomic() if connection.in_atomic_block else nullcontext()
@@ -160,6 +174,7 @@ def _write(
             command = Command.objects.create(
                 robot=robot, grant=grant, client_seq=client_seq, issued_by=user, kind=kind, lane=lane, args=args,
                 epoch=epoch, created_at=now, deadline=now + timedelta(seconds=START_S), limit_s=limit_s,
+                seen_picture_at=seen,
             )  # fmt: skip
             transaction.on_commit(lambda: bus.wake_owner(robot.slug, epoch, lane), robust=True)
     except IntegrityError:

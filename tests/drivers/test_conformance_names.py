@@ -9,6 +9,7 @@ from robots.clock import SYSTEM
 from robots.conformance.report import Verdict
 from robots.conformance.suite import conform
 from robots.conformance.trial import Limits
+from robots.contract.channels import IN_PLANE
 from robots.contract.errors import HardwareFault, LineGone
 from robots.contract.policies import Bound, Policies
 from robots.contract.session import Outcome, Progress, RobotState
@@ -166,6 +167,11 @@ class TellsTooManyJoints(Rail):
         return replace(super().told(x, moving), joints=(x, x))
 
 
+class TellsATwistWithoutAPose(Rail):
+    def told(self, x, moving):
+        return replace(super().told(x, moving), twist=(0.1, 0.0, 0.0))
+
+
 class OffTheRail(Rail):
     def told(self, x, moving):
         return replace(super().told(x, moving), joints=(x + 5.0,))
@@ -311,6 +317,7 @@ BROKEN = [
     (TellsLess, "state", "does not tell the channel 'pace'"),
     (TellsNoNumber, "state", ") state() tells nan for 'cart'"),
     (TellsTooManyJoints, "state", "tells 2 joints; the spec declares 1"),
+    (TellsATwistWithoutAPose, "state", "tells a twist of 3 numbers for a pose of 0"),
     (OffTheRail, "state", "for the joint 'cart', which its scale says lies in"),
     (KeepsNothing, "state", "latest() returns nothing"),
     (TellsNoState, "connect", "connect() returned NoneType instead of a RobotState"),
@@ -371,5 +378,6 @@ def test_a_policy_that_nothing_can_judge_is_named():
         (Bound(5.0, speed=1.0), NoVelocities, "its states tell no velocities"),
         (Bound(5.0, turn=1.0), Rail, "its states tell no twist"),
     ):
-        spec = replace(SPEC, commands=(replace(go, policies=Policies(on_link_lost=bound)), *others))
+        pose = IN_PLANE if bound.turn is not None else None
+        spec = replace(SPEC, pose=pose, commands=(replace(go, policies=Policies(on_link_lost=bound)), *others))
         assert words in " ".join(tried(driver, "commands", "policies", spec=spec).of("policies").words)

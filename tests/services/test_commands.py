@@ -8,7 +8,7 @@ import redis
 from robots import bus, services
 from robots.clock import SYSTEM
 from robots.contract.errors import BadRequest, GrantOver, NotPermitted, OutOfWorkspace, Stopped
-from robots.models import Command, Frame, Grant, Robot
+from robots.models import Command, Frame, Grant, Lease, Robot
 from robots.states import Cycle, GrantEnd, GrantKind
 from tests.conftest import CALIBRATION
 
@@ -149,6 +149,25 @@ def test_a_click_in_an_old_picture_is_refused(robot, people, grant):
     _still(robot)
     with pytest.raises(BadRequest, match="newest"):
         services.issue(robot.slug, people["ada"], "click", {"still": frame.pk, "u": 1, "v": 1}, 1)
+
+
+@pytest.mark.parametrize(
+    ("later_s", "pose", "refused"),
+    [
+        (1, [0.0, 0.42, 0.0, 0.01], False), (1, [0.0, 0.47, 0.0, 0.0], True), (1, [0.0, 0.42, 0.0, 0.2], True),
+        (-1, [0.0, 0.47, 0.0, 0.0], False), (1, [], False),
+    ],
+)  # fmt: skip
+def test_a_click_is_refused_once_the_robots_pose_is_no_longer_that_of_its_picture(
+    robot, people, grant, later_s, pose, refused
+):
+    frame = _still(robot)
+    Lease.objects.filter(robot=robot).update(state={"pose": pose}, state_at=frame.taken_at + timedelta(seconds=later_s))
+    if refused:
+        with pytest.raises(BadRequest, match="moved since that picture"):
+            services.issue(robot.slug, people["ada"], "click", {"still": frame.pk, "u": 150, "v": 40}, 1)
+    else:
+        assert services.issue(robot.slug, people["ada"], "click", {"still": frame.pk, "u": 150, "v": 40}, 1).created
 
 
 def test_a_click_off_the_sand_is_refused_with_a_sentence(robot, people, grant):

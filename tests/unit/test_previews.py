@@ -7,6 +7,7 @@ from robots import previews
 from robots.description import load
 from robots.motion.described import posture
 from tests.conftest import at_length
+from tests.packaged import of_spec
 from tests.waiting import CEILING_S
 
 READY = tuple(map(float, posture(load("pa10"), "ready")))
@@ -81,6 +82,19 @@ def test_wild_numbers_end_nothing(child, value):
     assert one.ask("pa10", "ready", {})["ok"]
 
 
+ROLLING = """
+from robots.contract.capabilities import Foreseen, Preview
+from robots.contract.channels import IN_PLANE
+from robots.contract.spec import CommandKind, Spec
+def spec():
+    return Spec("Rover", (CommandKind("roll", "Roll"),), pose=IN_PLANE, capabilities=(Preview("rover_robot.spec:foresee"),))
+def foresee(kind, args, joints, settings):
+    poses = {"short": ((0.0, 0.0),), "wild": ((0.0, float("nan"), 0.0),), "long": ((0.0, 0.0, 0.0),) * 5000}
+    poses = poses.get(args["how"], ((0.0, 0.0, 0.0), (0.5, 0.0, 0.25)))
+    times = {"late": (0.0,), "back": (1.0, 0.5), "before": (-1.0, 0.5), "wild": (0.0,)}
+    times = times.get(args["how"], tuple(range(len(poses))))
+    return Foreseen(seconds=1.0, poses=poses, times=times)
+"""
 GREEDY = """
 from robots.contract.capabilities import Foreseen, Preview
 from robots.contract.spec import CommandKind, Spec
@@ -98,16 +112,20 @@ def foresee(kind, args, joints, settings):
 """
 
 
+def test_a_robot_without_joints_says_where_it_would_roll_in_its_own_frame(tmp_path, child):
+    of_spec(tmp_path, "rover", ROLLING)
+    one = child(PYTHONPATH=str(tmp_path))
+    said = one.ask("rover", "roll", {"how": "well"}, ())
+    assert (said["ok"], said["poses"], said["times"]) == (True, [[0.0, 0.0, 0.0], [0.5, 0.0, 0.25]], [0.0, 1.0])
+    assert (said["joints"], said["path"], said["tool"]) == ([], [], [])
+    for wrong in ("short", "wild", "long", "late", "back", "before"):
+        assert one.ask("rover", "roll", {"how": wrong}, ())["text"] == previews.TOO_MUCH, wrong
+    assert one.ask("rover", "roll", {"how": "well"}, ())["ok"]
+
+
 @pytest.fixture
 def greedy(tmp_path, child):
-    folder = tmp_path / "greedy_robot"
-    folder.mkdir()
-    (folder / "__init__.py").write_text("")
-    (folder / "spec.py").write_text(GREEDY)
-    info = tmp_path / "greedy-1.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greedy\nVersion: 1\n")
-    (info / "entry_points.txt").write_text("[farhand.drivers]\ngreedy = greedy_robot.driver:Driver\n")
+    of_spec(tmp_path, "greedy", GREEDY)
     return lambda: child(PYTHONPATH=str(tmp_path))
 
 

@@ -126,6 +126,15 @@ def test_a_state_survives_without_a_change(joints, rows, values, number, mode):
     assert state_packed(kept, NAMES, CHANNELS) == packet
 
 
+def test_a_recorded_state_tells_the_velocity_of_the_body_beside_its_channels():
+    told = RobotState(0.0, (), (), True, True, values={"charge": 50.0, "x": 1.0})
+    channels = (Scalar("charge", "%", 0, 100), Scalar("x", "m", -9, 9))
+    packet = state_packet(1, BEGAN, told, False, channels, twist=(0.5, math.nan))
+    kept = json.loads(json.dumps(state_told(packet, (), CHANNELS)))
+    assert (kept["values"], kept["twist"]) == ({"charge": 50.0, "x": 1.0}, [0.5, None])
+    assert state_packed(kept, (), CHANNELS) == packet
+
+
 @given(
     jpeg=st.binary(max_size=200),
     still=st.integers(0, 2**32 - 1),

@@ -27,7 +27,7 @@ from robots.contract.policies import Bound, Policies, Range
 from robots.contract.session import RobotState
 from robots.contract.spec import ANYONE, STAFF, Argument, CommandKind, Spec
 from robots.contract.streams import Stream
-from robots.messages import state_packet
+from robots.messages import read_state, state_packet
 
 GO = CommandKind("go", "Go", (Argument("x", "m", 0.0, 1.0),))
 PACE = CommandKind(
@@ -40,6 +40,9 @@ SOUND = Spec("Cart", (GO, PACE), ("wheel",), ("go",), (CHARGE,), (Idle("go"), Ne
 
 def alone(seconds, name="wheel"):
     return Policies(on_link_lost=Bound(seconds, (Range(name, 0.0, 1.0),)))
+
+
+TURNS = replace(GO, policies=Policies(on_grant_end=Bound(1.0, turn=0.5)))
 
 
 @pytest.mark.parametrize(
@@ -93,6 +96,8 @@ def alone(seconds, name="wheel"):
         ({"commands": (GO, replace(PACE, shown={"pace": "pace"}))}, "shows a value as 'pace', which no state tells"),
         ({"commands": (replace(GO, policies=alone(99.0)), PACE)}, "go on for 99 s, which is not within its time limit"),
         ({"commands": (replace(GO, policies=alone(5.0, "tail")), PACE)}, "bounds 'tail', which no state tells"),
+        ({"commands": (TURNS, PACE)}, "bounds how fast it turns, and has no pose with an angle, in its command 'go'"),
+        ({"commands": (TURNS, PACE), "pose": Pose(("x", "y"))}, "bounds how fast it turns, and has no pose with an angle"),
         ({"commands": (replace(GO, held=True, policies=alone(5.0)), PACE)}, "has policies although it is held"),
         (
             {"commands": (replace(GO, held=True, asked_by=frozenset({ANYONE})), PACE)},
@@ -107,6 +112,10 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(change, said):
         replace(SOUND, **change)
     assert said in str(refused.value)
     assert str(refused.value).endswith(".")
+
+
+def test_a_robot_with_a_heading_may_bound_how_fast_it_turns():
+    assert replace(SOUND, commands=(TURNS, PACE), pose=IN_PLANE).commands == (TURNS, PACE)
 
 
 def test_only_settings_that_are_declared_reach_the_driver_and_only_within_their_range():
@@ -137,6 +146,40 @@ def test_what_a_state_tells_is_known_by_name_and_packed_where_it_is_declared():
     )
     packet = state_packet(1, 0, state, False, rover.packed(), rover.named(state))
     assert unpack("<B4f", packet[20:]) == (4, 80.0, 1.0, 2.0, pytest.approx(0.3))
+
+
+def test_packets_of_a_robot_with_a_pose_tell_it_with_each_picture_and_its_velocity_with_both():
+    rover = replace(SOUND, pose=IN_PLANE)
+    state = RobotState(0.0, (0.5,), (1.0, 2.0, 0.25), True, True, values={"charge": 80.0}, twist=(0.5, 0.0, -0.125))
+    packet = state_packet(1, 0, state, False, rover.packed(), rover.named(state), rover.body(state))
+    assert unpack("<B7f", packet[20:]) == (7, 80.0, 1.0, 2.0, 0.25, 0.5, 0.0, -0.125)
+    read = read_state(packet, rover.packed())
+    assert (read.twist, read.values["heading"]) == (state.twist, 0.25)
+    assert rover.posture(state) == (0.5, 1.0, 2.0, 0.25, 0.5, 0.0, -0.125)
+    assert rover.posture(replace(state, twist=())) == (0.5, 1.0, 2.0, 0.25), "a velocity that is not told is not sent"
+
+
+@pytest.mark.parametrize(
+    ("change", "pose", "twist", "told"),
+    [
+        ({"pose": None}, (1.0, 2.0, 0.25), (0.5, 0.0, 0.0), (0.5,)),
+        ({"pose": replace(IN_PLANE, packed=False)}, (1.0, 2.0, 0.25), (0.5, 0.0, 0.0), (0.5,)),
+        ({"pose": IN_PLANE}, (1.0,), (0.5,), (0.5,)),
+        ({"pose": IN_PLANE, "joints": ("wheel", "tail")}, (1.0, 2.0, 0.25), (), (0.5,)),
+    ],
+)  # fmt: skip
+def test_no_picture_tells_a_pose_that_the_spec_does_not_declare_or_the_state_does_not_know(change, pose, twist, told):
+    state = RobotState(0.0, (0.5,), pose, True, True, twist=twist)
+    assert replace(SOUND, **change).posture(state) == told
+
+
+@pytest.mark.parametrize(
+    ("other", "m", "rad"),
+    [((1.0, 2.0, 3.1), 0.0, 0.0), ((4.0, 6.0, 3.1), 5.0, 0.0), ((1.0, 2.0, -3.1), 0.0, 0.0832), ((1, 2, 9.6), 0, 0.2168)],
+)  # fmt: skip
+def test_two_places_lie_apart_in_metres_and_at_most_half_a_turn(other, m, rad):
+    assert IN_PLANE.apart((1.0, 2.0, 3.1), other) == (pytest.approx(m), pytest.approx(rad, abs=1e-3))
+    assert IN_PLANE.apart(other, (1.0, 2.0, 3.1)) == (pytest.approx(m), pytest.approx(rad, abs=1e-3))
 
 
 @pytest.mark.parametrize("wild", [float("nan"), float("inf"), -1e308, 1e308])

@@ -14,7 +14,7 @@ from robots.recordings.reading import messages
 from tests.conftest import wait_for
 from workers.recorder.taping import FLUSH_S, Taping
 
-SPEC = SimpleNamespace(joints=("base",), packed=lambda: (), streams=(Stream("map"),))
+SPEC = SimpleNamespace(joints=("base",), packed=lambda: (), carried=lambda: (), streams=(Stream("map"),))
 JPEG = bytes(range(256)) * 80
 S = 10**9
 

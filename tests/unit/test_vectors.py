@@ -26,7 +26,7 @@ from robots.drivers.pa10.spec import spec as pa10
 from robots.messages import picture_packet, read_picture, state_packet, taken_ms
 from robots.motion.pose import matrix, numbers
 from robots.recordings.container import STATE, Tape
-from robots.recordings.packets import picture_of, state_told
+from robots.recordings.packets import picture_of, picture_packed, state_told
 from robots.recordings.timeline import read_index, read_slice
 from robots.states import COMMAND_FINAL, CommandState
 
@@ -105,9 +105,21 @@ def test_roll_pitch_and_yaw(one):
 
 
 @pytest.mark.parametrize("one", PICTURES, ids=lambda one: one["what"])
+def test_a_recording_names_what_a_picture_tells(one):
+    numbers, jpeg = (*one["joints"], *one["pose"], *one["twist"]), bytes.fromhex(one["jpeg"])
+    packet = picture_packet(one["number"], one["at_ms"], one["still"], numbers, jpeg, one["camera"])
+    told = picture_of(packet, len(one["joints"]), len(one["pose"]))
+    assert [list(told.get(name, ())) for name in ("joints", "pose", "twist")] == [
+        one["joints"], one["pose"], one["twist"]
+    ]  # fmt: skip
+    assert picture_packed(json.loads(json.dumps(told)), one["camera"]).hex() == one["hex"]
+
+
+@pytest.mark.parametrize("one", PICTURES, ids=lambda one: one["what"])
 def test_a_picture_is_packed_as_the_browser_reads_it(one):
     jpeg = bytes.fromhex(one["jpeg"])
-    packet = picture_packet(one["number"], one["at_ms"], one["still"], tuple(one["joints"]), jpeg, one["camera"])
+    numbers = (*one["joints"], *one["pose"], *one["twist"])
+    packet = picture_packet(one["number"], one["at_ms"], one["still"], numbers, jpeg, one["camera"])
     assert packet.hex() == one["hex"]
     assert (read_picture(packet), taken_ms(packet)) == (jpeg, one["at_ms"])
 
@@ -141,7 +153,7 @@ def test_a_state_is_packed_as_the_browser_reads_it(one):
         one["mode"], told,
     )  # fmt: skip
     channels = tuple(Scalar(name, "", 0.0, 1.0) for name in one["channels"])
-    packet = state_packet(one["number"], one["at_ms"], state, one["stopped"], channels)
+    packet = state_packet(one["number"], one["at_ms"], state, one["stopped"], channels, twist=tuple(one["twist"]))
     assert packet.hex() == one["hex"]
 
 

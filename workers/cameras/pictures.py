@@ -63,11 +63,13 @@ class Pictures:
         self._steps = [Steps(robot.slug, camera.index, *video, clock) for camera in self.cameras]
         self.every_s = 1.0 / float(self._description.get("fps", 4))
         self._wanted = threading.Event()
-        self._declared = robot.spec().capability(Stills)
+        self._spec = robot.spec()
+        self._declared = self._spec.capability(Stills)
         self._stills = robot.spec().stills(robot.settings)
         corrector = self._declared.brightness if self._declared else ""
         self._brightness: Any = function(corrector)() if corrector else None
         self._door = Door(CameraFault, "The correction of the picture's brightness failed")
+        self.newest_at: datetime | None = None  # when the newest picture of any camera was taken
         self.still_id = 0  # the still that shows the robot as it rests; 0 while it moves
 
     def close(self) -> None:
@@ -113,7 +115,7 @@ class Pictures:
             frame = Frame.objects.create(robot=self._robot, grant=grant, command=command, **fields) if fields else None
             self.still_id = frame.pk if frame else 0
             shot = Shot(taken.picture, taken.number, self.still_id, ms_of(taken.at))
-            self._steps[0].still(shot, taken.data, state.joints)
+            self._steps[0].still(shot, taken.data, self._spec.posture(state))
         finally:
             self._wanted.clear()
         bus.publish(self._robot.slug, Changed("frame"))
@@ -138,8 +140,8 @@ class Pictures:
             verdict = self.settle()
             picture = self.grab(self._stills.exposure_s if self._stills else None)
             number = self.cameras[0].next()
-        shown = self._corrected(picture)
-        return Taken(shown, jpeg(shown), number, self._clock.now(), verdict)
+        shown, self.newest_at = self._corrected(picture), self._clock.now()
+        return Taken(shown, jpeg(shown), number, self.newest_at, verdict)
 
     def _stored(self, taken: Taken, state: RobotState) -> dict[str, Any] | None:
         """Write the file and return the fields of its row; None where that failed."""
@@ -184,5 +186,7 @@ class Pictures:
             shown = self._corrected(picture)
         except CameraFault:
             return True
-        steps.send(due, Shot(shown, number, still, ms_of(self._clock.now())), state.joints, now)
+        self.newest_at = self._clock.now()
+        shot = Shot(shown, number, still, ms_of(self.newest_at))
+        steps.send(due, shot, self._spec.posture(state), now)
         return True

@@ -57,13 +57,13 @@ class Steps:
             jpeg, wanted.video, wanted.coarse and coarse, wanted.coarse_video and coarse, wanted.key, wanted.coarse_key
         )
 
-    def send(self, due: Due, shot: Shot, joints: tuple[float, ...], now: float) -> None:
-        """Make and send what is due."""
+    def send(self, due: Due, shot: Shot, posture: tuple[float, ...], now: float) -> None:
+        """Make and send what is due; `posture` is where the robot is, as `Spec.posture` tells it."""
         if due.jpeg:
             self._jpeg_at = now
-            self._publish(shot, joints, QUALITY, coarse=False)
+            self._publish(shot, posture, QUALITY, coarse=False)
         if due.coarse:
-            self._publish(shot, joints, COARSE_QUALITY, coarse=True)
+            self._publish(shot, posture, COARSE_QUALITY, coarse=True)
         if due.coarse or due.coarse_video:
             self._coarse_at = now
         if due.video:
@@ -71,18 +71,18 @@ class Steps:
         if due.coarse_video:
             self._coarse_video.take(shot, due.coarse_key)
 
-    def still(self, shot: Shot, data: bytes, joints: tuple[float, ...]) -> None:
+    def still(self, shot: Shot, data: bytes, posture: tuple[float, ...]) -> None:
         """Send a stored picture, whose JPEG is `data`, to everybody who watches."""
-        bus.publish_picture(self._slug, self._packet(shot, joints, data), self._camera)
+        bus.publish_picture(self._slug, self._packet(shot, posture, data), self._camera)
         if self._coarse:
-            self._publish(shot, joints, COARSE_QUALITY, coarse=True)
+            self._publish(shot, posture, COARSE_QUALITY, coarse=True)
         for video in (self._video, self._coarse_video):
             if video.running:
                 video.take(shot)
 
-    def _packet(self, shot: Shot, joints: tuple[float, ...], data: bytes) -> bytes:
-        return picture_packet(shot.number, shot.at_ms, shot.still, joints, data, self._camera)
+    def _packet(self, shot: Shot, posture: tuple[float, ...], data: bytes) -> bytes:
+        return picture_packet(shot.number, shot.at_ms, shot.still, posture, data, self._camera)
 
-    def _publish(self, shot: Shot, joints: tuple[float, ...], quality: int, coarse: bool) -> None:
-        packet = self._packet(shot, joints, jpeg(shot.picture, quality))
+    def _publish(self, shot: Shot, posture: tuple[float, ...], quality: int, coarse: bool) -> None:
+        packet = self._packet(shot, posture, jpeg(shot.picture, quality))
         bus.publish_picture(self._slug, packet, self._camera, coarse)

@@ -10,6 +10,7 @@ from robots.grants import stage_event
 from robots.models import Command, Robot
 from robots.prepared import Prepared, PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_RUNNING, CommandState
+from workers.cameras.pictures import Pictures
 from workers.commands.finish import finish
 from workers.owned import OwnedRobot
 from workers.safety.gate import TOO_LATE
@@ -26,6 +27,7 @@ BROKEN_OFF = "The database failed before this command began; it was not carried 
 
 
 ROBOT, ID = Slot("robot", BigAutoField()), Slot("id", BigAutoField())
+PICTURE = Slot("picture", DateTimeField())
 EPOCH, LANE, NOW = Slot("epoch", BigIntegerField()), Slot("lane", CharField()), Slot("now", DateTimeField())
 
 
@@ -42,15 +44,16 @@ def unfinished(robot: Robot | Slot) -> QuerySet[Command]:
 _UNFINISHED = Prepared(lambda: unfinished(ROBOT).select_related("grant"))
 _CLAIM = PreparedUpdate(
     lambda: Command.objects.filter(pk=ID, state=CommandState.QUEUED, epoch=EPOCH, deadline__gt=NOW),
-    state=CommandState.ACCEPTED, accepted_at=NOW,
+    state=CommandState.ACCEPTED, accepted_at=NOW, newest_picture_at=PICTURE,
 )  # fmt: skip
 
 
-def claim(command: Command, epoch: int, now: datetime) -> bool:
-    """Claim a command. Return False if it was claimed already or is too late."""
-    done = _CLAIM(id=command.pk, epoch=epoch, now=now)
+def claim(command: Command, epoch: int, now: datetime, picture: datetime | None = None) -> bool:
+    """Claim a command; `picture` is when the newest one was taken. Return False if it was claimed or is late."""
+    done = _CLAIM(id=command.pk, epoch=epoch, now=now, picture=picture)
     if done:
         command.state, command.accepted_at = CommandState.ACCEPTED, now
+        command.newest_picture_at = picture
         bus.publish(command.robot.slug, stage_event(command))
     return bool(done)
 
@@ -91,8 +94,10 @@ def abandon(robot: Robot, now: datetime) -> list[Command]:
 class Commands:
     """Claims and runs commands, one at a time, whichever thread asks."""
 
-    def __init__(self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, run: Callable[[Command], None]) -> None:
-        self._owned, self._lease, self.lane, self._run = owned, lease, lane, run
+    def __init__(
+        self, owned: OwnedRobot, lease: OwnerLease, lane: Lane, run: Callable[[Command], None], pictures: Pictures
+    ) -> None:
+        self._owned, self._lease, self.lane, self._run, self._pictures = owned, lease, lane, run, pictures
         self.before: Callable[[], bool] | None = None  # asked before anything runs: whether it may; None: it may
 
     def run_due(self) -> bool:
@@ -112,7 +117,7 @@ class Commands:
         """Claim a command and run it, unless another has claimed it or it is too late."""
         command.robot = self._owned.robot
         with self.lane.turn:
-            if not claim(command, self._lease.epoch, self._owned.now()):
+            if not claim(command, self._lease.epoch, self._owned.now(), self._pictures.newest_at):
                 return
             with self.lane.taking(command.limit_s + 10.0):
                 self._run(command)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from datetime import datetime
+from math import inf, isclose, isfinite
 from typing import Any
 
 from django.db import connection, transaction
@@ -14,12 +15,14 @@ from robots.models import Command
 from robots.prepared import PreparedUpdate, Slot
 from robots.states import COMMAND_FINAL, COMMAND_NEXT, CommandState
 
+NEAR = 1e-6  # of a number: a driver may round it
 STAMPS = {
     CommandState.ACCEPTED: "accepted_at",
     CommandState.SENT: "sent_at",
     CommandState.ACKNOWLEDGED: "acknowledged_at",
 }
 ID, NOW, RESULT = Slot("id", BigAutoField()), Slot("now", DateTimeField()), Slot("result", JSONField())
+CLAMPING = Slot("clamping", JSONField())
 STATE, WAS, REASON = Slot("state", CharField()), Slot("was", CharField()), Slot("reason", CharField())
 _ADVANCE = {
     state: PreparedUpdate(lambda: Command.objects.filter(pk=ID, state=WAS), **{"state": state, stamp: NOW})
@@ -27,7 +30,7 @@ _ADVANCE = {
 }
 _FINISH = PreparedUpdate(
     lambda: Command.objects.filter(pk=ID).exclude(state__in=COMMAND_FINAL),
-    state=STATE, reason=REASON, ended_at=NOW, result=RESULT,
+    state=STATE, reason=REASON, ended_at=NOW, result=RESULT, clamping=CLAMPING,
 )  # fmt: skip
 
 
@@ -62,18 +65,44 @@ def advance(command: Command, state: CommandState, now: datetime) -> None:
         bus.publish(command.robot.slug, stage_event(command))
 
 
+def clamping_of(args: Any, sent: Any) -> dict[str, list[float]]:
+    """Return by name the numbers that a command asked for and those that were sent in their place."""
+    if not isinstance(args, dict) or not isinstance(sent, dict):
+        return {}
+    pairs = {name: [asked, sent[name]] for name, asked in args.items() if name in sent}
+    return {name: pair for name, pair in pairs.items() if all(map(_finite, pair)) and not _alike(*pair)}
+
+
+def storable(value: Any) -> Any:
+    """Return a result without numbers that no database stores: None in their place."""
+    if isinstance(value, dict):
+        return {name: storable(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [storable(one) for one in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def _alike(asked: float, sent: float) -> bool:
+    return isclose(asked, sent, rel_tol=NEAR, abs_tol=NEAR * NEAR)
+
+
+def _finite(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < inf
+
+
 def finish(
     command: Command, state: CommandState, now: datetime, reason: str = "", result: dict[str, Any] | None = None
 ) -> bool:
     """End a command, and its grant if that was opened for it alone. Return False if it had ended before."""
-    alone = has_own_grant(command)
+    alone, result = has_own_grant(command), storable(result or {})
+    clamping = clamping_of(command.args, result.get("sent"))
     if alone and state == CommandState.CANCELLED:  # it knows that its grant is over, but not why
         reason = interruption(command.grant_id) or reason
     with without_waiting(), transaction.atomic() if alone else nullcontext():
-        done = _FINISH(id=command.pk, state=state, reason=reason[:300], now=now, result=result or {})
+        done = _FINISH(id=command.pk, state=state, reason=reason[:300], now=now, result=result, clamping=clamping)
         if done:
             command.state, command.reason, command.ended_at = state, reason[:300], now
-            command.result = result or {}
+            command.result, command.clamping = result, clamping
             if alone:
                 end_with_command(command, now)
     if done:

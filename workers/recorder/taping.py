@@ -57,6 +57,7 @@ class Taping:
     ) -> None:
         self._path, self._live = path, path.with_suffix(".tape")
         self._about, self._limit, self._room, self._cameras = about, limit, room, cameras
+        self._coordinates = len(spec.carried())
         self._joints, self._channels = spec.joints, [channel.name for channel in spec.packed()]
         self._streams = [stream.name for stream in spec.streams]
         self._queue = _Queue()
@@ -198,7 +199,7 @@ class Taping:
             if topic == STATE:
                 told = state_told(data, self._joints, self._channels)
             elif topic.startswith(CAMERA):
-                told = picture_of(data)
+                told = picture_of(data, len(self._joints), self._coordinates)
         except ValueError as error:
             log.warning("%s: %s", self._path.name, error)
             return

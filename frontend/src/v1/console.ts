@@ -10,6 +10,7 @@ export { facts } from "../facts.ts";
 export { objectsAfter } from "../objects.ts";
 export { RobotPage } from "../page.ts";
 export { allow, refusal, say } from "../parts.ts";
+export { fromOwn } from "../posture.ts";
 export { shape } from "../svg.ts";
 export { Tabs } from "../tabs.ts";
 export { CommandForm } from "../widgets/command_form.ts";

@@ -10,7 +10,7 @@ export { blocked, type Facts } from "../controls.ts";
 export { stick } from "../gamepad.ts";
 export { Jog, named } from "../jog.ts";
 export { facts } from "../facts.ts";
-export { objectsAfter } from "../objects.ts";
+export { type Box, objectsAfter, type Placed } from "../objects.ts";
 export { RobotPage } from "../page.ts";
 export { allow, fill, refusal, say } from "../parts.ts";
 export type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still, StreamPacket } from "../protocol.ts";

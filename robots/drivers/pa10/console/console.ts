@@ -121,7 +121,7 @@ class ArmConsole implements Console, Judge {
     this.programs.state(packet);
     say(byId("mode"), packet.mode);
     readings(packet);
-    if (this.tabs.open === "position") this.position.follow();
+    if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();
     this.known = true;
   }

@@ -4,31 +4,43 @@ import { defineConfig, type Plugin } from "vite";
 const BASE = "/static/app/";
 /** A robot's folder brings its console: nothing here knows which robots there are. */
 const consoles = globSync("../robots/drivers/*/console/console.ts", { cwd: import.meta.dirname });
+/** The console module and those beside it. As entries they are copies, so that no console of ours loads all that they export. */
+const modules = globSync("src/v1/*.ts", { cwd: import.meta.dirname }).map((source) => `${source}?published`);
 
-/** Consoles of other packages import from an address that stays: a file there leads on to the one that was built. */
-function published(source: string, address: string): Plugin {
-  return {
-    name: "published",
-    generateBundle(_, bundle) {
+/** Consoles of other packages import from addresses that stay: a file there leads on to what was built, one beside it to its style. */
+const published: Plugin = {
+  name: "published",
+  generateBundle(_, bundle) {
+    const styles = (file: string): string[] => {
+      const chunk = bundle[file];
+      return chunk?.type === "chunk" ? [...chunk.imports.flatMap(styles), ...(chunk.viteMetadata?.importedCss ?? [])] : [];
+    };
+    for (const source of modules) {
       const made = Object.values(bundle).find((one) => one.type === "chunk" && one.isEntry && one.facadeModuleId?.endsWith(source));
       if (!made) throw new Error(`${source} was not built`);
-      this.emitFile({ type: "asset", fileName: address, source: `export * from "${BASE}${made.fileName}";\n` });
-    },
-  };
-}
+      const address = source.replace("src/", "farhand/").replace(".ts?published", "");
+      const rules = [...new Set(styles(made.fileName))].map((file) => `@import "${BASE}${file}";\n`).join("");
+      this.emitFile({ type: "asset", fileName: `${address}.js`, source: `export * from "${BASE}${made.fileName}";\n` });
+      if (rules) this.emitFile({ type: "asset", fileName: `${address}.css`, source: rules });
+    }
+  },
+};
 
 export default defineConfig({
   base: BASE,
-  plugins: [published("src/v1/console.ts", "farhand/v1/console.js")],
+  plugins: [published],
+  // our own consoles import the module from that address, too, as tsconfig.json says it
+  resolve: { alias: [{ find: /^\/static\/farhand\/(v1\/\w+)\.js$/, replacement: `${import.meta.dirname}/src/$1.ts` }] },
   build: {
     outDir: "dist",
     manifest: true,
     cssCodeSplit: true,
     rollupOptions: {
       preserveEntrySignatures: "exports-only",
+      treeshake: { moduleSideEffects: [{ test: /v1.console\.ts$/, sideEffects: false }] }, // it only says what others export
       input: [
-        "src/site.ts", "src/plain.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts", "src/pause.ts", "src/replay/page.ts", "src/v1/console.ts",
-        ...consoles,
+        "src/site.ts", "src/plain.ts", "src/landing.ts", "src/admin.ts", "src/turn.ts", "src/pause.ts", "src/replay/page.ts",
+        ...modules, ...consoles,
       ],
     },
   },

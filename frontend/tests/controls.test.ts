@@ -29,11 +29,12 @@ test("the nozzle's pixel maps to no motion", () => {
 });
 
 function facts(over: Partial<Facts> = {}, snapshot: object = {}): Facts {
-  return {
+  const f = {
     snapshot: { link: true, stopped: false, robot: { state: "operating", why: "" }, me: { can: { drive: true } }, ...snapshot } as never,
     state: { moving: false, stopped: false, number: 1, atMs: 10_000, joints: [1, 1, 0, 0], velocities: [], torques: [], mode: "" },
-    lineUp: true, now: 10_200, latency: 10, busy: false, aim: "good", ...over,
+    lineUp: true, now: 10_200, latency: 10, busy: false, ...over,
   };
+  return { blocked: blocked(f), aim: "good", ...f };
 }
 
 test("a control is enabled, or it says why not", () => {

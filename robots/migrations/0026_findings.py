@@ -7,7 +7,7 @@ from django.db import migrations, models
 class Migration(migrations.Migration):
 
     dependencies = [
-        ('robots', '0024_stopped_after'),
+        ('robots', '0025_pictures_of_commands'),
     ]
 
     operations = [

@@ -22,9 +22,13 @@ pytestmark = pytest.mark.timed
 SLIDER, DIAL = "#turntable-goal", "#turntable"
 STABLE = (
     "/static/farhand/v1/console.js",
+    "/static/farhand/v1/roaming.js",
+    "/static/farhand/v1/roaming.css",
     "/static/robots/turntable/console.js",
     "/static/robots/turntable/console.css",
 )
+
+WIDGETS = {"roaming": "GraphMap", "cells": "CellGrid", "arm": "Joints", "arm_view": "ArmView", "blocks": "Blockly"}
 
 
 @pytest.fixture
@@ -67,6 +71,8 @@ def test_a_stranger_drives_a_robot_by_the_console_of_its_package(portal, visitor
         assert answer.headers["content-type"].split(";")[0] in ("text/javascript", "text/css")
     assert page.request.get("/static/robots/turntable/console.html").status == 404, "templates are not served"
     expect(page.locator(f"{DIAL} svg")).to_be_visible()
+    for module, name in WIDGETS.items():
+        assert name in page.evaluate(f"async () => Object.keys(await import('/static/farhand/v1/{module}.js'))"), module
     expect(page.locator("[data-command=turn]")).to_be_hidden()  # nobody drives
     page.click("[data-do=join]")
     page.locator("[data-do=accept]").press("Enter", timeout=30_000)

@@ -52,3 +52,14 @@ def test_one_function_alone_switches_controls_off():
     sources = [*(ROOT / "frontend/src").rglob("*.ts"), *(ROOT / "robots/drivers").glob("*/console/*.ts")]
     found = [p.name for p in sources if re.search(r'"aria-disabled"\s*[:,]', p.read_text())]
     assert found == ["parts.ts"]
+
+
+def test_what_is_published_is_described():
+    page = (ROOT / "docs/reference/console-module.md").read_text()
+    told = set(re.findall(r"\w+", " ".join(re.findall(r"^\|.*?\|.*?\|", page, re.MULTILINE))))
+    for module in sorted((ROOT / "frontend/src/v1").glob("*.ts")):
+        exported = ", ".join(re.findall(r"^export \{(.*?)\}", module.read_text(), re.MULTILINE)).split(",")
+        names = {name.strip() for name in exported if not name.strip().startswith("type ")}
+        assert names - {""}, module.name
+        assert f"{module.stem}.js" in page
+        assert names - {""} <= told, module.name

@@ -1,18 +1,7 @@
 /** The iRat's console: camera, map, pose cells; everybody's goals by a click or from a list of places. */
-import "../../../../frontend/src/widgets/roaming.css";
-import type { Facts } from "../../../../frontend/src/controls.ts";
-import { stick } from "../../../../frontend/src/gamepad.ts";
-import { Jog } from "../../../../frontend/src/jog.ts";
-import { RobotPage, text } from "../../../../frontend/src/page.ts";
-import { allow, fill } from "../../../../frontend/src/parts.ts";
-import type { StatePacket, StreamPacket } from "../../../../frontend/src/protocol.ts";
-import { byId } from "../../../../frontend/src/svg.ts";
-import { Basics } from "../../../../frontend/src/widgets/basics.ts";
-import type { CellGrid } from "../../../../frontend/src/widgets/cell_grid.ts";
-import { GraphMap, type Mark } from "../../../../frontend/src/widgets/graph_map.ts";
-import { JobPanel } from "../../../../frontend/src/widgets/job_panel.ts";
-import { landmarks, whereabouts } from "../../../../frontend/src/widgets/plane.ts";
-import { SpotList } from "../../../../frontend/src/widgets/spot_list.ts";
+import { allow, Basics, byId, type Facts, fill, Jog, RobotPage, say, type StatePacket, stick, type StreamPacket } from "/static/farhand/v1/console.js";
+import type { CellGrid } from "/static/farhand/v1/cells.js";
+import { GraphMap, JobPanel, landmarks, type Mark, SpotList, whereabouts } from "/static/farhand/v1/roaming.js";
 import { ACROSS, HEADINGS, LEVELS, PoseCells } from "./cell_packets.ts";
 import { type Earlier, earlierOf, endOf } from "./earlier_map.ts";
 import { ExperienceMap } from "./map_packets.ts";
@@ -71,7 +60,7 @@ class RoamingConsole extends Basics<RobotPage> {
     byId("cells-view").hidden = !this.wide.matches;
     if (!this.wide.matches || this.grid) return;
     try {
-      const { CellGrid } = await import("../../../../frontend/src/widgets/cell_grid.ts");
+      const { CellGrid } = await import("/static/farhand/v1/cells.js");
       this.grid ??= new CellGrid(byId("cells"), [ACROSS, ACROSS, HEADINGS], LEVELS);
       this.grid.show(this.cells.levels);
     } catch (error) {
@@ -106,7 +95,7 @@ class RoamingConsole extends Basics<RobotPage> {
     if (!earlier) return;
     this.earlier = earlier;
     const words = endOf(earlier, new Date(earlier.endedMs).toLocaleString([], { dateStyle: "medium", timeStyle: "short" }));
-    text("earlier-said", words);
+    say(byId("earlier-said"), words);
     byId("earlier").hidden = false;
     byId("earlier-show").hidden = !earlier.map.spots.size;
     const fresh = earlier.map.number !== this.told && [this.known.number, this.last].includes(earlier.map.number);
@@ -118,7 +107,7 @@ class RoamingConsole extends Basics<RobotPage> {
   /** Show the earlier map, or the map of now. */
   private turnBack(past: boolean): void {
     this.past = past && this.earlier !== null;
-    text("earlier-show", this.past ? NOW : "Show the earlier map");
+    say(byId("earlier-show"), this.past ? NOW : "Show the earlier map");
     byId("map-how").style.visibility = this.past ? "hidden" : ""; // it keeps its height
     this.map.show(this.past ? this.earlier!.map : this.known, true);
     this.map.place(null);
@@ -142,7 +131,7 @@ class RoamingConsole extends Basics<RobotPage> {
       const at = spots.get(id);
       return at ? [[letter, at] as const] : [];
     })));
-    text("map-said", this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.");
+    say(byId("map-said"), this.past ? `Earlier map, number ${this.earlier!.map.number}` : spots.size ? "" : "No map yet: it grows as the robot drives.");
   }
 
   private inWords(id: number): string {
@@ -201,7 +190,7 @@ function readings(): void {
   };
   const charge = page.value("charge");
   byId<HTMLMeterElement>("charge").value = charge ?? 0;
-  text("charge-said", `Battery ${told("charge", (v) => `${v.toFixed(0)} %`)}, ${told("battery", (v) => `${v.toFixed(1)} V`)}`);
+  say(byId("charge-said"), `Battery ${told("charge", (v) => `${v.toFixed(0)} %`)}, ${told("battery", (v) => `${v.toFixed(1)} V`)}`);
   fill(byId("readings").querySelector("tbody")!, [
     ["Now", page.state?.mode || "not known"],
     ["Charging", told("charging", (v) => (v > 0 ? "yes, current flows" : "no"))],

@@ -1,5 +1,5 @@
 /** Reads the byte stream `map`: experiences, links, the way to the goal, from where the dock was seen. */
-import type { Graph, Spot } from "../../../../frontend/src/widgets/graph_map.ts";
+import type { Graph, Spot } from "/static/farhand/v1/roaming.js";
 
 const VERSION = 1;
 const HEAD = 14;

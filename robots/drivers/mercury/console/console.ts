@@ -1,21 +1,15 @@
 /** The console of an arm with a camera and an air jet over sand: a picture and a map to click. */
-import { type Description, type Map2, nozzlePixel, onSand, target } from "./scara.ts";
+import {
+  allow, Basics, blocked, byId, CameraView, type CommandInfo, facts, type Facts, Jog, RobotPage, say, type StatePacket, stick, type Still,
+} from "/static/farhand/v1/console.js";
 import "./console.css";
-import { CameraView } from "../../../../frontend/src/camera.ts";
-import type { Facts } from "../../../../frontend/src/controls.ts";
-import { stick } from "../../../../frontend/src/gamepad.ts";
-import { Jog } from "../../../../frontend/src/jog.ts";
-import { RobotPage, text } from "../../../../frontend/src/page.ts";
-import type { CommandInfo, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
-import { allow } from "../../../../frontend/src/parts.ts";
 import { Schematic } from "./schematic.ts";
-import { byId } from "../../../../frontend/src/svg.ts";
-import { Basics } from "../../../../frontend/src/widgets/basics.ts";
 import { type SandFacts, whyNot } from "./rules.ts";
+import { type Description, type Map2, nozzlePixel, onSand, target } from "./scara.ts";
 
 type Aim = { by: "camera"; u: number; v: number; still: number } | { by: "map"; x: number; y: number };
 
-const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
+const description = facts as typeof facts & Description;
 const page = new RobotPage();
 const NOT_YET = "You cannot click in this picture yet: the arm moves, or the picture was not stored. Wait for the next one.";
 
@@ -101,7 +95,7 @@ class SandConsole extends Basics<RobotPage> {
   }
 
   private judged(f: Facts): SandFacts {
-    return { ...f, aim: this.aimState() };
+    return { ...f, blocked: blocked(f), aim: this.aimState() };
   }
 
   override whyNot(kind: string, f: Facts): string {
@@ -144,7 +138,7 @@ class SandConsole extends Basics<RobotPage> {
   override draw(f: Facts): void {
     const judged = this.judged(f);
     const z = f.state?.joints[2];
-    text("height", z === undefined ? "" : z < 0.001 ? "Down, Z = 0" : `Z = ${Math.round(z * 1000)} mm`);
+    say(byId("height"), z === undefined ? "" : z < 0.001 ? "Down, Z = 0" : `Z = ${Math.round(z * 1000)} mm`);
     byId("jog").hidden = !page.operating;
     const whyJog = whyNot("jog", judged);
     for (const button of byId("jog").querySelectorAll<HTMLElement>("[data-jog]"))

@@ -1,14 +1,14 @@
 /** The rules for the controls of the arm over sand: enabled, or disabled with a reason. */
-import { blocked, type Facts } from "../../../../frontend/src/controls.ts";
+import type { Facts } from "/static/farhand/v1/console.js";
 
-export interface SandFacts extends Facts { aim: "none" | "good" | "refused" | "old" }
+/** `blocked`: why nothing at all can be commanded. */
+export interface SandFacts extends Facts { blocked: string; aim: "none" | "good" | "refused" | "old" }
 
 const DOWN_M = 0.001;
 
 /** Why a control does not work now; empty if it does. */
 export function whyNot(kind: string, f: SandFacts): string {
-  const general = blocked(f);
-  if (general) return general;
+  if (f.blocked) return f.blocked;
   if (f.busy) return "One command at a time: the arm is still busy.";
   const z = f.state?.joints[2] ?? 0;
   if (kind === "air" && z > DOWN_M) return "Air works only at Z = 0: press Down first.";

@@ -1,5 +1,5 @@
 /** A program's steps as blocks (Blockly); loaded when the program mode is opened. */
-import { Blockly, workspace } from "../../../../frontend/src/blockly.ts";
+import { Blockly, workspace } from "/static/farhand/v1/blocks.js";
 import type { Step } from "./program_text.ts";
 
 const POSE = ["x", "y", "z", "roll", "pitch", "yaw"];

@@ -1,30 +1,21 @@
 /** The museum arm's console: cameras, a view in three dimensions; joint, position, program and terminal modes. */
-import "../../../../frontend/src/arm/arm.css";
+import {
+  allow, blocked, byId, CameraView, type CommandInfo, type Console, facts, type Facts, fill, FINAL, type PicturePacket, type PlanAnswer, request,
+  RobotPage, say, type StatePacket, type Still, Tabs,
+} from "/static/farhand/v1/console.js";
+import { type ArmDescription, deg, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
+import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
 import "./programs.css";
-import { CameraView } from "../../../../frontend/src/camera.ts";
-import { blocked, type Facts } from "../../../../frontend/src/controls.ts";
-import { facts } from "../../../../frontend/src/facts.ts";
-import type { Console } from "../../../../frontend/src/console_parts.ts";
-import { RobotPage, text } from "../../../../frontend/src/page.ts";
-import { allow, fill } from "../../../../frontend/src/parts.ts";
-import type { CommandInfo, PicturePacket, PlanAnswer, StatePacket, Still } from "../../../../frontend/src/protocol.ts";
-import { FILE_MS, request } from "../../../../frontend/src/request.ts";
-import { byId } from "../../../../frontend/src/svg.ts";
-import { Joints } from "../../../../frontend/src/arm/joints.ts";
-import { Position } from "../../../../frontend/src/arm/position.ts";
-import { type ArmDescription, deg, type Judge, type Target } from "../../../../frontend/src/arm/types.ts";
-import type { ArmView, ForbiddenBox } from "../../../../frontend/src/arm/view.ts";
 import { Programs } from "./programs.ts";
-import { FINAL } from "../../../../frontend/src/words.ts";
-import { Tabs } from "../../../../frontend/src/tabs.ts";
 import { Terminal } from "./terminal.ts";
 
 interface Plan { key: string; ok: boolean; text: string }
 
-const description = JSON.parse(byId("description").textContent ?? "{}") as ArmDescription & { set: { boxes?: ForbiddenBox[] } };
+const description = facts as typeof facts & ArmDescription & { set: { boxes?: ForbiddenBox[] } };
 const page = new RobotPage();
 const FINGERS = ["left_finger", "right_finger"]; // of the model; the state has one width for both
 const PLAN_MS = 120;
+const MODEL_MS = 120_000; // the file may come over a slow line
 const THERE = 0.002; // rad: a target this near needs no ghost
 /** The command of each mode; the terminal checks its lines itself. */
 const ASKED_FOR: Record<string, string> = { joint: "go", position: "go", program: "run" };
@@ -49,7 +40,7 @@ class ArmConsole implements Console, Judge {
   constructor() {
     const speed = byId<HTMLInputElement>("speed");
     speed.addEventListener("input", () => {
-      text("speed-said", `${speed.value} %`);
+      say(byId("speed-said"), `${speed.value} %`);
       this.ask();
     });
     const share = (): number => Number(speed.value) / 100;
@@ -70,7 +61,7 @@ class ArmConsole implements Console, Judge {
 
   private async openView(): Promise<void> {
     try {
-      const [{ ArmView }, answer] = await Promise.all([import("../../../../frontend/src/arm/view.ts"), request(description.model, {}, FILE_MS)]);
+      const [{ ArmView }, answer] = await Promise.all([import("/static/farhand/v1/arm_view.js"), request(description.model, {}, MODEL_MS)]);
       if (!answer.ok) throw new Error(`the model answered ${answer.status}`);
       const names = [...description.joints.map((j) => [j.name]), FINGERS];
       this.view = new ArmView(byId("model"), await answer.text(), names, description.tip, [...description.boxes, ...(description.set.boxes ?? [])], (x, y) => {
@@ -85,7 +76,7 @@ class ArmConsole implements Console, Judge {
       this.ask();
     } catch (error) {
       byId("model").dataset["broken"] = "yes";
-      text("model-said", "The 3D view does not work in this browser; cameras and controls do.");
+      say(byId("model-said"), "The 3D view does not work in this browser; cameras and controls do.");
       console.warn(error);
     }
   }
@@ -128,9 +119,9 @@ class ArmConsole implements Console, Judge {
     this.view?.joints(packet.joints);
     this.joints.show(packet);
     this.programs.state(packet);
-    text("mode", packet.mode);
+    say(byId("mode"), packet.mode);
     readings(packet);
-    if (this.tabs.open === "position") this.position.follow();
+    if (!this.known || this.tabs.open === "position") this.position.follow();
     if (!this.known) this.ask();
     this.known = true;
   }
@@ -187,7 +178,7 @@ class ArmConsole implements Console, Judge {
 
   private noGhost(): void {
     this.view?.target(null);
-    if (!byId("model").dataset["broken"]) text("model-said", "");
+    if (!byId("model").dataset["broken"]) say(byId("model-said"), "");
   }
 
   /** The target is not valid, so the server is not asked; earlier questions are dropped. */
@@ -208,7 +199,7 @@ class ArmConsole implements Console, Judge {
     this.view?.refused(false);
     this.view?.play(answer.path ?? [], answer.tool ?? [], (i) => {
       const step = answer.steps?.[i] ?? 0;
-      text("model-said", step ? `The ghost is at step ${step}` : "");
+      say(byId("model-said"), step ? `The ghost is at step ${step}` : "");
     });
   }
 
@@ -224,7 +215,7 @@ class ArmConsole implements Console, Judge {
     if (answer.joints && !there) this.view?.target(answer.joints, answer.tool ?? []);
     else this.view?.target(null);
     const way = there ? "The arm is there" : `${answer.seconds?.toFixed(1)} s on the way`;
-    text("model-said", answer.ok ? way : answer.text);
+    say(byId("model-said"), answer.ok ? way : answer.text);
     page.draw();
   }
 

@@ -1,9 +1,6 @@
 /** Program mode: steps as blocks and as text, tried on the ghost, run, saved, shared. */
-import type { RobotPage } from "../../../../frontend/src/page.ts";
-import type { PlanAnswer, StatePacket } from "../../../../frontend/src/protocol.ts";
-import { request } from "../../../../frontend/src/request.ts";
-import { byId } from "../../../../frontend/src/svg.ts";
-import { deg, type Judge } from "../../../../frontend/src/arm/types.ts";
+import { byId, type PlanAnswer, request, type RobotPage, type StatePacket } from "/static/farhand/v1/console.js";
+import { deg, type Judge } from "/static/farhand/v1/arm.js";
 import type { Blocks } from "./blocks.ts";
 import { parse, print, type Step } from "./program_text.ts";
 

@@ -1,7 +1,6 @@
 /** A terminal for the arm's own lines: each line becomes a command of the portal. */
-import type { RobotPage } from "../../../../frontend/src/page.ts";
-import { byId } from "../../../../frontend/src/svg.ts";
-import type { Judge } from "../../../../frontend/src/arm/types.ts";
+import { byId, type RobotPage } from "/static/farhand/v1/console.js";
+import type { Judge } from "/static/farhand/v1/arm.js";
 import { understood } from "./terminal_lines.ts";
 
 const LONGEST = 200;

@@ -1,6 +1,6 @@
 /** The arm's own lines as commands of the portal. */
 import { numeral } from "./program_text.ts";
-import { rad, type Target } from "../../../../frontend/src/arm/types.ts";
+import type { Target } from "/static/farhand/v1/arm.js";
 
 const PLACE = ["x", "y", "z", "roll", "pitch", "yaw"];
 
@@ -32,4 +32,8 @@ export function understood(line: string, axes: string[]): Target {
     return { kind: "program", args: { number: numbers[0] ?? 0 } };
   }
   throw new Error(`There is no command that begins with “${letter}”; known: j k l g p h w.`);
+}
+
+function rad(degrees: number): number {
+  return (degrees * Math.PI) / 180;
 }

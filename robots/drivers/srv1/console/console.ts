@@ -1,23 +1,14 @@
 /** The console of a rover in a hall: camera, map, readings; driven by hand or sent to a place. */
-import "../../../../frontend/src/widgets/roaming.css";
+import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, Jog, RobotPage, type StatePacket, stick } from "/static/farhand/v1/console.js";
+import { JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
-import type { Facts } from "../../../../frontend/src/controls.ts";
-import { stick } from "../../../../frontend/src/gamepad.ts";
-import { Jog } from "../../../../frontend/src/jog.ts";
-import { RobotPage } from "../../../../frontend/src/page.ts";
-import { allow, fill } from "../../../../frontend/src/parts.ts";
-import type { CommandInfo, StatePacket } from "../../../../frontend/src/protocol.ts";
-import { byId } from "../../../../frontend/src/svg.ts";
-import { Basics } from "../../../../frontend/src/widgets/basics.ts";
-import { JobPanel } from "../../../../frontend/src/widgets/job_panel.ts";
-import { FINAL } from "../../../../frontend/src/words.ts";
 
 const GO = "go";
 const TURN_RAD = Math.PI / 2;
 const HOW = "Click on the floor of the map, or choose a place here.";
 type Values = Record<string, number | string>;
-const description = JSON.parse(byId("description").textContent ?? "{}") as Description;
+const description = facts as typeof facts & Description;
 const page = new RobotPage();
 
 class HallConsole extends Basics<RobotPage> {

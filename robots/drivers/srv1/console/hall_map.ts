@@ -1,5 +1,5 @@
 /** The hall from above: walls, cases, exhibits, ways between places; the rover, what its sensors see, and where it goes. */
-import { set, shape } from "../../../../frontend/src/svg.ts";
+import { set, shape } from "/static/farhand/v1/console.js";
 
 export interface Case { name: string; at: [number, number]; half: [number, number]; black?: boolean }
 export interface Exhibit { name: string; at: [number, number]; radius: number }

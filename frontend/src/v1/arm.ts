@@ -1,0 +1,6 @@
+/** `/static/farhand/v1/arm.js`: widgets for an arm. */
+import "../arm/arm.css";
+
+export { Joints } from "../arm/joints.ts";
+export { Position } from "../arm/position.ts";
+export { type ArmDescription, deg, type Judge, type Target } from "../arm/types.ts";

@@ -56,7 +56,7 @@ export class Blocks {
   }
 
   /** Show these steps, without reporting a change. */
-  show(steps: Step[]): void {
+  show(steps: readonly Step[]): void {
     this.quiet = true;
     const first = this.chain(steps);
     const blocks = first ? { languageVersion: 0, blocks: [{ ...first, x: 24, y: 24 }] } : { languageVersion: 0, blocks: [] };
@@ -65,7 +65,7 @@ export class Blocks {
     document.querySelector(".blocklyComputeCanvas")?.setAttribute("aria-hidden", "true"); // it only measures texts
   }
 
-  private chain(steps: Step[]): BlockState | undefined {
+  private chain(steps: readonly Step[]): BlockState | undefined {
     return steps.reduceRight<BlockState | undefined>(
       (next, step) => ({ ...this.block(step), ...(next ? { next: { block: next } } : {}) }), undefined,
     );

@@ -5,7 +5,7 @@ import {
 } from "/static/farhand/v1/console.js";
 import { type ArmDescription, deg, Joints, type Judge, Position, type Target } from "/static/farhand/v1/arm.js";
 import type { ArmView, ForbiddenBox } from "/static/farhand/v1/arm_view.js";
-import "./programs.css";
+import "./terminal.css";
 import { Programs } from "./programs.ts";
 import { Terminal } from "./terminal.ts";
 

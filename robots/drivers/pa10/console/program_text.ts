@@ -71,7 +71,7 @@ export function parse(text: string): Step[] {
 }
 
 /** Return the text of the steps, one line each. */
-export function print(steps: Step[]): string {
+export function print(steps: readonly Step[]): string {
   return steps.map(lines).join("\n");
 }
 

@@ -1,0 +1,200 @@
+/** Programs of a robot's own language: as text and as blocks, saved, shared, fetched from the gallery. */
+import { kept } from "../kept.ts";
+import type { RobotPage } from "../page.ts";
+import { allow } from "../parts.ts";
+import { request } from "../request.ts";
+import { byId } from "../svg.ts";
+
+/** A robot's language: `parse` throws a sentence that names the line. */
+export interface Language<Step> { parse(text: string): Step[]; print(steps: readonly Step[]): string }
+export interface StepBlocks<Step> { show(steps: readonly Step[]): void }
+/** What a console does with programs. */
+export interface ProgramUse<Step> {
+  /** Load the blocks, once, and show them in `box`; `changed` gets the steps after each change by a person. */
+  blocks(box: HTMLElement, changed: (steps: Step[]) => void): Promise<StepBlocks<Step>>;
+  /** The steps are others, and may be tried. */
+  changed(steps: readonly Step[]): void;
+  /** The text is no program; `why` says where. */
+  refused(why: string): void;
+}
+interface Saved { id: number; name: string; text: string; shared: boolean; approved: boolean; by: string; mine: boolean }
+
+const DRAFT_MS = 400; // after the last key, until what was written is kept on this device
+
+export class ProgramDesk<Step> {
+  steps: Step[] = [];
+  private saved: Saved[] = [];
+  private current: Saved | null = null;
+  private blocks: StepBlocks<Step> | null = null;
+  private opened = false;
+  private keeping = 0;
+  private area = byId<HTMLTextAreaElement>("program-text");
+  private list = byId<HTMLSelectElement>("program-list");
+  private name = byId<HTMLInputElement>("program-name");
+  private shared = byId<HTMLInputElement>("program-shared");
+
+  /** `noun`: what a program of this robot is called. */
+  constructor(private page: RobotPage, private language: Language<Step>, private noun: string, private use: ProgramUse<Step>) {
+    this.area.addEventListener("input", () => this.typed());
+    this.list.addEventListener("change", () => this.load(Number(this.list.value)));
+    const act: Record<string, () => void> = { new: () => this.clear(), save: () => void this.save(), delete: () => void this.remove() };
+    for (const [name, run] of Object.entries(act)) document.querySelector(`[data-program="${name}"]`)?.addEventListener("click", run);
+  }
+
+  /** The mode was opened: fetch the list and the blocks, once. */
+  async open(): Promise<void> {
+    if (this.opened) return;
+    this.opened = true;
+    const draft = this.area.value || kept.get(this.place);
+    if (draft) {
+      this.area.value = draft;
+      this.typed();
+    }
+    void this.openBlocks();
+    try {
+      await this.refresh();
+    } catch {
+      this.opened = false; // the next opening tries again
+      return this.tell(`The list of ${this.noun}s did not come. What you write here works all the same.`, "warning");
+    }
+    if (!this.area.value && this.saved[0]) this.load(this.saved[0].id);
+  }
+
+  private async openBlocks(): Promise<void> {
+    if (this.blocks) return;
+    try {
+      this.blocks = await this.use.blocks(byId("blocks"), (steps) => this.built(steps));
+      this.blocks.show(this.steps);
+    } catch (error) {
+      byId("blocks").hidden = true;
+      console.warn(error);
+    }
+  }
+
+  text(): string {
+    return this.area.value.trim();
+  }
+
+  /** The number of the saved program that stands here as it was saved; 0 if it was changed, or never saved. */
+  get unchanged(): number {
+    return this.current && this.current.text.trim() === this.text() ? this.current.id : 0;
+  }
+
+  /** Append a step. */
+  add(step: Step): void {
+    this.area.value = this.language.print([...this.steps, step]);
+    this.typed();
+  }
+
+  /** Say something under the program; kind: good, bad, warning, or empty. */
+  tell(words: string, kind: string): void {
+    const box = byId("program-said");
+    if (box.textContent === words) return;
+    box.textContent = words;
+    box.className = `program-said ${kind}`;
+  }
+
+  private async refresh(): Promise<void> {
+    const answer = await request(`/robots/${this.page.slug}/programs/`);
+    this.saved = answer.ok ? ((await answer.json()) as { programs: Saved[] }).programs : [];
+    const groups: [string, Saved[]][] = [
+      ["Came with the robot", this.saved.filter((p) => !p.by)],
+      ["Mine", this.saved.filter((p) => p.mine)],
+      ["Gallery", this.saved.filter((p) => p.by && !p.mine)],
+    ];
+    const none = new Option(`A new ${this.noun}`, "0");
+    this.list.replaceChildren(none, ...groups.filter(([, found]) => found.length).map(([label, found]) => {
+      const group = document.createElement("optgroup");
+      group.label = label;
+      group.append(...found.map((p) => new Option(p.mine || !p.by ? p.name : `${p.name} (${p.by})`, String(p.id))));
+      return group;
+    }));
+    this.list.value = String(this.current?.id ?? 0);
+  }
+
+  private load(id: number): void {
+    this.current = this.saved.find((p) => p.id === id) ?? null;
+    this.list.value = String(this.current?.id ?? 0);
+    this.name.value = this.current?.mine ? this.current.name : "";
+    this.shared.checked = this.current?.mine ? this.current.shared : false;
+    this.area.value = this.current?.text ?? "";
+    byId<HTMLButtonElement>("program-delete").hidden = !this.current?.mine;
+    this.typed();
+  }
+
+  private clear(): void {
+    this.load(0);
+    this.area.focus();
+  }
+
+  private typed(): void {
+    this.keep();
+    try {
+      this.steps = this.language.parse(this.area.value);
+      this.blocks?.show(this.steps);
+      this.tell("", "");
+      this.use.changed(this.steps);
+    } catch (error) {
+      const why = (error as Error).message;
+      this.tell(why, "bad");
+      this.use.refused(why);
+    }
+  }
+
+  private built(steps: Step[]): void {
+    this.steps = steps;
+    this.area.value = this.language.print(steps);
+    this.keep();
+    this.tell("", "");
+    this.use.changed(steps);
+  }
+
+  /** What is written stays on this device, so that a page that is loaded again, or a lost line, loses nothing. */
+  private keep(): void {
+    clearTimeout(this.keeping);
+    this.keeping = window.setTimeout(() => kept.set(this.place, this.unchanged ? "" : this.area.value), DRAFT_MS);
+  }
+
+  private get place(): string {
+    return `program-${this.page.slug}`;
+  }
+
+  /** Enable what needs the server, or disable it with a reason. */
+  enable(why: string): void {
+    for (const name of ["save", "delete"]) allow(document.querySelector<HTMLElement>(`[data-program="${name}"]`)!, why);
+  }
+
+  private async save(): Promise<void> {
+    const id = this.current?.mine ? this.current.id : undefined;
+    const said = await this.ask("POST", { id, name: this.name.value, text: this.text(), shared: this.shared.checked });
+    if (!said) return;
+    this.current = said as Saved;
+    this.keep();
+    this.tell(this.current.shared && !this.current.approved ? "Saved. It appears in the gallery after staff have approved it." : "Saved.", "good");
+    await this.refresh();
+    byId<HTMLButtonElement>("program-delete").hidden = false;
+  }
+
+  private async remove(): Promise<void> {
+    if (!this.current?.mine || !(await this.ask("DELETE", { id: this.current.id }))) return;
+    this.current = null;
+    await this.refresh();
+    this.clear();
+    this.tell("Deleted.", "");
+  }
+
+  private async ask(method: string, what: object): Promise<object | null> {
+    const token = document.querySelector<HTMLInputElement>("#program-form [name=csrfmiddlewaretoken]")?.value ?? "";
+    try {
+      const answer = await request(`/robots/${this.page.slug}/programs/`, {
+        method, body: JSON.stringify(what), headers: { "Content-Type": "application/json", "X-CSRFToken": token },
+      });
+      const said = (await answer.json()) as { error?: string };
+      if (answer.ok) return said;
+      this.tell(said.error ?? `The ${this.noun} was not saved.`, "bad");
+    } catch {
+      this.tell(`The server does not answer; your ${this.noun} is still here. Try again in a moment.`, "bad");
+    }
+    return null;
+  }
+}

@@ -48,7 +48,9 @@ def _mammoth(d: Draw, w: int, h: int) -> None:
     d.ellipse((w * 0.6, h * 0.22, w * 0.82, h * 0.6), fill=fur)
     d.arc((w * 0.7, h * 0.3, w * 0.9, h * 0.84), 20, 190, fill=fur, width=int(w * 0.035))
     for grow in (0.0, 0.03):
-        d.arc((w * (0.66 + grow), h * 0.36, w * (0.92 + grow), h * 0.74), 20, 150, fill=(250, 244, 224), width=int(w / 60))
+        d.arc(
+            (w * (0.66 + grow), h * 0.36, w * (0.92 + grow), h * 0.74), 20, 150, fill=(250, 244, 224), width=int(w / 60)
+        )
     d.ellipse((w * 0.73, h * 0.34, w * 0.745, h * 0.36), fill=(12, 10, 8))
 
 
@@ -96,12 +98,21 @@ def _planet(d: Draw, w: int, h: int) -> None:
     for i, tone in enumerate((0.9, 1.04, 0.84, 0.96)):
         y = h * (0.36 + 0.09 * i)
         half = w * 0.18 * cos((i - 1.4) * 0.55)
-        d.rectangle((w / 2 - half, y, w / 2 + half, y + h * 0.045), fill=tuple(min(255, int(v * tone)) for v in (226, 186, 120)))
+        d.rectangle(
+            (w / 2 - half, y, w / 2 + half, y + h * 0.045), fill=tuple(min(255, int(v * tone)) for v in (226, 186, 120))
+        )
     d.arc((w * 0.14, h * 0.36, w * 0.86, h * 0.66), 10, 170, fill=(206, 178, 140), width=int(w / 30))
 
 
 def _butterflies(d: Draw, w: int, h: int) -> None:
-    inks: tuple[Ink, ...] = ((214, 110, 40), (52, 110, 190), (240, 200, 60), (160, 60, 110), (60, 150, 120), (200, 60, 50))
+    inks: tuple[Ink, ...] = (
+        (214, 110, 40),
+        (52, 110, 190),
+        (240, 200, 60),
+        (160, 60, 110),
+        (60, 150, 120),
+        (200, 60, 50),
+    )
     for i, ink in enumerate(inks):
         x, y, n = (i % 3 + 0.5) * w / 3, (i // 3 + 0.5) * h / 2, w / 8
         for side in (-1, 1):
@@ -122,7 +133,9 @@ def _volcano(d: Draw, w: int, h: int) -> None:
         d.ellipse((w * (x - r), h * (y - r * 0.7), w * (x + r), h * (y + r * 0.7)), fill=(110, 92, 96))
     d.polygon((w * 0.42, h * 0.3, w * 0.58, h * 0.3, w * 0.98, h, w * 0.02, h), fill=(64, 50, 52))
     for x, bend in ((0.46, -0.2), (0.5, 0.04), (0.54, 0.26)):
-        d.line((w * x, h * 0.3, w * (x + bend * 0.4), h * 0.6, w * (x + bend), h), fill=(250, 120, 40), width=int(w / 34))
+        d.line(
+            (w * x, h * 0.3, w * (x + bend * 0.4), h * 0.6, w * (x + bend), h), fill=(250, 120, 40), width=int(w / 34)
+        )
         d.line((w * x, h * 0.3, w * (x + bend * 0.4), h * 0.6), fill=(255, 214, 110), width=int(w / 70))
 
 
@@ -136,7 +149,9 @@ def _strata(d: Draw, w: int, h: int) -> None:
         d.polygon([*zip(x, y, strict=True), (w, h), (0, h)], fill=ink)
     for a, b in ((0.25, 0.4), (0.7, 0.66), (0.42, 0.86)):
         for r in (0.06, 0.042, 0.024):
-            d.ellipse((w * (a - r), h * (b - r * 1.3), w * (a + r), h * (b + r * 1.3)), outline=(250, 240, 214), width=6)
+            d.ellipse(
+                (w * (a - r), h * (b - r * 1.3), w * (a + r), h * (b + r * 1.3)), outline=(250, 240, 214), width=6
+            )
 
 
 def _whale(d: Draw, w: int, h: int) -> None:

@@ -37,10 +37,10 @@ def _tiles(d: Draw, w: int, h: int) -> None:
             d.rectangle((x, y, x + n, y + n), fill=tuple(base.astype(int)))
             for _ in range(5):  # veins of the stone
                 a = dice.uniform(0, n, 2)
-                points = [tuple(a + (x, y))]
+                points = [(x + a[0], y + a[1])]
                 for _ in range(6):
                     a = np.clip(a + dice.normal(0, n / 7, 2), 2, n - 2)
-                    points.append(tuple(a + (x, y)))
+                    points.append((x + a[0], y + a[1]))
                 d.line(points, fill=tuple((base * dice.uniform(0.9, 1.07)).astype(int)), width=int(dice.integers(1, 4)))
             d.rectangle((x, y, x + n - 1, y + n - 1), outline=(98, 90, 82), width=3)
 

@@ -34,8 +34,8 @@ def _board(texture: int, width: float, high: float, deep: float = 0.14) -> Mesh:
         corners = [(side * width, side * deep, 0.03), (-side * width, side * deep, 0.03),
                    (-side * width, side * 0.02, high), (side * width, side * 0.02, high)]  # fmt: skip
         faces.append(quad(corners, WHITE, texture, light=1.02))
-        faces.append(quad([(side * width * 1.02, side * deep * 0.98, 0.0), (-side * width * 1.02, side * deep * 0.98, 0.0),
-                           *corners[1::-1]], (92, 62, 40)))  # fmt: skip
+        foot, out = side * width * 1.02, side * deep * 0.98
+        faces.append(quad([(foot, out, 0.0), (-foot, out, 0.0), *corners[1::-1]], (92, 62, 40)))
     return joined(*faces)
 
 
@@ -77,10 +77,12 @@ def _reptiles(atlas: Atlas, width: float, deep: float) -> Mesh:
         (-0.12, -0.03, 0.06),
         (-0.26, 0.03, 0.04),
     ]
+    green: Colour = (70, 150, 90)
     lizard = joined(
-        bones(spine, 0.04, (70, 150, 90), 0.8), ball((0.24, 0, 0.08), 0.05, (70, 150, 90), sides=8, stretch=(1.4, 1, 0.8)),
-        *(bone((x, 0, 0.07), (x + 0.03, side * 0.1, 0.03), 0.014, (60, 130, 80)) for x in (0.14, -0.05) for side in (-1, 1)),
-    )  # fmt: skip
+        bones(spine, 0.04, green, 0.8),
+        ball((0.24, 0, 0.08), 0.05, green, sides=8, stretch=(1.4, 1, 0.8)),
+        *(bone((x, 0, 0.07), (x + 0.03, side * 0.1, 0.03), 0.014, green) for x in (0.14, -0.05) for side in (-1, 1)),
+    )
     stones = [
         ball((x, y, 0.03), r, (150 - 8 * i, 142, 130), sides=8, stretch=(1.3, 1.0, 0.8))
         for i, (x, y, r) in enumerate(((-0.66, 0.18, 0.1), (0.05, 0.26, 0.12), (0.68, -0.2, 0.09)))

@@ -38,8 +38,8 @@ def _world(d: Draw, w: int, h: int) -> None:
 def _mammoth(d: Draw, w: int, h: int) -> None:
     for y in range(int(h * 0.62)):
         d.line((0, y, w, y), fill=(int(150 + 90 * y / h), int(176 + 70 * y / h), 222))
-    d.polygon((0, h * 0.5, w * 0.2, h * 0.3, w * 0.4, h * 0.52, w * 0.65, h * 0.26, w, h * 0.55, w, h * 0.7, 0, h * 0.7),
-              fill=(150, 168, 190))  # fmt: skip
+    hills = ((0.0, 0.5), (0.2, 0.3), (0.4, 0.52), (0.65, 0.26), (1.0, 0.55), (1.0, 0.7), (0.0, 0.7))
+    d.polygon([(w * x, h * y) for x, y in hills], fill=(150, 168, 190))
     d.rectangle((0, h * 0.62, w, h), fill=(236, 240, 246))
     fur: Ink = (98, 62, 38)
     for x in (0.34, 0.42, 0.6, 0.67):
@@ -55,13 +55,13 @@ def _mammoth(d: Draw, w: int, h: int) -> None:
 
 
 def _reef(d: Draw, w: int, h: int) -> None:
-    for y in range(h):
-        d.line((0, y, w, y), fill=(20, int(120 - 70 * y / h), int(170 - 70 * y / h)))
+    for row in range(h):
+        d.line((0, row, w, row), fill=(20, int(120 - 70 * row / h), int(170 - 70 * row / h)))
     for x, y, r in ((0.3, 0.4, 0.2), (0.7, 0.3, 0.13), (0.66, 0.72, 0.16)):
+        for bend in (-0.3, -0.15, 0.0, 0.15):  # its arms
+            end = w * (x + r * 1.7), h * (y + r * 0.7 + bend)
+            d.line((w * (x + r * 0.9), h * (y + r * 0.6), *end), fill=(230, 170, 140), width=4)
         for i in range(5):
-            for t in (-0.3, -0.15, 0.0, 0.15):
-                d.line((w * (x + r * 0.9), h * (y + r * 0.6), w * (x + r * 1.7), h * (y + r * 0.7 + t)), fill=(230, 170, 140),
-                       width=4)  # fmt: skip
             s = r * (1 - i * 0.2)
             tone = 1 - 0.12 * i
             box = (w * (x - s), h * (y - s * 1.3), w * (x + s), h * (y + s * 1.3))
@@ -127,8 +127,8 @@ def _butterflies(d: Draw, w: int, h: int) -> None:
 
 
 def _volcano(d: Draw, w: int, h: int) -> None:
-    for y in range(h):
-        d.line((0, y, w, y), fill=(int(40 + 60 * y / h), int(44 + 40 * y / h), int(84 + 10 * y / h)))
+    for row in range(h):
+        d.line((0, row, w, row), fill=(int(40 + 60 * row / h), int(44 + 40 * row / h), int(84 + 10 * row / h)))
     for x, y, r in ((0.5, 0.16, 0.2), (0.62, 0.1, 0.16), (0.4, 0.08, 0.16)):
         d.ellipse((w * (x - r), h * (y - r * 0.7), w * (x + r), h * (y + r * 0.7)), fill=(110, 92, 96))
     d.polygon((w * 0.42, h * 0.3, w * 0.58, h * 0.3, w * 0.98, h, w * 0.02, h), fill=(64, 50, 52))

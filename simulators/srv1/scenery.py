@@ -131,9 +131,11 @@ def _painting(middle: Floats, along: Floats, inwards: Floats, picture: int) -> M
 
     wide, high = PICTURE_M
     return joined(
-        face(0.012, wide + 0.2, high + 0.2, (124, 88, 38), -1, 1.0), face(0.018, wide + 0.14, high + 0.14, BRASS, -1, 1.0),
-        face(0.024, wide + 0.03, high + 0.03, (60, 44, 30), -1, 1.0), face(0.03, wide, high, WHITE, picture, 1.06),
-    )  # fmt: skip
+        face(0.012, wide + 0.2, high + 0.2, (124, 88, 38), -1, 1.0),
+        face(0.018, wide + 0.14, high + 0.14, BRASS, -1, 1.0),
+        face(0.024, wide + 0.03, high + 0.03, (60, 44, 30), -1, 1.0),
+        face(0.03, wide, high, WHITE, picture, 1.06),
+    )
 
 
 def _door(where: Hall, surfaces: Surfaces) -> Mesh:

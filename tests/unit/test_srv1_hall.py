@@ -97,7 +97,7 @@ def rolled(plant, seconds, left, right):
 @pytest.mark.parametrize("speed", [0.02, 0.1, 0.25, 0.4, -0.3])
 def test_a_straight_way_is_what_the_wheels_say(speed):
     plant = Plant((6.5, 6.45, 0.3) if speed < 0 else (1.5, 4.0, 0.0))
-    x, y, heading = plant.pose
+    x, y, _ = plant.pose
     left, right, turned = rolled(plant, 5.0, speed, speed)
     assert left == pytest.approx(right, rel=1e-3)
     assert dist(plant.pose[:2], (x, y)) == pytest.approx(abs(left), rel=0.01)

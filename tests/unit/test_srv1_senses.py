@@ -1,5 +1,6 @@
 """What the hall rover's sensors say, against the geometry of the hall."""
 
+from itertools import pairwise
 from math import atan2, cos, degrees, dist, pi, sin
 
 import numpy as np
@@ -64,9 +65,8 @@ def test_sonar_reads_the_nearest_surface_in_its_cone(one, pose):
 @given(pose=poses(), offset=st.sampled_from([-1, 1]))
 def test_sonar_hears_what_infrared_passes_by(one, pose, offset):
     """Beside the axis and within the cone."""
-    x, y, heading = pose
     known = KNOWN["sonar"]
-    edge = HALL.ray(*sensor(pose, "sonar"), heading + offset * known["half_cone"])[0]
+    edge = HALL.ray(*sensor(pose, "sonar"), pose[2] + offset * known["half_cone"])[0]
     assume(known["near"] < edge < known["far"])
     one.plant.put(*pose)
     assert one.senses.sonar() <= edge + SIGMAS * known["noise"]
@@ -208,4 +208,4 @@ def test_visitors_come_and_go():
     air = Climate(HALL, 4)
     seen = [is_present(round(1023 * air.presence(t, 6.0, 2.3))) for t in np.arange(0, 200 * VISIT_S, 5.0)]
     assert 0.03 < np.mean(seen) < 0.4
-    assert sum(a != b for a, b in zip(seen, seen[1:], strict=False)) > 10
+    assert sum(a != b for a, b in pairwise(seen)) > 10

@@ -234,6 +234,16 @@ def test_a_showcase_is_moved_and_put_back():
     assert one.moved == {}
 
 
+def test_a_showcase_is_not_put_on_the_rover():
+    one = world((4.1, 2.6, 0.0))
+    one.faults.set("moved_case", 1)
+    one.tick()
+    assert one.moved == {}
+    drive(one, 3.0, 0.3)
+    assert one.moved == {"Ammonites": pytest.approx((0.6, 0.0))}
+    assert one.plant.contacts == ()
+
+
 def test_cells_get_empty_and_are_changed():
     one = world(charge=0.021)
     volts = one.battery.voltage

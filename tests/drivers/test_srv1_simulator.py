@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robots.drivers.srv1 import answers, extension, protocol
-from robots.drivers.srv1.extension import Ask, Claim, Hold, Velocity
+from robots.drivers.srv1.extension import Ask, Claim, Hold, Patrol, Velocity
 from robots.drivers.srv1.framing import ANSWER, Frames
 from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.protocol import HEADER_BYTES, SIZES, PictureHeader
@@ -265,3 +265,14 @@ def test_what_is_in_the_flash_memory_outlives_a_kill(rig, opened):
     rig.world.sleep(11.0)
     rig.world.kill(rig.process)
     assert opened(world=rig.world).sim._flash.user == text
+
+
+def test_on_patrol_it_drives_far_and_touches_nothing(rig):
+    rig.client.ask(Claim(1))
+    touched = set()
+    for _ in range(300):
+        rig.client.ask(Patrol(1))
+        touched.update(rig.sim.world.plant.contacts)
+    assert rig.sim.world.driven > 2.5
+    assert not touched
+    assert rig.rest() == "silence"

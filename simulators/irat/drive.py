@@ -1,42 +1,19 @@
-"""The motor board: velocities in, rim speeds out. It forgets a velocity, it holds, and it knows when it is at rest.
-
-It has no lock and no clock of its own: its owner calls it under one lock, and `now` is the simulator's time in s.
-"""
-
-from collections.abc import Callable
-from enum import StrEnum
+"""The iRat's motor board: velocities in, rim speeds out. It forgets a velocity, it holds, and it knows its rest."""
 
 from robots.description import load
+from simulators.common.motor_board import End, MotorBoard, Note
 
-Note = Callable[..., None]
-STALLED_SHARE, STALLED_RIM_M_S, STALLED_S = 0.25, 0.02, 0.3  # a rim below this share of its speed for so long
-
-
-class End(StrEnum):
-    """How the newest motion ended."""
-
-    NONE = "none"
-    DONE = "done"
-    SILENCE = "silence"
-    HELD = "held"
-    LOST = "lost"
-    REPLACED = "replaced"
+__all__ = ["Drive", "End", "Note"]
 
 
-class Drive:
-    """One motion is everything from rest to rest. `note` writes to the journal."""
+class Drive(MotorBoard):
+    """See `MotorBoard`."""
 
     def __init__(self, note: Note) -> None:
         description = load("irat")
-        self._motion, self._note = description["motion"], note
+        motion = description["motion"]
         self._half = description["body"]["track"] / 2
-        self._fastest = self._motion["speed"] + self._motion["turn"] * self._half
-        self._wanted = (0.0, 0.0)  # rim speeds, left and right (m/s)
-        self._said = 0.0
-        self._slow_since: float | None = None
-        self.target = (0.0, 0.0)
-        self.moving = self.holding = self.stalled = False
-        self.motion, self.end = 0, End.NONE
+        super().__init__(motion, motion["speed"] + motion["turn"] * self._half, note)
 
     def velocity(self, linear: float, angular: float, epoch: int, now: float) -> None:
         """Drive with these (m/s, rad/s) until the next velocity, at most for 0.25 s.
@@ -47,47 +24,5 @@ class Drive:
         """
         if not (abs(linear) <= self._motion["speed"] and abs(angular) <= self._motion["turn"]):
             raise ValueError(f"no velocity of this robot: {linear} m/s, {angular} rad/s")
-        self._wanted, self._said = (linear - angular * self._half, linear + angular * self._half), now
-        if not self.moving and self._wanted != (0.0, 0.0):
-            self.moving, self.motion, self.end = True, self.motion + 1, End.NONE
-            self._note("motion", motion=self.motion, epoch=epoch, linear=linear, angular=angular)
-        elif self.moving:
-            self.end = End.NONE
-
-    def hold(self, why: End = End.HELD) -> None:
-        """Brake to rest; nothing but rest ends the hold."""
-        if self.moving:
-            self._wanted, self.holding, self.end = (0.0, 0.0), True, why
-
-    def step(self, now: float, seconds: float, rims: tuple[float, float], still: bool) -> tuple[float, float]:
-        """Return the rim speeds (m/s) to follow for the next `seconds`; `rims` are measured."""
-        if self.moving and not self.holding and now - self._said > self._motion["forget_s"]:
-            if self._wanted != (0.0, 0.0):
-                self.end = End.SILENCE
-            self._wanted = (0.0, 0.0)
-        braking = self.holding or self.end is End.SILENCE
-        most = self._motion["braking" if braking else "acceleration"] * seconds
-        left, right = (at + min(max(to - at, -most), most) for at, to in zip(self.target, self._wanted, strict=True))
-        self.target = left, right
-        self._watch(now, rims)
-        if self.moving and self.target == self._wanted == (0.0, 0.0) and still:
-            self.moving = self.holding = False
-            self.end = End.DONE if self.end is End.NONE else self.end
-            self._note("rest", motion=self.motion, end=str(self.end))
-        return self.target
-
-    def _watch(self, now: float, rims: tuple[float, float]) -> None:
-        """Find out whether a wheel that should turn does not; write a rim beyond its limit, which there must not be."""
-        if not max(abs(to) for to in self.target) <= self._fastest + 1e-6:  # also if it is NaN
-            self._note("passed", target=list(self.target))
-        slow = any(
-            abs(to) > STALLED_RIM_M_S and abs(rim) < STALLED_SHARE * abs(to)
-            for to, rim in zip(self.target, rims, strict=True)
-        )
-        if not slow:
-            self._slow_since, self.stalled = None, False
-        elif self._slow_since is None:
-            self._slow_since = now
-        elif now - self._slow_since > STALLED_S and not self.stalled:
-            self.stalled = True
-            self._note("stalled", motion=self.motion)
+        rims = linear - angular * self._half, linear + angular * self._half
+        self._want(rims, (linear, angular), epoch, now)

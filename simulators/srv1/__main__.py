@@ -20,7 +20,9 @@ def main() -> None:
     end_with_any()
     parser = arguments(__doc__)
     parser.add_argument("--port", type=int, default=0)
-    parser.add_argument("--seed", type=int, default=1, help="of noise, of the air and of everything else that is random")
+    parser.add_argument(
+        "--seed", type=int, default=1, help="of noise, of the air and of everything else that is random"
+    )
     parser.add_argument("--link", choices=("wifi", "radio"), default="wifi", help="radio: 7 kbit/s, 37 ms a cycle")
     parser.add_argument("--stock", action="store_true", help="the published letters alone: it is silent to the rest")
     options = parser.parse_args()

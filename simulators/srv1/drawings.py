@@ -37,10 +37,10 @@ def _tiles(d: Draw, w: int, h: int) -> None:
             d.rectangle((x, y, x + n, y + n), fill=tuple(base.astype(int)))
             for _ in range(5):  # veins of the stone
                 a = dice.uniform(0, n, 2)
-                points = [tuple(a + (x, y))]
+                points = [(x + a[0], y + a[1])]
                 for _ in range(6):
                     a = np.clip(a + dice.normal(0, n / 7, 2), 2, n - 2)
-                    points.append(tuple(a + (x, y)))
+                    points.append((x + a[0], y + a[1]))
                 d.line(points, fill=tuple((base * dice.uniform(0.9, 1.07)).astype(int)), width=int(dice.integers(1, 4)))
             d.rectangle((x, y, x + n - 1, y + n - 1), outline=(98, 90, 82), width=3)
 
@@ -94,7 +94,9 @@ def ceiling() -> Picture:
             d.rectangle((0, i * h / 2, w, i * h / 2 + h / 14), fill=(84, 66, 52))
             for j in range(2):
                 x, y = (j + 0.5) * w / 2, (i + 0.55) * h / 2
-                d.ellipse((x - w / 22, y - h / 22, x + w / 22, y + h / 22), fill=(255, 250, 226), outline=(170, 160, 140))
+                d.ellipse(
+                    (x - w / 22, y - h / 22, x + w / 22, y + h / 22), fill=(255, 250, 226), outline=(170, 160, 140)
+                )
 
     return drawn(256, 256, (188, 184, 174), draw)
 
@@ -120,7 +122,9 @@ def spiral() -> Picture:
             tone = 0.72 + 0.28 * np.cos(turn * 7)
             ink = tuple(int(v * tone) for v in (196, 158, 108))
             d.ellipse((x - thick, y - thick, x + thick, y + thick), fill=ink)
-            d.ellipse((x - thick / 3, y - thick / 2, x + thick / 4, y), fill=tuple(min(255, int(v * 1.12)) for v in ink))
+            d.ellipse(
+                (x - thick / 3, y - thick / 2, x + thick / 4, y), fill=tuple(min(255, int(v * 1.12)) for v in ink)
+            )
 
     return drawn(128, 128, (112, 88, 62), draw)
 
@@ -153,7 +157,9 @@ def collection() -> Picture:
             for column in range(5):
                 x, y, n = (column + 0.5) * w / 5, (row + 0.44) * h / 2, h / 3.4
                 beetle(d, x, y, n * (0.8 + 0.2 * ((row + column) % 2)), BEETLES[(row * 5 + column * 3) % len(BEETLES)])
-                d.rectangle((x - n / 3, y + 0.72 * n, x + n / 3, y + 0.86 * n), fill=(252, 250, 240), outline=(150, 140, 120))
+                d.rectangle(
+                    (x - n / 3, y + 0.72 * n, x + n / 3, y + 0.86 * n), fill=(252, 250, 240), outline=(150, 140, 120)
+                )
 
     return drawn(512, 256, (240, 232, 212), draw)
 

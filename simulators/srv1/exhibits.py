@@ -34,8 +34,8 @@ def _board(texture: int, width: float, high: float, deep: float = 0.14) -> Mesh:
         corners = [(side * width, side * deep, 0.03), (-side * width, side * deep, 0.03),
                    (-side * width, side * 0.02, high), (side * width, side * 0.02, high)]  # fmt: skip
         faces.append(quad(corners, WHITE, texture, light=1.02))
-        faces.append(quad([(side * width * 1.02, side * deep * 0.98, 0.0), (-side * width * 1.02, side * deep * 0.98, 0.0),
-                           *corners[1::-1]], (92, 62, 40)))  # fmt: skip
+        foot, out = side * width * 1.02, side * deep * 0.98
+        faces.append(quad([(foot, out, 0.0), (-foot, out, 0.0), *corners[1::-1]], (92, 62, 40)))
     return joined(*faces)
 
 
@@ -57,7 +57,9 @@ def _tortoise(size: float, shell: Colour) -> Mesh:
     ]
     head = ball((0.78 * size, 0, 0.28 * size), 0.15 * size, skin, sides=10)
     neck = bone((0.5 * size, 0, 0.2 * size), (0.75 * size, 0, 0.27 * size), 0.09 * size, skin)
-    eyes = [ball((0.88 * size, side * 0.09 * size, 0.33 * size), 0.03 * size, (14, 14, 12), sides=6) for side in (-1, 1)]
+    eyes = [
+        ball((0.88 * size, side * 0.09 * size, 0.33 * size), 0.03 * size, (14, 14, 12), sides=6) for side in (-1, 1)
+    ]
     return joined(back, *legs, neck, head, *eyes)
 
 
@@ -68,11 +70,19 @@ def _reptiles(atlas: Atlas, width: float, deep: float) -> Mesh:
         ((0.2 - 0.018 * t) * cos(t), (0.2 - 0.018 * t) * sin(t), 0.05 + 0.012 * t) for t in np.linspace(0, 9, 19)
     ]
     snake = joined(bones(coil, 0.028, (190, 120, 50)), ball(coil[-1], 0.045, (204, 130, 56), sides=8))
-    spine: list[Place] = [(0.22, 0.0, 0.07), (0.1, 0.02, 0.08), (0.0, 0.0, 0.08), (-0.12, -0.03, 0.06), (-0.26, 0.03, 0.04)]
+    spine: list[Place] = [
+        (0.22, 0.0, 0.07),
+        (0.1, 0.02, 0.08),
+        (0.0, 0.0, 0.08),
+        (-0.12, -0.03, 0.06),
+        (-0.26, 0.03, 0.04),
+    ]
+    green: Colour = (70, 150, 90)
     lizard = joined(
-        bones(spine, 0.04, (70, 150, 90), 0.8), ball((0.24, 0, 0.08), 0.05, (70, 150, 90), sides=8, stretch=(1.4, 1, 0.8)),
-        *(bone((x, 0, 0.07), (x + 0.03, side * 0.1, 0.03), 0.014, (60, 130, 80)) for x in (0.14, -0.05) for side in (-1, 1)),
-    )  # fmt: skip
+        bones(spine, 0.04, green, 0.8),
+        ball((0.24, 0, 0.08), 0.05, green, sides=8, stretch=(1.4, 1, 0.8)),
+        *(bone((x, 0, 0.07), (x + 0.03, side * 0.1, 0.03), 0.014, green) for x in (0.14, -0.05) for side in (-1, 1)),
+    )
     stones = [
         ball((x, y, 0.03), r, (150 - 8 * i, 142, 130), sides=8, stretch=(1.3, 1.0, 0.8))
         for i, (x, y, r) in enumerate(((-0.66, 0.18, 0.1), (0.05, 0.26, 0.12), (0.68, -0.2, 0.09)))
@@ -146,7 +156,9 @@ def _skeleton(atlas: Atlas, exhibit: Exhibit) -> Mesh:
     hip, chest, head = (-0.05, 0.0, 0.98), (0.14, 0.0, 1.3), (0.2, 0.0, 1.72)
     parts = [base, bone((-0.05, 0, 0.27), (-0.05, 0, 0.95), 0.012, (60, 60, 64))]
     parts.append(bones([hip, (0.04, 0, 1.14), chest, (0.19, 0, 1.46), (0.16, 0, 1.6), head], 0.03, IVORY, 0.95))
-    tail: list[Place] = [(hip[0] - 0.3 * t, 0.12 * sin(3 * t), hip[2] - 0.44 * t + 0.12 * t * t) for t in np.linspace(0, 1, 8)]
+    tail: list[Place] = [
+        (hip[0] - 0.3 * t, 0.12 * sin(3 * t), hip[2] - 0.44 * t + 0.12 * t * t) for t in np.linspace(0, 1, 8)
+    ]
     parts.append(bones(tail, 0.028, IVORY, 0.8))
     for along in np.linspace(0.15, 1.0, 7):  # ribs
         x, z = hip[0] + along * (chest[0] - hip[0]), hip[2] + along * (chest[2] - hip[2])
@@ -162,7 +174,11 @@ def _skeleton(atlas: Atlas, exhibit: Exhibit) -> Mesh:
         parts.append(bones(leg, 0.034, IVORY, 0.85))
         for toe in (-0.05, 0.0, 0.05):
             parts.append(bone(leg[-1], (hip[0] + 0.18, side * 0.13 + toe, 0.28), 0.016, IVORY, 0.5))
-        arm: list[Place] = [(chest[0], side * 0.12, 1.26), (chest[0] + 0.1, side * 0.15, 1.12), (chest[0] + 0.2, side * 0.11, 1.16)]
+        arm: list[Place] = [
+            (chest[0], side * 0.12, 1.26),
+            (chest[0] + 0.1, side * 0.15, 1.12),
+            (chest[0] + 0.2, side * 0.11, 1.16),
+        ]
         parts.append(bones(arm, 0.016, IVORY, 0.85))
         parts.append(ball((0.26, side * 0.05, 1.75), 0.026, (30, 24, 20), sides=8))
     parts.append(ball((0.22, 0, 1.74), 0.085, IVORY, sides=12, stretch=(1.2, 0.75, 0.85)))

@@ -52,7 +52,7 @@ class Firmware:
         self._motors = Motors(self._percent, self._uart.delay)
         self._stock = Stock(hardware, self._lock, self._uart, self._motors, self.flash, self._send, clock)
         self.commander = Commander(hardware, self.flash, note, clock, boot, parse)
-        self._said_hold = self._boots = False
+        self._said_hold, self._boots, self.started = False, True, False  # started: it has said its first lines
         self._heard = self._heard_at = clock.monotonic()  # when the newest command ended, and when the next one came
         self._fails_safe = False  # the failsafe speeds have been taken since
         note("power_on", boot=boot)
@@ -88,7 +88,7 @@ class Firmware:
             self.commander.boot = (self.commander.boot + 1) % (BOOT.high + 1)
             self.commander.restart()
             self._stock.restart()
-            self._said_hold, self._boots = False, True
+            self._said_hold, self._boots, self.started = False, True, False
             self._note("power_on", boot=self.commander.boot)
 
     def _held(self) -> None:
@@ -107,7 +107,6 @@ class Firmware:
 
     def run(self) -> None:
         """Do commands until stopped."""
-        self._boots = True
         while True:
             try:
                 self._uart.settle()
@@ -137,7 +136,7 @@ class Firmware:
                     raise
         self._send(b"#f" + VERSION)  # it begins by switching the failsafe off
         self._send(AUTORUN)
-        self._heard = self._clock.monotonic()
+        self._heard, self.started = self._clock.monotonic(), True
 
     def _say_held(self) -> None:
         with self._lock:

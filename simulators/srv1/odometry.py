@@ -8,7 +8,7 @@ from math import cos, exp, pi, radians, remainder, sin, tau
 
 from robots.description import load
 
-COMPASS_S = 0.6  # within which the heading follows the compass
+COMPASS_S = 0.3  # within which the heading follows the compass
 SPEEDS_S = 0.1  # over which speeds are smoothed: an encoder's step is a large part of a short time's way
 
 

@@ -38,8 +38,8 @@ def _world(d: Draw, w: int, h: int) -> None:
 def _mammoth(d: Draw, w: int, h: int) -> None:
     for y in range(int(h * 0.62)):
         d.line((0, y, w, y), fill=(int(150 + 90 * y / h), int(176 + 70 * y / h), 222))
-    d.polygon((0, h * 0.5, w * 0.2, h * 0.3, w * 0.4, h * 0.52, w * 0.65, h * 0.26, w, h * 0.55, w, h * 0.7, 0, h * 0.7),
-              fill=(150, 168, 190))  # fmt: skip
+    hills = ((0.0, 0.5), (0.2, 0.3), (0.4, 0.52), (0.65, 0.26), (1.0, 0.55), (1.0, 0.7), (0.0, 0.7))
+    d.polygon([(w * x, h * y) for x, y in hills], fill=(150, 168, 190))
     d.rectangle((0, h * 0.62, w, h), fill=(236, 240, 246))
     fur: Ink = (98, 62, 38)
     for x in (0.34, 0.42, 0.6, 0.67):
@@ -48,18 +48,20 @@ def _mammoth(d: Draw, w: int, h: int) -> None:
     d.ellipse((w * 0.6, h * 0.22, w * 0.82, h * 0.6), fill=fur)
     d.arc((w * 0.7, h * 0.3, w * 0.9, h * 0.84), 20, 190, fill=fur, width=int(w * 0.035))
     for grow in (0.0, 0.03):
-        d.arc((w * (0.66 + grow), h * 0.36, w * (0.92 + grow), h * 0.74), 20, 150, fill=(250, 244, 224), width=int(w / 60))
+        d.arc(
+            (w * (0.66 + grow), h * 0.36, w * (0.92 + grow), h * 0.74), 20, 150, fill=(250, 244, 224), width=int(w / 60)
+        )
     d.ellipse((w * 0.73, h * 0.34, w * 0.745, h * 0.36), fill=(12, 10, 8))
 
 
 def _reef(d: Draw, w: int, h: int) -> None:
-    for y in range(h):
-        d.line((0, y, w, y), fill=(20, int(120 - 70 * y / h), int(170 - 70 * y / h)))
+    for row in range(h):
+        d.line((0, row, w, row), fill=(20, int(120 - 70 * row / h), int(170 - 70 * row / h)))
     for x, y, r in ((0.3, 0.4, 0.2), (0.7, 0.3, 0.13), (0.66, 0.72, 0.16)):
+        for bend in (-0.3, -0.15, 0.0, 0.15):  # its arms
+            end = w * (x + r * 1.7), h * (y + r * 0.7 + bend)
+            d.line((w * (x + r * 0.9), h * (y + r * 0.6), *end), fill=(230, 170, 140), width=4)
         for i in range(5):
-            for t in (-0.3, -0.15, 0.0, 0.15):
-                d.line((w * (x + r * 0.9), h * (y + r * 0.6), w * (x + r * 1.7), h * (y + r * 0.7 + t)), fill=(230, 170, 140),
-                       width=4)  # fmt: skip
             s = r * (1 - i * 0.2)
             tone = 1 - 0.12 * i
             box = (w * (x - s), h * (y - s * 1.3), w * (x + s), h * (y + s * 1.3))
@@ -96,12 +98,21 @@ def _planet(d: Draw, w: int, h: int) -> None:
     for i, tone in enumerate((0.9, 1.04, 0.84, 0.96)):
         y = h * (0.36 + 0.09 * i)
         half = w * 0.18 * cos((i - 1.4) * 0.55)
-        d.rectangle((w / 2 - half, y, w / 2 + half, y + h * 0.045), fill=tuple(min(255, int(v * tone)) for v in (226, 186, 120)))
+        d.rectangle(
+            (w / 2 - half, y, w / 2 + half, y + h * 0.045), fill=tuple(min(255, int(v * tone)) for v in (226, 186, 120))
+        )
     d.arc((w * 0.14, h * 0.36, w * 0.86, h * 0.66), 10, 170, fill=(206, 178, 140), width=int(w / 30))
 
 
 def _butterflies(d: Draw, w: int, h: int) -> None:
-    inks: tuple[Ink, ...] = ((214, 110, 40), (52, 110, 190), (240, 200, 60), (160, 60, 110), (60, 150, 120), (200, 60, 50))
+    inks: tuple[Ink, ...] = (
+        (214, 110, 40),
+        (52, 110, 190),
+        (240, 200, 60),
+        (160, 60, 110),
+        (60, 150, 120),
+        (200, 60, 50),
+    )
     for i, ink in enumerate(inks):
         x, y, n = (i % 3 + 0.5) * w / 3, (i // 3 + 0.5) * h / 2, w / 8
         for side in (-1, 1):
@@ -116,13 +127,15 @@ def _butterflies(d: Draw, w: int, h: int) -> None:
 
 
 def _volcano(d: Draw, w: int, h: int) -> None:
-    for y in range(h):
-        d.line((0, y, w, y), fill=(int(40 + 60 * y / h), int(44 + 40 * y / h), int(84 + 10 * y / h)))
+    for row in range(h):
+        d.line((0, row, w, row), fill=(int(40 + 60 * row / h), int(44 + 40 * row / h), int(84 + 10 * row / h)))
     for x, y, r in ((0.5, 0.16, 0.2), (0.62, 0.1, 0.16), (0.4, 0.08, 0.16)):
         d.ellipse((w * (x - r), h * (y - r * 0.7), w * (x + r), h * (y + r * 0.7)), fill=(110, 92, 96))
     d.polygon((w * 0.42, h * 0.3, w * 0.58, h * 0.3, w * 0.98, h, w * 0.02, h), fill=(64, 50, 52))
     for x, bend in ((0.46, -0.2), (0.5, 0.04), (0.54, 0.26)):
-        d.line((w * x, h * 0.3, w * (x + bend * 0.4), h * 0.6, w * (x + bend), h), fill=(250, 120, 40), width=int(w / 34))
+        d.line(
+            (w * x, h * 0.3, w * (x + bend * 0.4), h * 0.6, w * (x + bend), h), fill=(250, 120, 40), width=int(w / 34)
+        )
         d.line((w * x, h * 0.3, w * (x + bend * 0.4), h * 0.6), fill=(255, 214, 110), width=int(w / 70))
 
 
@@ -136,7 +149,9 @@ def _strata(d: Draw, w: int, h: int) -> None:
         d.polygon([*zip(x, y, strict=True), (w, h), (0, h)], fill=ink)
     for a, b in ((0.25, 0.4), (0.7, 0.66), (0.42, 0.86)):
         for r in (0.06, 0.042, 0.024):
-            d.ellipse((w * (a - r), h * (b - r * 1.3), w * (a + r), h * (b + r * 1.3)), outline=(250, 240, 214), width=6)
+            d.ellipse(
+                (w * (a - r), h * (b - r * 1.3), w * (a + r), h * (b + r * 1.3)), outline=(250, 240, 214), width=6
+            )
 
 
 def _whale(d: Draw, w: int, h: int) -> None:

@@ -121,7 +121,7 @@ class Plant:
 
     @property
     def contacts(self) -> tuple[str, ...]:
-        """Return what the hull touches: names of showcases and exhibits, `wall0` to `wall3` (south, north, west, east)."""
+        """Return what the hull touches: names of showcases and exhibits, `wall0` to `wall3` (S, N, W, E)."""
         pairs = [(c.geom1, c.geom2) for c in self._data.contact if self._hull in (c.geom1, c.geom2)]
         return tuple(sorted({self._names[a + b - self._hull] for a, b in pairs}))
 

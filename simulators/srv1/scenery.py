@@ -123,6 +123,7 @@ def _band(x: float, y: float, a: float, b: float, length: float, inwards: Floats
 
 def _painting(middle: Floats, along: Floats, inwards: Floats, picture: int) -> Mesh:
     """Return a painting in its frame, with a lamp's light on it."""
+
     def face(off: float, wide: float, high: float, tint: Colour, texture: int, light: float) -> Mesh:
         left, right = middle - along * wide / 2 + inwards * off, middle + along * wide / 2 + inwards * off
         low, top = PICTURE_Z - high / 2, PICTURE_Z + high / 2
@@ -130,9 +131,11 @@ def _painting(middle: Floats, along: Floats, inwards: Floats, picture: int) -> M
 
     wide, high = PICTURE_M
     return joined(
-        face(0.012, wide + 0.2, high + 0.2, (124, 88, 38), -1, 1.0), face(0.018, wide + 0.14, high + 0.14, BRASS, -1, 1.0),
-        face(0.024, wide + 0.03, high + 0.03, (60, 44, 30), -1, 1.0), face(0.03, wide, high, WHITE, picture, 1.06),
-    )  # fmt: skip
+        face(0.012, wide + 0.2, high + 0.2, (124, 88, 38), -1, 1.0),
+        face(0.018, wide + 0.14, high + 0.14, BRASS, -1, 1.0),
+        face(0.024, wide + 0.03, high + 0.03, (60, 44, 30), -1, 1.0),
+        face(0.03, wide, high, WHITE, picture, 1.06),
+    )
 
 
 def _door(where: Hall, surfaces: Surfaces) -> Mesh:
@@ -162,7 +165,9 @@ def case(one: Case, surfaces: Surfaces) -> Mesh:
     plate, half = atlas.add(drawings.plate(one.name)), min(0.3, wide - 0.05)
     for side in (-1, 1):
         left, right, y, top = side * half, -side * half, side * (deep + 0.004), 0.15 + half / 2
-        parts.append(quad([(left, y, 0.15), (right, y, 0.15), (right, y, top), (left, y, top)], WHITE, plate, light=1.0))
+        parts.append(
+            quad([(left, y, 0.15), (right, y, 0.15), (right, y, top), (left, y, top)], WHITE, plate, light=1.0)
+        )
     if one.black:
         outline = np.array([(-wide, -deep), (wide, -deep), (wide, deep), (-wide, deep)]) * 0.99
         parts += [prism(outline, BASE_M, high, WHITE, surfaces.black, top=False), lid(outline, BASE_M, (30, 30, 34)),
@@ -200,7 +205,10 @@ def exhibit(one: Exhibit, surfaces: Surfaces) -> Mesh:
 def rover() -> Mesh:
     """Return the rover as others see it: a hull on four wheels, its camera, its sonar, and a lamp."""
     dark, hull = (34, 34, 38), (60, 96, 140)
-    parts = [box((-0.14, -0.08, 0.03), (0.14, 0.08, 0.11), hull), box((-0.1, -0.06, 0.11), (0.06, 0.06, 0.125), (30, 110, 60))]
+    parts = [
+        box((-0.14, -0.08, 0.03), (0.14, 0.08, 0.11), hull),
+        box((-0.1, -0.06, 0.11), (0.06, 0.06, 0.125), (30, 110, 60)),
+    ]
     for x in (-0.085, 0.085):
         for side in (-1, 1):
             wheel = turned([(0.0, -0.02), (0.045, -0.02), (0.045, 0.02), (0.0, 0.02)], dark, 14)

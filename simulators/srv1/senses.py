@@ -81,7 +81,7 @@ class Senses:
         return float((90.0 - degrees(heading) + off) % 360.0)
 
     def beacon(self) -> tuple[float, float] | None:
-        """Return where the rover is from the tower: range (m) and bearing (rad, from +x); None if it is out of reach."""
+        """Return where the rover is from the tower: range (m) and bearing (rad, from +x); None: out of reach."""
         x, y, _ = self._plant.pose
         east, north = x - self._hall.tower[0], y - self._hall.tower[1]
         if hypot(east, north) > self._reach:

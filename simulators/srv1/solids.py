@@ -1,6 +1,7 @@
 """Solids of which the exhibits are made, beside the common ones: balls, bones, discs, and lit sheets."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,14 +44,14 @@ def bone(begin: Place, end: Place, radius: float, tint: Colour, thinner: float =
     ring = [radius * (np.cos(t) * across + np.sin(t) * other) for t in angles]
     return joined(*(
         quad([a + p, a + q, b + thinner * q, b + thinner * p], tint, light=lamp(p + q))
-        for p, q in zip(ring[:-1], ring[1:], strict=True)
+        for p, q in pairwise(ring)
     ))  # fmt: skip
 
 
 def bones(places: list[Place], radius: float, tint: Colour, thinner: float = 1.0) -> Mesh:
     """Return rods along a row of places (m) with a ball at each; from place to place they get thinner."""
     parts = []
-    for begin, end in zip(places[:-1], places[1:], strict=True):
+    for begin, end in pairwise(places):
         parts += [bone(begin, end, radius, tint, thinner), ball(begin, 1.25 * radius, tint, sides=6)]
         radius *= thinner
     return joined(*parts)
@@ -64,13 +65,13 @@ def disc(middle: Place, normal: Place, radius: float, texture: int, thick: float
     up, angles = np.cross(n, across), np.linspace(0, 2 * np.pi, 17)
     ring = [radius * (np.cos(t) * across + np.sin(t) * up) for t in angles]
     face = np.asarray(middle) + thick * n
-    corners = np.stack([np.stack([face, face + p, face + q]) for p, q in zip(ring[:-1], ring[1:], strict=True)])
+    corners = np.stack([np.stack([face, face + p, face + q]) for p, q in pairwise(ring)])
     spread = np.array([[0.5 + 0.5 * np.cos(t), 0.5 - 0.5 * np.sin(t)] for t in angles])
-    where = np.stack([np.stack([[0.5, 0.5], p, q]) for p, q in zip(spread[:-1], spread[1:], strict=True)])
+    where = np.stack([np.stack([[0.5, 0.5], p, q]) for p, q in pairwise(spread)])
     front = Mesh(corners, where, np.full((16, 3), max(0.95, lamp(n))), np.full((16, 3), 255.0), np.full(16, texture))
     rim = [
         quad([face - thick * n + p, face - thick * n + q, face + q, face + p], tint, light=lamp(p + q))
-        for p, q in zip(ring[:-1], ring[1:], strict=True)
+        for p, q in pairwise(ring)
     ]
     return joined(front, *rim)
 

@@ -39,7 +39,7 @@ class World:
         self.battery = Battery({**known["battery"], "resistance": OHM}, charge)
         self.drive = Drive(note)
         self._speed = float(known["motion"]["speed"])
-        self._applied = (0.0, 0.0, 0.0)
+        self._applied, self._moved = (0.0, 0.0), 0
         self._without_power_s = 0.0
         self.now, self.driven = 0.0, 0.0
         self.power = charge >= LIVE
@@ -85,22 +85,29 @@ class World:
     def _spoil(self) -> None:
         """Do what the fault board says."""
         faults = self._faults
-        told = faults.value("slip"), faults.value("stall"), faults.value("moved_case")
+        told = faults.value("slip"), faults.value("stall")
         if told != self._applied:
             self._applied = told
             self.plant.grip(told[0])
             self.plant.block(bool(told[1]))
-            self._move_case(int(told[2]))
+        if (number := int(faults.value("moved_case"))) != self._moved:
+            self._move_case(number)
         if place := faults.once("carried"):
             self.carry(int(place))
         if charge := faults.once("charge"):
             self.battery.charge = min(1.0, max(0.0, charge))
 
     def _move_case(self, number: int) -> None:
-        """Move the showcase of that number (the first is 1), and put all others back where they belong."""
+        """Move the showcase of that number (the first is 1), and all others back; nothing while the rover is there."""
+        x, y, _ = self.plant.pose
+        offsets = {}
         for count, case in enumerate(self.hall.cases, 1):
             inwards = 1 if case.at[0] < self.hall.width / 2 else -1
-            self.plant.move(case.name, inwards * MOVED_M if count == number else 0.0, 0.0)
+            offsets[case] = inwards * MOVED_M if count == number else 0.0
+        if all(case.distance(x - dx, y) > ROOM_M for case, dx in offsets.items()):
+            self._moved = number
+            for case, dx in offsets.items():
+                self.plant.move(case.name, dx, 0.0)
 
     def carry(self, number: int) -> None:
         """Set the rover down at one of many places of the hall, at home if `number` is negative.
@@ -111,7 +118,8 @@ class World:
         dice = np.random.default_rng(max(0, number))
         while number >= 0:
             x, y, heading = (float(v) for v in dice.uniform((0, 0, -np.pi), (self.hall.width, self.hall.depth, np.pi)))
-            if self.hall.distance(x, y) > ROOM_M:
+            moved = (c.distance(x - self.plant.moved(c.name)[0], y) for c in self.hall.cases)
+            if min(self.hall.distance(x, y), *moved) > ROOM_M:
                 break
         self.plant.put(x, y, heading)
         self._note("carried", x=round(x, 3), y=round(y, 3))

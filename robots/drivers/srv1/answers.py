@@ -12,7 +12,7 @@ from robots.drivers.srv1.protocol import Malformed
 
 ENDS = ("none", "done", "silence", "held", "lost", "replaced", "permit")  # of a motion
 MODES = ("rest", "hand", "patrol")
-MOST_ENTRIES = 6  # in one answer
+MOST_ENTRIES = 24  # in one answer; fewer, where they are long
 REFUSED = "!"
 
 

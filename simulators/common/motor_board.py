@@ -1,0 +1,99 @@
+"""The motor board of a robot with a left and a right side: rim speeds, and where each motion begins and ends.
+
+It has no lock and no clock of its own: its owner calls it under one lock, and `now` is the simulator's time in s.
+"""
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import Any
+
+Note = Callable[..., None]
+STALLED_SHARE, STALLED_RIM_M_S, STALLED_S = 0.25, 0.02, 0.3  # a rim below this share of its speed for so long
+
+
+class End(StrEnum):
+    """How the newest motion ended."""
+
+    NONE = "none"
+    DONE = "done"
+    SILENCE = "silence"
+    HELD = "held"
+    LOST = "lost"
+    REPLACED = "replaced"
+    PERMIT = "permit"
+
+
+class MotorBoard:
+    """One motion is everything from rest to rest. `note` writes to the journal.
+
+    `motion` is the description's table of that name, `fastest` the greatest speed of a rim (m/s).
+    """
+
+    def __init__(self, motion: dict[str, Any], fastest: float, note: Note) -> None:
+        self._motion, self._fastest, self._note = motion, fastest, note
+        self.motion = 0
+        self._rest()
+
+    def _rest(self) -> None:
+        self._wanted = (0.0, 0.0)  # rim speeds, left and right (m/s)
+        self._said: float | None = None  # when they were said; None: they stay until others are
+        self._slow_since: float | None = None
+        self.target = (0.0, 0.0)
+        self.moving = self.holding = self.stalled = False
+        self.end = End.NONE
+
+    def _want(self, rims: tuple[float, float], velocity: tuple[float, float], epoch: int, said: float | None) -> None:
+        """Go over to these rim speeds (m/s), unless it is held; `velocity` (m/s, rad/s) is what is noted of them."""
+        if self.holding:
+            return
+        self._wanted, self._said = rims, said
+        if not self.moving and rims != (0.0, 0.0):
+            linear, angular = velocity
+            self.moving, self.motion, self.end = True, self.motion + 1, End.NONE
+            self._note("motion", motion=self.motion, epoch=epoch, linear=linear, angular=angular)
+        elif self.moving:
+            self.end = End.NONE
+
+    def hold(self, why: End = End.HELD) -> None:
+        """Brake to rest; nothing but rest ends the hold."""
+        if self.moving:
+            self._wanted, self.holding, self.end = (0.0, 0.0), True, why
+
+    def restart(self) -> None:
+        """Lose the power: what moved is lost, and nothing is wanted."""
+        if self.moving:
+            self._note("rest", motion=self.motion, end=str(End.LOST))
+        self._rest()
+
+    def step(self, now: float, seconds: float, rims: tuple[float, float], still: bool) -> tuple[float, float]:
+        """Return the rim speeds (m/s) to follow for the next `seconds`; `rims` are measured."""
+        if self.moving and not self.holding and self._said is not None and now - self._said > self._motion["forget_s"]:
+            if self._wanted != (0.0, 0.0):
+                self.end = End.SILENCE
+            self._wanted = (0.0, 0.0)
+        braking = self.holding or self.end is End.SILENCE
+        most = self._motion["braking" if braking else "acceleration"] * seconds
+        left, right = (at + min(max(to - at, -most), most) for at, to in zip(self.target, self._wanted, strict=True))
+        self.target = left, right
+        self._watch(now, rims)
+        if self.moving and self.target == self._wanted == (0.0, 0.0) and still:
+            self.moving = self.holding = False
+            self.end = End.DONE if self.end is End.NONE else self.end
+            self._note("rest", motion=self.motion, end=str(self.end))
+        return self.target
+
+    def _watch(self, now: float, rims: tuple[float, float]) -> None:
+        """Find out whether a wheel that should turn does not; write a rim beyond its limit, which there must not be."""
+        if not max(abs(to) for to in self.target) <= self._fastest + 1e-6:  # also if it is NaN
+            self._note("passed", target=list(self.target))
+        slow = any(
+            abs(to) > STALLED_RIM_M_S and abs(rim) < STALLED_SHARE * abs(to)
+            for to, rim in zip(self.target, rims, strict=True)
+        )
+        if not slow:
+            self._slow_since, self.stalled = None, False
+        elif self._slow_since is None:
+            self._slow_since = now
+        elif now - self._slow_since > STALLED_S and not self.stalled:
+            self.stalled = True
+            self._note("stalled", motion=self.motion)

@@ -1,0 +1,174 @@
+"""Our frames behind `%`: each is read as it was written, bounded, and found among whatever else arrives."""
+
+from binascii import crc_hqx
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from robots.drivers.srv1 import answers, bounds, extension
+from robots.drivers.srv1.answers import Done, Entries, Entry, Event, Reason, Refused, Status
+from robots.drivers.srv1.extension import (
+    HOLD,
+    Activate,
+    Ask,
+    Claim,
+    Hold,
+    Journal,
+    Patrol,
+    Permit,
+    Velocity,
+)  # fmt: skip
+from robots.drivers.srv1.framing import ANSWER, COMMAND, LONGEST_ANSWER, LONGEST_COMMAND, Frame, Frames
+from robots.drivers.srv1.protocol import Malformed
+
+
+def within(limits):
+    return st.integers(limits.low, limits.high)
+
+
+def scaled(limits, unit=1e-3):
+    return within(limits).map(lambda n: n * unit)
+
+
+@st.composite
+def areas(draw):
+    (x0, x1), (y0, y1) = (sorted(draw(st.lists(scaled(bounds.MM), min_size=2, max_size=2))) for _ in "xy")
+    return x0, y0, x1, y1
+
+
+COMMANDS = st.one_of(
+    st.builds(Claim, within(bounds.EPOCH)), st.just(Hold()), st.just(Ask()), st.builds(Patrol, within(bounds.EPOCH)),
+    st.builds(
+        Velocity, within(bounds.EPOCH), scaled(bounds.MM_S), scaled(bounds.MRAD_S), within(bounds.UPTIME_MS)
+    ),
+    st.builds(
+        Permit, within(bounds.EPOCH), scaled(bounds.PERMIT_MS), st.integers(0, 2000).map(lambda n: n / 1000), areas()
+    ),
+    st.builds(Activate, within(bounds.CRC)), st.builds(Journal, within(bounds.NUMBER)),
+)  # fmt: skip
+ENTRIES = st.builds(
+    Entry, within(bounds.NUMBER), within(bounds.UPTIME_MS), st.sampled_from(Event), within(bounds.NUMBER)
+)
+STATUSES = st.builds(
+    Status, within(bounds.BOOT), within(bounds.EPOCH), within(bounds.NUMBER), st.booleans(), st.booleans(),
+    st.sampled_from(answers.ENDS), st.sampled_from(answers.MODES), scaled(bounds.MM), scaled(bounds.MM),
+    scaled(bounds.MRAD), scaled(bounds.MM_S), scaled(bounds.MRAD_S), scaled(bounds.RANGE_MM),
+    scaled(bounds.RANGE_MM), scaled(bounds.MV), scaled(bounds.DECIDEGREES, 0.1), scaled(bounds.THOUSANDTHS),
+    scaled(bounds.THOUSANDTHS), st.booleans(), within(bounds.CRC), within(bounds.PERMIT_MS), within(bounds.NUMBER),
+    within(bounds.UPTIME_MS), st.sampled_from(answers.STATUSES),
+)  # fmt: skip
+ANSWERS = st.one_of(
+    STATUSES,
+    st.builds(Done, st.sampled_from("vpgu"), within(bounds.NUMBER), within(bounds.UPTIME_MS)),
+    st.builds(Refused, st.sampled_from(sorted(extension.COMMANDS)), st.sampled_from(Reason)),
+    st.lists(ENTRIES, max_size=4).map(lambda entries: Entries(tuple(entries))),
+)
+
+
+def close(one, other):
+    """Tell whether two messages are equal but for the rounding of their numbers."""
+    if type(one) is not type(other):
+        return False
+    for name, value in vars(one).items():
+        there = getattr(other, name)
+        if isinstance(value, float) or (isinstance(value, tuple) and value and isinstance(value[0], float)):
+            if there != pytest.approx(value, abs=1e-6):
+                return False
+        elif there != value:
+            return False
+    return True
+
+
+@given(COMMANDS)
+def test_a_command_is_read_as_it_was_written(command):
+    data = extension.encode(command)
+    assert len(data) <= LONGEST_COMMAND
+    (frame,) = Frames(COMMAND).feed(data)
+    assert close(extension.decode(frame), command)
+
+
+@given(ANSWERS)
+def test_an_answer_is_read_as_it_was_written(answer):
+    data = answers.encode(answer)
+    assert len(data) <= LONGEST_ANSWER
+    (frame,) = Frames(ANSWER).feed(data)
+    assert close(answers.decode(frame), answer)
+
+
+def test_a_frame_is_what_the_description_says():
+    assert extension.encode(Claim(7)) == b"%%c7*%04X\n" % crc_hqx(b"c7", 0)
+    assert b"%%h*%04X\n" % crc_hqx(b"h", 0) == HOLD
+    assert answers.encode(Refused("v", Reason.LATE)) == b"##%%v!late*%04X\r\n" % crc_hqx(b"v!late", 0)
+
+
+noise = st.binary(max_size=40).filter(lambda data: b"%" not in data)
+
+
+@given(st.lists(st.tuples(noise, ANSWERS), max_size=4), st.integers(1, 17), noise)
+def test_frames_are_found_among_noise_in_pieces(parts, size, last):
+    data = b"".join(before + answers.encode(answer) for before, answer in parts) + last
+    frames, found = Frames(ANSWER), []
+    for at in range(0, len(data), size):
+        found += frames.feed(data[at : at + size])
+    assert [frame.encode(ANSWER) for frame in found] == [answers.encode(answer) for _, answer in parts]
+
+
+@given(COMMANDS, st.data())
+def test_a_bit_that_is_spoilt_is_noticed(command, data):
+    encoded = bytearray(extension.encode(command))
+    bit = data.draw(st.integers(0, 8 * len(encoded) - 1))
+    encoded[bit // 8] ^= 1 << bit % 8
+    assert not Frames(COMMAND).feed(bytes(encoded))
+
+
+@given(st.binary(max_size=400), st.sampled_from((COMMAND, ANSWER)))
+def test_garbage_ends_no_reader_and_the_next_frame_is_found(data, start):
+    frames = Frames(start)
+    frames.feed(data)
+    frames.feed(start + b"x" * 300 + b"\r\n")
+    right = Frame("a", "1,2").encode(start)
+    assert [frame.payload for frame in frames.feed(right)] == ["1,2"]
+
+
+def test_the_memory_of_a_reader_is_bounded():
+    for start, most in ((COMMAND, LONGEST_COMMAND), (ANSWER, LONGEST_ANSWER)):
+        frames = Frames(start)
+        for piece in (start * 5000, b"x" * 100_000, start + b"y" * 100_000):
+            frames.feed(piece)
+            assert len(frames._rest) <= most + len(start)
+
+
+@given(st.sampled_from(sorted(extension.COMMANDS)), st.text("0123456789,-+. eEnaif_٣\u00b2", max_size=80))
+def test_a_payload_that_says_nothing_is_refused_with_a_sentence(letter, payload):
+    try:
+        command = extension.decode(Frame(letter, payload))
+    except Malformed as error:
+        assert str(error)
+        return
+    assert extension.decode(command.encode()) == command
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        Claim(-1), Claim(2**53), Velocity(1, 1e308, 0.0, 0), Velocity(1, float("nan"), 0.0, 0),
+        Velocity(1, float("inf"), 0.0, 0), Velocity(1, 0.0, 11.0, 0), Velocity(1, 0.0, 0.0, -1),
+        Permit(1, 601.0, 0.1, (0, 0, 1, 1)), Permit(1, 1.0, 0.1, (0, 0, float("nan"), 1)), Activate(65536), Journal(-1),
+    ],
+)  # fmt: skip
+def test_a_number_that_is_out_of_bounds_cannot_be_said(command):
+    with pytest.raises(Malformed):
+        extension.encode(command)
+
+
+def test_a_permit_for_an_area_inside_out_is_refused():
+    for payload in ("1,1000,100,5,0,4,1", "1,1000,100,0,5,1,4", "1,1000,-100,0,0,1,1"):
+        with pytest.raises(Malformed):
+            extension.decode(Frame("p", payload))
+
+
+def test_what_fits_into_no_frame_is_refused():
+    for frame in (Frame("c", "x" * 90), Frame("c", "\n"), Frame("c", "*"), Frame("", ""), Frame("7", ""), Frame("cc")):
+        with pytest.raises(Malformed):
+            frame.encode(COMMAND)

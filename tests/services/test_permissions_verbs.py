@@ -120,6 +120,7 @@ def an_attempt(w, user):
 # function: (who may, the call)
 ROWS = {
     "robots.resolve": (ANYBODY, lambda do, w: do(w.robot, w.user, "down", {})),
+    "robots.with_program": (ANYBODY, lambda do, w: do(w.robot, w.user, "down", {})),
     "robots.grant_of": (OPERATOR, lambda do, w: do(w.robot, w.user, SYSTEM.now())),
     "robots.issue": (OPERATOR, lambda do, w: do(w.robot.slug, w.user, "down", {}, 7)),
     "robots.may_stop": (ANYBODY, lambda do, w: do(w.robot, w.user)),

@@ -114,14 +114,31 @@ class Commander:
         if self._permits.runs:
             most = min(most, self._permits.permit.speed)
         hardware, course = self._hardware, self._course
+        speed = self._rules.speed_mm_s(*(self._thousandths(name) for name in self._rules.inputs)) / 1000
         linear, angular = course.velocity(
-            hardware.infrared(), hardware.sonar(), self._odometry.linear, self._rules, most
+            hardware.infrared(), hardware.sonar(), self._odometry.linear, min(most, speed)
         )  # fmt: skip
         if course.reflexes != self._reflexes:
             self._reflexes = course.reflexes
             self._log.write(Event.REFLEX, hardware.drive.motion)
             self._note("reflex", motion=hardware.drive.motion)
         hardware.drive.velocity(linear, angular, self._epoch, self._now)
+
+    def _thousandths(self, name: str) -> int:
+        """Return a reading for the rules, in thousandths of its unit (m, V, degrees Celsius, per cent)."""
+        hardware = self._hardware
+        match name:
+            case "infrared":
+                value = hardware.infrared()
+            case "sonar":
+                value = hardware.sonar()
+            case "volts":
+                value = hardware.battery()
+            case "temperature":
+                value = sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE))
+            case _:
+                value = 100 * sensors.share(hardware.analogue(Channel[name.upper()]))
+        return round(1000 * value)
 
     def _write_motions(self) -> None:
         drive = self._hardware.drive

@@ -16,12 +16,18 @@ CLEAR_SHARE, CLEAR_SONAR_M = 2.5, 0.6  # the way is clear: times `infrared.stop`
 class Rules(Protocol):
     """A rule set; `simulators.srv1.rules.RuleSet` evaluates one of fuzzy rules."""
 
-    def speed_mm_s(self, infrared_mm: int, sonar_mm: int, /) -> int:
-        """Return the speed ahead (mm/s) for two distances (mm)."""
+    @property
+    def inputs(self) -> tuple[str, str]:
+        """Return the names of the two readings: infrared, sonar, volts, temperature, humidity, light, presence."""
+
+    def speed_mm_s(self, first: int, second: int, /) -> int:
+        """Return the speed ahead (mm/s) for two readings, in thousandths of m, V, degrees Celsius and per cent."""
 
 
 class Cautious:
-    """The rule set that the rover was made with: a third of the nearer distance a second, at most 0.3 m/s."""
+    """The rule set that the rover was made with: half of what the nearer distance has above 0.15 m, at most 0.3 m/s."""
+
+    inputs = ("infrared", "sonar")
 
     def speed_mm_s(self, infrared_mm: int, sonar_mm: int, /) -> int:
         """See `Rules`."""
@@ -40,9 +46,8 @@ class Patrol:
         """Begin anew, ahead."""
         self._turns = False
 
-    def velocity(self, infrared: float, sonar: float, rolling: float, rules: Rules, most: float) -> tuple[float, float]:
-        """Return m/s ahead and rad/s to the left, for distances (m) and the speed of now (m/s); at most `most` m/s."""
-        speed = min(most, rules.speed_mm_s(round(infrared * 1000), round(sonar * 1000)) / 1000)
+    def velocity(self, infrared: float, sonar: float, rolling: float, speed: float) -> tuple[float, float]:
+        """Return m/s ahead and rad/s to the left, for distances (m), the speed of now and that of the rules (m/s)."""
         near = infrared < self._stop
         if near and not self._turns:
             self.reflexes += 1

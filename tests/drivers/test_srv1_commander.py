@@ -8,7 +8,8 @@ from robots.drivers.srv1 import answers, protocol
 from robots.drivers.srv1.answers import Done, Event, Reason, Refused, Status
 from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity, encode
 from robots.drivers.srv1.framing import ANSWER, Frames
-from simulators.srv1.patrol import Cautious
+from simulators.srv1.patrol import TURN_RAD_S, Cautious
+from simulators.srv1.patrol import Patrol as Course
 from tests.drivers.srv1_wire import JPEG, Rig
 
 pytestmark = pytest.mark.django_db(transaction=True)
@@ -18,6 +19,8 @@ HALL = (0.0, 0.0, 12.0, 8.0)
 class Constant:
     """A rule set that always says the same speed (mm/s)."""
 
+    inputs = ("infrared", "sonar")
+
     def __init__(self, speed):
         self.speed = speed
 
@@ -25,7 +28,18 @@ class Constant:
         return self.speed
 
 
+class Warm(Constant):
+    """One that says its speed where both of these are as on the bench."""
+
+    inputs = ("temperature", "humidity")
+
+    def speed_mm_s(self, temperature, humidity):
+        return self.speed * (abs(temperature - 21_000) < 60 and abs(humidity - 40_000) < 60)
+
+
 def parse(text):
+    if text.startswith("warm"):
+        return Warm(100)
     if not text.startswith("speed"):
         raise ValueError("this is no rule set")
     return Constant(int(text.split()[1]))
@@ -185,6 +199,24 @@ def test_the_reflex_is_below_all_rules(rig):
     patrol(rig, 2.0)
     assert rig.ask(Ask()).linear == pytest.approx(0.4, abs=0.03)
     assert Event.REFLEX in events(rig)
+
+
+def test_rules_may_ask_for_any_reading(rig):
+    activate(rig, b"warm")
+    rig.ask(Claim(7))
+    patrol(rig, 1.0)
+    assert rig.ask(Ask()).linear == pytest.approx(0.1, abs=0.02)
+
+
+def test_it_halts_before_it_turns():
+    course = Course()
+    assert course.velocity(0.8, 5.0, 0.3, 0.3) == (0.3, 0.0)
+    assert course.velocity(0.14, 5.0, 0.3, 0.3) == (0.0, 0.0)
+    assert course.velocity(0.14, 5.0, 0.0, 0.3) == (0.0, TURN_RAD_S)
+    assert course.reflexes == 1
+    assert course.velocity(0.8, 0.3, 0.0, 0.3) == (0.0, TURN_RAD_S), "the sonar sees something"
+    assert course.velocity(0.8, 5.0, 0.0, 0.0) == (0.0, TURN_RAD_S), "the rules say that the way is closed"
+    assert course.velocity(0.8, 5.0, 0.0, 0.3) == (0.3, 0.0)
 
 
 def activate(rig, text):

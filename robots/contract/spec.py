@@ -195,6 +195,15 @@ class Spec:
         found = ((setting.name, _usable(setting, kept.get(setting.name))) for setting in self.all_of(Setting))
         return {name: value for name, value in found if value is not None}
 
+    def rests_within(self, kind: str, kept: Mapping[str, Any]) -> float | None:
+        """Return within how many seconds it rests without a word if that kind of command ran; None: nobody knows.
+
+        `kept` are the robot's settings. A motion that may go on without the live link may do so without its owner.
+        """
+        found = self.command(kind)
+        alone = found.policies.by(self.for_driver(kept)).on_link_lost if found else None
+        return self.rest_s if self.rest_s is None or alone is None else self.rest_s + alone.seconds
+
     def stills(self, kept: Mapping[str, Any]) -> Stills | None:
         """Return how pictures at rest are taken, with what staff have set; None where the spec does not say."""
         stills = self.capability(Stills)
@@ -336,6 +345,10 @@ def _wrong_bounds(command: CommandKind, spec: "Spec", told: set[str]) -> Iterato
         if not 0 < bound.seconds <= command.limit_s:
             yield f"lets it go on for {bound.seconds:g} s, which is not within its time limit,"
         yield from (f"bounds {r.name!r}, which no state tells," for r in bound.area if r.name not in told)
+        if bound.setting:
+            setting = next((one for one in spec.all_of(Setting) if one.name == bound.setting), None)
+            if setting is None or setting.kind != "number" or not 0 <= setting.low <= setting.high <= command.limit_s:
+                yield f"is bounded by {bound.setting!r}, which is no setting from 0 s to its time limit,"
         if bound.turn is not None and not turns:
             yield "bounds how fast it turns, and has no pose with an angle,"
 

@@ -96,7 +96,7 @@ class Commander:
         return at - self._patrol_said > float(self._description["motion"]["forget_s"])
 
     def _watch_permit(self, at: float) -> None:
-        why = self._permits.violation(self._odometry, at)
+        why = self._permits.violation(self._odometry, self.uptime_ms)
         if why is None:
             return
         self._log.write(why, self._hardware.drive.motion)
@@ -214,15 +214,15 @@ class Commander:
         if self._hardware.drive.holding:
             return Reason.HOLDING
         if isinstance(command, Permit):
-            fits = self._permits.takes(command) and command.speed <= motion["speed"]
+            fits = self._permits.takes(command, self.uptime_ms) and command.speed <= motion["speed"]
             return None if fits else Reason.BOUNDS
-        if isinstance(command, Velocity):
-            if not 0 <= self.uptime_ms - command.stamp <= LATE_MS:
-                self._note("late", seconds=round((self.uptime_ms - command.stamp) / 1000, 3))
-                return Reason.LATE
-            if not (abs(command.linear) <= motion["speed"] and abs(command.angular) <= motion["turn"]):
-                return Reason.BOUNDS
-        return None
+        if not 0 <= self.uptime_ms - command.stamp <= LATE_MS:
+            self._note("late", seconds=round((self.uptime_ms - command.stamp) / 1000, 3))
+            return Reason.LATE
+        if isinstance(command, Patrol):
+            return None
+        fits = abs(command.linear) <= motion["speed"] and abs(command.angular) <= motion["turn"]
+        return None if fits else Reason.BOUNDS
 
     def _do(self, command: Velocity | Patrol | Permit) -> None:
         at = self._clock.monotonic()
@@ -230,9 +230,12 @@ class Commander:
             self._mode = "hand"
             self._hardware.drive.velocity(command.linear, command.angular, self._epoch, self._now)
         elif isinstance(command, Permit):
-            self._permits.grant(command, at)
-            self._log.write(Event.PERMIT, self._permits.left_ms(at))
-            self._note("permit", seconds=command.seconds, speed=command.speed, area=list(command.area))
+            renewed = self._permits.runs
+            self._permits.grant(command, self.uptime_ms)
+            left_ms = self._permits.left_ms(self.uptime_ms)
+            if not (renewed and left_ms):
+                self._log.write(Event.PERMIT, left_ms)
+            self._note("permit", seconds=left_ms / 1000, speed=command.speed, area=list(command.area))
         else:
             self._patrol_said = at
             if self._mode != "patrol":
@@ -265,5 +268,5 @@ class Commander:
             hardware.battery(), sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE)),
             sensors.share(hardware.analogue(Channel.HUMIDITY)), sensors.share(hardware.analogue(Channel.LIGHT)),
             sensors.is_present(hardware.analogue(Channel.PRESENCE)), self._crc,
-            self._permits.left_ms(self._clock.monotonic()), self._log.newest, self.uptime_ms, asked,
+            self._permits.left_ms(self.uptime_ms), self._log.newest, self.uptime_ms, asked,
         )  # fmt: skip

@@ -66,7 +66,11 @@ def drive(rig, seconds, linear=0.2, angular=0.0, epoch=7):
 
 def patrol(rig, seconds, epoch=7):
     for _ in range(round(seconds / 0.1)):
-        rig.ask(Patrol(epoch), 0.1)
+        rig.ask(Patrol(epoch, stamp(rig)), 0.1)
+
+
+def permit(rig, seconds, speed=0.2, area=HALL, epoch=7):
+    return Permit(epoch, stamp(rig) + round(1000 * seconds), speed, area)
 
 
 def events(rig):
@@ -163,7 +167,7 @@ def test_while_it_is_held_nothing_drives_it(rig):
     drive(rig, 1.0)
     rig.say(HOLD, 0.02)
     assert rig.ask(Velocity(7, 0.2, 0.0, rig.firmware.commander.uptime_ms), 0.02) == Refused("v", Reason.HOLDING)
-    assert rig.ask(Patrol(7), 0.02) == Refused("g", Reason.HOLDING)
+    assert rig.ask(Patrol(7, stamp(rig)), 0.02) == Refused("g", Reason.HOLDING)
     rig.say(b"M\x3c\x3c\x00", 0.02)
     assert rig.rest() == "held"
     assert rig.count("motion") == 1
@@ -228,10 +232,10 @@ def activate(rig, text):
 
 def test_a_permit_lets_it_go_on_alone_until_its_end(rig):
     rig.ask(Claim(7))
-    assert rig.ask(Permit(7, 30.0, 0.4, HALL)) == Refused("p", Reason.BOUNDS), "longer than it takes"
-    assert rig.ask(Permit(6, 5.0, 0.4, HALL)) == Refused("p", Reason.EPOCH)
-    assert isinstance(rig.ask(Permit(7, 5.0, 0.2, HALL)), Done)
-    rig.ask(Patrol(7))
+    assert rig.ask(permit(rig, 61.0)) == Refused("p", Reason.BOUNDS), "longer than it takes"
+    assert rig.ask(permit(rig, 5.0, epoch=6)) == Refused("p", Reason.EPOCH)
+    assert isinstance(rig.ask(permit(rig, 5.0)), Done)
+    rig.ask(Patrol(7, stamp(rig)))
     rig.pass_s(4.0)
     status = rig.ask(Ask())
     assert status.mode == "patrol"
@@ -244,7 +248,7 @@ def test_a_permit_lets_it_go_on_alone_until_its_end(rig):
 
 def test_at_the_end_of_a_permit_an_owner_that_is_heard_is_not_stopped(rig):
     rig.ask(Claim(7))
-    rig.ask(Permit(7, 1.0, 0.2, HALL))
+    rig.ask(permit(rig, 1.0))
     patrol(rig, 3.0)
     assert rig.bench.drive.moving
     assert rig.count("motion") == 1
@@ -256,9 +260,9 @@ def test_at_the_end_of_a_permit_an_owner_that_is_heard_is_not_stopped(rig):
 def test_a_permit_ends_outside_its_area_and_above_its_speed(rig, area, speed, event):
     rig.ask(Claim(7))
     drive(rig, 1.0, 0.3)
-    rig.ask(Permit(7, 20.0, speed, area))
+    rig.ask(permit(rig, 20.0, speed, area))
     if event is Event.LEFT:
-        rig.ask(Patrol(7))
+        rig.ask(Patrol(7, stamp(rig)))
         rig.pass_s(4.0)
         assert 1.5 < rig.bench.x < 1.6
     assert rig.rest() == "permit"
@@ -269,18 +273,46 @@ def test_a_permit_ends_outside_its_area_and_above_its_speed(rig, area, speed, ev
 @pytest.mark.parametrize("ends", ["hold", "claim", "letters"])
 def test_what_ends_a_permit_before_its_time(rig, ends):
     rig.ask(Claim(7))
-    rig.ask(Permit(7, 20.0, 0.2, HALL))
-    rig.ask(Patrol(7))
+    rig.ask(permit(rig, 20.0))
+    rig.ask(Patrol(7, stamp(rig)))
     rig.pass_s(1.0)
     rig.say({"hold": HOLD, "claim": encode(Claim(8)), "letters": protocol.motion(1, 1, 0.01)}[ends])
     assert rig.rest() == {"hold": "held", "claim": "replaced", "letters": "done"}[ends]
     assert rig.ask(Ask()).permit_ms == 0
 
 
+def test_a_permit_that_comes_late_ends_no_later(rig):
+    rig.ask(Claim(7))
+    wanted = permit(rig, 2.0)
+    rig.pass_s(1.5)
+    rig.ask(wanted)
+    assert rig.ask(Ask()).permit_ms <= 500
+    rig.pass_s(1.0)
+    assert isinstance(rig.ask(wanted), Done), "its end is past"
+    assert rig.ask(Ask()).permit_ms == 0
+
+
+def test_a_patrol_that_comes_late_moves_nothing(rig):
+    rig.ask(Claim(7))
+    rig.ask(permit(rig, 20.0))
+    late = Patrol(7, stamp(rig))
+    rig.pass_s(0.6)
+    assert rig.ask(late) == Refused("g", Reason.LATE)
+    assert not rig.bench.drive.moving
+
+
+def test_renewing_a_permit_is_written_once(rig):
+    rig.ask(Claim(7))
+    for _ in range(3):
+        rig.ask(permit(rig, 5.0))
+    rig.ask(Permit(7, 0, 0.2, HALL))
+    assert events(rig).count(Event.PERMIT) == 2
+
+
 def test_the_same_owner_comes_back_during_its_permit(rig):
     rig.ask(Claim(7))
-    rig.ask(Permit(7, 20.0, 0.2, HALL))
-    rig.ask(Patrol(7))
+    rig.ask(permit(rig, 20.0))
+    rig.ask(Patrol(7, stamp(rig)))
     rig.pass_s(3.0)
     assert rig.ask(Claim(7)).mode == "patrol"
     assert rig.count("motion") == 1

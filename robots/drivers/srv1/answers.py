@@ -151,7 +151,7 @@ class Event(StrEnum):
     CLAIM = "claim"  # value: the epoch, its lowest 31 bits
     PATROL = "patrol"
     REFLEX = "reflex"  # something is nearer than `infrared.stop`
-    PERMIT = "permit"  # value: its ms
+    PERMIT = "permit"  # it begins, or is taken back; value: its ms
     EXPIRED = "expired"  # the permit's time is over
     LEFT = "left"  # the permit's area
     FAST = "fast"  # faster than the permit's speed

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from robots.contract.errors import HardwareFault, RobotError
 from robots.contract.session import JSON, OnStage, Outcome, Permit, Progress, RobotState, Session, Trace
 from robots.contract.values import check, number
+from robots.description import load
+from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.line import RoverLine
 from robots.drivers.srv1.motions import Motions
 from robots.drivers.srv1.spec import SLICE_S
@@ -25,7 +27,8 @@ class Driver(Session):
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         super().__init__(address, settings, trace)
         line = RoverLine(address, int(settings.get("epoch") or 1), trace, self.clock, self.opened)
-        self.wheels = Wheels(line, self.keep, self.clock)
+        seconds = float(settings.get("permit_s", load("srv1")["line"]["permit_s"]))
+        self.wheels = Wheels(line, Alone(line, seconds, self.time_left, self.clock), self.keep, self.clock)
         self._motions = Motions(self.wheels)
 
     def connect(self) -> RobotState:
@@ -59,7 +62,10 @@ class Driver(Session):
             return {}
 
         def patrol() -> JSON:
-            return {"metres": round(motions.patrol(SLICE_S - EARLY_S, permit, began), 2)}
+            def tell(words: str) -> None:
+                on_stage(Progress(words))
+
+            return {"metres": round(motions.patrol(SLICE_S - EARLY_S, permit, began, tell), 2)}
 
         def mission() -> JSON:
             return tour(str(args["text"]), motions, permit, began, on_stage)
@@ -71,6 +77,10 @@ class Driver(Session):
         with contextlib.suppress(RobotError):  # it was done; whether the rover answers now is another matter
             return Outcome(sent, self.wheels.rest(REST_S))
         return Outcome(sent, self.latest())
+
+    def rests_within(self) -> float | None:
+        """Return within how many seconds it rests where it has a permit."""
+        return self.wheels.alone.rests_within or None
 
     def picture(self, view: str, seconds: float) -> bytes | None:
         """Return the next picture of the rover's camera, None where it has none or the line is lost."""

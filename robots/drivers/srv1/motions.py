@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from math import remainder, tau
 
-from robots.contract.errors import ControlsReleased, GaveUp
+from robots.contract.errors import ControlsReleased, GaveUp, LineGone, LineSilent
 from robots.contract.session import Permit
 from robots.description import load
 from robots.drivers.srv1.answers import Status
@@ -15,6 +15,7 @@ from robots.drivers.srv1.wheels import Wheels
 BLOCKED_S = 10.0  # something stands in its way for so long: it gives up
 MARGIN_M = 0.03  # before the reflex, where it counts as blocked
 NEVER_BEGAN = "The rover did not move: what it was told came too late over its line."
+UNHEARD = "out of reach: it drives on by itself, and rests within {:.0f} s if it is not reached"
 IN_THE_WAY = f"Something stands in the rover's way. It waited {BLOCKED_S:.0f} s."
 Began = Callable[[], None]  # called when the rover has understood; only its first call counts
 Left = Callable[[float, float], None]  # called with the metres that are left of a way, and the share that is done
@@ -120,16 +121,25 @@ class Motions:
 
         self.wheels.during(permit, Mode.TURNING, act)
 
-    def patrol(self, seconds: float, permit: Permit, began: Began) -> float:
-        """Let the rover drive by its rules for so long (s); return how far it came (m)."""
+    def patrol(self, seconds: float, permit: Permit, began: Began, tell: Callable[[str], None]) -> float:
+        """Let the rover drive by its rules for so long (s); return how far it came (m).
+
+        Where its line is lost it drives on by its permit meanwhile, which `tell` is told.
+        """
         until, before = self._clock.monotonic() + seconds, self.wheels.where.driven
 
         def act(free: Permit) -> None:
             while self._clock.monotonic() < until:
-                self.wheels.patrol(free)
+                try:
+                    self.wheels.patrol(self.wheels.ask(), free)
+                except (LineGone, LineSilent):
+                    if not self.wheels.alone.left:
+                        raise
+                    tell(UNHEARD.format(self.wheels.alone.rests_within))
+                    self.wheels.find_again(free)
+                    continue
                 began()
                 self.wheels.pause()
-                self.wheels.ask()
 
         self.wheels.during(permit, Mode.PATROL, act)
         return self.wheels.where.driven - before

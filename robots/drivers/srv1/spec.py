@@ -3,7 +3,7 @@
 from math import pi
 from typing import Any
 
-from robots.contract.capabilities import Check, Idle, Programs, Reset, Share, Statistics, Times, Total
+from robots.contract.capabilities import Check, Idle, Programs, Reset, Setting, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
@@ -32,6 +32,7 @@ def spec() -> Spec:
     """Return the spec, from the description."""
     description = load("srv1")
     hall, battery = description["hall"], description["battery"]
+    permitted = Policies(on_link_lost=_permitted(description))
     ranges = [(name, description[name]) for name in ("infrared", "sonar")]
     return Spec(
         name=description["name"],
@@ -52,6 +53,11 @@ def spec() -> Spec:
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
             Programs("mission", "mission"),
+            Setting(
+                "permit_s", "It drives on by itself", unit="s", low=0.0, high=description["line"]["longest_permit_s"],
+                default=description["line"]["permit_s"],
+                help="On patrol, for at most so long while nothing reaches it. 0: it rests at once.",
+            ),
         ),
         commands=(
             CommandKind(
@@ -70,23 +76,23 @@ def spec() -> Spec:
             ),
             CommandKind(
                 "patrol", "Patrol", limit_s=SLICE_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
-                policies=Policies(on_link_lost=_permitted(description)),
+                policies=permitted,
             ),
             CommandKind(
                 "mission", "Mission", (Argument("text", "", 1, LONGEST, text=True, label="steps, one a line"),),
-                limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False,
+                limit_s=LIMIT_S, asked_by=BY_ALL, still_after=False, policies=permitted,
             ),
         ),
     )  # fmt: skip
 
 
-def _permitted(description: dict[str, Any]) -> Bound | None:
-    """Return inside what the rover may go on by itself while nobody reaches it; None where it may not."""
-    hall, seconds = description["hall"], float(description["line"]["permit_s"])
-    if not seconds:
-        return None
-    area = Range("x", 0.0, hall["width"]), Range("y", 0.0, hall["depth"])
-    return Bound(seconds, area, speed=1.1 * description["motion"]["most_speed"], turn=description["motion"]["turn"])
+def _permitted(description: dict[str, Any]) -> Bound:
+    """Return inside what the rover may go on by itself while nobody reaches it."""
+    hall, motion = description["hall"], description["motion"]
+    return Bound(
+        float(description["line"]["permit_s"]), (Range("x", 0.0, hall["width"]), Range("y", 0.0, hall["depth"])),
+        speed=1.1 * motion["most_speed"], turn=motion["turn"], setting="permit_s",
+    )  # fmt: skip
 
 
 def _scales(hall: dict[str, Any]) -> dict[str, Scale]:

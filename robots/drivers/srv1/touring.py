@@ -47,7 +47,7 @@ def _do(step: Step, motions: Motions, permit: Permit, tell: Callable[[str], None
     elif step.verb == "wait":
         motions.wait(step.numbers[0], permit)
     elif step.verb == "patrol":
-        motions.patrol(step.numbers[0], permit, began)
+        motions.patrol(step.numbers[0], permit, began, tell)
     elif step.verb == "look":
         for number in range(SCAN_TURNS):
             motions.turn(tau / SCAN_TURNS, permit, began)

@@ -4,10 +4,11 @@ import contextlib
 from collections.abc import Callable
 
 from robots.clock import TIMER, Timer
-from robots.contract.errors import ControllerRestarted, HardwareFault, LineSilent
+from robots.contract.errors import ControllerRestarted, HardwareFault, LineGone, LineSilent
 from robots.contract.session import Permit, RobotState
 from robots.drivers.permits import until_held
 from robots.drivers.srv1 import extension
+from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.line import NotNow, RoverLine
 from robots.drivers.srv1.modes import Mode
@@ -15,14 +16,18 @@ from robots.drivers.srv1.whereabouts import Whereabouts
 
 STEP_S = 0.1
 LOST_S = 0.25  # without an answer for so long, a velocity is lost
+RESTARTED = "The rover was started again and does not know its owner; connect again."
+OUT_OF_REACH = "The rover was out of reach for so long that it has come to rest by itself."
 WORDS = {"rest": Mode.RESTING, "hand": Mode.HAND, "patrol": Mode.PATROL}
 
 
 class Wheels:
     """Sends velocities for one command at a time, and makes states. `keep` gets each new state."""
 
-    def __init__(self, line: RoverLine, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER) -> None:
-        self.line, self._keep, self.clock = line, keep, clock
+    def __init__(
+        self, line: RoverLine, alone: Alone, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER
+    ) -> None:
+        self.line, self.alone, self._keep, self.clock = line, alone, keep, clock
         self.where = Whereabouts()
         self.mode = Mode.RESTING
         self._boot: int | None = None
@@ -40,7 +45,7 @@ class Wheels:
         status = self.line.status()
         self.take(status)
         if status.boot != self._boot or status.epoch != self.line.epoch:
-            raise ControllerRestarted("The rover was started again and does not know its owner; connect again.")
+            raise ControllerRestarted(RESTARTED)
         return status
 
     def take(self, status: Status) -> RobotState:
@@ -72,8 +77,36 @@ class Wheels:
             act(free)
         finally:
             self.mode = Mode.RESTING
-            if self.line.is_open:
+            if self.alone.rests_within:
+                self._settle()
+            elif self.line.is_open:
                 self.line.hold()
+
+    def _settle(self) -> None:
+        """Hold until the rover says that it rests, or its permit is surely over: sooner no command of it has ended."""
+        while self.alone.rests_within:
+            with contextlib.suppress(HardwareFault):
+                if not self.line.is_open:
+                    self.take(self.line.open())
+                self.line.hold()
+                self.rest(STEP_S)
+            self.pause()
+
+    def find_again(self, permit: Permit) -> None:
+        """Connect again, for as long as the rover drives on by its permit.
+
+        Raises LineGone after that, ControllerRestarted, and what `permit` raises.
+        """
+        while self.alone.left:
+            permit()
+            with contextlib.suppress(LineGone, LineSilent):
+                status = self.line.open()
+                self.take(status)
+                if status.boot != self._boot:
+                    raise ControllerRestarted(RESTARTED)
+                return
+            self.pause()
+        raise LineGone(OUT_OF_REACH)
 
     def drive(self, linear: float, angular: float, status: Status, permit: Permit) -> None:
         """Send a velocity (m/s, rad/s) that answers to this status; one that comes too late does nothing.
@@ -82,9 +115,14 @@ class Wheels:
         """
         self._say(extension.Velocity(self.line.epoch, linear, angular, status.uptime_ms), permit)
 
-    def patrol(self, permit: Permit) -> None:
-        """Let the rover drive by its rules for the next moment. Raises what `RoverLine.ask` raises."""
-        self._say(extension.Patrol(self.line.epoch), permit)
+    def patrol(self, status: Status, permit: Permit) -> None:
+        """Let the rover drive by its rules for the next moment, and for a while without a word.
+
+        Raises what else `RoverLine.ask` raises.
+        """
+        with contextlib.suppress(NotNow, LineSilent):
+            self.alone.renew(status, self.where.spread, permit)
+        self._say(extension.Patrol(self.line.epoch, status.uptime_ms), permit)
 
     def _say(self, command: extension.Command, permit: Permit) -> None:
         """Send what the rover forgets soon. One that is lost is never sent again; the next answers to a new status."""
@@ -99,8 +137,10 @@ class Wheels:
         """Ask until the rover rests. Raises HardwareFault where it does not in so many seconds."""
         until = self.clock.monotonic() + seconds
         while True:
-            state = self.take(self.line.status())
-            if not state.moving:
+            status = self.line.status()
+            state = self.take(status)
+            if not state.moving and not status.permit_ms:
+                self.alone.ended()
                 return state
             if self.clock.monotonic() > until:
                 raise HardwareFault("The rover did not come to rest after a hold.")

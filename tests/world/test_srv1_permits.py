@@ -268,3 +268,24 @@ def mission(portal):
 @seeds(1, 10, 100)
 def test_a_mission_has_a_permit_while_it_patrols(worlds, seed):
     hunt(worlds, seed, mission)
+
+
+def terminated(portal):
+    """An owner that is told to end holds the rover, and opens nothing again."""
+    command = patrolling(portal)
+    at = portal.world.monotonic()
+    portal.supervisor.worker.terminate()
+    portal.until(lambda: portal.supervisor.worker.ended, 20, "its end")
+    assert portal.world.monotonic() - at < 10
+    portal.at_rest(1.0)
+    assert notes(portal, "rest")[-1]["end"] == "held"
+    portal.until(lambda: portal.owner, 30, "another owner")
+    begun = portal.rig.count("motion")
+    portal.world.sleep(5.0)
+    assert portal.rig.count("motion") == begun
+    assert portal.final(command).state in ("cancelled", "unknown", "failed")
+
+
+@seeds(1, 10, 100)
+def test_an_owner_that_ends_takes_the_permit_back(worlds, seed):
+    hunt(worlds, seed, terminated)

@@ -97,7 +97,7 @@ class Driver(Session):
 
     def close(self) -> None:
         """Close the connection; the rover rests."""
-        self.wheels.line.close()
+        self.wheels.close()
 
 
 def _once(on_stage: OnStage) -> Callable[[], None]:

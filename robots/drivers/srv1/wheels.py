@@ -32,13 +32,23 @@ class Wheels:
         self.mode = Mode.RESTING
         self._boot: int | None = None
         self.holds = 0  # of other threads
+        self._closed = True  # by its owner: nothing is opened again by itself
         self.newest = RobotState(0.0, (), (), False, False)
 
     def connect(self) -> RobotState:
         """Open the line and ask the rover. Raises LineGone, LineSilent, LineBusy."""
+        self._closed = False
         status = self.line.open()
         self._boot = status.boot
         return self.take(status)
+
+    def close(self) -> None:
+        """Close the line; a rover that may drive by itself is held before, where it can be reached."""
+        self._closed = True
+        if self.alone.rests_within:
+            with contextlib.suppress(LineGone):
+                self.line.hold()
+        self.line.close()
 
     def ask(self) -> Status:
         """Ask the rover, and keep its state. Raises LineGone, LineSilent, ControllerRestarted."""
@@ -84,7 +94,7 @@ class Wheels:
 
     def _settle(self) -> None:
         """Hold until the rover says that it rests, or its permit is surely over: sooner no command of it has ended."""
-        while self.alone.rests_within:
+        while self.alone.rests_within and not self._closed:
             with contextlib.suppress(HardwareFault):
                 if not self.line.is_open:
                     self.take(self.line.open())
@@ -97,7 +107,7 @@ class Wheels:
 
         Raises LineGone after that, ControllerRestarted, and what `permit` raises.
         """
-        while self.alone.left:
+        while self.alone.left and not self._closed:
             permit()
             with contextlib.suppress(LineGone, LineSilent):
                 status = self.line.open()

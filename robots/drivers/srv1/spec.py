@@ -3,7 +3,7 @@
 from math import pi
 from typing import Any
 
-from robots.contract.capabilities import Check, Idle, Programs, Reset, Share, Statistics, Times, Total
+from robots.contract.capabilities import Check, Idle, Preview, Programs, Reset, Share, Statistics, Times, Total
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
@@ -51,7 +51,7 @@ def spec() -> Spec:
         scales=_scales(hall),
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
-            Programs("mission", "mission"),
+            Programs("mission", "mission"), Preview("robots.drivers.srv1.preview:foresee"),
         ),
         commands=(
             CommandKind(

@@ -122,6 +122,9 @@ class Firmware:
                 self._begin()
             except Stopped:
                 return
+            except Exception as error:  # noqa: BLE001 - one command must not end the loop
+                self._note("crash", error=f"{type(error).__name__}: {error}")
+                self._end_command()
 
     def _start(self) -> None:
         """Say what nobody asked for."""

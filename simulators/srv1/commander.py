@@ -90,7 +90,14 @@ class Commander:
         self._watch_permit(at)
         if self._mode == "patrol":
             self._go_on(at)
+        elif self._mode == "hand":
+            self._guard()
         self._write_motions()
+
+    def _guard(self) -> None:
+        """Do what the reflex does below every velocity: nothing drives ahead where infrared sees something too near."""
+        if self._epoch and self._hardware.infrared() < float(self._description["infrared"]["stop"]):
+            self._hardware.drive.halt_ahead()
 
     def _alone(self, at: float) -> bool:
         return at - self._patrol_said > float(self._description["motion"]["forget_s"])
@@ -229,6 +236,7 @@ class Commander:
         if isinstance(command, Velocity):
             self._mode = "hand"
             self._hardware.drive.velocity(command.linear, command.angular, self._epoch, self._now)
+            self._guard()
         elif isinstance(command, Permit):
             self._permits.grant(command, at)
             self._log.write(Event.PERMIT, self._permits.left_ms(at))

@@ -1,12 +1,12 @@
 """The hall rover in virtual time: its owner, driver, firmware and hall; what it never does, and what survives what."""
 
 import random
-from math import dist, inf
+from math import dist, inf, pi
 
 import pytest
 
 from robots.drivers.srv1.hall import hall
-from robots.drivers.srv1.motions import IN_THE_WAY
+from robots.drivers.srv1.motions import IN_THE_WAY, TOO_NEAR
 from robots.models import Finding, Frame
 from tests.world.seeds import hunt, seeds
 
@@ -97,6 +97,36 @@ def blocked(portal):
 @seeds(1, 5, 50)
 def test_it_waits_before_what_stands_in_its_way_and_gives_up(worlds, seed):
     hunt(worlds, seed, blocked)
+
+
+def driven_at_a_wall(portal):
+    """By hand, straight ahead, for as long as somebody holds the stick."""
+    portal.grant()
+    portal.controls.moment_s = inf
+    portal.rig.sim.world.plant.put(1.6, 6.0, pi / 2 + random.Random(portal.world.seed).uniform(-0.3, 0.3))
+    command = portal.issue("drive", forward=1.0, turn=0.0)
+    portal.in_motion()
+    portal.world.sleep(10)
+    plant = portal.rig.sim.world.plant
+    assert plant.contacts == (), "it touched the wall"
+    assert hall().depth - plant.pose[1] < 0.5, "it came near to it"
+    portal.controls.let_go()
+    portal.final(command)
+    refused = portal.issue("drive", forward=1.0, turn=0.0)
+    portal.world.sleep(1)
+    portal.controls.let_go()
+    assert portal.final(refused).reason == TOO_NEAR
+    back = portal.issue("drive", forward=-0.5, turn=0.0)
+    portal.in_motion()
+    portal.world.sleep(2)
+    portal.controls.let_go()
+    portal.final(back)
+    assert hall().depth - plant.pose[1] > 0.5, "it drove back"
+
+
+@seeds(1, 5, 50)
+def test_the_reflex_stops_whoever_drives_at_a_wall(worlds, seed):
+    hunt(worlds, seed, driven_at_a_wall)
 
 
 def lost_connection(portal):

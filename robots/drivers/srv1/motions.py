@@ -15,6 +15,7 @@ from robots.drivers.srv1.wheels import Wheels
 BLOCKED_S = 10.0  # something stands in its way for so long: it gives up
 MARGIN_M = 0.03  # before the reflex, where it counts as blocked
 NEVER_BEGAN = "The rover did not move: what it was told came too late over its line."
+TOO_NEAR = "Something is too near ahead: the rover only turns, and drives back."
 IN_THE_WAY = f"Something stands in the rover's way. It waited {BLOCKED_S:.0f} s."
 Began = Callable[[], None]  # called when the rover has understood; only its first call counts
 Left = Callable[[float, float], None]  # called with the metres that are left of a way, and the share that is done
@@ -49,8 +50,9 @@ class Motions:
         try:
             self.wheels.during(permit, Mode.HAND, act)
         except ControlsReleased:
-            if sent and (linear or angular) and self.wheels.ask().motion == before.motion:
-                raise GaveUp(NEVER_BEGAN) from None
+            status = self.wheels.ask()
+            if sent and (linear or angular) and status.motion == before.motion:
+                raise GaveUp(TOO_NEAR if linear > 0 and status.infrared < self._stop else NEVER_BEGAN) from None
             raise
 
     def go(self, goal: Place, permit: Permit, began: Began, left: Left) -> float:

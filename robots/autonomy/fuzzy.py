@@ -148,9 +148,10 @@ def _place(peaks: tuple[float, ...], reading: float) -> tuple[int, float]:
 def _union(falling: float, rising: float) -> tuple[float, float]:
     """Return area and first moment, from 0 to 1, of what lies below either triangle between two neighbouring peaks.
 
-    One falls from 1 to 0 and is clipped at `falling`, the other rises and is clipped at `rising`.
+    One falls from 1 to 0 and is clipped at `falling`, the other rises and is clipped at `rising`. One of these is at
+    most a half, because two rules that fire more would need two memberships of one reading above a half.
     """
-    corners = sorted((0.0, 1.0 - falling, 1.0 - rising, falling, rising, 0.5, 1.0))
+    corners = sorted((0.0, 1.0 - falling, 1.0 - rising, falling, rising, 1.0))
     heights = [max(min(falling, 1.0 - x), min(rising, x)) for x in corners]
     area = moment = 0.0
     for n in range(len(corners) - 1):

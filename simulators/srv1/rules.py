@@ -14,7 +14,7 @@ TERMS, RULES = 5, 25
 LONGEST, LINES, LABEL = 2048, 64, 12
 FASTEST_MM_S, APART_MM_S = 500, 10
 UNITS = {
-    "infrared": "m", "sonar": "m", "volts": "V", "temperature": "C", "humidity": "%", "light": "%", "presence": "%",
+    "infrared": "m", "sonar": "m", "battery": "V", "temperature": "C", "humidity": "%", "light": "%",
 }  # fmt: skip
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
 
@@ -113,10 +113,11 @@ def _centroid(peaks: tuple[int, ...], fired: list[tuple[int, int]]) -> int:
 
 
 def _profile(high: int, low: int) -> list[tuple[int, int]]:
-    """Return the corners of the union between two neighbours' peaks, seen from the one that is clipped less."""
-    if 2 * low <= WHOLE:
-        return [(0, high), (WHOLE - high, high), (WHOLE - low, low), (WHOLE, low)]
-    return [(0, high), (WHOLE - high, high), (WHOLE // 2, WHOLE // 2), (low, low), (WHOLE, low)]
+    """Return the corners of the union between two neighbours' peaks, seen from the one that is clipped less.
+
+    `low` is at most half: two rules that both fire more would need two memberships of one reading above a half.
+    """
+    return [(0, high), (WHOLE - high, high), (WHOLE - low, low), (WHOLE, low)]
 
 
 def _variable(text: str) -> tuple[str, Terms]:

@@ -146,6 +146,16 @@ def test_the_firmware_drives_the_papers_rules_as_we_do(method):
             )
 
 
+def test_the_firmwares_weights_are_fine_enough_for_a_narrow_triangle_beside_a_wide_one():
+    first = replace(PAPER.inputs[0], peaks=(0, 2, 4, 6, 8))
+    output = replace(PAPER.output, peaks=(0, 0.01, 0.02, 0.03, 0.5))
+    table = ((0,) * 5, (4,) * 5, (1,) * 5, (4,) * 5, (3,) * 5)
+    rules = replace(PAPER, inputs=(first, PAPER.inputs[1]), output=output, table=table, method="mamdani")
+    theirs = Firmware.parse(write(rules))
+    for reading in range(0, 8001, 13):
+        assert theirs.speed_mm_s(reading, 2777) == pytest.approx(1000 * speed(rules, reading / 1000, 2.777), abs=2)
+
+
 def test_the_checksum_is_that_of_the_text():
     assert Firmware.parse(TEXT).crc == bitwise(TEXT.encode())
     assert Firmware.parse(TEXT + "\n").crc == bitwise(TEXT.encode() + b"\n") != bitwise(TEXT.encode())

@@ -7,7 +7,7 @@ from robots.contract.errors import BadRequest
 from robots.description import load
 
 READINGS = {
-    "infrared": "m", "sonar": "m", "volts": "V", "temperature": "C", "humidity": "%", "light": "%", "presence": "%",
+    "infrared": "m", "sonar": "m", "battery": "V", "temperature": "C", "humidity": "%", "light": "%",
 }  # fmt: skip
 NOISES = 3  # standard deviations of a distance
 

@@ -39,6 +39,7 @@ def test_lines_may_stand_in_any_order_and_be_explained():
     [
         ("rule VF, N: S\n", "", r"Rule 22 \(infrared VF, sonar N\) is missing"),
         ("rule N, N: S", "rule VN, N: S", r"Rule 2 \(infrared VN, sonar N\) is given twice"),
+        ("method sugeno", "method sugeno\nrule VN, N: S", r"Rule 2 \(infrared VN, sonar N\) is given twice"),
         ("rule N, N: S", "rule N, X: S", "The sonar has no term X"),
         ("rule N, N: S", "rule N, N: X", "The speed has no term X"),
         ("method sugeno", "method larsen", "no line of a rule set: 'method larsen'"),

@@ -58,6 +58,10 @@ def test_lines_may_stand_in_any_order_and_be_explained():
         ("N 0.3, ", "", "needs 5 different terms"),
         ("N 0.3", "VN 0.3", "needs 5 different terms"),
         ("VF 0.4", "VF 0.6", "must lie in 0 to 0.5"),
+        ("VS 0.08", "VS -0.08", "must lie in 0 to 0.5"),
+        ("VF 0.4", "VF 0.325", "at least 0.01 m/s apart"),
+        ("VF 0.75", "VF 0.7501", "The terms of the infrared"),
+        ("VF 10", "VF 10000", "The terms of the sonar"),
         ("method sugeno", "method sugeno\r", "no line of a rule set"),
         ("method sugeno", "# é\nmethod sugeno", "all ASCII"),
     ],
@@ -68,6 +72,15 @@ def test_a_text_that_is_none_is_refused_by_both(old, new, why):
         parse(TEXT.replace(old, new, 1))
     with pytest.raises(ValueError, match=r"\.$"):
         Firmware.parse(TEXT.replace(old, new, 1))
+
+
+@pytest.mark.parametrize("reader", [parse, Firmware.parse])
+def test_labels_are_short_and_different_also_where_every_rule_fits_them(reader):
+    reader(TEXT.replace("VF", "much too far"))
+    with pytest.raises(ValueError, match="label|terms"):
+        reader(TEXT.replace("VF", "much too near"))
+    with pytest.raises(ValueError, match="different terms"):
+        reader(TEXT.replace(": S\n", ": M\n").replace(" S 0.16", " VS 0.16"))
 
 
 @pytest.mark.parametrize("reader", [parse, Firmware.parse])

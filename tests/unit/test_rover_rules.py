@@ -95,6 +95,11 @@ def test_a_centroid_beyond_its_peak_is_counted():
     assert not accepted(replace(steep, method="mamdani"))
 
 
+def test_what_lies_beyond_the_reach_of_the_sensor_is_not_seen():
+    with pytest.raises(ValueError, match=r"Rule 25 .* counts from 0.20 m on"):
+        check(PAPER, READINGS, replace(ROVER, far=0.2))
+
+
 def test_the_rover_is_as_its_description_says():
     assert (ROVER.deceleration, ROVER.reaction_s, ROVER.stop, ROVER.far, ROVER.most) == (0.8, 0.25, 0.15, 0.8, 0.4)
     assert ROVER.margin == pytest.approx(0.028)

@@ -104,7 +104,7 @@ def driven_at_a_wall(portal):
     portal.grant()
     portal.controls.moment_s = inf
     portal.rig.sim.world.plant.put(1.6, 6.0, pi / 2 + random.Random(portal.world.seed).uniform(-0.3, 0.3))
-    command = portal.issue("drive", forward=1.0, turn=0.0)
+    command = portal.hold_if_held(portal.issue("drive", forward=1.0, turn=0.0))
     portal.in_motion()
     portal.world.sleep(10)
     plant = portal.rig.sim.world.plant
@@ -112,11 +112,11 @@ def driven_at_a_wall(portal):
     assert hall().depth - plant.pose[1] < 0.5, "it came near to it"
     portal.controls.let_go()
     portal.final(command)
-    refused = portal.issue("drive", forward=1.0, turn=0.0)
+    refused = portal.hold_if_held(portal.issue("drive", forward=1.0, turn=0.0))
     portal.world.sleep(1)
     portal.controls.let_go()
     assert portal.final(refused).reason == TOO_NEAR
-    back = portal.issue("drive", forward=-0.5, turn=0.0)
+    back = portal.hold_if_held(portal.issue("drive", forward=-0.5, turn=0.0))
     portal.in_motion()
     portal.world.sleep(2)
     portal.controls.let_go()

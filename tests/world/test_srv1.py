@@ -129,6 +129,25 @@ def test_the_reflex_stops_whoever_drives_at_a_wall(worlds, seed):
     hunt(worlds, seed, driven_at_a_wall)
 
 
+def turned_away(portal):
+    """It stands before a wall, as after a patrol, and is sent to where it came from: it turns, and goes."""
+    portal.grant()
+    portal.ready_again()
+    portal.rig.sim.world.plant.put(*hall().nodes[0].at, -pi / 2)
+    wall = portal.final(portal.issue("go", x=1.0, y=0.45), 60)
+    assert wall.state == "completed", wall.reason
+    portal.rig.sim.world.plant.put(1.0, 0.28, -pi / 2)
+    portal.world.sleep(1)
+    assert portal.owner.owned.driver.state().values["infrared"] < 0.2
+    command = portal.final(portal.issue("go", x=PLACE[0], y=PLACE[1]), 60)
+    assert command.state == "completed", command.reason
+
+
+@seeds(1, 5, 50)
+def test_it_turns_away_from_what_it_stands_before(worlds, seed):
+    hunt(worlds, seed, turned_away)
+
+
 def lost_connection(portal):
     portal.grant()
     begin = held if portal.world.seed % 2 else sent

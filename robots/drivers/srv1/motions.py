@@ -79,31 +79,27 @@ class Motions:
         self, begin: Place, end: Place, passes: bool, permit: Permit, began: Began, corners: list[Place],
         whole: float, left: Left,
     ) -> None:  # fmt: skip
-        """Drive along one line of a way."""
+        """Drive along one line of a way. Raises GaveUp where something stands in it for long."""
         fastest, braking = float(self._motion["most_speed"]), float(self._motion["braking"])
+        free_at = self._clock.monotonic()
         while True:
-            status = self._unblocked(permit)
+            status = self.wheels.ask()
             pose = _pose(status)
             if is_reached(pose, begin, end, passes):
                 return
-            v, w = toward(pose, begin, end, fastest, status.infrared, self._stop, braking)
-            self.wheels.drive(v, w, status, permit)
-            began()
+            v, w = toward(pose, begin, end, fastest, status.infrared, self._stop + MARGIN_M, braking)
+            if v or w:
+                free_at, self.wheels.mode = self._clock.monotonic(), Mode.GOING
+                self.wheels.drive(v, w, status, permit)
+                began()
+            else:
+                self.wheels.mode = Mode.WAITING
+                permit()
+                if self._clock.monotonic() - free_at > BLOCKED_S:
+                    raise GaveUp(IN_THE_WAY)
             metres = length((pose[0], pose[1]), corners)
             left(metres, min(max(1.0 - metres / max(whole, 0.1), 0.0), 1.0))
             self.wheels.pause()
-
-    def _unblocked(self, permit: Permit) -> Status:
-        """Return the newest status once the way ahead is free. Raises GaveUp after a while."""
-        since = self._clock.monotonic()
-        while (status := self.wheels.ask()).infrared <= self._stop + MARGIN_M:
-            self.wheels.mode = Mode.WAITING
-            permit()
-            if self._clock.monotonic() - since > BLOCKED_S:
-                raise GaveUp(IN_THE_WAY)
-            self.wheels.pause()
-        self.wheels.mode = Mode.GOING
-        return status
 
     def turn(self, angle: float, permit: Permit, began: Began) -> None:
         """Turn in place by so much (rad, to the left), by the odometry."""

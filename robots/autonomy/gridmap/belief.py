@@ -1,0 +1,150 @@
+"""What the rover believes of where it is: a histogram over x, y and heading, whose sum is 1."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, tau
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, shift
+
+from robots.autonomy.gridmap.plan import Floats
+from robots.autonomy.gridmap.range_map import LEVEL_M, RangeMap
+from robots.autonomy.gridmap.scan import Scan
+
+Pose = tuple[float, float, float]
+LOST = 0.01  # share of the belief that stays everywhere: somebody may have carried the rover off
+OUTLIER = 0.15  # share of readings that tell nothing of the map: ghosts, visitors, edges that a cell has elsewhere
+HEADING_OUTLIER = 0.02  # share of compass headings that iron has spoilt
+LEAST = 1e-9  # of the most likely cell: below, a cell is not looked at
+TEMPER = 0.5  # readings of neighbouring directions see the same surface: two tell little more than one
+
+
+@dataclass(frozen=True)
+class Belief:
+    """`mass` (bins, ny, nx) over the cells of a map; every change returns a new one."""
+
+    ranges: RangeMap
+    mass: Floats
+
+    @classmethod
+    def uniform(cls, ranges: RangeMap) -> "Belief":
+        """Return the belief of a rover that knows nothing."""
+        return cls(ranges, np.zeros(ranges.shape))._normal(np.broadcast_to(ranges.free, ranges.shape))
+
+    @classmethod
+    def around(
+        cls, ranges: RangeMap, pose: Pose, spread: float, heading_spread: float = tau, lost: float = LOST
+    ) -> "Belief":
+        """Return the belief of a rover that is near a pose, with standard deviations in m and rad.
+
+        lost: the share that is anywhere. Raises ValueError for numbers that are none.
+        """
+        if not (all(map(isfinite, (*pose, spread, heading_spread))) and spread > 0 and heading_spread > 0):
+            raise ValueError("A pose and its spread are finite numbers, and the spread is above 0.")
+        wide, turn = np.hypot(spread, 0.5 * ranges.cell), np.hypot(heading_spread, 0.5 * tau / ranges.bins)
+        away = (ranges.x - pose[0])[None, :] ** 2 + (ranges.y - pose[1])[:, None] ** 2
+        at = np.exp(-0.5 * away / wide**2) * ranges.free
+        facing = np.exp(-0.5 * (angle(ranges.headings - pose[2]) / turn) ** 2)
+        near = cls.uniform(ranges)._normal(facing[:, None, None] * at)
+        return replace(near, mass=(1.0 - lost) * near.mass + lost * cls.uniform(ranges).mass)
+
+    def moved(self, ahead: float, turned: float, spread: float, heading_spread: float) -> "Belief":
+        """Return the belief after the rover drove `ahead` (m) and then turned (rad); spreads: standard deviations.
+
+        Raises ValueError for numbers that are none.
+        """
+        numbers = ahead, turned, spread, heading_spread
+        if not (all(map(isfinite, numbers)) and abs(ahead) < 1e3 and spread >= 0 and heading_spread >= 0):
+            raise ValueError("A motion and its spread are finite numbers, and the spread is not negative.")
+        ranges, mass = self.ranges, self.mass
+        if ahead:
+            steps = ahead / ranges.cell * np.stack([np.sin(ranges.headings), np.cos(ranges.headings)], 1)
+            mass = np.stack([shift(m, s, order=1, prefilter=False) for m, s in zip(mass, steps, strict=True)])
+        bins = turned / tau * ranges.bins
+        whole = int(np.floor(bins))
+        mass = (1.0 - bins + whole) * np.roll(mass, whole, 0) + (bins - whole) * np.roll(mass, whole + 1, 0)
+        wide = heading_spread / tau * ranges.bins, spread / ranges.cell, spread / ranges.cell
+        if any(wide):
+            mass = gaussian_filter(mass, wide, mode=("wrap", "constant", "constant"), truncate=3.0)
+        return self._normal(mass)
+
+    def seen(self, scan: Scan) -> "Belief":
+        """Return the belief after a scan in place, turned as the first reading was."""
+        ranges = self.ranges
+        prior = self.mass
+        if scan.heading is not None:
+            prior = prior * facing(ranges.headings, scan, tau / ranges.bins)[:, None, None]
+        likely = prior > LEAST * prior.max()
+        bins, cells = np.nonzero(likely.any((1, 2)))[0], np.nonzero(likely.any(0).ravel())[0]
+        score = np.zeros((len(bins), len(cells)))
+        table = ranges.sonar.reshape(ranges.bins, -1)
+        table = table if len(cells) == table.shape[1] else table[:, cells]
+        levels = np.arange(round(ranges.sonar_sensor.far / LEVEL_M) + 1) * LEVEL_M
+        wide = np.hypot(ranges.sonar_sensor.noise, 0.4 * ranges.cell)
+        for turned, read in zip(scan.turned, scan.sonar, strict=True):
+            fits = np.log((1.0 - OUTLIER) * np.exp(-0.5 * ((levels - read) / wide) ** 2) + OUTLIER * 0.1)
+            rows = (bins + round(turned / tau * ranges.bins)) % ranges.bins
+            score += fits.astype(np.float32)[table[rows]]
+        mass = np.zeros((ranges.bins, table.shape[1] if len(cells) == ranges.free.size else ranges.free.size))
+        mass[np.ix_(bins, cells)] = np.exp(TEMPER * (score - score.max()))
+        return self._normal(prior * mass.reshape(ranges.shape))
+
+    def weighed(self, at: Floats) -> "Belief":
+        """Return the belief times a likelihood (ny, nx) of places, or (bins, ny, nx) of poses."""
+        return self._normal(self.mass * at)
+
+    def peaks(self, most: int) -> tuple[Floats, Floats]:
+        """Return up to `most` likeliest cells that are no neighbours of a likelier one: poses (n, 3), and their mass."""
+        ranges, flat = self.ranges, self.mass.ravel()
+        count = min(len(flat), 40 * most)
+        order = np.argpartition(flat, -count)[-count:]
+        order = order[np.argsort(flat[order])[::-1]]
+        order = order[flat[order] > 0.0]
+        h, y, x = np.unravel_index(order, ranges.shape)
+        at = np.stack([h, y, x], 1)
+        taken = np.zeros(len(order), bool)
+        chosen: list[int] = []
+        for n in range(len(order)):
+            if taken[n]:
+                continue
+            chosen.append(n)
+            if len(chosen) == most:
+                break
+            apart = np.abs(at - at[n])
+            apart[:, 0] = np.minimum(apart[:, 0], ranges.bins - apart[:, 0])
+            taken |= (apart <= (2, 1, 1)).all(1)
+        h, y, x = at[chosen].T
+        return np.stack([ranges.x[x], ranges.y[y], ranges.headings[h]], 1), flat[order[chosen]]
+
+    def at(self, poses: Floats) -> Floats:
+        """Return the mass (n,) of the cells in which poses (n, 3) are, 0 outside the map."""
+        ranges = self.ranges
+        x = np.floor((poses[:, 0] - ranges.origin[0]) / ranges.cell).astype(int)
+        y = np.floor((poses[:, 1] - ranges.origin[1]) / ranges.cell).astype(int)
+        h = np.round(poses[:, 2] / tau * ranges.bins).astype(int) % ranges.bins
+        inside = (x >= 0) & (x < ranges.shape[2]) & (y >= 0) & (y < ranges.shape[1])
+        return np.where(inside, self.mass[h, np.where(inside, y, 0), np.where(inside, x, 0)], 0.0)
+
+    def _normal(self, mass: Floats) -> "Belief":
+        """Return a belief in which free cells alone have a share; in nothing at all, every one of them."""
+        kept = np.where(self.ranges.free, mass, 0.0)
+        total = float(kept.sum())
+        if not (isfinite(total) and total > 0.0):
+            kept = np.broadcast_to(self.ranges.free, self.ranges.shape).astype(float)
+            total = float(kept.sum())
+        return replace(self, mass=kept / total)
+
+
+def angle(turned: Floats) -> Floats:
+    """Return angles between -pi and pi (rad)."""
+    return np.asarray(np.remainder(turned + np.pi, tau) - np.pi, float)
+
+
+def facing(headings: Floats, scan: Scan, step: float) -> Floats:
+    """Return how likely headings (rad) are by the scan's compass; `step`: how far they are apart."""
+    wide = float(np.hypot(scan.heading_spread, 0.3 * step))
+    near = np.exp(-0.5 * (angle(headings - (scan.heading or 0.0)) / wide) ** 2) / (wide * np.sqrt(tau))
+    return np.asarray((1.0 - HEADING_OUTLIER) * near + HEADING_OUTLIER / tau, float)
+
+
+__all__: Sequence[str] = ["Belief", "Pose", "angle", "facing"]

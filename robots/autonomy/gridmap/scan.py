@@ -1,0 +1,88 @@
+"""A scan in place: what sonar and infrared read in each direction, and how the rover's turns are told from each other.
+
+Wheels slip while the rover turns, and a compass is noisy; both together tell the turns much better than one of them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import remainder, tau
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+TURNS = 18  # of 20 degrees
+SLIP, SLIP_SPREAD = 0.22, 0.10  # of a turn: 10 to 35 %, the same during one scan
+STEP_SPREAD = 0.02  # rad, of one turn besides
+COMPASS_SPREAD = 0.05  # rad, of one reading
+COMPASS_BIAS = 0.05  # rad, of all readings of one scan: iron, and how north was set
+MOST = 360  # readings of one scan
+
+
+@dataclass(frozen=True)
+class Scan:
+    """Readings of one scan in place, each (n,): `turned` since the first (rad, to the left), `sonar`, `infrared` (m).
+
+    heading: of the first reading (rad), with its standard deviation; None where no compass told it.
+    """
+
+    turned: Floats
+    sonar: Floats
+    infrared: Floats
+    heading: float | None = None
+    heading_spread: float = COMPASS_BIAS
+
+    def __post_init__(self) -> None:
+        """Refuse what no sensor can have read: ValueError."""
+        arrays = self.turned, self.sonar, self.infrared
+        if not 1 <= len(self.turned) <= MOST or any(a.shape != (len(self.turned),) for a in arrays):
+            raise ValueError(f"A scan has 1 to {MOST} readings of each kind.")
+        if not all(np.isfinite(a).all() and (np.abs(a) < 1e3).all() for a in arrays) or min(
+            self.sonar.min(), self.infrared.min()
+        ) < 0.0:
+            raise ValueError("A scan's readings are finite numbers, and ranges are not negative.")
+        known = self.heading is None or abs(self.heading) < 1e3
+        if not (known and 0.0 < self.heading_spread < 1e3):
+            raise ValueError("A heading is a finite number with a spread above 0.")
+
+
+def scan_of(
+    turns: Sequence[float], compass: Sequence[float], sonar: Sequence[float], infrared: Sequence[float]
+) -> Scan:
+    """Return the scan of what was read.
+
+    turns (n - 1): what the encoders tell of the turns between readings (rad, to the left, without slip); compass (n):
+    headings (rad, to the left from +x); sonar, infrared (n): m. Raises ValueError for other lengths or numbers.
+    """
+    headings = told(np.asarray(turns, float), np.asarray(compass, float))
+    turned = headings - headings[0]
+    spread = float(np.hypot(COMPASS_BIAS, COMPASS_SPREAD / np.sqrt(len(headings))))
+    heading = remainder(float(headings[0]), tau)
+    return Scan(turned, np.asarray(sonar, float), np.asarray(infrared, float), heading, spread)
+
+
+def told(turns: Floats, compass: Floats) -> Floats:
+    """Return the likeliest headings (n,) by n - 1 turns of the encoders and n readings of the compass (rad).
+
+    Least squares for the headings and the slip that all turns share. Raises ValueError for other lengths or numbers.
+    """
+    count = len(compass)
+    if not 1 <= count <= MOST or turns.shape != (count - 1,):
+        raise ValueError("There is one turn fewer than readings of the compass.")
+    if not (np.isfinite(turns).all() and np.isfinite(compass).all() and (np.abs(turns) < tau).all()):
+        raise ValueError("Turns and headings are finite numbers.")
+    ahead = (1.0 - SLIP) * turns
+    steps = ahead + np.remainder(np.diff(compass) - ahead + np.pi, tau) - np.pi
+    seen = compass[0] + np.concatenate([[0.0], np.cumsum(steps)])
+    left = np.zeros((2 * count, count + 1))  # unknown: the headings, then the slip
+    right = np.zeros(2 * count)
+    rows = np.arange(count - 1)
+    left[rows, rows], left[rows, rows + 1], left[rows, count] = -1.0, 1.0, turns
+    right[rows] = turns
+    left[: count - 1] /= STEP_SPREAD
+    right[: count - 1] /= STEP_SPREAD
+    each = np.arange(count)
+    left[count - 1 + each, each] = 1.0 / COMPASS_SPREAD
+    right[count - 1 : 2 * count - 1] = seen / COMPASS_SPREAD
+    left[-1, count], right[-1] = 1.0 / SLIP_SPREAD, SLIP / SLIP_SPREAD
+    return np.asarray(np.linalg.lstsq(left, right, rcond=None)[0][:count], float)

@@ -29,8 +29,9 @@ SPREAD_M = 0.30  # a pose is known if it is within this
 AGREE = 0.5  # of the sonar's readings fit the map where a pose is known
 SAME_M, SAME_RAD = 0.30, 0.35  # within these two poses are one
 SCANS = 3  # a first one, and twice again; then somebody is asked
-SCALE = 1.3  # of the spreads: readings share errors, which the fit takes for independent
-DRAWS = np.random.default_rng(7).standard_normal((128, 2))  # always the same: an estimate is repeatable
+SCALE = 1.3  # of the fit's spreads: readings share errors, which it takes for independent
+PLACE_M, TURN_RAD = 0.010, 0.027  # what the fit does not know of: the middle wanders during the scan, and the last turn
+DRAWS = np.random.default_rng(7).standard_normal((256, 2))  # always the same: an estimate is repeatable
 
 
 @dataclass(frozen=True)
@@ -107,10 +108,11 @@ def _judged(found: Fits, belief: Belief) -> Estimate:
     poses, covariances = found.poses[kept], found.covariances[kept]
     apart = poses - top
     near = (np.hypot(apart[:, 0], apart[:, 1]) <= SAME_M) & (np.abs(angle(apart[:, 2])) <= SAME_RAD)
-    roots = np.linalg.cholesky(covariances[:, :2, :2])
-    away = np.hypot(*np.moveaxis(apart[:, None, :2] + SCALE * DRAWS @ roots.transpose(0, 2, 1), -1, 0))
+    wide = SCALE**2 * covariances + np.diag([PLACE_M**2, PLACE_M**2, TURN_RAD**2])
+    drawn = apart[:, None, :2] + DRAWS @ np.linalg.cholesky(wide[:, :2, :2]).transpose(0, 2, 1)
+    away = np.hypot(drawn[..., 0], drawn[..., 1])
+    turns = np.abs(angle(apart[:, 2:3] + DRAWS[:, 0] * np.sqrt(wide[:, 2, 2])[:, None]))
     shares = np.repeat(weights[:, None] / len(DRAWS), len(DRAWS), 1)
-    turns = np.abs(angle(apart[:, 2:3] + SCALE * DRAWS[:, 0] * np.sqrt(covariances[:, 2, 2])[:, None]))
     pose = float(top[0]), float(top[1]), float(top[2])
     spread, heading_spread = (_quantile(a.ravel(), shares.ravel()) for a in (away, turns))
     return Estimate(pose, spread, heading_spread, float(weights[near].sum()), float(found.agree[order[0]]))

@@ -95,7 +95,7 @@ class World:
             infrared.append(_read(self.infrared((x, y, heading)), KNOWN["infrared"], noise, dice))
         if with_compass:
             return scan_of(turns, compass, sonar, infrared), (x, y, heading)
-        turned = np.array(truly) - truly[0]
+        turned = np.array(truly) - truly[-1]
         return Scan(turned, np.array(sonar), np.array(infrared)), (x, y, heading)
 
     def place(self, dice, clearance=0.3):

@@ -1,6 +1,5 @@
 """What the rover believes of where it is: a histogram over x, y and heading, whose sum is 1."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, tau
 
@@ -15,7 +14,7 @@ Pose = tuple[float, float, float]
 LOST = 0.01  # share of the belief that stays everywhere: somebody may have carried the rover off
 OUTLIER = 0.15  # share of readings that tell nothing of the map: ghosts, visitors, edges that a cell has elsewhere
 HEADING_OUTLIER = 0.02  # share of compass headings that iron has spoilt
-LEAST = 1e-9  # of the most likely cell: below, a cell is not looked at
+CELL_SHARE = 0.4  # of a cell's size: how far the readings in a cell are from those of its middle
 TEMPER = 0.5  # readings of neighbouring directions see the same surface: two tell little more than one
 
 
@@ -69,25 +68,22 @@ class Belief:
         return self._normal(mass)
 
     def seen(self, scan: Scan) -> "Belief":
-        """Return the belief after a scan in place, turned as the first reading was."""
-        ranges = self.ranges
-        prior = self.mass
-        if scan.heading is not None:
-            prior = prior * facing(ranges.headings, scan, tau / ranges.bins)[:, None, None]
-        likely = prior > LEAST * prior.max()
-        bins, cells = np.nonzero(likely.any((1, 2)))[0], np.nonzero(likely.any(0).ravel())[0]
-        score = np.zeros((len(bins), len(cells)))
-        table = ranges.sonar.reshape(ranges.bins, -1)
-        table = table if len(cells) == table.shape[1] else table[:, cells]
+        """Return the belief after a scan in place, as of its last reading."""
+        ranges, bins = self.ranges, self.ranges.bins
         levels = np.arange(round(ranges.sonar_sensor.far / LEVEL_M) + 1) * LEVEL_M
-        wide = np.hypot(ranges.sonar_sensor.noise, 0.4 * ranges.cell)
+        wide = np.hypot(ranges.sonar_sensor.noise, CELL_SHARE * ranges.cell)
+        score, part = (np.zeros((bins, ranges.sonar.shape[1]), np.float32) for _ in range(2))
         for turned, read in zip(scan.turned, scan.sonar, strict=True):
-            fits = np.log((1.0 - OUTLIER) * np.exp(-0.5 * ((levels - read) / wide) ** 2) + OUTLIER * 0.1)
-            rows = (bins + round(turned / tau * ranges.bins)) % ranges.bins
-            score += fits.astype(np.float32)[table[rows]]
-        mass = np.zeros((ranges.bins, table.shape[1] if len(cells) == ranges.free.size else ranges.free.size))
-        mass[np.ix_(bins, cells)] = np.exp(TEMPER * (score - score.max()))
-        return self._normal(prior * mass.reshape(ranges.shape))
+            near = (1.0 - OUTLIER) * np.exp(-0.5 * ((levels - read) / wide) ** 2)
+            fits = np.log(near + OUTLIER * wide / levels[-1]).astype(np.float32)
+            first = round(turned / tau * bins) % bins
+            np.take(fits, ranges.sonar[first : first + bins], out=part, mode="clip")
+            score += part
+        mass = np.zeros(ranges.shape)
+        mass[:, ranges.free] = np.exp(TEMPER * (score - score.max()))
+        if scan.heading is not None:
+            mass *= facing(ranges.headings, scan, tau / bins)[:, None, None]
+        return self._normal(self.mass * mass)
 
     def weighed(self, at: Floats) -> "Belief":
         """Return the belief times a likelihood (ny, nx) of places, or (bins, ny, nx) of poses."""
@@ -145,6 +141,3 @@ def facing(headings: Floats, scan: Scan, step: float) -> Floats:
     wide = float(np.hypot(scan.heading_spread, 0.3 * step))
     near = np.exp(-0.5 * (angle(headings - (scan.heading or 0.0)) / wide) ** 2) / (wide * np.sqrt(tau))
     return np.asarray((1.0 - HEADING_OUTLIER) * near + HEADING_OUTLIER / tau, float)
-
-
-__all__: Sequence[str] = ["Belief", "Pose", "angle", "facing"]

@@ -1,19 +1,19 @@
 """The stored map as geometry in the plane: straight walls and round things, and what a range sensor would read there.
 
-x to the right, y up (m), angles to the left from +x (rad). What a cone reads is its nearest surface, and nothing hides
-the nearest, so that no ray has to be followed: of each wall the part inside the cone is taken, and its nearest point.
+x to the right, y up (m), angles to the left from +x (rad).
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import cos, sin, tan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.autonomy.gridmap.cones import circles_away, segments_away
+
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-TINY = 1e-12
+Numbers = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -84,54 +84,46 @@ class Plan:
         return np.where(inside, np.maximum(away, 0.0), 0.0)
 
     def nearest(self, x: Floats, y: Floats, heading: Floats, sensor: RangeSensor, light: bool = False) -> Floats:
-        """Return what the sensor of a body at these poses reads without noise (m); the three are of one shape.
+        """Return what the sensor of a body at these poses reads without noise (m); the three broadcast.
 
         light: dark surfaces swallow what it sends out, and hide what is behind them.
         """
-        ahead, aside = np.cos(heading), np.sin(heading)
-        px, py = x + sensor.ahead * ahead, y + sensor.ahead * aside
+        return self.look(x, y, heading, sensor, light)[0]
+
+    def look(
+        self, x: Floats, y: Floats, heading: Floats, sensor: RangeSensor, light: bool = False
+    ) -> tuple[Floats, Numbers]:
+        """Return the same, and the number of the surface that is nearest: a segment, or after all of them a circle."""
+        beam = _beam(x[..., None], y[..., None], heading[..., None], sensor)
         away = np.concatenate(
-            [_segments(self.segments, px, py, ahead, aside, sensor), _circles(self.circles, px, py, ahead, aside, sensor)],
+            [segments_away(self.segments, *beam, sensor.half_cone), circles_away(self.circles, *beam, sensor.half_cone)],
             axis=-1,
         )  # fmt: skip
-        found = away.min(-1)
-        if light and self.dark.any():
-            found = np.where(away[..., self.dark].min(-1) <= found, sensor.far, found)
-        return np.clip(found, sensor.near, sensor.far)
+        number = away.argmin(-1)
+        found = np.take_along_axis(away, number[..., None], -1)[..., 0]
+        if light:
+            found = np.where(self.dark[number], sensor.far, found)
+        return np.clip(found, sensor.near, sensor.far), number
+
+    def again(self, x: Floats, y: Floats, heading: Floats, sensor: RangeSensor, number: Numbers, light: bool) -> Floats:
+        """Return what the sensor reads of one surface each, of that `number`, as if there were no other (m)."""
+        beam = _beam(x, y, heading, sensor)
+        count = len(self.segments)
+        away = segments_away(self.segments[np.minimum(number, count - 1)], *beam, sensor.half_cone)
+        if len(self.circles):
+            round_ = circles_away(self.circles[np.maximum(number - count, 0)], *beam, sensor.half_cone)
+            away = np.where(number < count, away, round_)
+        if light:
+            away = np.where(self.dark[number], sensor.far, away)
+        return np.clip(away, sensor.near, sensor.far)
+
+
+def _beam(x: Floats, y: Floats, heading: Floats, sensor: RangeSensor) -> tuple[Floats, Floats, Floats, Floats]:
+    ahead, aside = np.cos(heading), np.sin(heading)
+    return x + sensor.ahead * ahead, y + sensor.ahead * aside, ahead, aside
 
 
 def _outline(x0: float, y0: float, x1: float, y1: float) -> list[tuple[float, float, float, float]]:
     corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     return [(*a, *b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
 
-
-def _segments(segments: Floats, px: Floats, py: Floats, c: Floats, s: Floats, sensor: RangeSensor) -> Floats:
-    """Return the distance of each segment's part inside the cone, in the sensor's frame; infinite if none is."""
-    px, py, c, s = px[..., None], py[..., None], c[..., None], s[..., None]
-    x, y = segments[:, 0] - px, segments[:, 1] - py
-    ax, ay = x * c + y * s, y * c - x * s
-    x, y = segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]
-    dx, dy = x * c + y * s, y * c - x * s
-    slope = tan(sensor.half_cone)
-    # both sides of the cone: f(begin) + u (f(end) - f(begin)) >= 0
-    first, last = np.zeros_like(ax), np.ones_like(ax)
-    for sign in (1.0, -1.0):
-        begin, change = ax * slope + sign * ay, dx * slope + sign * dy
-        change = np.where(np.abs(change) < TINY, TINY, change)
-        at = -begin / change
-        rises = change > 0.0
-        first = np.where(rises, np.maximum(first, at), first)
-        last = np.where(rises, last, np.minimum(last, at))
-    u = np.minimum(np.maximum(-(ax * dx + ay * dy) / (x * x + y * y), first), last)
-    return np.where(first <= last, np.sqrt((ax + u * dx) ** 2 + (ay + u * dy) ** 2), np.inf)
-
-
-def _circles(circles: Floats, px: Floats, py: Floats, c: Floats, s: Floats, sensor: RangeSensor) -> Floats:
-    """Return the same for circles: along the ray of the cone that is nearest to the middle."""
-    x, y = circles[:, 0] - px[..., None], circles[:, 1] - py[..., None]
-    ax, ay = x * c[..., None] + y * s[..., None], np.abs(y * c[..., None] - x * s[..., None])
-    edge = cos(sensor.half_cone), sin(sensor.half_cone)
-    along, aside = ax * edge[0] + ay * edge[1], ay * edge[0] - ax * edge[1]
-    hit = np.where((along > 0.0) & (aside < circles[:, 2]), circles[:, 2] ** 2 - aside**2, np.nan)
-    grazed = np.nan_to_num(along - np.sqrt(hit), nan=np.inf)
-    return np.where((ax > 0.0) & (aside <= 0.0), np.hypot(ax, ay) - circles[:, 2], grazed)

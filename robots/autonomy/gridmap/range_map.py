@@ -16,7 +16,9 @@ ROOM_M = 0.10  # that the middle of the rover leaves to surfaces at least
 
 @dataclass(frozen=True)
 class RangeMap:
-    """`sonar` (bins, ny, nx): levels of LEVEL_M; `free` (ny, nx): where the rover can be; `plan`: the map itself.
+    """`sonar` (2 bins, cells): levels of LEVEL_M; `free` (ny, nx): where the rover can be; `plan`: the map itself.
+
+    The table has all headings twice, so that those from any of them on are one block, and the free cells alone.
 
     The middle of cell (0, 0) is half a cell from the corner `origin` (m). Heading 0 is the middle of bin 0.
     """
@@ -43,15 +45,11 @@ class RangeMap:
         x, y = (a.ravel() for a in np.meshgrid(xs, ys))
         # a cell whose middle is too near may still have a corner in which the rover fits
         free = plan.room(x, y) > max(ROOM_M - cell / 2, 0.0)
-        table = np.zeros((bins, len(x)), np.uint16)
+        table = np.empty((2 * bins, int(free.sum())), np.uint16)
         for number in range(bins):  # one heading after another stays in the processor's cache
-            heading = np.full(int(free.sum()), number * tau / bins)
-            reads = plan.nearest(x[free], y[free], heading, sonar)
-            table[number, free] = np.round(reads / LEVEL_M)
-        shape = len(ys), len(xs)
-        return cls(
-            plan, sonar, infrared, cell, bins, (x0, y0), table.reshape(bins, *shape), free.reshape(shape)
-        )  # fmt: skip
+            heading = np.full(table.shape[1], number * tau / bins)
+            table[number] = table[bins + number] = np.round(plan.nearest(x[free], y[free], heading, sonar) / LEVEL_M)
+        return cls(plan, sonar, infrared, cell, bins, (x0, y0), table, free.reshape(len(ys), len(xs)))
 
     @property
     def shape(self) -> tuple[int, int, int]:

@@ -17,6 +17,7 @@ OUTLIER = 0.10  # share of readings that are ghosts, or of what the map does not
 STEP = np.array([0.01, 0.01, 0.01])  # m, m, rad, of the slopes
 MOST = np.array([0.25, 0.25, 0.15])  # m, m, rad, that a step of the fit changes
 STEEP = 5.0  # m/m: a range that changes more has left one surface for another, and tells no slope
+FIRST, BEST = 3, 8  # steps with all candidates, and how many go on
 HELD = 16.0  # 1/m², 1/rad²: what readings do not tell stays about where it was
 
 
@@ -28,15 +29,6 @@ class Fits:
     covariances: Floats
     score: Floats
     agree: Floats
-
-
-def expected(ranges: RangeMap, poses: Floats, scan: Scan) -> Floats:
-    """Return what sonar and infrared would read from poses (..., 3): (..., 2, readings), in m."""
-    shape = *poses.shape[:-1], len(scan.turned)
-    x, y = (np.broadcast_to(poses[..., axis, None], shape) for axis in (0, 1))
-    heading = poses[..., 2, None] + scan.turned
-    sonar = ranges.plan.nearest(x, y, heading, ranges.sonar_sensor)
-    return np.stack([sonar, ranges.plan.nearest(x, y, heading, ranges.infrared_sensor, light=True)], -2)
 
 
 class _Fit:
@@ -51,15 +43,32 @@ class _Fit:
         self.score, self.agree = np.full(count, -np.inf), np.zeros(count)
         self.information = np.zeros((count, 3, 3))
 
+    def keep(self, most: int) -> None:
+        """Go on with the best ones only."""
+        order = np.argsort(self.score)[::-1][:most]
+        for name in ("at", "best", "score", "agree", "information"):
+            setattr(self, name, getattr(self, name)[order])
+
+    def _look(self) -> tuple[Floats, Floats]:
+        """Return what sonar and infrared would read less what they read (n, 2, readings), and its slopes (n, 3, ...)."""
+        x, y = self.at[:, :1], self.at[:, 1:2]
+        heading = self.at[:, 2:] + self._scan.turned
+        steps = STEP[:, None, None, None] * np.eye(3)[:, :, None, None]
+        off, slopes = [], []
+        for sensor, light in ((self._ranges.sonar_sensor, False), (self._ranges.infrared_sensor, True)):
+            reads, number = self._ranges.plan.look(x, y, heading, sensor, light)
+            moved = x + steps[:, 0], y + steps[:, 1], heading + steps[:, 2]  # (3, n, ...)
+            slopes.append(self._ranges.plan.again(*moved, sensor, number, light) - reads)
+            off.append(reads)
+        return np.stack(off, 1) - self._read, np.stack(slopes, 2).transpose(1, 0, 2, 3) / STEP[:, None, None]
+
     def step(self, spread: float) -> None:
         """Look at where each candidate is, remember it if it is its best, and move it."""
-        tried = self.at[:, None, :] + np.concatenate([np.zeros((1, 3)), np.diag(STEP)])
-        off = expected(self._ranges, tried, self._scan) - self._read  # (n, 4, 2, readings)
-        slopes = (off[:, 1:] - off[:, :1]) / STEP[:, None, None]
+        off, slopes = self._look()
         slopes = np.where(np.abs(slopes[:, :2]).max(1, keepdims=True) < STEEP, slopes, 0.0)
-        self._remember(off[:, 0], slopes)
+        self._remember(off, slopes)
         wide = np.array([spread, max(INFRARED_M, 0.5 * spread)])[:, None]
-        push, pull = self._normal(off[:, 0], slopes, wide)
+        push, pull = self._normal(off, slopes, wide)
         step = np.linalg.solve(push + HELD * np.eye(3), pull[..., None])[..., 0]
         self.at = self.at - np.clip(step, -MOST, MOST)
 
@@ -103,7 +112,9 @@ class _Fit:
 def fits(ranges: RangeMap, poses: Floats, scan: Scan, beacon: Beacon | None = None) -> Fits:
     """Return the poses near `poses` (n, 3) from which the scan fits the map best, each near its own."""
     fit = _Fit(ranges, poses, scan, beacon)
-    for spread in (*SPREADS_M, SONAR_M, SONAR_M):
+    for number, spread in enumerate((*SPREADS_M, SONAR_M, SONAR_M)):
+        if number == FIRST:
+            fit.keep(BEST)
         fit.step(spread)
     fit.best[:, 2] = angle(fit.best[:, 2])
     return Fits(fit.best, np.linalg.inv(fit.information + np.eye(3)), fit.score, fit.agree)

@@ -21,9 +21,10 @@ MOST = 360  # readings of one scan
 
 @dataclass(frozen=True)
 class Scan:
-    """Readings of one scan in place, each (n,): `turned` since the first (rad, to the left), `sonar`, `infrared` (m).
+    """Readings of one scan in place, each (n,): `turned` (rad, to the left), `sonar`, `infrared` (m).
 
-    heading: of the first reading (rad), with its standard deviation; None where no compass told it.
+    turned: the heading of each less that of the last, which is how the rover stands now. heading: of the last (rad),
+    with its standard deviation; None where no compass told it.
     """
 
     turned: Floats
@@ -55,9 +56,9 @@ def scan_of(
     headings (rad, to the left from +x); sonar, infrared (n): m. Raises ValueError for other lengths or numbers.
     """
     headings = told(np.asarray(turns, float), np.asarray(compass, float))
-    turned = headings - headings[0]
+    turned = headings - headings[-1]
     spread = float(np.hypot(COMPASS_BIAS, COMPASS_SPREAD / np.sqrt(len(headings))))
-    heading = remainder(float(headings[0]), tau)
+    heading = remainder(float(headings[-1]), tau)
     return Scan(turned, np.asarray(sonar, float), np.asarray(infrared, float), heading, spread)
 
 

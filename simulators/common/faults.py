@@ -19,7 +19,8 @@ VERBS = frozenset(
         "awol", "mute", "slow", "drop", "corrupt", "double", "double_ack", "limit_hit", "power_cycle",
         "cam_freeze", "cam_flicker", "cam_black", "cam_gone", "cam_slow", "cam_size", "cam_stamp", "drift", "disturb",
         "mic_gone", "mic_mute", "slip", "restart", "stall", "ir_dead", "carried", "charge",
-        "contacts_bent", "false_marker",
+        "contacts_bent", "false_marker", "cut", "flushed_hold", "half_frame", "lying_length", "far",
+        "blind_infrared", "sonar_ghost", "dead_encoder", "moved_case",
     }
 )  # fmt: skip
 

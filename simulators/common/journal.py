@@ -14,7 +14,7 @@ from typing import Any
 
 from robots.clock import TIMER, Timer
 
-BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash", "bad_checksum"})
+BY_CLIENTS = frozenset({"connected", "disconnected", "refused", "late", "hold", "crash", "bad_checksum", "claim"})
 BURST, A_SECOND = 100.0, 5.0  # lines of each of these
 
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 
 from robots.description import load
+from simulators.common.battery import Battery
 from simulators.common.faults import FaultBoard
-from simulators.irat.battery import Battery
 from simulators.irat.drive import Drive, End
 from simulators.irat.maze import along_corridors
 from simulators.irat.odometry import Odometry
@@ -29,7 +29,7 @@ class World:
     ) -> None:  # fmt: skip
         self._note, self._faults, self._seed = note, faults, seed
         self.plant = Plant(pose or docked(), with_maze, seed)
-        self.battery = Battery(charge)
+        self.battery = Battery(load("irat")["battery"], charge)
         self._speed = float(load("irat")["motion"]["speed"])
         self._applied: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.charging = False

@@ -14,7 +14,7 @@ from robots.clock import TIMER, Timer, Until
 from robots.drivers.pa10.protocol import Malformed
 from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard
-from simulators.pa10.lines import Line
+from simulators.common.tcp import Line
 
 MOST_WAITING = 1000  # lines in the queue; more are refused
 LOOK_S = 3600.0  # between two looks into an empty queue; who puts something there says so

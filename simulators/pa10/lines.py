@@ -1,27 +1,11 @@
 """Reads lines from a connection; a line in memory is never longer than the wire allows."""
 
 from collections.abc import Iterator
-from typing import Protocol
 
 from robots.drivers.pa10.protocol import LONGEST
+from simulators.common.tcp import Line
 
 PIECE = 4096
-
-
-class Line(Protocol):
-    """The controller's end of a connection."""
-
-    def receive(self, most: int, /) -> bytes:
-        """Wait for bytes and return at most so many; b"" at the end of the connection. Raises OSError."""
-
-    def sendall(self, data: bytes, /) -> None:
-        """Send all of it. Raises OSError, also where the client does not read for a while."""
-
-    def shut(self) -> None:
-        """End the connection; who waits to receive gets its end. Raises OSError."""
-
-    def close(self) -> None:
-        """Give back what the system keeps for it."""
 
 
 def lines(line: Line) -> Iterator[str]:

@@ -13,8 +13,9 @@ from typing import Protocol
 from robots.clock import TIMER, Timer
 from robots.drivers.pa10.protocol import LONGEST_PROGRAM, LONGEST_TEXT, Malformed, Request, parse
 from simulators.common.faults import FaultBoard
+from simulators.common.tcp import Listener
 from simulators.pa10.client import Client, Order
-from simulators.pa10.lines import Line, lines
+from simulators.pa10.lines import lines
 
 Note = Callable[..., None]
 WAIT_S = 120.0
@@ -35,16 +36,6 @@ class Arm(Protocol):
 
     def keep(self, number: int, text: str) -> None:
         """Replace a stored program. Raises Malformed, Refused."""
-
-
-class Listener(Protocol):
-    """Where clients connect."""
-
-    def accept(self) -> tuple[Line, str, str]:
-        """Wait for a connection; return its end here, the client's host, and its name. Raises OSError."""
-
-    def close(self) -> None:
-        """Let nobody connect any more."""
 
 
 class Upload:

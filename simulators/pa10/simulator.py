@@ -17,6 +17,7 @@ from robots.motion.planner import Refused
 from simulators.common.faults import FaultBoard, serve
 from simulators.common.fork import Fork, fork
 from simulators.common.journal import Journal
+from simulators.common.tcp import TcpListener
 from simulators.common.threads import names, record_deaths
 from simulators.pa10 import cameras
 from simulators.pa10.allowed import why_outside
@@ -30,7 +31,6 @@ from simulators.pa10.scene import BLOCKS, STEP_S, Judge
 from simulators.pa10.server import Network, Note
 from simulators.pa10.setpoint import Reference
 from simulators.pa10.store import ProgramStore
-from simulators.pa10.tcp import TcpListener
 from simulators.pa10.velocity import DEAD_MAN_S
 from simulators.pa10.watchdog import watch
 

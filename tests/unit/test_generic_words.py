@@ -102,7 +102,7 @@ def test_set_up_names_no_robot_and_finds_what_each_one_has_compiled():
     assert len(robots & {"mercury", "pa10", "irat", "so101"}) == 4
     assert [word for word in robots - {"common"} if word in tool] == []
     assert [str(f.relative_to(ROOT)) for f in prepared()] == [
-        "robots/drivers/irat/prepare.py", "simulators/irat/prepare.py",
+        "robots/drivers/irat/prepare.py", "simulators/irat/prepare.py", "simulators/srv1/prepare.py",
     ]  # fmt: skip
 
 

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.description import load
+from simulators.common.battery import Battery
 from simulators.irat import maze, scene, scenery
-from simulators.irat.battery import Battery
 from simulators.irat.drive import Drive, End
 from simulators.irat.maze import COLUMN, DOCK, HALF_M, STROKES, WALL_M, along_corridors, off_centre, walls
 from simulators.irat.plant import TICK_S, Plant, docked
@@ -99,7 +99,7 @@ def test_the_dock_is_seen_from_one_arm_of_the_u_only():
 
 def test_the_battery_makes_about_seven_recharges_a_day():
     """Roaming at half speed until it is low, then charging until it is full: the paper's 7 a day, 47 % roaming."""
-    battery, recharges, roamed, docked_now = Battery(1.0), 0, 0, False
+    battery, recharges, roamed, docked_now = Battery(load("irat")["battery"]), 0, 0, False
     for _ in range(24 * 360):
         battery.advance(10.0, 0.0 if docked_now else 0.5, docked_now)
         roamed += not docked_now
@@ -113,7 +113,7 @@ def test_the_battery_makes_about_seven_recharges_a_day():
 
 @given(st.lists(st.tuples(st.floats(0, 3600), st.floats(-2, 2), st.booleans()), max_size=40), st.floats(0, 1))
 def test_a_battery_is_never_more_than_full_or_less_than_empty(steps, charge):
-    battery = Battery(charge)
+    battery = Battery(load("irat")["battery"], charge)
     for seconds, speed, contacts in steps:
         before = battery.charge
         battery.advance(seconds, speed, contacts)

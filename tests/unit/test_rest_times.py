@@ -6,8 +6,8 @@ import pytest
 
 from robots.contract.find import spec_of
 from robots.description import load
+from simulators.common.tcp import LOST_S
 from simulators.mercury.arm import Line, Pose
-from simulators.pa10.tcp import LOST_S
 
 STEP_S = 0.001
 

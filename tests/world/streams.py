@@ -116,7 +116,7 @@ class End:
 
 
 class Door:
-    """Where a robot listens; see `simulators.pa10.server.Listener`."""
+    """Where a robot listens; see `simulators.common.tcp.Listener`."""
 
     def __init__(self, network: Network) -> None:
         self._network = network

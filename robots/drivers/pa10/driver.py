@@ -16,9 +16,9 @@ from robots.drivers.pa10.limits import LONGEST_PROGRAM_S, PLANNED_S
 from robots.drivers.pa10.line import ANSWER_S, CHECKED_S, ArmLine
 from robots.drivers.pa10.protocol import MOTIONS, ArmState, End, Mode, Request
 from robots.drivers.pa10.spec import PLACE
-from robots.drivers.pa10.stream import open_stream
 from robots.drivers.pa10.units import joint_request
 from robots.drivers.permits import until_held
+from robots.drivers.stream import open_stream
 from robots.drivers.waiting import until_at_rest
 from robots.motion.chain import Joints
 from robots.motion.described import chain, posture

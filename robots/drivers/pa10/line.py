@@ -9,7 +9,7 @@ from robots.clock import TIMER, Limit, Timer
 from robots.contract.errors import ControllerRefused, LineBusy, LineGone, LineSilent, OutOfWorkspace, why
 from robots.contract.session import Permit, Trace
 from robots.drivers.pa10.protocol import LONGEST_ANSWER, ArmState, Malformed, Request
-from robots.drivers.pa10.stream import OpenStream, Stream, open_stream
+from robots.drivers.stream import OpenStream, Stream, open_stream
 from robots.opening import why_not
 
 ANSWER_S = 1.0  # by the machine's clock, as all limits here: how long it may take to plan and to answer

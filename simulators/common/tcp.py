@@ -1,14 +1,41 @@
-"""Where the museum arm's controller listens, and its end of a connection."""
+"""Where a simulated controller listens for TCP connections, and its end of one."""
 
 import socket
 import struct
+from typing import Protocol
 
 UNREAD_S = 2.0  # longest wait of an answer for a client that does not read; real time, which the network counts
 LOST_S = (5, 2, 3)  # TCP keep-alive: first probe, next probes (s), number
 
 
+class Line(Protocol):
+    """The controller's end of a connection."""
+
+    def receive(self, most: int, /) -> bytes:
+        """Wait for bytes and return at most so many; b"" at the end of the connection. Raises OSError."""
+
+    def sendall(self, data: bytes, /) -> None:
+        """Send all of it. Raises OSError, also where the client does not read for a while."""
+
+    def shut(self) -> None:
+        """End the connection; who waits to receive gets its end. Raises OSError."""
+
+    def close(self) -> None:
+        """Give back what the system keeps for it."""
+
+
+class Listener(Protocol):
+    """Where clients connect."""
+
+    def accept(self) -> tuple[Line, str, str]:
+        """Wait for a connection; return its end here, the client's host, and its name. Raises OSError."""
+
+    def close(self) -> None:
+        """Let nobody connect any more."""
+
+
 class TcpLine:
-    """A connection's end; see `lines.Line`."""
+    """A connection's end; see `Line`."""
 
     def __init__(self, line: socket.socket) -> None:
         self._line = line
@@ -20,34 +47,34 @@ class TcpLine:
                 line.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
     def receive(self, most: int) -> bytes:
-        """See `lines.Line`."""
+        """See `Line`."""
         return self._line.recv(most)
 
     def sendall(self, data: bytes) -> None:
-        """See `lines.Line`."""
+        """See `Line`."""
         self._line.sendall(data)
 
     def shut(self) -> None:
-        """See `lines.Line`."""
+        """See `Line`."""
         self._line.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """See `lines.Line`."""
+        """See `Line`."""
         self._line.close()
 
 
 class TcpListener:
-    """Listens on a port of this machine (0: any); see `server.Listener`."""
+    """Listens on a port of this machine (0: any); see `Listener`."""
 
     def __init__(self, port: int) -> None:
         self._server = socket.create_server(("127.0.0.1", port))
         self.port = int(self._server.getsockname()[1])
 
     def accept(self) -> tuple[TcpLine, str, str]:
-        """See `server.Listener`."""
+        """See `Listener`."""
         line, (host, port, *_) = self._server.accept()
         return TcpLine(line), host, f"{host}:{port}"
 
     def close(self) -> None:
-        """See `server.Listener`."""
+        """See `Listener`."""
         self._server.close()

@@ -1,4 +1,4 @@
-"""The TCP connection under the museum arm's line; a test gives the line another."""
+"""The TCP connection under a robot's line; a test gives the line another."""
 
 import select
 import socket

@@ -1,11 +1,9 @@
-"""The battery: two lithium-ion cells, their charger, and what the robot takes."""
+"""The battery of a rover: lithium-ion cells, their charger, and what the robot takes."""
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
-
-from robots.description import load
 
 # share of the charge, and of the way from the empty to the full voltage: the usual curve of such cells
 CHARGE = (0.0, 0.05, 0.20, 0.50, 0.80, 1.0)
@@ -16,10 +14,14 @@ TRICKLE = 0.97  # share below which a full battery is charged again
 
 @dataclass
 class Battery:
-    """`charge` is the share that is left, 0 to 1. Currents in A, positive into the battery."""
+    """`charge` is the share that is left, 0 to 1. Currents in A, positive into the battery.
 
+    `figures`: `capacity_ah`, `full` and `empty` (V), `resistance` (ohm), `idle` and `driving` (A); `charger` (A) if
+    it has contacts for one.
+    """
+
+    figures: Mapping[str, float]
     charge: float = 1.0
-    figures: dict[str, Any] = field(default_factory=lambda: dict(load("irat")["battery"]))
     current: float = 0.0
     charger_current: float = 0.0
     full: bool = False
@@ -28,12 +30,12 @@ class Battery:
     def rest_voltage(self) -> float:
         """Return the voltage without a load (V)."""
         share = float(np.interp(self.charge, CHARGE, VOLTAGE))
-        return float(self.figures["empty"] + share * (self.figures["full"] - self.figures["empty"]))
+        return self.figures["empty"] + share * (self.figures["full"] - self.figures["empty"])
 
     @property
     def voltage(self) -> float:
         """Return the voltage at the terminals (V)."""
-        return self.rest_voltage + self.current * float(self.figures["resistance"])
+        return self.rest_voltage + self.current * self.figures["resistance"]
 
     @property
     def flat(self) -> bool:

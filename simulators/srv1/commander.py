@@ -1,0 +1,252 @@
+"""What our part of the firmware does behind `%`: whose commands count, velocities, patrol, permit, rules, journal.
+
+It has no thread; its owner calls everything under the lock of the hardware. `clock` counts its uptime.
+"""
+
+from binascii import crc_hqx
+from collections.abc import Callable
+
+from robots.clock import Timer
+from robots.description import load
+from robots.drivers.srv1 import sensors
+from robots.drivers.srv1.answers import ENDS, Answer, Done, Event, Reason, Refused, Status
+from robots.drivers.srv1.extension import (
+    LATE_MS,
+    Activate,
+    Ask,
+    Claim,
+    Command,
+    Journal,
+    Patrol,
+    Permit,
+    Velocity,
+)  # fmt: skip
+from robots.drivers.srv1.sensors import Channel
+from simulators.srv1.drive import End, Note
+from simulators.srv1.flash import Flash, text_of
+from simulators.srv1.hardware import Hardware
+from simulators.srv1.logbook import Logbook
+from simulators.srv1.odometry import Odometry
+from simulators.srv1.patrol import Cautious, Rules
+from simulators.srv1.patrol import Patrol as Course
+from simulators.srv1.permits import Permits
+
+FORGOTTEN_S = 60.0  # without a word under an epoch for so long it excludes nobody, so that a wrong one locks nobody out
+Parse = Callable[[str], Rules]
+
+
+def no_rules(text: str) -> Rules:
+    """Refuse every rule set, as a firmware does that has no evaluator."""
+    raise ValueError("this firmware evaluates no rules")
+
+
+class Commander:
+    """Answers commands, and `tick`s some ten times a second or more."""
+
+    def __init__(
+        self, hardware: Hardware, flash: Flash, note: Note, clock: Timer, boot: int, parse: Parse = no_rules
+    ) -> None:
+        self._hardware, self._flash, self._note, self._clock, self._parse = hardware, flash, note, clock, parse
+        self._description = load("srv1")
+        self.boot = boot
+        self.restart()
+
+    def restart(self) -> None:
+        """Be as at power on; what the flash memory has is in force again."""
+        hardware = self._hardware
+        self._began = self._ticked = self._heard = self._clock.monotonic()
+        self._now = 0.0  # the motor board's
+        self._epoch, self._mode, self._patrol_said = 0, "rest", 0.0
+        self._course, self._permits, self._log = Course(), Permits(), Logbook(lambda: self.uptime_ms)
+        self._odometry = Odometry(hardware.encoders(), hardware.compass())
+        self._rules, self._crc = self._stored()
+        self._motion, self._reflexes, self._moving = hardware.drive.motion, 0, False
+        self._log.write(Event.POWER, self.boot)
+
+    def _stored(self) -> tuple[Rules, int]:
+        text = text_of(self._flash.user)
+        try:
+            return (self._parse(text.decode("ascii")), crc_hqx(text, 0)) if text else (Cautious(), 0)
+        except ValueError:  # also of what is no ASCII
+            return Cautious(), 0
+
+    @property
+    def uptime_ms(self) -> int:
+        """Return the ms since power on."""
+        return int((self._clock.monotonic() - self._began) * 1000)
+
+    @property
+    def odometry(self) -> Odometry:
+        """Return where it believes to be."""
+        return self._odometry
+
+    # time
+
+    def tick(self, now: float) -> None:
+        """Do what the timer's interrupt does; `now` is the motor board's time (s)."""
+        at = self._clock.monotonic()
+        seconds, self._ticked, self._now = at - self._ticked, at, now
+        self._odometry.advance(self._hardware.encoders(), self._hardware.compass(), seconds)
+        self._watch_permit(at)
+        if self._mode == "patrol":
+            self._go_on(at)
+        self._write_motions()
+
+    def _alone(self, at: float) -> bool:
+        return at - self._patrol_said > float(self._description["motion"]["forget_s"])
+
+    def _watch_permit(self, at: float) -> None:
+        why = self._permits.violation(self._odometry, at)
+        if why is None:
+            return
+        self._log.write(why, self._hardware.drive.motion)
+        self._note("permit_end", why=str(why))
+        self._permits.end()
+        if why is not Event.EXPIRED or (self._mode == "patrol" and self._alone(at)):
+            self._rest(End.PERMIT)
+
+    def _go_on(self, at: float) -> None:
+        """Drive by the rules for the next moment, or stop to: nobody says it any more, and there is no permit."""
+        if self._alone(at) and not self._permits.runs:
+            self._mode = "rest"  # the motor board forgets the velocity
+            return
+        most = float(self._description["motion"]["most_speed"])
+        if self._permits.runs:
+            most = min(most, self._permits.permit.speed)
+        hardware, course = self._hardware, self._course
+        linear, angular = course.velocity(
+            hardware.infrared(), hardware.sonar(), self._odometry.linear, self._rules, most
+        )  # fmt: skip
+        if course.reflexes != self._reflexes:
+            self._reflexes = course.reflexes
+            self._log.write(Event.REFLEX, hardware.drive.motion)
+            self._note("reflex", motion=hardware.drive.motion)
+        hardware.drive.velocity(linear, angular, self._epoch, self._now)
+
+    def _write_motions(self) -> None:
+        drive = self._hardware.drive
+        if drive.motion != self._motion:
+            self._motion, self._moving = drive.motion, True
+            self._log.write(Event.MOTION, drive.motion)
+        if self._moving and not drive.moving:
+            self._moving = False
+            self._log.write(Event.REST, ENDS.index(drive.end))
+        if self._mode == "hand" and not drive.moving:
+            self._mode = "rest"
+
+    def _rest(self, why: End) -> None:
+        self._mode = "rest"
+        self._hardware.drive.hold(why)
+
+    # commands
+
+    def hold(self) -> None:
+        """Brake to rest; patrol and permit end."""
+        self._note("hold", moving=self._hardware.drive.moving)
+        self._write_motions()
+        self._permits.end()
+        self._rest(End.HELD)
+
+    def by_letters(self) -> None:
+        """Note that the published letters drive now: patrol and permit end."""
+        self._permits.end()
+        self._mode = "hand"
+
+    def answer(self, command: Command) -> Answer:
+        """Do a command; return what is answered."""
+        match command:
+            case Claim():
+                return self._claim(command)
+            case Journal():
+                return self._log.after(command.since)
+            case Activate():
+                return self._activate(command)
+            case Velocity() | Patrol() | Permit():
+                reason = self._why_not(command)
+                if reason is not None:
+                    return Refused(command.letter, reason)
+                self._do(command)
+                return self._done(command)
+        return self.status(command.letter)  # of a hold, too: the interrupt has done it
+
+    def _done(self, command: Command) -> Done:
+        self._write_motions()
+        return Done(command.letter, self._hardware.drive.motion, self.uptime_ms)
+
+    def _claim(self, claim: Claim) -> Answer:
+        at = self._clock.monotonic()
+        if at - self._heard > FORGOTTEN_S and not self._permits.runs:
+            self._epoch = 0
+        if claim.epoch < self._epoch:
+            return Refused(claim.letter, Reason.EPOCH)
+        self._heard = at
+        if claim.epoch > self._epoch:
+            if self._epoch and self._hardware.drive.moving:
+                self._rest(End.REPLACED)
+            self._permits.end()
+            self._epoch = claim.epoch
+            self._log.write(Event.CLAIM, claim.epoch)
+            self._note("claim", epoch=claim.epoch)
+        return self.status(claim.letter)
+
+    def _why_not(self, command: Velocity | Patrol | Permit) -> Reason | None:
+        motion = self._description["motion"]
+        if not command.epoch or command.epoch != self._epoch:
+            return Reason.EPOCH
+        self._heard = self._clock.monotonic()
+        if self._hardware.drive.holding:
+            return Reason.HOLDING
+        if isinstance(command, Permit):
+            fits = self._permits.takes(command) and command.speed <= motion["speed"]
+            return None if fits else Reason.BOUNDS
+        if isinstance(command, Velocity):
+            if not 0 <= self.uptime_ms - command.stamp <= LATE_MS:
+                self._note("late", seconds=round((self.uptime_ms - command.stamp) / 1000, 3))
+                return Reason.LATE
+            if not (abs(command.linear) <= motion["speed"] and abs(command.angular) <= motion["turn"]):
+                return Reason.BOUNDS
+        return None
+
+    def _do(self, command: Velocity | Patrol | Permit) -> None:
+        at = self._clock.monotonic()
+        if isinstance(command, Velocity):
+            self._mode = "hand"
+            self._hardware.drive.velocity(command.linear, command.angular, self._epoch, self._now)
+        elif isinstance(command, Permit):
+            self._permits.grant(command, at)
+            self._log.write(Event.PERMIT, self._permits.left_ms(at))
+            self._note("permit", seconds=command.seconds, speed=command.speed, area=list(command.area))
+        else:
+            self._patrol_said = at
+            if self._mode != "patrol":
+                self._mode = "patrol"
+                self._course.begin()
+                self._log.write(Event.PATROL, self._hardware.drive.motion)
+                self._go_on(at)
+
+    def _activate(self, command: Activate) -> Answer:
+        text = self._flash.text()
+        if not text or crc_hqx(text, 0) != command.crc:
+            return Refused(command.letter, Reason.CHECKSUM)
+        try:
+            self._rules = self._parse(text.decode("ascii"))
+        except ValueError:
+            return Refused(command.letter, Reason.RULES)
+        self._crc = command.crc
+        self._log.write(Event.RULES, command.crc)
+        self._note("rules", crc=command.crc)
+        return self._done(command)
+
+    def status(self, asked: str = Ask.letter) -> Status:
+        """Return what it says of itself."""
+        hardware, place = self._hardware, self._odometry
+        self._write_motions()
+        drive = hardware.drive
+        return Status(
+            self.boot, self._epoch, drive.motion, drive.moving, drive.holding, str(drive.end), self._mode, place.x,
+            place.y, place.heading, place.linear, place.angular, hardware.infrared(), hardware.sonar(),
+            hardware.battery(), sensors.temperature_c(hardware.analogue(Channel.TEMPERATURE)),
+            sensors.share(hardware.analogue(Channel.HUMIDITY)), sensors.share(hardware.analogue(Channel.LIGHT)),
+            sensors.is_present(hardware.analogue(Channel.PRESENCE)), self._crc,
+            self._permits.left_ms(self._clock.monotonic()), self._log.newest, self.uptime_ms, asked,
+        )  # fmt: skip

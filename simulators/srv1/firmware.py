@@ -1,0 +1,194 @@
+"""The rover's firmware, byte by byte: the stock one's loop, and ours behind `%` and in two interrupts.
+
+One thread `run`s the loop: it takes a letter, does everything that the letter asks for, and then throws away all bytes
+that have arrived meanwhile. `receive` is the serial port, `tick` the timer's interrupt; both may be called by other
+threads while the loop is busy. A hold is found by `receive` at any moment: the rover brakes at once, what the loop does
+(waiting for arguments, a motion of `M`) is given up without its answer, and the hold is answered when the loop is free.
+"""
+
+from collections.abc import Callable
+
+from robots.clock import TIMER, Limit, Lock, Timer
+from robots.drivers.srv1 import answers, extension
+from robots.drivers.srv1.bounds import BOOT
+from robots.drivers.srv1.extension import Hold
+from robots.drivers.srv1.framing import COMMAND, LONGEST_COMMAND, Frame
+from robots.drivers.srv1.protocol import Malformed
+from simulators.srv1.commander import Commander, Parse, no_rules
+from simulators.srv1.drive import Note
+from simulators.srv1.flash import Flash
+from simulators.srv1.hardware import Hardware
+from simulators.srv1.motors import Motors
+from simulators.srv1.stock import AUTORUN, VERSION, Reset, Stock
+from simulators.srv1.uart import Interrupted, Stopped, Uart
+
+BOOT_S = 1.0  # memory is cleared, and the camera is set up
+NEXT_S = 0.1  # the longest pause within one of our frames; without the rest it is given up
+HELLO, HELLO_ANSWER = b"h", b"myfunc:  hello ! \r\n"
+
+
+class Firmware:
+    """`send` takes what goes to the Wi-Fi module. `stock`: without our part, so that `%` is silent.
+
+    `lock` protects the hardware, and is the simulator's: its steps of the motor board hold it. `boot` is the number of
+    this start; `flash` has what outlives a loss of power; `parse` makes a rule set of its text. `wake` is called when
+    the motors are told something.
+    """
+
+    def __init__(
+        self, hardware: Hardware, send: Callable[[bytes], None], note: Note, clock: Timer = TIMER,
+        lock: Lock | None = None, *, stock: bool = False, boot: int = 1, flash: Flash | None = None,
+        parse: Parse = no_rules, wake: Callable[[], None] = lambda: None,
+    ) -> None:  # fmt: skip
+        self._hardware, self._send, self._note, self._clock = hardware, send, note, clock
+        self._lock = lock if lock is not None else clock.lock()
+        self._is_stock, self._wake = stock, wake
+        self.flash = flash if flash is not None else Flash()
+        self._uart = Uart(None if stock else self._held, clock)
+        self._motors = Motors(self._percent, self._uart.delay)
+        self._stock = Stock(hardware, self._lock, self._uart, self._motors, self.flash, send, clock)
+        self.commander = Commander(hardware, self.flash, note, clock, boot, parse)
+        self._said_hold = self._boots = False
+        self._heard = clock.monotonic()  # when the newest command ended
+        self._fails_safe = False  # the failsafe speeds have been taken since
+        note("power_on", boot=boot)
+
+    @property
+    def boot(self) -> int:
+        """Return the number of this start."""
+        return self.commander.boot
+
+    # what other threads call
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the Wi-Fi module, at any time."""
+        self._uart.receive(data)
+
+    def tick(self, now: float) -> None:
+        """Do what the timer's interrupt does, ten times a second or more; `now`: the motor board's time (s)."""
+        with self._lock:
+            self.commander.tick(now)
+
+    def restart(self) -> None:
+        """Lose the power and get it back: nothing is remembered but the flash memory."""
+        self._begin()
+        self._uart.interrupt(forget=True)
+
+    def stop(self) -> None:
+        """End the loop."""
+        self._uart.stop()
+
+    def _begin(self) -> None:
+        with self._lock:
+            self._hardware.drive.restart()
+            self.commander.boot = (self.commander.boot + 1) % (BOOT.high + 1)
+            self.commander.restart()
+            self._stock.restart()
+            self._said_hold, self._boots = False, True
+            self._note("power_on", boot=self.commander.boot)
+
+    def _held(self) -> None:
+        with self._lock:
+            self._said_hold = True
+            self.commander.hold()
+        self._wake()
+
+    def _percent(self, left: int, right: int) -> None:
+        with self._lock:
+            self.commander.by_letters()
+            self._hardware.drive.percent(left, right)
+        self._wake()
+
+    # the loop
+
+    def run(self) -> None:
+        """Do commands until stopped."""
+        self._boots = True
+        while True:
+            try:
+                self._uart.settle()
+                if self._boots:
+                    self._start()
+                if self._said_hold:
+                    self._say_held()
+                while True:
+                    self._next()
+            except Interrupted:
+                continue
+            except Reset:
+                self._begin()
+            except Stopped:
+                return
+
+    def _start(self) -> None:
+        """Say what nobody asked for."""
+        self._boots = False
+        limit = Limit(self._clock, BOOT_S)
+        while limit.left > 0:
+            try:
+                self._uart.delay(limit.left)
+            except Interrupted:
+                self._uart.settle()
+                if self._boots:
+                    raise
+        self._send(b"#f" + VERSION)  # it begins by switching the failsafe off
+        self._send(AUTORUN)
+        self._heard = self._clock.monotonic()
+
+    def _say_held(self) -> None:
+        with self._lock:
+            self._said_hold = False
+            status = self.commander.status(Hold.letter)
+        self._answer(status)
+        self._end_command()
+
+    def _next(self) -> None:
+        """Do the next command, or take the failsafe speeds if none comes."""
+        due = None if self._fails_safe else self._motors.failsafe_due(self._clock.monotonic() - self._heard)
+        byte = self._uart.byte(None if due is None else max(0.0, due))
+        if byte is None:
+            self._fails_safe = due is not None
+            self._motors.fail_safe()
+            return
+        if byte == COMMAND[0]:
+            self._user_function()
+        else:
+            self._stock.do(chr(byte))
+        self._end_command()
+
+    def _end_command(self) -> None:
+        self._heard, self._fails_safe = self._clock.monotonic(), False
+        self._uart.flush()
+
+    def _user_function(self) -> None:
+        """Do what stands behind `%`."""
+        if self._is_stock:
+            if self._uart.argument() == HELLO[0]:
+                self._send(HELLO_ANSWER)
+            return
+        frame = bytearray(COMMAND)
+        while len(frame) < LONGEST_COMMAND and not frame.endswith(b"\n"):
+            byte = self._uart.byte(NEXT_S)
+            if byte is None:
+                break
+            frame.append(byte)
+        if frame == COMMAND + HELLO:
+            self._send(HELLO_ANSWER)
+            return
+        try:
+            said = Frame.decode(bytes(frame), COMMAND)
+        except Malformed:
+            return  # whose it was nobody knows
+        try:
+            command = extension.decode(said)
+        except Malformed:
+            if said.letter in extension.COMMANDS:
+                self._answer(answers.Refused(said.letter, answers.Reason.BOUNDS))
+            return
+        with self._lock:
+            answer = self.commander.answer(command)
+        self._wake()
+        self._answer(answer)
+
+    def _answer(self, answer: answers.Answer) -> None:
+        self._send(answers.encode(answer))

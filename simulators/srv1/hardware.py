@@ -1,0 +1,42 @@
+"""What the rover's firmware needs of its hardware: the motor board, the sensors, the camera."""
+
+from typing import Protocol
+
+from simulators.common.faults import FaultBoard
+from simulators.srv1.drive import Drive
+
+
+class Hardware(Protocol):
+    """Everything is asked for under the lock that the firmware was given, but the picture, which takes long."""
+
+    @property
+    def drive(self) -> Drive:
+        """Return the motor board."""
+
+    @property
+    def faults(self) -> FaultBoard:
+        """Return what is broken at present."""
+
+    def infrared(self) -> float:
+        """Return the distance (m) that the infrared sensor tells, from `near` to `far`."""
+
+    def sonar(self) -> float:
+        """Return the distance (m) that the sonar tells, from `near` to `far`."""
+
+    def analogue(self, channel: int) -> int:
+        """Return the counts (0 to 1023) of a channel of `robots.drivers.srv1.sensors.Channel`; 0 of any other."""
+
+    def encoders(self) -> tuple[int, int]:
+        """Return the counts of the left and the right wheels since power on; they fall while a wheel turns back."""
+
+    def compass(self) -> float:
+        """Return the heading in degrees, 0 to 360, clockwise from north, which is the hall's y axis."""
+
+    def battery(self) -> float:
+        """Return the voltage (V)."""
+
+    def picture(self, width: int) -> bytes | None:
+        """Return a JPEG that is so many pixels wide (160, 320, 640 or 1280); None while the camera is busy."""
+
+    def beacon(self) -> tuple[float, float] | None:
+        """Return distance (m) from the radio tower and bearing (rad) there, anticlockwise from x; None: not heard."""

@@ -1,0 +1,55 @@
+"""How the rover drives by itself: ahead at the speed of its rules, and away from what is near.
+
+Below all rules is the reflex: nearer than `infrared.stop` it halts, turns in place until the way is clear, and goes on.
+"""
+
+from typing import Protocol
+
+from robots.description import load
+
+TURN_RAD_S = 0.8
+SLOWEST_M_S = 0.02  # a rule set that says less says that the way is closed
+ROLLING_M_S = 0.04  # it halts before it turns
+CLEAR_SHARE, CLEAR_SONAR_M = 2.5, 0.6  # the way is clear: times `infrared.stop`, and m
+
+
+class Rules(Protocol):
+    """A rule set; `simulators.srv1.rules.RuleSet` evaluates one of fuzzy rules."""
+
+    def speed_mm_s(self, infrared_mm: int, sonar_mm: int, /) -> int:
+        """Return the speed ahead (mm/s) for two distances (mm)."""
+
+
+class Cautious:
+    """The rule set that the rover was made with: a third of the nearer distance a second, at most 0.3 m/s."""
+
+    def speed_mm_s(self, infrared_mm: int, sonar_mm: int, /) -> int:
+        """See `Rules`."""
+        return min(300, max(0, min(infrared_mm, sonar_mm) - 150) // 2)
+
+
+class Patrol:
+    """Velocities from distances. Not for several threads."""
+
+    def __init__(self) -> None:
+        self._stop = float(load("srv1")["infrared"]["stop"])
+        self._turns = False
+        self.reflexes = 0
+
+    def begin(self) -> None:
+        """Begin anew, ahead."""
+        self._turns = False
+
+    def velocity(self, infrared: float, sonar: float, rolling: float, rules: Rules, most: float) -> tuple[float, float]:
+        """Return m/s ahead and rad/s to the left, for distances (m) and the speed of now (m/s); at most `most` m/s."""
+        speed = min(most, rules.speed_mm_s(round(infrared * 1000), round(sonar * 1000)) / 1000)
+        near = infrared < self._stop
+        if near and not self._turns:
+            self.reflexes += 1
+        if near or speed < SLOWEST_M_S:
+            self._turns = True
+        elif infrared > CLEAR_SHARE * self._stop and sonar > CLEAR_SONAR_M:
+            self._turns = False
+        if not self._turns:
+            return speed, 0.0
+        return 0.0, 0.0 if abs(rolling) > ROLLING_M_S else TURN_RAD_S

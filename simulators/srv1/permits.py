@@ -1,0 +1,50 @@
+"""The permit by which the rover may drive without its owner: an area, a speed, and an end."""
+
+from robots.description import load
+from robots.drivers.srv1.answers import Event
+from robots.drivers.srv1.extension import Permit
+from simulators.srv1.odometry import Odometry
+
+FASTER, FASTER_M_S = 1.1, 0.03  # what the encoders' steps make of a speed that is kept
+NONE = Permit(0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))
+
+
+class Permits:
+    """The present permit, if there is one; `now` in s, on any clock. Not for several threads."""
+
+    def __init__(self) -> None:
+        self._longest = float(load("srv1")["line"]["permit_s"])
+        self._until = 0.0
+        self.permit = NONE
+
+    def takes(self, permit: Permit) -> bool:
+        """Return whether the rover takes a permit for that long."""
+        return permit.seconds <= self._longest
+
+    def grant(self, permit: Permit, now: float) -> None:
+        """Replace the present permit; one for 0 s ends it."""
+        self.permit, self._until = (permit, now + permit.seconds) if permit.seconds else (NONE, now)
+
+    def end(self) -> None:
+        """End the permit."""
+        self.permit = NONE
+
+    @property
+    def runs(self) -> bool:
+        """Return whether there is a permit."""
+        return self.permit is not NONE
+
+    def left_ms(self, now: float) -> int:
+        """Return for how many ms more it is good."""
+        return max(0, round((self._until - now) * 1000)) if self.runs else 0
+
+    def violation(self, place: Odometry, now: float) -> Event | None:
+        """Return what the present permit does not cover any more: its time, the place, the speed."""
+        x0, y0, x1, y1 = self.permit.area
+        if not self.runs:
+            return None
+        if now >= self._until:
+            return Event.EXPIRED
+        if not (x0 <= place.x <= x1 and y0 <= place.y <= y1):
+            return Event.LEFT
+        return Event.FAST if abs(place.linear) > self.permit.speed * FASTER + FASTER_M_S else None

@@ -1,0 +1,27 @@
+"""The packet radio of section 5.4 in place of Wi-Fi: slow, one direction at a time, and of a short reach."""
+
+from collections.abc import Callable
+
+from robots.description import load
+
+BITS_A_BYTE = 8
+
+
+class Radio:
+    """Tells when bytes arrive. `distance`: of rover and station (m). Not for several threads."""
+
+    def __init__(self, distance: Callable[[], float]) -> None:
+        line = load("srv1")["line"]
+        self._byte_s = float(BITS_A_BYTE / line["radio_bit_s"])
+        self._half_cycle_s = float(line["cycle_s"] / 2)
+        self._reach = float(line["radio_m"])
+        self._distance, self._free = distance, 0.0
+
+    def reaches(self, farther: float) -> bool:
+        """Return whether anything is heard; `farther`: m that the station is away in addition."""
+        return self._distance() + farther <= self._reach
+
+    def arrival(self, now: float, size: int) -> float:
+        """Return when so many bytes that are sent now have arrived; they wait for what is being sent."""
+        self._free = max(self._free, now) + size * self._byte_s
+        return self._free + self._half_cycle_s

@@ -6,21 +6,21 @@ sure it is, and is called unknown if it is not.
 """
 
 from dataclasses import dataclass
-from math import inf, tau
+from math import cos, inf, isfinite, pi, remainder, sin, tau
 from typing import Literal
 
 import numpy as np
 
 from robots.autonomy.gridmap.beacon import Beacon, sighted
-from robots.autonomy.gridmap.belief import Belief, Pose, angle
+from robots.autonomy.gridmap.belief import TEMPER, Belief, Pose, angle
 from robots.autonomy.gridmap.plan import Floats, Plan, RangeSensor
 from robots.autonomy.gridmap.range_map import RangeMap
 from robots.autonomy.gridmap.refine import Fits, fits
 from robots.autonomy.gridmap.scan import TURNS, Scan, scan_of
 
 __all__ = [
-    "TURNS", "Beacon", "Belief", "Estimate", "Located", "Plan", "RangeMap", "RangeSensor", "Scan", "estimate",
-    "locate", "next_step", "scan_of", "sighted",
+    "TURNS", "Beacon", "Belief", "Estimate", "Located", "Plan", "RangeMap", "RangeSensor", "Scan", "by_beacon",
+    "estimate", "locate", "next_step", "scan_of", "sighted",
 ]  # fmt: skip
 
 CANDIDATES = 24  # cells that are refined
@@ -31,6 +31,7 @@ SAME_M, SAME_RAD = 0.30, 0.35  # within these two poses are one
 SCANS = 3  # a first one, and twice again; then somebody is asked
 SCALE = 1.3  # of the fit's spreads: readings share errors, which it takes for independent
 PLACE_M, TURN_RAD = 0.010, 0.027  # what the fit does not know of: the middle wanders during the scan, and the last turn
+NORMAL = 1.96  # standard deviations to each side that hold 95 %
 DRAWS = np.random.default_rng(7).standard_normal((256, 2))  # always the same: an estimate is repeatable
 
 
@@ -84,23 +85,37 @@ def estimate(belief: Belief) -> Estimate:
 
 
 def locate(belief: Belief, scan: Scan, beacon: Beacon | None = None) -> Located:
-    """Return where a rover was, turned as at the first reading, when it scanned; `belief` is what it knew before."""
+    """Return where a rover is that has just scanned, as of the last reading; `belief` is what it knew before."""
     prior = belief if beacon is None else sighted(belief, beacon)
     after = prior.seen(scan)
     found = fits(belief.ranges, after.peaks(CANDIDATES)[0], scan, beacon)
     return Located(_judged(found, belief), after)
 
 
+def by_beacon(beacon: Beacon, heading: float, heading_spread: float) -> Estimate:
+    """Return where the rover is by the tower alone, whatever stands in the hall.
+
+    heading: by the compass (rad), with its standard deviation. Raises ValueError for numbers that are none.
+    """
+    if not (isfinite(heading) and isfinite(heading_spread) and heading_spread > 0.0):
+        raise ValueError("A heading is a finite number with a spread above 0.")
+    across = beacon.range * beacon.bearing_spread
+    spread = _quantile(np.hypot(DRAWS[:, 0] * beacon.range_spread, DRAWS[:, 1] * across), np.ones(len(DRAWS)))
+    x = beacon.tower[0] + beacon.range * cos(beacon.bearing)
+    y = beacon.tower[1] + beacon.range * sin(beacon.bearing)
+    return Estimate((x, y, remainder(heading, tau)), spread, min(NORMAL * heading_spread, pi), 1.0)
+
+
 def _judged(found: Fits, belief: Belief) -> Estimate:
     """Return the best of several fits, each a normal distribution with its share of the whole."""
-    prior = belief.at(found.poses)
     with np.errstate(divide="ignore"):
-        score = found.score + np.log(prior) + 0.5 * np.log(np.linalg.det(found.covariances))
+        score = np.log(belief.at(found.poses)) + 0.5 * np.log(np.linalg.det(found.covariances)) + TEMPER * found.score
     order = np.argsort(score)[::-1]
     kept: list[int] = []
     for n in order:
         apart = found.poses[kept] - found.poses[n]
-        if not (np.hypot(apart[:, 0], apart[:, 1]) < 0.05).any() or not kept:
+        same = (np.hypot(apart[:, 0], apart[:, 1]) < 0.05) & (np.abs(angle(apart[:, 2])) < 0.1)
+        if not same.any():
             kept.append(int(n))
     top = found.poses[order[0]]
     weights = np.exp(score[kept] - score[order[0]]) if score[order[0]] > -inf else np.ones(len(kept))

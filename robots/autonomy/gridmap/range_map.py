@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from robots.autonomy.gridmap.plan import Floats, Plan, RangeSensor
 
-CELL_M = 0.25  # the measured optimum: see docs/explanation/grid-scan.md
+CELL_M = 0.30  # the measured optimum: see docs/explanation/grid-scan.md
 BINS = 72  # headings, each 5 degrees
 LEVEL_M = 0.01  # of the stored ranges
 ROOM_M = 0.10  # that the middle of the rover leaves to surfaces at least

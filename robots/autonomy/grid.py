@@ -51,7 +51,7 @@ class Estimate:
 
     @property
     def is_known(self) -> bool:
-        """Return whether the rover may drive by it: one place alone, within 0.3 m, from which the map looks like that."""
+        """Return whether the rover may drive by it: one place alone, within 0.3 m, that looks like it."""
         return self.share >= SHARE and self.spread <= SPREAD_M and self.agree >= AGREE
 
 

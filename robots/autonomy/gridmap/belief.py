@@ -90,7 +90,7 @@ class Belief:
         return self._normal(self.mass * at)
 
     def peaks(self, most: int) -> tuple[Floats, Floats]:
-        """Return up to `most` likeliest cells that are no neighbours of a likelier one: poses (n, 3), and their mass."""
+        """Return up to `most` likeliest cells that have no likelier neighbour: poses (n, 3), and their mass."""
         ranges, flat = self.ranges, self.mass.ravel()
         count = min(len(flat), 40 * most)
         order = np.argpartition(flat, -count)[-count:]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+TINY = 1e-300  # a segment along the side of a cone: it is inside or outside as a whole
 
 
 def segments_away(segments: Floats, px: Floats, py: Floats, c: Floats, s: Floats, half_cone: float) -> Floats:
@@ -19,13 +20,13 @@ def segments_away(segments: Floats, px: Floats, py: Floats, c: Floats, s: Floats
     x, y = segments[..., 2] - segments[..., 0], segments[..., 3] - segments[..., 1]
     dx, dy = x * c + y * s, y * c - x * s
     slope = tan(half_cone)
-    first, last = 0.0, 1.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for sign in (1.0, -1.0):  # each side of the cone: begin + u change >= 0, u from 0 to 1 along the segment
-            begin, change = ax * slope + sign * ay, dx * slope + sign * dy
-            at, rises = -begin / change, change > 0.0
-            first = np.where(rises, np.maximum(first, at), first)
-            last = np.where(rises, last, np.minimum(last, np.where(change < 0.0, at, np.where(begin < 0.0, -1.0, last))))
+    first, last = np.zeros_like(ax), np.ones_like(ax)
+    for sign in (1.0, -1.0):  # each side of the cone: begin + u change >= 0, u from 0 to 1 along the segment
+        begin, change = ax * slope + sign * ay, dx * slope + sign * dy
+        change = np.where(change == 0.0, TINY, change)
+        at, rises = -begin / change, change > 0.0
+        first = np.where(rises, np.maximum(first, at), first)
+        last = np.where(rises, last, np.minimum(last, at))
     u = np.minimum(np.maximum(-(ax * dx + ay * dy) / (x * x + y * y), first), last)
     ax, ay = ax + u * dx, ay + u * dy
     return np.where(first <= last, np.sqrt(ax * ax + ay * ay), np.inf)

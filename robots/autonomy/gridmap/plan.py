@@ -53,7 +53,7 @@ class Plan:
     ) -> "Plan":
         """Return a rectangular hall with its corner at (0, 0).
 
-        boxes: middle x, y and half sides along x and y (m); circles: middle x, y and radius (m); dark: numbers of boxes.
+        boxes: middle x, y and half sides along x and y; circles: middle x, y and radius (m); dark: numbers of boxes.
         """
         around = [(width / 2, depth / 2, width / 2, depth / 2), *boxes]
         sides = [side for x, y, a, b in around for side in _outline(x - a, y - b, x + a, y + b)]
@@ -95,10 +95,10 @@ class Plan:
     ) -> tuple[Floats, Numbers]:
         """Return the same, and the number of the surface that is nearest: a segment, or after all of them a circle."""
         beam = _beam(x[..., None], y[..., None], heading[..., None], sensor)
+        half = sensor.half_cone
         away = np.concatenate(
-            [segments_away(self.segments, *beam, sensor.half_cone), circles_away(self.circles, *beam, sensor.half_cone)],
-            axis=-1,
-        )  # fmt: skip
+            [segments_away(self.segments, *beam, half), circles_away(self.circles, *beam, half)], axis=-1
+        )
         number = away.argmin(-1)
         found = np.take_along_axis(away, number[..., None], -1)[..., 0]
         if light:
@@ -126,4 +126,3 @@ def _beam(x: Floats, y: Floats, heading: Floats, sensor: RangeSensor) -> tuple[F
 def _outline(x0: float, y0: float, x1: float, y1: float) -> list[tuple[float, float, float, float]]:
     corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     return [(*a, *b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
-

@@ -36,7 +36,7 @@ class RangeMap:
     def of(
         cls, plan: Plan, sonar: RangeSensor, infrared: RangeSensor, cell: float = CELL_M, bins: int = BINS
     ) -> "RangeMap":
-        """Return the map in cells of `cell` m and `bins` headings. Raises ValueError for sizes that are out of bounds."""
+        """Return the map in cells of `cell` m and `bins` headings. Raises ValueError for sizes out of bounds."""
         x0, y0, x1, y1 = plan.extent
         if not (0.02 <= cell <= 2.0 and 8 <= bins <= 720 and (x1 - x0) * (y1 - y0) / cell**2 <= 1e6):
             raise ValueError("A cell has 0.02 to 2 m, there are 8 to 720 headings, and at most a million cells.")

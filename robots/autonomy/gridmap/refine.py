@@ -23,7 +23,10 @@ HELD = 16.0  # 1/m², 1/rad²: what readings do not tell stays about where it wa
 
 @dataclass(frozen=True)
 class Fits:
-    """Of n candidates: `poses` (n, 3), `covariances` (n, 3, 3), `score` (n,) log likelihood, `agree` (n,) share of readings."""
+    """Of n candidates: `poses` (n, 3), `covariances` (n, 3, 3), `score` (n,), a log likelihood.
+
+    agree (n,): the share of the sonar's readings that fit the map.
+    """
 
     poses: Floats
     covariances: Floats
@@ -50,7 +53,7 @@ class _Fit:
             setattr(self, name, getattr(self, name)[order])
 
     def _look(self) -> tuple[Floats, Floats]:
-        """Return what sonar and infrared would read less what they read (n, 2, readings), and its slopes (n, 3, ...)."""
+        """Return what sonar and infrared would read, less what they read: (n, 2, readings), its slopes (n, 3, ...)."""
         x, y = self.at[:, :1], self.at[:, 1:2]
         heading = self.at[:, 2:] + self._scan.turned
         steps = STEP[:, None, None, None] * np.eye(3)[:, :, None, None]
@@ -117,4 +120,5 @@ def fits(ranges: RangeMap, poses: Floats, scan: Scan, beacon: Beacon | None = No
             fit.keep(BEST)
         fit.step(spread)
     fit.best[:, 2] = angle(fit.best[:, 2])
-    return Fits(fit.best, np.linalg.inv(fit.information + np.eye(3)), fit.score, fit.agree)
+    covariances = np.asarray(np.linalg.inv(fit.information + np.eye(3)), float)
+    return Fits(fit.best, covariances, fit.score, fit.agree)

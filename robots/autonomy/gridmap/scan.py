@@ -38,9 +38,10 @@ class Scan:
         arrays = self.turned, self.sonar, self.infrared
         if not 1 <= len(self.turned) <= MOST or any(a.shape != (len(self.turned),) for a in arrays):
             raise ValueError(f"A scan has 1 to {MOST} readings of each kind.")
-        if not all(np.isfinite(a).all() and (np.abs(a) < 1e3).all() for a in arrays) or min(
-            self.sonar.min(), self.infrared.min()
-        ) < 0.0:
+        if (
+            not all(np.isfinite(a).all() and (np.abs(a) < 1e3).all() for a in arrays)
+            or min(self.sonar.min(), self.infrared.min()) < 0.0
+        ):
             raise ValueError("A scan's readings are finite numbers, and ranges are not negative.")
         known = self.heading is None or abs(self.heading) < 1e3
         if not (known and 0.0 < self.heading_spread < 1e3):

@@ -16,13 +16,13 @@ from robots.autonomy.grid import (
     RangeMap,
     Scan,
     by_beacon,
-    estimate,
+    by_cells,
     locate,
     next_step,
     scan_of,
-    sighted,
+    with_beacon,
 )
-from robots.autonomy.gridmap.scan import told
+from robots.autonomy.gridmap.turns import headings_of
 from robots.drivers.srv1.grid_map import range_map, sensors
 from tests.unit.grid_world import NONE, TURN, World, off
 
@@ -68,8 +68,8 @@ def test_no_cell_inside_a_showcase_is_free():
 def test_the_belief_sums_to_one_whatever_happens(seed, ahead, turned, spread, heading_spread):
     """Also where a motion leads out of the hall: then nothing is known, and no number is spoilt."""
     pose = WORLD.place(dice(seed))
-    belief = Belief.around(MAP, pose, 0.2, 0.1, lost=0.0).moved(ahead, turned, spread, heading_spread)
-    for after in (belief, belief.seen(Scan(np.zeros(1), np.array([1.0]), np.array([0.8])))):
+    belief = Belief.around(MAP, pose, 0.2, 0.1, lost=0.0).after_motion(ahead, turned, spread, heading_spread)
+    for after in (belief, belief.after_scan(Scan(np.zeros(1), np.array([1.0]), np.array([0.8])))):
         assert after.mass.sum() == pytest.approx(1.0)
         assert (after.mass >= 0.0).all()
         assert not after.mass[:, ~MAP.free].any()
@@ -77,7 +77,7 @@ def test_the_belief_sums_to_one_whatever_happens(seed, ahead, turned, spread, he
 
 @pytest.mark.parametrize("turned", [0.0, 1.0, -2.5])
 def test_a_motion_moves_the_belief(turned):
-    after = estimate(Belief.around(MAP, (4.0, 1.0, 0.3), 0.15, 0.1, lost=0.0).moved(1.2, turned, 0.05, 0.05))
+    after = by_cells(Belief.around(MAP, (4.0, 1.0, 0.3), 0.15, 0.1, lost=0.0).after_motion(1.2, turned, 0.05, 0.05))
     far, turn = off(after.pose, (4.0 + 1.2 * np.cos(0.3), 1.0 + 1.2 * np.sin(0.3), 0.3 + turned))
     assert far < 0.08
     assert turn < 0.05
@@ -181,9 +181,9 @@ def test_the_beacon_tells_the_place_whatever_stands_in_the_hall(seed):
     alone = by_beacon(beacon, heading, 0.05)
     assert off(alone.pose, (x, y, heading))[0] < 1e-9
     assert 0.09 < alone.spread < 0.4
-    cells = sighted(Belief.uniform(MAP), beacon)
+    cells = with_beacon(Belief.uniform(MAP), beacon)
     assert cells.mass.sum() == pytest.approx(1.0)
-    there = estimate(cells)
+    there = by_cells(cells)
     assert hypot(there.pose[0] - x, there.pose[1] - y) < 0.75 * MAP.cell + 0.1
     assert not there.is_known  # it does not tell where the rover looks, and cells are wide
 
@@ -204,7 +204,7 @@ def test_encoders_and_compass_together_tell_the_turns_better_than_one_of_them(se
     draw = dice(seed)
     truly = np.cumsum(np.concatenate([[draw.uniform(-pi, pi)], (1 - slip) * TURN + draw.normal(0, 0.01, 17)]))
     compass = np.remainder(truly + draw.normal(0, 0.05, 18), tau)
-    headings = told(np.full(17, TURN), compass)
+    headings = headings_of(np.full(17, TURN), compass)
     wrong = np.remainder(headings - truly + pi, tau) - pi
     assert np.abs(wrong).max() < 0.12
     assert wrong.std() < 0.05
@@ -226,7 +226,7 @@ def test_numbers_that_no_sensor_sends_are_refused(bad):
         with pytest.raises(ValueError):
             scan_of([bad, 0.1], [0.0, 0.1, 0.2], good, good)
         with pytest.raises(ValueError):
-            Belief.uniform(MAP).moved(bad, 0.0, 0.1, 0.1)
+            Belief.uniform(MAP).after_motion(bad, 0.0, 0.1, 0.1)
     for readings in (0, 361):
         with pytest.raises(ValueError):
             Scan(np.ones(readings), np.ones(readings), np.ones(readings))

@@ -5,7 +5,8 @@ from math import isfinite
 
 import numpy as np
 
-from robots.autonomy.gridmap.belief import Belief, angle
+from robots.autonomy.gridmap.belief import Belief
+from robots.autonomy.gridmap.compass import angle
 from robots.autonomy.gridmap.plan import Floats
 
 OUTLIER = 0.02  # share of readings that tell nothing
@@ -50,6 +51,6 @@ class Beacon:
         return np.asarray((1.0 - OUTLIER) * np.exp(-0.5 * score) + OUTLIER / 100, float)
 
 
-def sighted(belief: Belief, beacon: Beacon) -> Belief:
+def with_beacon(belief: Belief, beacon: Beacon) -> Belief:
     """Return the belief after a reading of the beacon."""
-    return belief.weighed(beacon.likelihood(belief))
+    return belief.times(beacon.likelihood(belief))

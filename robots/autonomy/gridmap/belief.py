@@ -6,6 +6,7 @@ from math import isfinite, tau
 import numpy as np
 from scipy.ndimage import gaussian_filter, shift
 
+from robots.autonomy.gridmap.compass import angle, facing
 from robots.autonomy.gridmap.plan import Floats
 from robots.autonomy.gridmap.range_map import LEVEL_M, RangeMap
 from robots.autonomy.gridmap.scan import Scan
@@ -13,7 +14,6 @@ from robots.autonomy.gridmap.scan import Scan
 Pose = tuple[float, float, float]
 LOST = 0.01  # share of the belief that stays everywhere: somebody may have carried the rover off
 OUTLIER = 0.15  # share of readings that tell nothing of the map: ghosts, visitors, edges that a cell has elsewhere
-HEADING_OUTLIER = 0.02  # share of compass headings that iron has spoilt
 CELL_SHARE = 0.4  # of a cell's size: how far the readings in a cell are from those of its middle
 TEMPER = 0.5  # readings of neighbouring directions see the same surface: two tell little more than one
 
@@ -43,11 +43,11 @@ class Belief:
         wide, turn = np.hypot(spread, 0.5 * ranges.cell), np.hypot(heading_spread, 0.5 * tau / ranges.bins)
         away = (ranges.x - pose[0])[None, :] ** 2 + (ranges.y - pose[1])[:, None] ** 2
         at = np.exp(-0.5 * away / wide**2) * ranges.free
-        facing = np.exp(-0.5 * (angle(ranges.headings - pose[2]) / turn) ** 2)
-        near = cls.uniform(ranges)._normal(facing[:, None, None] * at)
+        looks = np.exp(-0.5 * (angle(ranges.headings - pose[2]) / turn) ** 2)
+        near = cls.uniform(ranges)._normal(looks[:, None, None] * at)
         return replace(near, mass=(1.0 - lost) * near.mass + lost * cls.uniform(ranges).mass)
 
-    def moved(self, ahead: float, turned: float, spread: float, heading_spread: float) -> "Belief":
+    def after_motion(self, ahead: float, turned: float, spread: float, heading_spread: float) -> "Belief":
         """Return the belief after the rover drove `ahead` (m) and then turned (rad); spreads: standard deviations.
 
         Raises ValueError for numbers that are none.
@@ -67,7 +67,7 @@ class Belief:
             mass = gaussian_filter(mass, wide, mode=("wrap", "constant", "constant"), truncate=3.0)
         return self._normal(mass)
 
-    def seen(self, scan: Scan) -> "Belief":
+    def after_scan(self, scan: Scan) -> "Belief":
         """Return the belief after a scan in place, as of its last reading."""
         ranges, bins = self.ranges, self.ranges.bins
         levels = np.arange(round(ranges.sonar_sensor.far / LEVEL_M) + 1) * LEVEL_M
@@ -85,7 +85,7 @@ class Belief:
             mass *= facing(ranges.headings, scan, tau / bins)[:, None, None]
         return self._normal(self.mass * mass)
 
-    def weighed(self, at: Floats) -> "Belief":
+    def times(self, at: Floats) -> "Belief":
         """Return the belief times a likelihood (ny, nx) of places, or (bins, ny, nx) of poses."""
         return self._normal(self.mass * at)
 
@@ -129,15 +129,3 @@ class Belief:
             kept = np.broadcast_to(self.ranges.free, self.ranges.shape).astype(float)
             total = float(kept.sum())
         return replace(self, mass=kept / total)
-
-
-def angle(turned: Floats) -> Floats:
-    """Return angles between -pi and pi (rad)."""
-    return np.asarray(np.remainder(turned + np.pi, tau) - np.pi, float)
-
-
-def facing(headings: Floats, scan: Scan, step: float) -> Floats:
-    """Return how likely headings (rad) are by the scan's compass; `step`: how far they are apart."""
-    wide = float(np.hypot(scan.heading_spread, 0.3 * step))
-    near = np.exp(-0.5 * (angle(headings - (scan.heading or 0.0)) / wide) ** 2) / (wide * np.sqrt(tau))
-    return np.asarray((1.0 - HEADING_OUTLIER) * near + HEADING_OUTLIER / tau, float)

@@ -6,7 +6,7 @@ from math import sqrt, tau
 import numpy as np
 
 from robots.autonomy.gridmap.beacon import Beacon
-from robots.autonomy.gridmap.belief import angle, facing
+from robots.autonomy.gridmap.compass import angle, facing
 from robots.autonomy.gridmap.plan import Floats
 from robots.autonomy.gridmap.range_map import RangeMap
 from robots.autonomy.gridmap.scan import Scan

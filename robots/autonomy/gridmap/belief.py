@@ -12,6 +12,7 @@ from robots.autonomy.gridmap.range_map import LEVEL_M, RangeMap
 from robots.autonomy.gridmap.scan import Scan
 
 Pose = tuple[float, float, float]
+MOST = 1e3  # m, rad, of any number that is given
 LOST = 0.01  # share of the belief that stays everywhere: somebody may have carried the rover off
 OUTLIER = 0.15  # share of readings that tell nothing of the map: ghosts, visitors, edges that a cell has elsewhere
 CELL_SHARE = 0.4  # of a cell's size: how far the readings in a cell are from those of its middle
@@ -36,10 +37,11 @@ class Belief:
     ) -> "Belief":
         """Return the belief of a rover that is near a pose, with standard deviations in m and rad.
 
-        lost: the share that is anywhere. Raises ValueError for numbers that are none.
+        lost: the share that is anywhere. Raises ValueError for numbers that are none or out of bounds.
         """
-        if not (all(map(isfinite, (*pose, spread, heading_spread))) and spread > 0 and heading_spread > 0):
-            raise ValueError("A pose and its spread are finite numbers, and the spread is above 0.")
+        numbers = *pose, spread, heading_spread
+        if not (all(abs(n) < MOST for n in numbers) and spread > 0 and heading_spread > 0 and 0 <= lost <= 1):
+            raise ValueError("A pose and its spread are numbers within bounds, and the spread is above 0.")
         wide, turn = np.hypot(spread, 0.5 * ranges.cell), np.hypot(heading_spread, 0.5 * tau / ranges.bins)
         away = (ranges.x - pose[0])[None, :] ** 2 + (ranges.y - pose[1])[:, None] ** 2
         at = np.exp(-0.5 * away / wide**2) * ranges.free
@@ -50,11 +52,11 @@ class Belief:
     def after_motion(self, ahead: float, turned: float, spread: float, heading_spread: float) -> "Belief":
         """Return the belief after the rover drove `ahead` (m) and then turned (rad); spreads: standard deviations.
 
-        Raises ValueError for numbers that are none.
+        Raises ValueError for numbers that are none or out of bounds.
         """
         numbers = ahead, turned, spread, heading_spread
-        if not (all(map(isfinite, numbers)) and abs(ahead) < 1e3 and spread >= 0 and heading_spread >= 0):
-            raise ValueError("A motion and its spread are finite numbers, and the spread is not negative.")
+        if not (all(abs(number) < MOST for number in numbers) and spread >= 0 and heading_spread >= 0):
+            raise ValueError("A motion and its spread are numbers within bounds, and the spread is not negative.")
         ranges, mass = self.ranges, self.mass
         if ahead:
             steps = ahead / ranges.cell * np.stack([np.sin(ranges.headings), np.cos(ranges.headings)], 1)
@@ -62,7 +64,8 @@ class Belief:
         bins = turned / tau * ranges.bins
         whole = int(np.floor(bins))
         mass = (1.0 - bins + whole) * np.roll(mass, whole, 0) + (bins - whole) * np.roll(mass, whole + 1, 0)
-        wide = heading_spread / tau * ranges.bins, spread / ranges.cell, spread / ranges.cell
+        blur = min(spread / ranges.cell, float(max(ranges.shape[1:])))
+        wide = min(heading_spread / tau, 1.0) * ranges.bins, blur, blur
         if any(wide):
             mass = gaussian_filter(mass, wide, mode=("wrap", "constant", "constant"), truncate=3.0)
         return self._normal(mass)
@@ -110,7 +113,7 @@ class Belief:
             apart[:, 0] = np.minimum(apart[:, 0], ranges.bins - apart[:, 0])
             taken |= (apart <= (2, 1, 1)).all(1)
         h, y, x = at[chosen].T
-        return np.stack([ranges.x[x], ranges.y[y], ranges.headings[h]], 1), flat[order[chosen]]
+        return np.column_stack([ranges.place[y, x], ranges.headings[h]]), flat[order[chosen]]
 
     def at(self, poses: Floats) -> Floats:
         """Return the mass (n,) of the cells in which poses (n, 3) are, 0 outside the map."""

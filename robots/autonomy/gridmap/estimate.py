@@ -47,17 +47,14 @@ def by_cells(belief: Belief) -> Estimate:
     peak = belief.peaks(1)[0][0]
     x, y = ranges.x - peak[0], ranges.y - peak[1]
     turn = angle(ranges.headings - peak[2])
-    wide = max(SAME_M, 1.5 * ranges.cell)
-    near = (np.hypot(x[None, :], y[:, None]) <= wide) & (np.abs(turn) <= max(SAME_RAD, 1.5 * tau / ranges.bins))[
-        :, None, None
-    ]
+    beside = np.hypot(x[None, :], y[:, None]) <= max(SAME_M, 1.5 * ranges.cell)
+    near = beside & (np.abs(turn) <= max(SAME_RAD, 1.5 * tau / ranges.bins))[:, None, None]
     mass = np.where(near, belief.mass, 0.0)
     share = float(mass.sum())
     shift = [float((mass * part).sum()) / share for part in (x, y[:, None], turn[:, None, None])]
     pose = float(peak[0] + shift[0]), float(peak[1] + shift[1]), float(angle(peak[2] + shift[2]))
     away = np.hypot(x[None, :] - shift[0], y[:, None] - shift[1])
-    half = 0.5 * ranges.cell
-    spread = float(np.hypot(_quantile(away.ravel(), belief.mass.sum(0).ravel()), half))
+    spread = float(np.hypot(_quantile(away.ravel(), belief.mass.sum(0).ravel()), 0.5 * ranges.cell))
     heading_spread = _quantile(np.abs(angle(ranges.headings - pose[2])), belief.mass.sum((1, 2)))
     return Estimate(pose, spread, float(np.hypot(heading_spread, 0.5 * tau / ranges.bins)), share)
 

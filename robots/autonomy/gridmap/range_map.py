@@ -12,6 +12,7 @@ CELL_M = 0.30  # the measured optimum: see docs/explanation/grid-scan.md
 BINS = 72  # headings, each 5 degrees
 LEVEL_M = 0.01  # of the stored ranges
 ROOM_M = 0.10  # that the middle of the rover leaves to surfaces at least
+BESIDE = 0.4  # of a cell's size: how far from its middle it is looked for a place where the rover fits
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class RangeMap:
 
     The table has all headings twice, so that those from any of them on are one block, and the free cells alone.
 
-    The middle of cell (0, 0) is half a cell from the corner `origin` (m). Heading 0 is the middle of bin 0.
+    The middle of cell (0, 0) is half a cell from the corner `origin` (m). Heading 0 is the middle of bin 0. `place`
+    (ny, nx, 2): the x and y for which a cell's readings are; its middle, or if that is inside of something, beside it.
     """
 
     plan: Plan
@@ -31,6 +33,7 @@ class RangeMap:
     origin: tuple[float, float]
     sonar: NDArray[np.uint16]
     free: NDArray[np.bool_]
+    place: Floats
 
     @classmethod
     def of(
@@ -43,13 +46,17 @@ class RangeMap:
         xs = x0 + cell * (np.arange(int(np.ceil((x1 - x0) / cell - 1e-9))) + 0.5)
         ys = y0 + cell * (np.arange(int(np.ceil((y1 - y0) / cell - 1e-9))) + 0.5)
         x, y = (a.ravel() for a in np.meshgrid(xs, ys))
-        # a cell whose middle is too near may still have a corner in which the rover fits
-        free = plan.room(x, y) > max(ROOM_M - cell / 2, 0.0)
+        corners = BESIDE * cell * np.array([[0, 0], [-1, -1], [-1, 1], [1, -1], [1, 1]])
+        room = np.stack([plan.room(x + dx, y + dy) for dx, dy in corners])
+        best = corners[np.where(room[0] > ROOM_M, 0, room.argmax(0))]
+        x, y, free = x + best[:, 0], y + best[:, 1], room.max(0) > ROOM_M
         table = np.empty((2 * bins, int(free.sum())), np.uint16)
         for number in range(bins):  # one heading after another stays in the processor's cache
             heading = np.full(table.shape[1], number * tau / bins)
             table[number] = table[bins + number] = np.round(plan.nearest(x[free], y[free], heading, sonar) / LEVEL_M)
-        return cls(plan, sonar, infrared, cell, bins, (x0, y0), table, free.reshape(len(ys), len(xs)))
+        shape = len(ys), len(xs)
+        place = np.stack([x, y], 1).reshape(*shape, 2)
+        return cls(plan, sonar, infrared, cell, bins, (x0, y0), table, free.reshape(shape), place)
 
     @property
     def shape(self) -> tuple[int, int, int]:

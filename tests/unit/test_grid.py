@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from robots.autonomy.grid import (
     SCANS,
+    TURNS,
     Beacon,
     Belief,
     Estimate,
@@ -24,7 +25,10 @@ from robots.autonomy.grid import (
 )
 from robots.autonomy.gridmap.turns import headings_of
 from robots.drivers.srv1.grid_map import range_map, sensors
-from tests.unit.grid_world import NONE, TURN, World, off
+from simulators.common.faults import FaultBoard
+from simulators.srv1.plant import Plant
+from simulators.srv1.senses import Senses
+from tests.unit.grid_world import KNOWN, NONE, TURN, World, off
 
 WORLD, MAP = World(), range_map()
 SEEDS = st.integers(0, 2**32 - 1)
@@ -255,3 +259,28 @@ def test_a_pose_is_known_only_if_it_is_alone_near_and_agrees_with_the_map():
     assert next_step(sure, 1) == "go"
     for spread, share, agree in ((0.5, 0.99, 0.9), (0.05, 0.9, 0.9), (0.05, 0.99, 0.3)):
         assert not Estimate((1.0, 1.0, 0.0), spread, 0.05, share, agree).is_known
+
+
+def test_the_simulated_rover_finds_itself_by_what_its_own_sensors_say():
+    """MuJoCo's wheels slip, and its encoders, compass, sonar and infrared are all that is asked."""
+    draw, body = dice(6), KNOWN["body"]
+    for seed in range(8):
+        plant = Plant(WORLD.place(draw))
+        senses, counts, read = Senses(plant, WORLD.hall, FaultBoard(1), seed), [], []
+        for number in range(TURNS):
+            goal = plant.angles[1] + TURN * body["track"] / 2 / body["wheel_radius"]
+            while number and plant.angles[1] < goal:
+                plant.step(-0.15, 0.15)
+            for _ in range(40):
+                plant.step(0.0, 0.0)
+            senses.advance(0.0)
+            counts.append(senses.encoders())
+            read.append((pi / 2 - np.radians(senses.compass()), senses.sonar(), senses.infrared()))
+        rolled = np.diff(np.array(counts), axis=0) * tau * body["wheel_radius"] / body["ticks"]
+        compass, sonar, infrared = np.array(read).T
+        scan = scan_of((rolled[:, 1] - rolled[:, 0]) / body["track"], compass, sonar, infrared)
+        there = found_by(scan, Belief.around(MAP, plant.pose, 0.5))
+        far, turn = off(there.pose, plant.pose)
+        assert there.is_known
+        assert far < 0.06
+        assert turn < 0.08

@@ -13,7 +13,7 @@ from robots.autonomy.gridmap.refine import Fits
 
 SHARE = 0.95  # of the belief, which the spread holds and the pose has to have
 SPREAD_M = 0.30  # a pose is known if it is within this
-AGREE = 0.5  # of the sonar's readings fit the map where a pose is known
+AGREE = 0.6  # of the sonar's readings fit the map where a pose is known
 SAME_M, SAME_RAD = 0.30, 0.35  # within these two poses are one
 SCALE = 1.3  # of the fit's spreads: readings share errors, which it takes for independent
 PLACE_M, TURN_RAD = 0.010, 0.027  # what the fit does not know of: the middle wanders during the scan, and the last turn

@@ -28,7 +28,7 @@ class HallConsole extends Basics<RobotPage> {
     const token = byId<HTMLInputElement>("asking-form").querySelector<HTMLInputElement>("[name=csrfmiddlewaretoken]")?.value ?? "";
     this.jobs = new JobPanel(page, token, { kind: GO, noun: "place", how: HOW, where, others: { [MISSION]: { noun: "mission", done: "carried out" } } }, () => this.mark());
     for (const { name, at } of description.hall.node) this.listPlace(name, ...at);
-    page.on("patrol", () => page.command("patrol"));
+    for (const name of ["patrol", "look"]) page.on(name, () => page.command(name));
     page.on("left", () => page.command("turn", { angle: TURN_RAD }));
     page.on("right", () => page.command("turn", { angle: -TURN_RAD }));
     new Jog<Record<string, number>>(byId("drive"), {
@@ -107,7 +107,7 @@ class HallConsole extends Basics<RobotPage> {
     byId("drive").hidden = !page.operating;
     for (const button of byId("drive").querySelectorAll<HTMLElement>("[data-jog]"))
       allow(button, byId("drive").classList.contains("held") ? "" : this.whyNot("drive", f));
-    for (const [name, kind] of [["patrol", "patrol"], ["left", "turn"], ["right", "turn"]] as const)
+    for (const [name, kind] of [["patrol", "patrol"], ["look", "look"], ["left", "turn"], ["right", "turn"]] as const)
       allow(document.querySelector<HTMLElement>(`[data-command="${name}"]`)!, this.whyNot(kind, f));
   }
 }
@@ -145,7 +145,7 @@ function readings(): void {
     ["Now", page.state?.mode || "not known"],
     ["Ahead, by infrared", told("infrared", (v) => (v < far - 0.005 ? `${(100 * v).toFixed(0)} cm` : "nothing within 80 cm"))],
     ["Ahead, by sonar", told("sonar", (v) => `${v.toFixed(2)} m`)],
-    ["Sure of its place", told("spread", (v) => `within ${(100 * v).toFixed(0)} cm`)],
+    ["Sure of its place", told("spread", (v) => (v > 1 ? "not known: let it look around" : `within ${(100 * v).toFixed(0)} cm`))],
     ["Battery", told("battery", (v) => `${v.toFixed(2)} V`)],
     ["Temperature", told("temperature", (v) => `${v.toFixed(1)} °C`)],
     ["Humidity", told("humidity", (v) => `${v.toFixed(0)} %`)],

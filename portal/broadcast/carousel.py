@@ -1,0 +1,57 @@
+"""The packets of a broadcast in the order and at the times of its timetable; no socket, and the time is given."""
+
+import heapq
+from collections.abc import Sequence
+
+from portal.broadcast import packets
+from portal.broadcast.timetable import SECOND, Channel, channels
+
+GUARD_NS = SECOND // 10
+STALLED_NS = SECOND  # whoever is later than that goes on from where it was: no flood after a pause
+DS_NS = SECOND // 10  # a tenth of a second
+
+
+class Carousel:
+    """Sends the segments of a movie, the index first, from `began_ns` on."""
+
+    def __init__(
+        self, key: bytes, contents: Sequence[bytes], starts_ns: Sequence[int], wait_ds: int, began_ns: int,
+        number: int, guard_ns: int = GUARD_NS,
+    ) -> None:  # fmt: skip
+        self._key, self._wait_ds, self._number = key, wait_ds, number
+        self.contents = tuple(contents)
+        self.movie = packets.movie_of(self.contents)
+        sizes = [len(content) for content in contents]
+        self.channels: tuple[Channel, ...] = channels(sizes, starts_ns, wait_ds * DS_NS, guard_ns)
+        self._began = began_ns
+        self._next = [(one.at(0), one.segment, 0) for one in self.channels]  # when, of which channel, its packet
+        heapq.heapify(self._next)
+
+    @property
+    def next_ns(self) -> int:
+        """When the next packet is due."""
+        return self._began + self._next[0][0]
+
+    def due(self, now_ns: int, most: int) -> list[bytes]:
+        """Return the packets that are due now, at most so many."""
+        late = now_ns - self.next_ns
+        if late > STALLED_NS:
+            self._began += late
+        made: list[bytes] = []
+        while self.next_ns <= now_ns and len(made) < most:
+            _, segment, n = self._next[0]
+            one = self.channels[segment]
+            heapq.heapreplace(self._next, (one.at(n + 1), segment, n + 1))
+            made.append(self._packet(one, n))
+        return made
+
+    def _packet(self, one: Channel, n: int) -> bytes:
+        begin, end = one.piece(n)
+        self._number += 1
+        return packets.encode(
+            self._key,
+            packets.Packet(
+                self.movie, self._number, self._wait_ds, one.segment, begin, one.size,
+                self.contents[one.segment][begin:end],
+            ),
+        )  # fmt: skip

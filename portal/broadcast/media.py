@@ -4,6 +4,7 @@ Nothing is coded again: a segment has the pictures that are decoded within one s
 picture. Players that begin at the beginning and go on show it as it was; only to jump needs key pictures.
 """
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 from io import BytesIO
@@ -117,7 +118,7 @@ def cut(path: Path, slot_ms: int) -> Movie:
             ticks, last = 1000 * Fraction(stream.time_base or 1), slots[-1][-1]
             first = slots[0][0].dts
             starts = [int((slot[0].dts - first) * ticks) for slot in slots]
-            ends = [*starts[1:], int((last.dts - first + max(last.duration or 0, 1)) * ticks) + 1]
+            ends = [*starts[1:], math.ceil((last.dts - first + max(last.duration or 0, 1)) * ticks)]
             independent = all(slot[0].is_keyframe for slot in slots)
             pieces = [_fragment(stream, slot, number + 1, first) for number, slot in enumerate(slots)]
     except FFmpegError as error:

@@ -1,7 +1,5 @@
 """HTTP Live Streaming playlists (RFC 8216) of a movie that an edge has, or is getting."""
 
-import math
-
 from portal.broadcast.assembly import Assembly
 from portal.broadcast.index import Index
 
@@ -24,7 +22,7 @@ def media(movie: Assembly, index: Index, ended: bool) -> str:
     no more will come.
     """
     lines = [
-        f"{VERSION}#EXT-X-TARGETDURATION:{math.ceil(max(index.durations_ms) / 1000)}", "#EXT-X-PLAYLIST-TYPE:EVENT",
+        f"{VERSION}#EXT-X-TARGETDURATION:{max(1, round(max(index.durations_ms) / 1000))}", "#EXT-X-PLAYLIST-TYPE:EVENT",
         "#EXT-X-START:TIME-OFFSET=0,PRECISE=YES", '#EXT-X-MAP:URI="init.mp4"',
     ]  # fmt: skip
     if index.independent:

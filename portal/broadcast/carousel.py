@@ -24,6 +24,7 @@ class Carousel:
         sizes = [len(content) for content in contents]
         self.channels: tuple[Channel, ...] = channels(sizes, starts_ns, wait_ds * DS_NS, guard_ns)
         self._began = began_ns
+        self.packets = self.bytes = 0  # that were made, and their bytes without headers of UDP and IP
         self._next = [(one.at(0), one.segment, 0) for one in self.channels]  # when, of which channel, its packet
         heapq.heapify(self._next)
 
@@ -43,6 +44,7 @@ class Carousel:
             one = self.channels[segment]
             heapq.heapreplace(self._next, (one.at(n + 1), segment, n + 1))
             made.append(self._packet(one, n))
+            self.packets, self.bytes = self.packets + 1, self.bytes + len(made[-1])
         return made
 
     def _packet(self, one: Channel, n: int) -> bytes:

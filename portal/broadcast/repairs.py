@@ -36,7 +36,7 @@ class Repairs:
     def answer(self, path: str, headers: Headers) -> Answer:
         """Answer a request for a range of a segment."""
         if path == "/status.json":
-            return as_json({"movie": f"{self._carousel.movie:08x}", "repairs": self.asked, "bytes": self.sent})
+            return as_json(self._status())
         place, wanted = PLACE.fullmatch(path), RANGE.fullmatch(headers.get("range", ""))
         if place is None or int(place[1], 16) != self._carousel.movie:
             return nothing()
@@ -55,6 +55,13 @@ class Repairs:
         told = packets.range_tag(self._key, self._carousel.movie, number, begin, len(content), data)
         head = {"content-range": f"bytes {begin}-{end - 1}/{len(content)}", "content-type": "application/octet-stream"}
         return Answer(206, data, {**head, "cache-control": "no-store", TAG: told})
+
+    def _status(self) -> dict[str, object]:
+        sent = self._carousel
+        return {
+            "movie": f"{sent.movie:08x}", "packets": sent.packets, "bytes": sent.bytes, "repairs": self.asked,
+            "repaired_bytes": self.sent,
+        }  # fmt: skip
 
     def _allowed(self, size: int) -> bool:
         now = self._now_ns()
@@ -91,9 +98,9 @@ def range_of(gap: Gap) -> str:
 
 async def fetch(origin: str, movie: int, gap: Gap) -> Answer | None:
     """Ask the origin (`http://host:port`) for a gap. None where no answer came in time."""
-    address = urlsplit(origin)
-    tls = address.scheme == "https"
     try:
+        address = urlsplit(origin)
+        tls = address.scheme == "https"
         async with asyncio.timeout(TIMEOUT_S):
             reader, writer = await asyncio.open_connection(
                 address.hostname, address.port or (443 if tls else 80), ssl=tls or None, limit=HEAD
@@ -105,7 +112,7 @@ async def fetch(origin: str, movie: int, gap: Gap) -> Answer | None:
                 )
                 return await _read(reader)
             finally:
-                writer.close()
+                writer.transport.abort()  # nothing waits for a good end
     except (OSError, EOFError, TimeoutError, ValueError, asyncio.LimitOverrunError, http.client.HTTPException):
         return None
 

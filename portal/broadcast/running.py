@@ -15,9 +15,9 @@ from portal.broadcast.timetable import SECOND
 
 log = logging.getLogger(__name__)
 BURST, PAUSE_S = 32, 0.001  # packets without a pause, and the pause
-LOOK_S = 0.02  # an edge looks so often for what to fetch
+LOOK_S = 0.02  # an edge looks so often for what came and what to fetch: cheaper than to wake for each packet
 AT_ONCE = 4  # requests of an edge to the origin
-READ = 64  # datagrams that are read before others have their turn
+READ = 1000  # datagrams at a look; what is more waits in the socket
 
 
 def now_ns() -> int:
@@ -67,19 +67,18 @@ class Receiving:
 
     async def run(self) -> None:
         """Hear and fetch."""
-        loop = asyncio.get_running_loop()
-        loop.add_reader(self._line.socket, self._read)
         try:
             while True:
                 await asyncio.sleep(LOOK_S)
+                self._read()
                 if self._origin:
                     self._fetch()
         finally:
-            loop.remove_reader(self._line.socket)
             for task in self._fetching:
                 task.cancel()
 
     def _read(self) -> None:
+        now = now_ns()
         for _ in range(READ):
             try:
                 datagram = self._line.socket.recv(DATAGRAM + 1)  # one byte more: what is longer is refused
@@ -89,7 +88,7 @@ class Receiving:
                 log.warning("the group cannot be heard: %s", error)
                 return
             if not self._loses():
-                self._edge.hear(datagram, now_ns())
+                self._edge.hear(datagram, now)
 
     def _fetch(self) -> None:
         movie = self._edge.current

@@ -32,10 +32,12 @@ class Command(BaseCommand):
 
     def handle(self, *args: Any, **options: Any) -> None:
         """Hear and serve until stopped."""
-        origin = urlsplit(options["origin"])
-        if options["origin"] and (origin.scheme not in ("http", "https") or not origin.hostname):
-            raise CommandError("The origin is an address as http://host:8010.")
+        if options["memory"] < 1:
+            raise CommandError("An edge needs memory for a movie.")
         try:
+            origin = urlsplit(options["origin"])
+            if options["origin"] and (origin.scheme not in ("http", "https") or not origin.hostname or origin.port == 0):
+                raise ValueError("The origin is an address as http://host:8010.")
             key, group = packets.key_of(settings.BROADCAST_KEY), multicast.group_of(options["group"])
             line = multicast.receiver(group, options["interface"])
         except (ValueError, OSError) as error:

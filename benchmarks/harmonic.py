@@ -23,7 +23,12 @@ from urllib.request import urlopen
 
 from benchmarks.stage import set_up, tell
 
-SECONDS, JOINERS, WAIT_S, M = 120, int(os.environ.get("JOINERS", "60")), 4.0, int(os.environ.get("M", "4"))
+SECONDS, JOINERS, WAIT_S, M = (
+    int(os.environ.get("SECONDS", "120")),
+    int(os.environ.get("JOINERS", "60")),
+    4.0,
+    int(os.environ.get("M", "4")),
+)
 LOSS, LOSSY = 0.01, 1  # of one joiner's packets
 KBIT, HZ, SIZE = 500, 10, (320, 240)
 GROUP, PORT = "239.8.1.30:15204", 15205
@@ -95,17 +100,20 @@ async def joined(key: bytes, starts_ns: tuple[int, ...]) -> tuple[list[Joiner], 
     """Let everybody join within the length of the movie; return them, and what the origin sent in that time."""
     from portal.broadcast import running
 
-    moments = sorted(random.Random(1).uniform(0, SECONDS) for _ in range(JOINERS))
+    numbers = random.Random(1)
+    moments = sorted(numbers.uniform(0, SECONDS) for _ in range(JOINERS))
     everybody: list[Joiner] = []
     tasks = []
-    before, began, sent = await asyncio.to_thread(status), running.now_ns(), {}
+    before, began, sent = await asyncio.to_thread(status), running.now_ns(), {"held_up_s": 0.0}
+    now = began
     while (
         not all(one.edge.current and one.edge.current.whole for one in everybody)
         or len(everybody) < JOINERS
         or not sent
     ):
         await asyncio.sleep(0.005)
-        now = running.now_ns()
+        last, now = now, running.now_ns()
+        sent["held_up_s"] = max(sent["held_up_s"], (now - last) / 1e9)
         while len(everybody) < JOINERS and (now - began) / 1e9 >= moments[len(everybody)]:
             lossy = len(everybody) in range(JOINERS // 2, JOINERS // 2 + LOSSY)
             everybody.append(Joiner(key, LOSS if lossy else 0, len(everybody), starts_ns))
@@ -113,13 +121,13 @@ async def joined(key: bytes, starts_ns: tuple[int, ...]) -> tuple[list[Joiner], 
         for one in everybody:
             one.look(now)
         took = (now - began) / 1e9
-        if took >= SECONDS and not sent:
+        if took >= SECONDS and "bytes" not in sent:
             after = await asyncio.to_thread(status)
-            sent = {name: (after[name] - before[name]) / took for name in ("packets", "bytes")}
+            sent |= {name: (after[name] - before[name]) / took for name in ("packets", "bytes")}
         if took > 2 * SECONDS + WAIT_S + LATEST_S:
             break
     after = await asyncio.to_thread(status)
-    sent |= {name: after[name] - before[name] for name in ("repairs", "repaired_bytes")}
+    sent |= {name: after[name] - before[name] for name in ("repairs", "repaired_bytes", "pauses")}
     for task in tasks:
         task.cancel()
     return everybody, sent
@@ -181,6 +189,7 @@ def main() -> None:
         "unicast_times_b": round(JOINERS * TCP, 1), "of_unicast": round(rate / (JOINERS * TCP), 4),
         "repaired_kB": round(repaired * SECONDS / 1000, 1), "stalls": stalls, "wrong": wrong,
         "least_early_s": round(min(early), 3), "lost": sum(one.edge.lost for one in everybody),
+        "held_up_s": round(sent["held_up_s"], 3), "pauses": sent["pauses"],
         "refused": sum(one.edge.refused for one in everybody),
     }  # fmt: skip
     print(

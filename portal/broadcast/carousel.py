@@ -7,7 +7,7 @@ from portal.broadcast import packets
 from portal.broadcast.timetable import SECOND, Channel, channels
 
 GUARD_NS = SECOND // 10
-STALLED_NS = SECOND  # whoever is later than that goes on from where it was: no flood after a pause
+STALLED_NS = 2 * SECOND  # what is later than that is left out, as if it had been lost: no flood after a long pause
 DS_NS = SECOND // 10  # a tenth of a second
 
 
@@ -25,7 +25,14 @@ class Carousel:
         self.channels: tuple[Channel, ...] = channels(sizes, starts_ns, wait_ds * DS_NS, guard_ns)
         self._began = began_ns
         self.packets = self.bytes = 0  # that were made, and their bytes without headers of UDP and IP
-        self._next = [(one.at(0), one.segment, 0) for one in self.channels]  # when, of which channel, its packet
+        self.skipped = 0  # long pauses
+        self._next: list[tuple[int, int, int]] = []  # when, of which channel, which packet
+        self._go_on(0)
+
+    def _go_on(self, since_ns: int) -> None:
+        """Go on with the first packet of each channel that is not before this moment of the timetable."""
+        firsts = [(one, one.first(since_ns)) for one in self.channels]
+        self._next = [(one.at(n), one.segment, n) for one, n in firsts]
         heapq.heapify(self._next)
 
     @property
@@ -35,9 +42,9 @@ class Carousel:
 
     def due(self, now_ns: int, most: int) -> list[bytes]:
         """Return the packets that are due now, at most so many."""
-        late = now_ns - self.next_ns
-        if late > STALLED_NS:
-            self._began += late
+        if now_ns - self.next_ns > STALLED_NS:
+            self.skipped += 1
+            self._go_on(now_ns - self._began)
         made: list[bytes] = []
         while self.next_ns <= now_ns and len(made) < most:
             _, segment, n = self._next[0]

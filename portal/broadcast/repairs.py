@@ -59,8 +59,8 @@ class Repairs:
     def _status(self) -> dict[str, object]:
         sent = self._carousel
         return {
-            "movie": f"{sent.movie:08x}", "packets": sent.packets, "bytes": sent.bytes, "repairs": self.asked,
-            "repaired_bytes": self.sent,
+            "movie": f"{sent.movie:08x}", "packets": sent.packets, "bytes": sent.bytes, "pauses": sent.skipped,
+            "repairs": self.asked, "repaired_bytes": self.sent,
         }  # fmt: skip
 
     def _allowed(self, size: int) -> bool:

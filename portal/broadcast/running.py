@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 import socket
 from collections.abc import Callable
 from typing import NamedTuple
@@ -14,7 +15,8 @@ from portal.broadcast.packets import DATAGRAM
 from portal.broadcast.timetable import SECOND
 
 log = logging.getLogger(__name__)
-BURST, PAUSE_S = 32, 0.001  # packets without a pause, and the pause
+LEAST, PAUSE_S = 4, 0.001  # packets without a pause, and the pause: sockets of edges have room for few
+FASTER = 4  # after a pause packets are sent that much faster than they are due
 LOOK_S = 0.02  # an edge looks so often for what came and what to fetch: cheaper than to wake for each packet
 AT_ONCE = 4  # requests of an edge to the origin
 READ = 1000  # datagrams at a look; what is more waits in the socket
@@ -41,9 +43,11 @@ class Sending:
 
     async def run(self) -> None:
         """Send each packet when it is due."""
+        rate = sum(one.packets * SECOND / one.period_ns for one in self._carousel.channels)
+        burst = max(LEAST, math.ceil(FASTER * rate * PAUSE_S))
         while True:
             now = now_ns()
-            for datagram in self._carousel.due(now, BURST):
+            for datagram in self._carousel.due(now, burst):
                 self._send(datagram)
             await asyncio.sleep(max(PAUSE_S, (self._carousel.next_ns - now) / SECOND))
 

@@ -125,10 +125,38 @@ def test_an_origin_whose_clock_was_set_back_is_believed_after_a_silence():
     assert same(edge, air.movie)
 
 
-def test_the_origin_goes_on_where_it_was_after_its_machine_slept():
+def test_a_short_pause_of_the_origin_is_made_good():
+    shown = movie()
+    air = Air(shown)
+    edge = air.join()
+    air.go(1)
+    air.now_ns += SECOND * 3 // 2
+    air.go(LONG)
+    assert same(edge, shown)
+    assert edge.lost == 0
+    assert air.carousel.skipped == 0
+
+
+def test_a_longer_pause_is_left_out_and_repaired_and_the_timetable_holds():
+    shown = movie()
+    air = Air(shown)
+    edge = air.join()
+    air.go(3)
+    assert (air.late, air.asked, air.carousel.skipped) == ([], 0, 0)
+    air.now_ns += 3 * SECOND
+    joined = air.join()
+    air.go(LONG)
+    assert air.carousel.skipped == 1
+    assert air.asked > 0
+    assert same(edge, shown)
+    assert same(joined, shown)
+    assert [late for late in air.late if late[0] is joined] == []
+
+
+def test_an_origin_whose_machine_slept_sends_no_flood():
     air = Air(movie())
     air.now_ns += 3600 * SECOND
-    assert 0 < len(air.carousel.due(air.now_ns, 1000)) < 20  # and not an hour of packets at once
+    assert len(air.carousel.due(air.now_ns, 1000)) < 20  # and not an hour of packets at once
     edge = air.join()
     air.go(LONG)
     assert same(edge, air.movie)

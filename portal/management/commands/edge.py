@@ -36,7 +36,8 @@ class Command(BaseCommand):
             raise CommandError("An edge needs memory for a movie.")
         try:
             origin = urlsplit(options["origin"])
-            if options["origin"] and (origin.scheme not in ("http", "https") or not origin.hostname or origin.port == 0):
+            known = origin.scheme in ("http", "https") and origin.hostname and origin.port != 0
+            if options["origin"] and not known:
                 raise ValueError("The origin is an address as http://host:8010.")
             key, group = packets.key_of(settings.BROADCAST_KEY), multicast.group_of(options["group"])
             line = multicast.receiver(group, options["interface"])

@@ -128,6 +128,7 @@ async def joined(key: bytes, starts_ns: tuple[int, ...]) -> tuple[list[Joiner], 
             break
     after = await asyncio.to_thread(status)
     sent |= {name: after[name] - before[name] for name in ("repairs", "repaired_bytes", "pauses")}
+    sent["late_ms"] = after["late_ms"]
     for task in tasks:
         task.cancel()
     return everybody, sent
@@ -189,7 +190,7 @@ def main() -> None:
         "unicast_times_b": round(JOINERS * TCP, 1), "of_unicast": round(rate / (JOINERS * TCP), 4),
         "repaired_kB": round(repaired * SECONDS / 1000, 1), "stalls": stalls, "wrong": wrong,
         "least_early_s": round(min(early), 3), "lost": sum(one.edge.lost for one in everybody),
-        "held_up_s": round(sent["held_up_s"], 3), "pauses": sent["pauses"],
+        "held_up_s": round(sent["held_up_s"], 3), "pauses": sent["pauses"], "origin_late_ms": sent["late_ms"],
         "refused": sum(one.edge.refused for one in everybody),
     }  # fmt: skip
     print(

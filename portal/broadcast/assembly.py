@@ -81,6 +81,7 @@ class Assembly:
         self.index: index.Index | None = None
         self.size = 0  # bytes of the segments that are known
         self._most, self._open = most, {0, 1}  # the numbers of the segments that are not whole, as far as known
+        self._lossy: set[int] = set()  # of the numbers whose packets were lost
         self._shown = 0
 
     def take(self, packet: Packet) -> bool:
@@ -90,6 +91,8 @@ class Assembly:
             return False
         if not segment.whole:
             segment.heard(packet.offset, packet.data)
+            if segment.lost:
+                self._lossy.add(packet.segment)
             self._judge(packet.segment, segment)
         return True
 
@@ -119,6 +122,7 @@ class Assembly:
         if not segment.whole:
             return
         self._open.discard(number)
+        self._lossy.discard(number)
         if number == 0:
             self.index = index.decode(bytes(segment.data))
             self._open |= set(range(1, self.count + 1)) - {n for n, one in self.segments.items() if one.whole}
@@ -155,7 +159,7 @@ class Assembly:
         That is what was lost, and what is needed within `before_ns` and is not there.
         """
         found = []
-        for number in self._open:
+        for number in sorted(self._due_soon(now_ns + before_ns) | self._lossy):
             segment, due = self.segments.get(number), self.due_ns(number)
             if due is not None and due <= now_ns + before_ns:
                 missing = [(0, 0)] if segment is None else segment.missing
@@ -163,3 +167,14 @@ class Assembly:
                 missing = [] if segment is None else segment.lost
             found += [Gap(number, a, b, due or now_ns + self.wait_ns) for a, b in missing]
         return sorted(found, key=lambda gap: (gap.due_ns, gap.segment, gap.begin))
+
+    def _due_soon(self, until_ns: int) -> set[int]:
+        """Return which segments are needed until then and are not whole; they are needed in the order of their numbers."""
+        soon = {0} & self._open
+        for number in range(self._shown + 1, max(1, self.count) + 1):
+            due = self.due_ns(number)
+            if due is None or due > until_ns:
+                break
+            if number in self._open:
+                soon.add(number)
+        return soon

@@ -25,7 +25,7 @@ class Carousel:
         self.channels: tuple[Channel, ...] = channels(sizes, starts_ns, wait_ds * DS_NS, guard_ns)
         self._began = began_ns
         self.packets = self.bytes = 0  # that were made, and their bytes without headers of UDP and IP
-        self.skipped = 0  # long pauses
+        self.skipped, self.late_ns = 0, 0  # long pauses; how late the latest packet was
         self._next: list[tuple[int, int, int]] = []  # when, of which channel, which packet
         self._go_on(0)
 
@@ -42,6 +42,7 @@ class Carousel:
 
     def due(self, now_ns: int, most: int) -> list[bytes]:
         """Return the packets that are due now, at most so many."""
+        self.late_ns = max(self.late_ns, now_ns - self.next_ns)
         if now_ns - self.next_ns > STALLED_NS:
             self.skipped += 1
             self._go_on(now_ns - self._began)

@@ -47,7 +47,7 @@ class Movie:
         return sum(map(len, self.contents[1:])) / self.seconds
 
 
-def boxes(data: bytes) -> list[tuple[bytes, int, int]]:
+def box_places(data: bytes) -> list[tuple[bytes, int, int]]:
     """Return the boxes of ISO BMFF: name, where each begins and ends. Raises NoMovie."""
     found, at = [], 0
     while at < len(data):
@@ -71,7 +71,7 @@ def _fragment(template: Any, pictures: list[Any], number: int, shift: int) -> tu
             picture.dts, picture.pts = picture.dts - shift, picture.pts - shift
             made.mux(picture)
     data = out.getvalue()
-    media = min((begin for name, begin, _ in boxes(data) if name == b"moof"), default=len(data))
+    media = min((begin for name, begin, _ in box_places(data) if name == b"moof"), default=len(data))
     return data[:media], data[media:]
 
 

@@ -60,6 +60,7 @@ class Repairs:
         sent = self._carousel
         return {
             "movie": f"{sent.movie:08x}", "packets": sent.packets, "bytes": sent.bytes, "pauses": sent.skipped,
+            "late_ms": sent.late_ns // 10**6,
             "repairs": self.asked, "repaired_bytes": self.sent,
         }  # fmt: skip
 

@@ -36,7 +36,6 @@ REQUEST = 1000  # bytes of headers of a repair, of TCP and IP, too, in both dire
 TCP = 1 + 52 / 1348  # a viewer's own stream, with headers of TCP and IP
 GOAL, GOAL_UNICAST = 1.1, 1 / 15
 LATEST_S = 20.0
-NICE = -10  # where the right is there
 
 
 def film(path: Path) -> None:
@@ -136,8 +135,8 @@ async def joined(key: bytes, starts_ns: tuple[int, ...]) -> tuple[list[Joiner], 
 
 def main() -> None:
     """Measure."""
-    with contextlib.suppress(PermissionError):  # other work on the machine would make joiners deaf
-        os.nice(NICE)
+    with contextlib.suppress(PermissionError):  # else other work on the machine makes the joiners deaf
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     set_up()
     from portal.broadcast import media, packets, timetable
     from portal.broadcast.carousel import GUARD_NS

@@ -8,6 +8,7 @@ from portal.broadcast import playlist
 from portal.broadcast.answers import Answer, Headers, as_json, later, nothing, text
 from portal.broadcast.assembly import Assembly
 from portal.broadcast.edge import Edge
+from portal.broadcast.timetable import SECOND
 
 HERE = Path(__file__).parent
 PLAYER = {
@@ -15,6 +16,7 @@ PLAYER = {
 }  # fmt: skip
 NEVER_CHANGES = "public, max-age=3600, immutable"  # the address names the content; kept for an hour, as the movie is
 PLAYLIST = "application/vnd.apple.mpegurl"
+PLAYERS_NS = 2 * SECOND  # players look for new segments about once a second, and have to fetch them
 GROWING, WHOLE = "max-age=1", "max-age=10"
 POLICY = "default-src 'self'; media-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'"
 PLACE = re.compile(r"/([0-9a-f]{8})/(?:(movie\.m3u8)|(init\.mp4)|seg-([1-9][0-9]{0,3})\.m4s)")
@@ -49,9 +51,9 @@ class Serving:
         return self._segment(movie, int(place[4]))
 
     def _begin(self) -> Answer:
-        """Lead to the movie, from when on each of its segments will be there when it is shown."""
+        """Lead to the movie, from when on each of its segments will be there when players need it."""
         movie = self._edge.current
-        ready = movie is not None and movie.shown > 0 and self._now_ns() >= movie.joined_ns + movie.wait_ns
+        ready = movie is not None and movie.shown > 0 and self._now_ns() >= movie.joined_ns + movie.wait_ns + PLAYERS_NS
         if not ready:
             movie = self._edge.before  # a new one begins: the one before is shown until then
         if movie is None or movie.index is None or not movie.shown:

@@ -40,7 +40,7 @@ def test_a_file_that_is_not_there_is_refused(settings, tmp_path):
     [
         ("16 characters", {"key": ""}),
         ("no multicast group", {"group": "239.1.1.1"}),
-        ("No such device", {"interface": "nowhere0"}),
+        ("no interface with this name|No such device", {"interface": "nowhere0"}),
         ("The origin is an address", {"origin": "10.0.0.1:8010"}),
         ("The origin is an address", {"origin": "ftp://origin"}),
         ("Invalid IPv6 URL", {"origin": "http://[::1"}),

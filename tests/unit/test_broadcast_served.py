@@ -17,7 +17,6 @@ from portal.broadcast.serving import Serving
 from portal.broadcast.timetable import SECOND
 from tests.broadcasting import KEY, Air, movie
 
-
 ORIGIN = Air(movie(2))
 
 
@@ -36,6 +35,8 @@ def test_a_player_is_told_what_is_there_from_the_beginning_on_and_never_too_earl
     air.go(1.96)
     assert edge.current.shown > 0
     assert ask(air, edge, "/index.m3u8").status == 503  # the rest would not follow in time
+    air.go(1.96)
+    assert ask(air, edge, "/index.m3u8").status == 503  # players look for more once a second
     air.go(0.1)
     first = ask(air, edge, "/index.m3u8")
     assert first.headers["content-type"] == "application/vnd.apple.mpegurl"
@@ -46,7 +47,7 @@ def test_a_player_is_told_what_is_there_from_the_beginning_on_and_never_too_earl
     assert listed == [f"seg-{n + 1}.m4s" for n in range(edge.current.shown)] != []
     assert b"ENDLIST" not in growing.body
     assert growing.headers["cache-control"] == "max-age=1"
-    air.go(7)
+    air.go(5)
     whole = ask(air, edge, f"/{place}").body.decode()
     assert whole.count("#EXTINF:0.500,") == 12
     assert whole.endswith("seg-12.m4s\n#EXT-X-ENDLIST\n")
@@ -80,7 +81,7 @@ def test_the_movie_before_is_shown_until_the_new_one_can_be(air):
     air.go(1)
     assert before in ask(air, edge, "/index.m3u8").body.decode()
     assert ask(air, edge, f"/{before}/movie.m3u8").body.decode().endswith("#EXT-X-ENDLIST\n")
-    air.go(1.5)
+    air.go(3.5)
     assert before not in ask(air, edge, "/index.m3u8").body.decode()
 
 

@@ -132,6 +132,17 @@ def test_a_gap_between_two_packets_is_known_at_the_second():
     assert segment.lost == [(8, 10)]
 
 
+def test_a_loss_is_known_long_before_it_is_needed():
+    one, shown = Assembly(7, 40, 0), movie(20, 6000)
+    index_packet = Packet(7, 1, 40, 0, 0, len(shown.contents[0]), shown.contents[0])
+    assert one.take(index_packet)
+    first, third = (replace(ONE, segment=19, offset=offset) for offset in (0, 2000))
+    assert one.take(first)
+    assert one.gaps(0, 0) == []
+    assert one.take(third)
+    assert [(gap.segment, gap.begin, gap.end, gap.due_ns) for gap in one.gaps(0, 0)] == [(19, 1000, 2000, 13 * 10**9)]
+
+
 def test_the_tag_of_a_range_is_of_its_place():
     tags = {
         packets.range_tag(KEY, *place, b"x")

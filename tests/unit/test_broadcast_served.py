@@ -194,6 +194,10 @@ def test_the_segments_of_a_file_show_its_pictures(tmp_path, seconds, gap_ms):
     assert [start + long for start, long in zip(starts, durations, strict=True)][:-1] == starts[1:]
     assert made.seconds == pytest.approx(seconds, abs=1.8)
     assert made.index.codec.startswith("avc1.")
+    for start, content in zip(starts, made.contents[1:], strict=True):
+        with av.open(BytesIO(made.index.init + content)) as one:
+            first = next(one.demux(video=0))
+            assert int(1000 * first.dts * first.time_base) == start  # each says by itself when it is shown
     assert pictures(BytesIO(made.index.init + b"".join(made.contents[1:]))) == pictures(str(path))
 
 

@@ -12,6 +12,7 @@ import struct
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from itertools import chain
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -25,6 +26,7 @@ from robots.contract.find import function, spec_of
 CPU_S = 1.0  # for one job; many times what our own drivers need
 MEMORY = 256 * 2**20  # bytes more than before the job
 LARGEST = 2**20  # bytes of an answer
+JUDGEMENTS = 100  # of the steps of a program
 POSES, FARTHEST = 2000, 1e6  # of a path in the robot's own frame: how many; m, rad and s of each
 LENGTH = struct.Struct("<I")
 TOO_MUCH = "This is too long to compute in advance; choose a nearer target or a shorter program."
@@ -55,10 +57,13 @@ def compute(job: Job) -> dict[str, Any]:
         found = function(offered.function)(job.kind, job.args, job.joints, job.settings)
     except RobotError as error:
         return {"ok": False, "text": str(error)}
+    judged = found.judgements[:JUDGEMENTS]
+    refusal = next((one.text for one in judged if one.refuses), "")
     return {
-        "ok": True, "text": "", "joints": found.joints, "seconds": round(found.seconds, 2),
+        "ok": not refusal, "text": refusal, "joints": found.joints, "seconds": round(found.seconds, 2),
         "tool": [[round(v, 4) for v in place] for place in found.tool],
         "path": [[round(v, 4) for v in q] for q in found.path], "steps": found.steps,
+        "judgements": [{**asdict(one), "at_s": round(one.at_s, 2)} for one in judged],
         **rolled(found, len(spec.pose.coordinates) if spec.pose else 0),
     }  # fmt: skip
 

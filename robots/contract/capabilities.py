@@ -78,12 +78,22 @@ class Preview:
     """Where a command would lead, shown before it is given.
 
     `function(kind, args, joints, settings)` returns a `Foreseen` for the joints (rad, m) to begin with; a robot that
-    has none is asked with none, and answers in its own frame.
+    has none is asked with its pose (m, rad), or with nothing where that is not known, and answers in its own frame.
     `prepare(settings)` makes what takes long and is kept; it is called before, outside the bounds of time and memory.
     """
 
     function: str
     prepare: str = ""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What is to say of a step before anything moves: at which time of the program (s); `refuses`: it will not run."""
+
+    step: int
+    at_s: float
+    text: str
+    refuses: bool = True
 
 
 @dataclass(frozen=True)
@@ -95,7 +105,8 @@ class Foreseen:
     `steps`: the step of the program to which each point of `path` belongs, counted from 1; 0 at the start.
     `poses`: the body's poses along the motion in the robot's own frame: from where it is now, the origin, x ahead, y to
     its left, angles to the left; each with the coordinates of the spec's pose (m, rad). `times`: when it is at each
-    of them (s), not falling. At most 2000.
+    of them (s), not falling. At most 2000. `judgements`: what is to say of its steps, in their order; after one that
+    refuses nothing is foreseen.
     """
 
     joints: tuple[float, ...] = ()
@@ -105,6 +116,7 @@ class Foreseen:
     steps: tuple[int, ...] = ()
     poses: tuple[tuple[float, ...], ...] = ()
     times: tuple[float, ...] = ()
+    judgements: tuple[Judgement, ...] = ()
 
 
 @dataclass(frozen=True)

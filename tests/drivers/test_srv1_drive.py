@@ -61,6 +61,21 @@ def test_a_velocity_that_is_none_is_refused(values):
         drive.percent(101, 0)
 
 
+def test_nothing_that_is_said_during_a_hold_counts():
+    bench = Bench(lambda *_, **__: None)
+    bench.drive.percent(80, 80)
+    for _ in range(100):
+        bench.step()
+    bench.drive.hold()
+    while bench.drive.moving:
+        before = bench.drive.target[0]
+        bench.drive.velocity(0.4, 0.0, 1, bench.now)
+        bench.drive.percent(80, 80)
+        bench.step()
+        assert bench.drive.target[0] < before or not before
+    assert bench.drive.motion == 1
+
+
 def test_a_fast_curve_keeps_its_radius():
     bench = Bench(lambda *_, **__: None)
     for _ in range(200):

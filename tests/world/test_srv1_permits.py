@@ -1,24 +1,31 @@
 """The hall rover out of reach: on patrol it drives on by its permit, and rests by its end, by the simulator's journal."""
 
 import random
+from datetime import timedelta
 from math import inf
 
 import pytest
 
 from robots import bus, services
-from robots.models import Robot
+from robots.drivers.srv1.hall import hall
+from robots.drivers.srv1.modes import Mode
+from robots.models import Grant, Robot
 from tests.world.seeds import hunt, seeds
 
 pytestmark = pytest.mark.parametrize("which", ["srv1"], indirect=True)
 PERMIT_S = 20.0
+FREE = hall().nodes[1].at
 BRAKING_S = 0.5  # from the greatest speed, with the moment in which the end of a permit is seen
 
 
 def patrolling(portal, seconds=9 * 3600.0):
-    """Let it patrol for a while under a grant; return the command."""
-    portal.grant(seconds)
+    """Let it patrol for a while under a grant, from where its way is free; return the command."""
+    portal.grant()
+    assert portal.final(portal.issue("go", x=FREE[0], y=FREE[1]), 120).state == "completed"
+    until = portal.world.now() + timedelta(seconds=seconds)
+    Grant.objects.filter(pk=services.open_grant(portal.robot).pk).update(until=until)
     command = portal.issue("patrol")
-    portal.in_motion()
+    portal.until(lambda: portal.owner.owned.driver.latest().mode == Mode.PATROL, 60, "its patrol")
     portal.world.sleep(1 + 3 * random.Random(portal.world.seed).random())
     return command
 
@@ -59,7 +66,7 @@ def cut(portal):
     command = patrolling(portal)
     at = portal.world.monotonic()
     portal.rig.pull()
-    portal.world.sleep(12.0)
+    portal.world.sleep(8.0)
     assert portal.rig.moving, "it drives on"
     until = permitted_until(portal)
     assert at + PERMIT_S * 0.85 <= until <= at + PERMIT_S
@@ -117,7 +124,7 @@ def test_without_a_permit_it_rests_at_once(worlds, seed):
 
 
 def grant_ends(portal):
-    seconds = 10.0 + 10.0 * random.Random(portal.world.seed).random()
+    seconds = 9.0 + 10.0 * random.Random(portal.world.seed).random()
     command = patrolling(portal, seconds)
     until = portal.world.monotonic() + (services.open_grant(portal.robot).until - portal.world.now()).total_seconds()
     portal.rig.pull()

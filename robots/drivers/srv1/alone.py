@@ -5,7 +5,7 @@ the rover is not told to move any more.
 """
 
 from collections.abc import Callable
-from math import cos, inf, sin
+from math import cos, inf, remainder, sin, tau
 
 from robots.clock import Timer
 from robots.contract.session import Permit
@@ -19,7 +19,12 @@ SHORTEST_S = 0.5  # a shorter one is not worth its bytes
 LOST_S = 0.25  # without an answer for so long it is lost
 AGAIN_SHARE = 0.1  # of a permit has passed when it is renewed
 SAME_S = 0.05
+SMALLEST_M = 0.5  # of half an area's side
+NOWHERE = (0.0, 0.0, 0.0, 0.0)
 AHEAD_M = 0.3  # before the edge of the area it has none, so that a late word stops nothing
+
+Area = tuple[float, float, float, float]  # x0, y0, x1, y1
+Pose = tuple[float, float, float]
 
 
 class Alone:
@@ -43,43 +48,56 @@ class Alone:
         """Return within how many seconds it rests without another word; 0 if it may not drive without one."""
         return max(0.0, self._until + self._braking_s - self._clock.monotonic())
 
-    def renew(self, status: Status, spread: float, permit: Permit) -> None:
-        """Let the rover drive on by itself for as long as it may, as it was a moment ago; `spread`: see `Whereabouts`.
+    def renew(self, status: Status, pose: Pose, spread: float, permit: Permit) -> None:
+        """Let the rover drive on by itself for as long as it may, by a status of a moment ago.
 
-        Raises what `RoverLine.ask` raises.
+        `pose`, `spread`: where it is in the hall by that status, and how sure (m). Raises what `RoverLine.ask` raises.
         """
         now = self._clock.monotonic()
         seconds = min(self._seconds, self._time_left() - MARGIN_S)
-        if seconds < SHORTEST_S or not self._is_inside(status, spread):
+        area = area_of(self._hall, status, pose, spread)
+        if seconds < SHORTEST_S or area is None or not will_be_inside(area, status):
             if status.permit_ms or self._until > now:
-                self._say(status, 0.0, spread, permit)
+                self._say(0, NOWHERE, permit)
                 self._until = -inf  # it has answered
             return
         until = now + seconds  # the status is older, so by the rover's clock it ends sooner
         if not (-SAME_S < until - self._until < AGAIN_SHARE * self._seconds and status.permit_ms):
             self._until = max(until, self._until)  # it may have heard it, if it does not answer
-            self._say(status, seconds, spread, permit)
+            self._say(status.uptime_ms + round(1000 * seconds), area, permit)
             self._until = until
 
     def ended(self) -> None:
         """Note that the rover has said that it rests, and has no permit."""
         self._until = -inf
 
-    def _say(self, status: Status, seconds: float, spread: float, permit: Permit) -> None:
-        width, depth = self._hall
-        until_ms = status.uptime_ms + round(1000 * seconds) if seconds else 0
-        area = (spread, spread, max(width - spread, spread), max(depth - spread, spread))
+    def _say(self, until_ms: int, area: Area, permit: Permit) -> None:
         self._line.ask(extension.Permit(self._line.epoch, until_ms, self._speed, area), LOST_S, permit)
 
-    def _is_inside(self, status: Status, spread: float) -> bool:
-        """Tell whether the rover is inside the area, and will be a moment later."""
-        ahead = AHEAD_M if status.linear > 0 else 0.0
-        width, depth = self._hall
-        return all(
-            spread <= at <= side - spread
-            for x, y in (
-                (status.x, status.y),
-                (status.x + ahead * cos(status.heading), status.y + ahead * sin(status.heading)),
-            )
-            for at, side in ((x, width), (y, depth))
-        )
+
+def area_of(hall: tuple[float, float], status: Status, pose: Pose, spread: float) -> Area | None:
+    """Return the largest area inside the hall (width, depth), in the coordinates of the odometry; None if it is small.
+
+    It keeps the spread from the walls. The odometry's axes may be turned against the hall's, and an area has sides
+    along its axes, so it is smaller the more they are turned.
+    """
+    wide, deep = (side / 2 - spread for side in hall)
+    turn = remainder(pose[2] - status.heading, tau)
+    c, s = abs(cos(turn)), abs(sin(turn))
+    if min(wide, deep) < SMALLEST_M:
+        return None
+    share = min(wide / (c * wide + s * deep), deep / (s * wide + c * deep))
+    dx, dy = hall[0] / 2 - pose[0], hall[1] / 2 - pose[1]
+    x, y = status.x + dx * cos(turn) + dy * sin(turn), status.y - dx * sin(turn) + dy * cos(turn)
+    return x - share * wide, y - share * deep, x + share * wide, y + share * deep
+
+
+def will_be_inside(area: Area, status: Status) -> bool:
+    """Tell whether the rover is inside the area, and will be a moment later if it drives on."""
+    x0, y0, x1, y1 = area
+    ahead = AHEAD_M if status.mode == "patrol" else 0.0
+    ways = (0.0, ahead)
+    return all(
+        x0 <= status.x + way * cos(status.heading) <= x1 and y0 <= status.y + way * sin(status.heading) <= y1
+        for way in ways
+    )

@@ -2,6 +2,7 @@
 
 from robots.contract.find import spec_of
 from robots.contract.session import JSON, RobotState
+from robots.contract.spec import Spec
 from robots.contract.values import known, number, within
 from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.missions import Pose, judge, parse, refuse
@@ -10,12 +11,17 @@ from robots.drivers.srv1.ways import way
 
 def check(kind: str, args: JSON, settings: JSON, state: RobotState | None) -> None:
     """Raise BadRequest or OutOfWorkspace where a command cannot be carried out from where the rover is."""
-    within(known(spec_of("srv1"), kind, args), args)
+    within(known(described(), kind, args), args)
     here = pose_of(state)
     if kind == "go":
         way((here[0], here[1]), (number(args, "x"), number(args, "y")))
     elif kind == "mission":
         refuse(judge(parse(str(args["text"])), here)[1])
+
+
+def described() -> Spec:
+    """Return the rover's spec."""
+    return spec_of("srv1")
 
 
 def pose_of(state: RobotState | None) -> Pose:

@@ -16,18 +16,20 @@ from dataclasses import dataclass
 from math import atan2, degrees, hypot, isfinite, pi, radians, remainder, tau
 from typing import Literal
 
+from robots.contract.capabilities import Judgement
 from robots.contract.errors import BadRequest, OutOfWorkspace
+from robots.description import load
 from robots.drivers.srv1.hall import Hall, hall
 from robots.drivers.srv1.ways import Place, way
 
 Verb = Literal["go", "turn", "look", "photograph", "read", "wait", "patrol", "say"]
-LONGEST, MOST_STEPS, LONGEST_LINE = 4000, 60, 160  # characters, steps, characters
-LIMIT_S = 900.0  # of a whole mission
+_MISSION, _MOTION = load("srv1")["mission"], load("srv1")["motion"]
+LONGEST, MOST_STEPS, LONGEST_LINE = int(_MISSION["longest"]), int(_MISSION["most_steps"]), 160
+LIMIT_S = float(_MISSION["limit_s"])
 MOST_WAIT_S, MOST_PATROL_S = 120.0, 120.0
-SCAN_TURNS = 18  # of 20 degrees (section 7.2)
-SPEED_M_S, TURN_RAD_S = 0.30, 0.8  # as the rover usually drives, slip included
-FASTEST_M_S, FASTEST_RAD_S = 0.40, 2.0
-SETTLE_S, PICTURE_S, SCAN_S = 0.5, 1.0, 25.0  # at rest after a leg; a photograph; all of a look around
+SPEED_M_S, TURN_RAD_S = float(_MISSION["speed"]), float(_MISSION["turn"])
+FASTEST_M_S, FASTEST_RAD_S = float(_MOTION["most_speed"]), float(_MOTION["turn"])
+SETTLE_S, PICTURE_S, LOOK_S = (float(_MISSION[name]) for name in ("settle_s", "picture_s", "look_s"))
 ROAMED = "its way is judged from where the patrol before it began, because nobody knows where that will end."
 TOO_LONG = (
     "Step {} cannot be done in time: even without a pause the mission would last longer than {:g} minutes there. "
@@ -171,7 +173,7 @@ def legs(steps: Sequence[Step], here: Pose, floor: Hall | None = None) -> Iterat
         elif step.verb in ("wait", "patrol"):
             seconds = least = step.numbers[0]
         else:
-            seconds = {"photograph": PICTURE_S, "look": SCAN_S}.get(step.verb, 0.0)
+            seconds = {"photograph": PICTURE_S, "look": LOOK_S}.get(step.verb, 0.0)
             least = tau / FASTEST_RAD_S if step.verb == "look" else 0.0
         yield Leg(number, tuple(poses), seconds, least)
 
@@ -184,16 +186,6 @@ def _driven(here: Pose, to: Place) -> tuple[Pose, float, float]:
     turn = abs(remainder(heading - here[2], 2 * pi))
     usual = away / SPEED_M_S + turn / TURN_RAD_S + SETTLE_S
     return (to[0], to[1], heading), usual, away / FASTEST_M_S + turn / FASTEST_RAD_S
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """What is to say of a step before it is done: at which time of the mission (s); `refuses`: it will not run."""
-
-    step: int
-    at_s: float
-    text: str
-    refuses: bool = True
 
 
 def judge(steps: Sequence[Step], here: Pose, limit_s: float = LIMIT_S) -> tuple[list[Leg], list[Judgement]]:

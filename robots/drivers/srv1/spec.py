@@ -3,7 +3,18 @@
 from math import pi
 from typing import Any
 
-from robots.contract.capabilities import Check, Idle, Programs, Reset, Setting, Share, Statistics, Times, Total
+from robots.contract.capabilities import (
+    Check,
+    Idle,
+    Preview,
+    Programs,
+    Reset,
+    Setting,
+    Share,
+    Statistics,
+    Times,
+    Total,
+)
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
@@ -12,9 +23,10 @@ from robots.drivers.srv1.missions import LIMIT_S, LONGEST
 from robots.drivers.srv1.modes import Mode
 
 SLICE_S = 60.0
-GO_S = 240.0  # the longest way through the hall at the lowest speed of the rules is shorter
+GO_S = 300.0  # two looks around, and the longest way through the hall slowly
 HAND_LONGEST_S = 120.0
 TURN_S = 20.0
+LOOK_S = 120.0  # three times around
 MOST = 65_535  # of a CRC-16
 BY_TURN, BY_ALL = frozenset({TURN}), frozenset({TURN, ANYONE})
 STATISTICS = Statistics(
@@ -52,7 +64,7 @@ def spec() -> Spec:
         scales=_scales(hall),
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
-            Programs("mission", "mission"),
+            Programs("mission", "mission"), Preview("robots.drivers.srv1.preview:foresee"),
             Setting(
                 "permit_s", "It drives on by itself", unit="s", low=0.0, high=description["line"]["longest_permit_s"],
                 default=description["line"]["permit_s"],
@@ -73,6 +85,9 @@ def spec() -> Spec:
             CommandKind(
                 "turn", "Turn in place", (Argument("angle", "rad", -pi, pi, label="to the left"),),
                 limit_s=TURN_S, still_after=False,
+            ),
+            CommandKind(
+                "look", "Look where it is", limit_s=LOOK_S, asked_by=frozenset({TURN, STAFF}), still_after=False,
             ),
             CommandKind(
                 "patrol", "Patrol", limit_s=SLICE_S, asked_by=frozenset({TURN, STAFF}), still_after=False,

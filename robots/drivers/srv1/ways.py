@@ -1,22 +1,24 @@
 """Ways through the hall: from where the rover is to a place, over the nodes of its map (figure 4). Pure; m."""
 
 from collections.abc import Sequence
-from math import hypot
+from math import ceil, hypot
 
 from scipy.sparse import lil_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from robots.contract.errors import OutOfWorkspace
+from robots.description import load
 from robots.drivers.srv1.hall import Hall, hall
 
 Place = tuple[float, float]
 STEP_M = 0.05  # between two points of a line whose room is looked at
-ROOM_M = 0.30  # that the middle of the rover leaves to cases, exhibits and walls
+CORNER_M = 0.001  # that a corner counts as longer
+ROOM_M = float(load("srv1")["mission"]["room"])
 
 
 def is_free(begin: Place, end: Place, floor: Hall) -> bool:
     """Tell whether the rover may drive straight from one place to another."""
-    count = max(1, round(hypot(end[0] - begin[0], end[1] - begin[1]) / STEP_M))
+    count = max(1, ceil(hypot(end[0] - begin[0], end[1] - begin[1]) / STEP_M))
     shares = (n / count for n in range(count + 1))
     return all(
         floor.distance(begin[0] + (end[0] - begin[0]) * s, begin[1] + (end[1] - begin[1]) * s) >= ROOM_M for s in shares
@@ -59,11 +61,12 @@ def way(begin: Place, end: Place, floor: Hall | None = None) -> list[Place]:
 
 def length(begin: Place, way: Sequence[Place]) -> float:
     """Return how long a way is (m)."""
-    return sum(_apart(a, b) for a, b in zip([begin, *way], way, strict=False))
+    return sum(hypot(a[0] - b[0], a[1] - b[1]) for a, b in zip([begin, *way], way, strict=False))
 
 
 def _apart(a: Place, b: Place) -> float:
-    return max(hypot(a[0] - b[0], a[1] - b[1]), 1e-6)  # a link of length 0 is none in a sparse matrix
+    """Return how far two places are apart, and a millimetre, by which a way with fewer corners is shorter."""
+    return hypot(a[0] - b[0], a[1] - b[1]) + CORNER_M
 
 
 def _nearest(begin: Place, places: Sequence[Place]) -> int:

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Callable
+from pathlib import Path
 
 from robots.clock import TIMER, Timer
 from robots.contract.errors import ControllerRestarted, HardwareFault, LineGone, LineSilent
@@ -25,14 +26,16 @@ class Wheels:
     """Sends velocities for one command at a time, and makes states. `keep` gets each new state."""
 
     def __init__(
-        self, line: RoverLine, alone: Alone, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER
-    ) -> None:
+        self, line: RoverLine, alone: Alone, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER,
+        file: Path | None = None,
+    ) -> None:  # fmt: skip
         self.line, self.alone, self._keep, self.clock = line, alone, keep, clock
-        self.where = Whereabouts()
+        self.where = Whereabouts(file)
         self.mode = Mode.RESTING
         self._boot: int | None = None
         self.holds = 0  # of other threads
         self._closed = True  # by its owner: nothing is opened again by itself
+        self.status: Status | None = None  # the newest
         self.newest = RobotState(0.0, (), (), False, False)
 
     def connect(self) -> RobotState:
@@ -61,11 +64,13 @@ class Wheels:
     def take(self, status: Status) -> RobotState:
         """Keep what a status says, as a state."""
         self.where.take(status)
+        self.status = status
         said = WORDS[status.mode]
         restarted = status.boot != self._boot
         self.newest = self._keep(
             RobotState(
-                self.clock.monotonic(), (), (status.x, status.y, status.heading), status.moving, not restarted,
+                self.clock.monotonic(), (), self.where.pose(status) if self.where.is_known else (), status.moving,
+                not restarted,
                 "The rover was started again." if restarted else "",
                 mode=self.mode if self.mode is not Mode.RESTING else said,
                 twist=(status.linear, 0.0, status.angular),
@@ -91,6 +96,8 @@ class Wheels:
                 self._settle()
             elif self.line.is_open:
                 self.line.hold()
+            if self.status is not None:
+                self.where.keep(self.status)
 
     def _settle(self) -> None:
         """Hold until the rover says that it rests, or its permit is surely over: sooner no command of it has ended."""
@@ -131,7 +138,7 @@ class Wheels:
         Raises what else `RoverLine.ask` raises.
         """
         with contextlib.suppress(NotNow, LineSilent):
-            self.alone.renew(status, self.where.spread, permit)
+            self.alone.renew(status, self.where.pose(status), self.where.spread, permit)
         self._say(extension.Patrol(self.line.epoch, status.uptime_ms), permit)
 
     def _say(self, command: extension.Command, permit: Permit) -> None:

@@ -84,8 +84,8 @@ class Owner:
         self.streams = Streams(slug, robot.spec().streams, stamps)
         self.owned = OwnedRobot(robot, self.lease, clock, trace.publish, self.streams, machine.session)
         self.lane, self.beside = self._lane(MOTION), self._lane(CONFIG)
-        self.owned.time_left = lambda: self.lane.gate.time_left
         self.deadman = DeadManTimer(clock)
+        self.owned.time_left, self.owned.steered = lambda: self.lane.gate.time_left, lambda: self.deadman.steered
         self.pictures = Pictures(robot, stamps, self.owned.picture, machine.camera)
         self.heartbeat = Heartbeat(self.owned, run / f"{slug}.heartbeat")
         self._wire_safety(on_lost or end_at_once)

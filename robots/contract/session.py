@@ -82,6 +82,7 @@ class Session(ABC):
     _latest: RobotState | None = None
     on_packet: OnPacket | None = None  # the owner's, where there is one; these, too
     on_time_left: Callable[[], float] | None = None
+    on_steered: Callable[[], JSON] | None = None
 
     def __init__(self, address: str, settings: JSON, trace: Trace | None = None) -> None:
         self.address, self.settings, self.trace = address, settings, trace
@@ -135,6 +136,13 @@ class Session(ABC):
         told to again and again (a permit, a trajectory) lets that end sooner, with the time in which it brakes.
         """
         return inf if self.on_time_left is None else self.on_time_left()
+
+    def steered(self, args: JSON) -> JSON:
+        """Return the newest values of the held command that runs, which began with `args`: those of its controls now.
+
+        For kinds with `steered`; they were checked as the command's own. Ask again and again: it asks memory only.
+        """
+        return {**args, **(self.on_steered() if self.on_steered is not None else {})}
 
     def rests_within(self) -> float | None:
         """Return within how many seconds the robot rests if no word reaches it from now on; None: its spec's `rest_s`.

@@ -82,6 +82,7 @@ class CommandKind:
     moves: bool = True
     still_after: bool = True  # a new stable picture belongs to its end, where there is a camera
     held: bool = False  # it begins and goes on only while keep-alives arrive
+    steered: bool = False  # while it is held, keep-alives may carry newer values: `Session.steered`
     replaceable: bool = False  # a newer one may take its place in motion; its driver asks `permit` on the way
     policies: Policies = HOLD  # at the end of its grant and without a connection
 
@@ -329,6 +330,8 @@ def _wrong_in(command: CommandKind, told: set[str]) -> Iterator[str]:
         yield "has no time limit"
     if command.held and ANYONE in command.asked_by:
         yield "may be asked for as a job, and nobody holds the controls of a job,"
+    if command.steered and not (command.held and all(not a.text for a in command.arguments)):
+        yield "is steered, and is not held, or takes texts,"
     if command.lane == "config":
         yield from _wrong_in_setting(command)
     yield from (f"shows {name!r}, which is no argument," for name in command.shown if name not in names)

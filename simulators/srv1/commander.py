@@ -11,7 +11,7 @@ from robots.clock import Timer
 from robots.description import load
 from robots.description import text_of as described_text
 from robots.drivers.srv1 import sensors
-from robots.drivers.srv1.answers import ENDS, Answer, Done, Event, Reason, Refused, Status
+from robots.drivers.srv1.answers import ENDS, Answer, Done, Reason, Refused, Status
 from robots.drivers.srv1.extension import (
     LATE_MS,
     Activate,
@@ -23,6 +23,7 @@ from robots.drivers.srv1.extension import (
     Permit,
     Velocity,
 )  # fmt: skip
+from robots.drivers.srv1.journal import Event
 from robots.drivers.srv1.sensors import Channel
 from simulators.srv1.drive import End, Note
 from simulators.srv1.flash import Flash, text_of
@@ -56,7 +57,11 @@ class Commander:
         self._began = self._ticked = self._heard = self._clock.monotonic()
         self._now = 0.0  # the motor board's
         self._epoch, self._mode, self._patrol_said = 0, "rest", 0.0
-        self._course, self._permits, self._log = Course(), Permits(), Logbook(lambda: self.uptime_ms)
+        self._course, self._permits, self._log = (
+            Course(),
+            Permits(),
+            Logbook(lambda: self.uptime_ms, lambda: (self._odometry.x, self._odometry.y)),
+        )
         self._odometry = Odometry(hardware.encoders(), hardware.compass())
         self._rules, self._crc = self._stored()
         self._motion, self._reflexes, self._moving = hardware.drive.motion, 0, False
@@ -93,6 +98,7 @@ class Commander:
         elif self._mode == "hand" and self._epoch:
             self._guard()
         self._write_motions()
+        self._log.follow(self._mode == "patrol", at - self._patrol_said, self._hardware.drive.motion)
 
     def _guard(self) -> None:
         """Do what the reflex does below every velocity: nothing drives ahead where infrared sees something too near."""

@@ -9,9 +9,10 @@ from robots.autonomy.fuzzy import PAPER, sugeno
 from robots.autonomy.fuzzy_text import parse as parse_text
 from robots.description import text_of
 from robots.drivers.srv1 import answers, protocol
-from robots.drivers.srv1.answers import Done, Event, Reason, Refused, Status
+from robots.drivers.srv1.answers import Done, Reason, Refused, Status
 from robots.drivers.srv1.extension import HOLD, Activate, Ask, Claim, Hold, Journal, Patrol, Permit, Velocity, encode
 from robots.drivers.srv1.framing import ANSWER, Frames
+from robots.drivers.srv1.journal import Event
 from simulators.srv1.commander import MADE_WITH
 from simulators.srv1.patrol import TURN_RAD_S
 from simulators.srv1.patrol import Patrol as Course
@@ -400,7 +401,7 @@ def test_holding_at_rest_is_answered_and_holds_nothing(rig):
 COMMANDS = [
     encode(command)
     for command in (
-        Claim(7), Ask(), Hold(), Patrol(7), Velocity(7, 0.1, 0.2, 0), Permit(7, 5.0, 0.2, HALL), Activate(5), Journal(0),
+        Claim(7), Ask(), Hold(), Patrol(7, 0), Velocity(7, 0.1, 0.2, 0), Permit(7, 5000, 0.2, HALL), Activate(5), Journal(0),
     )
 ]  # fmt: skip
 
@@ -424,3 +425,33 @@ def test_whatever_it_is_sent_a_hold_frees_it():
     assert not rig.count("passed")
     assert rig.say(b"V", 2.0).startswith(b"##Version")
     rig.close()
+
+
+def test_its_journal_tells_the_way_that_it_drove_without_a_word(rig):
+    rig.ask(Claim(7))
+    rig.ask(permit(rig, 6.0))
+    patrol(rig, 1.0)
+    rig.pass_s(8.0)
+    found, since = [], 0
+    while entries := rig.ask(Journal(since)).entries:
+        found += entries
+        since = entries[-1].number
+    names = [entry.event for entry in found]
+    begun = found[names.index(Event.ALONE)]
+    way = [entry for entry in found if entry.event is Event.WAY]
+    assert way
+    assert all(b.x - a.x >= 0.45 for a, b in zip([begun, *way], way, strict=False))
+    assert names.index(Event.EXPIRED) > names.index(Event.WAY)
+    assert found[-1].event is Event.REST
+    assert found[-1].x == pytest.approx(rig.bench.x, abs=0.05)
+    assert Event.HEARD not in names
+
+
+def test_a_word_in_time_ends_the_way_without_one(rig):
+    rig.ask(Claim(7))
+    rig.ask(permit(rig, 6.0))
+    patrol(rig, 0.5)
+    rig.pass_s(2.0)
+    patrol(rig, 0.5)
+    told = events(rig)
+    assert told.index(Event.ALONE) < told.index(Event.HEARD)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.drivers.srv1 import answers, bounds, extension
-from robots.drivers.srv1.answers import Done, Entries, Entry, Event, Reason, Refused, Status
+from robots.drivers.srv1.answers import Done, Reason, Refused, Status
 from robots.drivers.srv1.extension import (
     HOLD,
     Activate,
@@ -20,6 +20,7 @@ from robots.drivers.srv1.extension import (
     Velocity,
 )  # fmt: skip
 from robots.drivers.srv1.framing import ANSWER, COMMAND, LONGEST_ANSWER, LONGEST_COMMAND, Frame, Frames
+from robots.drivers.srv1.journal import Entries, Entry, Event
 from robots.drivers.srv1.protocol import Malformed
 
 
@@ -49,7 +50,13 @@ COMMANDS = st.one_of(
     st.builds(Activate, within(bounds.CRC)), st.builds(Journal, within(bounds.NUMBER)),
 )  # fmt: skip
 ENTRIES = st.builds(
-    Entry, within(bounds.NUMBER), within(bounds.UPTIME_MS), st.sampled_from(Event), within(bounds.NUMBER)
+    Entry,
+    within(bounds.NUMBER),
+    within(bounds.UPTIME_MS),
+    st.sampled_from(Event),
+    within(bounds.NUMBER),
+    scaled(bounds.MM),
+    scaled(bounds.MM),
 )
 STATUSES = st.builds(
     Status, within(bounds.BOOT), within(bounds.EPOCH), within(bounds.NUMBER), st.booleans(), st.booleans(),

@@ -1,12 +1,14 @@
 """The hall rover out of reach: on patrol it drives on by its permit, and rests by its end, by the simulator's journal."""
 
+import json
 import random
 from datetime import timedelta
-from math import inf
+from math import dist, inf
 
 import pytest
 
 from robots import bus, services
+from robots.contract.streams import unpack
 from robots.drivers.srv1.hall import hall
 from robots.drivers.srv1.modes import Mode
 from robots.models import Grant, Robot
@@ -53,6 +55,12 @@ def rests_by(portal, latest, end="permit"):
     return rest["t"]
 
 
+def told_unseen(portal):
+    """Return what the stream says that it did while nobody heard it."""
+    packets = portal.owner.streams._out[0].packets
+    return json.loads(unpack(packets[-1]).data) if packets else None
+
+
 def set_permit(portal, seconds):
     """Have staff set how long it may drive by itself."""
     portal.ready()
@@ -77,6 +85,12 @@ def cut(portal):
     assert (portal.world.now() - ended.ended_at).total_seconds() <= portal.world.monotonic() - rest
     portal.rig.plug()
     portal.ready_again()
+    told = told_unseen(portal)
+    (way,) = told["ways"]
+    assert told["events"][0][1] == "alone"
+    assert told["events"][-1][1] == "rest"
+    x, y, _ = portal.rig.sim.world.plant.pose
+    assert dist(way[-1], (x, y)) < 0.4, "where it stands now"
     assert portal.final(portal.issue("turn", angle=0.5)).state == "completed"
 
 
@@ -101,6 +115,7 @@ def back(portal):
     assert portal.final(command).state == "completed", command.reason
     assert portal.rig.count("motion") == len(notes(portal, "rest"))
     assert notes(portal, "rest")[-1]["end"] == "held"
+    assert told_unseen(portal)["ways"]
 
 
 @seeds(2, 10, 100)

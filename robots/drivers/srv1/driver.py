@@ -14,6 +14,7 @@ from robots.drivers.srv1.locating import Locating
 from robots.drivers.srv1.motions import Motions
 from robots.drivers.srv1.spec import SLICE_S
 from robots.drivers.srv1.touring import go_to, tour
+from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.wheels import Wheels
 from robots.drivers.stream import open_stream
 
@@ -33,7 +34,8 @@ class Driver(Session):
         alone_s = float(settings.get("permit_s", load("srv1")["line"]["permit_s"]))
         alone = Alone(line, alone_s, self.time_left, self.clock)
         file = Path(folder) / "whereabouts.json" if folder else None
-        self.wheels = Wheels(line, alone, self.keep, self.clock, file)
+        unseen = Unseen(line, lambda data: self.stream("unseen", data))
+        self.wheels = Wheels(line, alone, unseen, self.keep, self.clock, file)
         self._motions = Motions(self.wheels)
         self._locating = Locating(self._motions)
 
@@ -57,7 +59,12 @@ class Driver(Session):
             on_stage(Progress(words))
 
         def drive() -> JSON:
-            motions.drive(number(args, "forward"), number(args, "turn"), permit, began)
+            def wanted() -> tuple[float, float]:
+                newest = self.steered(args)
+                check("srv1", kind, newest, self.settings, None)
+                return number(newest, "forward"), number(newest, "turn")
+
+            motions.drive(wanted, permit, began)
             return {}
 
         def go() -> JSON:

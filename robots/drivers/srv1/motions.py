@@ -58,20 +58,22 @@ class Motions:
         self._stop = float(described["infrared"]["stop"])
         self._clock = wheels.clock
 
-    def drive(self, forward: float, turn: float, permit: Permit, began: Began) -> None:
-        """Drive with these shares (-1 to 1) of the greatest velocities until `permit` ends it.
+    def drive(self, wanted: Callable[[], tuple[float, float]], permit: Permit, began: Began) -> None:
+        """Drive with shares (-1 to 1) of the greatest velocities, ahead and turning, until `permit` ends it.
 
-        Raises GaveUp if the rover never began.
+        `wanted` is asked again and again. Raises GaveUp if the rover never began.
         """
-        linear = forward * float(self._motion["most_speed"])
-        angular = turn * float(self._motion["turn"]) / 2
-        before, sent = self.wheels.ask(), False
+        most, fastest_turn = float(self._motion["most_speed"]), float(self._motion["turn"]) / 2
+        before, linear, sent = self.wheels.ask(), 0.0, False
 
         def act(free: Permit) -> None:
-            nonlocal sent
+            nonlocal linear, sent
             while True:
-                self.wheels.drive(linear, angular, self.wheels.ask(), free)
-                sent = True
+                status = self.wheels.ask()
+                forward, turn = wanted()
+                linear = forward * most
+                self.wheels.drive(linear, turn * fastest_turn, status, free)
+                sent = sent or (forward, turn) != (0.0, 0.0)
                 began()
                 self.wheels.pause()
 
@@ -79,7 +81,7 @@ class Motions:
             self.wheels.during(permit, Mode.HAND, act)
         except ControlsReleased:
             status = self.wheels.ask()
-            if sent and (linear or angular) and status.motion == before.motion:
+            if sent and status.motion == before.motion:
                 raise GaveUp(TOO_NEAR if linear > 0 and status.infrared < self._stop else NEVER_BEGAN) from None
             raise
 

@@ -18,6 +18,7 @@ from robots.contract.capabilities import (
 from robots.contract.channels import IN_PLANE, Scalar, Scale
 from robots.contract.policies import Bound, Policies, Range
 from robots.contract.spec import ANYONE, STAFF, TURN, Argument, CommandKind, Spec
+from robots.contract.streams import Stream
 from robots.description import load
 from robots.drivers.srv1.missions import LIMIT_S, LONGEST
 from robots.drivers.srv1.modes import Mode
@@ -61,6 +62,7 @@ def spec() -> Spec:
             Scalar("light", "%", 0.0, 100.0),
             Scalar("presence", "", 0.0, 1.0),
         ),
+        streams=(Stream("unseen", "application/json"),),
         scales=_scales(hall),
         capabilities=(
             Reset("Connect again"), Idle("patrol", SLICE_S), Check("robots.drivers.srv1.checks:check"), STATISTICS,
@@ -74,7 +76,7 @@ def spec() -> Spec:
         commands=(
             CommandKind(
                 "drive", "Drive by hand", (Argument("forward", "", -1.0, 1.0), Argument("turn", "", -1.0, 1.0)),
-                limit_s=HAND_LONGEST_S, still_after=False, held=True,
+                limit_s=HAND_LONGEST_S, still_after=False, held=True, steered=True,
             ),
             CommandKind(
                 "go", "Go to a place",

@@ -13,6 +13,7 @@ from robots.drivers.srv1.alone import Alone
 from robots.drivers.srv1.answers import Status
 from robots.drivers.srv1.line import NotNow, RoverLine
 from robots.drivers.srv1.modes import Mode
+from robots.drivers.srv1.unseen import Unseen
 from robots.drivers.srv1.whereabouts import Whereabouts
 
 STEP_S = 0.1
@@ -26,10 +27,10 @@ class Wheels:
     """Sends velocities for one command at a time, and makes states. `keep` gets each new state."""
 
     def __init__(
-        self, line: RoverLine, alone: Alone, keep: Callable[[RobotState], RobotState], clock: Timer = TIMER,
-        file: Path | None = None,
+        self, line: RoverLine, alone: Alone, unseen: Unseen, keep: Callable[[RobotState], RobotState],
+        clock: Timer = TIMER, file: Path | None = None,
     ) -> None:  # fmt: skip
-        self.line, self.alone, self._keep, self.clock = line, alone, keep, clock
+        self.line, self.alone, self._unseen, self._keep, self.clock = line, alone, unseen, keep, clock
         self.where = Whereabouts(file)
         self.mode = Mode.RESTING
         self._boot: int | None = None
@@ -43,7 +44,14 @@ class Wheels:
         self._closed = False
         status = self.line.open()
         self._boot = status.boot
-        return self.take(status)
+        state = self.take(status)
+        self._catch_up()
+        return state
+
+    def _catch_up(self) -> None:
+        """Read what the rover did while it was not heard."""
+        where = self.where
+        self._unseen.catch_up((lambda status: where.pose(status)[:2]) if where.is_known else None)
 
     def close(self) -> None:
         """Close the line; a rover that may drive by itself is held before, where it can be reached."""
@@ -64,6 +72,7 @@ class Wheels:
     def take(self, status: Status) -> RobotState:
         """Keep what a status says, as a state."""
         self.where.take(status)
+        self._unseen.heard(status)
         self.status = status
         said = WORDS[status.mode]
         restarted = status.boot != self._boot
@@ -107,6 +116,7 @@ class Wheels:
                     self.take(self.line.open())
                 self.line.hold()
                 self.rest(STEP_S)
+                self._catch_up()
             self.pause()
 
     def find_again(self, permit: Permit) -> None:
@@ -121,6 +131,7 @@ class Wheels:
                 self.take(status)
                 if status.boot != self._boot:
                     raise ControllerRestarted(RESTARTED)
+                self._catch_up()
                 return
             self.pause()
         raise LineGone(OUT_OF_REACH)

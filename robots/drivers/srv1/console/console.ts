@@ -1,10 +1,11 @@
 /** The console of a rover in a hall: camera, map, readings; driven by hand or sent to a place. */
-import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, Jog, RobotPage, type StatePacket, stick } from "/static/farhand/v1/console.js";
+import { allow, Basics, byId, type CommandInfo, type Facts, facts, fill, FINAL, Jog, RobotPage, type StatePacket, stick, type StreamPacket } from "/static/farhand/v1/console.js";
 import { JobPanel } from "/static/farhand/v1/roaming.js";
 import "./console.css";
 import { type Description, HallMap } from "./hall_map.ts";
 import type { Judged, Pose } from "./mission_judge.ts";
 import { MISSION, Missions } from "./missions.ts";
+import { UnseenPart } from "./unseen_part.ts";
 
 const GO = "go";
 const TURN_RAD = Math.PI / 2;
@@ -19,6 +20,7 @@ class HallConsole extends Basics<RobotPage> {
     description, here, plan: (corners, good) => this.map.plan(corners, good), ghost: (at) => this.map.ghost(at),
     send: (text, saved) => this.sendMission(text, saved),
   });
+  private unseen = new UnseenPart(byId<SVGSVGElement>("hall"), this.map.first);
   private places: [HTMLButtonElement, string][] = [];
   private jobs: JobPanel;
   private sent: readonly [number, number] | null = null; // where this page's driver has sent it
@@ -81,6 +83,10 @@ class HallConsole extends Basics<RobotPage> {
     const known = x !== undefined && y !== undefined && heading !== undefined;
     this.map.show(known ? { x, y, heading, spread: told("spread") ?? 0, infrared: told("infrared") ?? 0, sonar: told("sonar") ?? 0 } : null);
     readings();
+  }
+
+  stream(name: string, packet: StreamPacket): void {
+    if (name === "unseen") this.unseen.take(packet);
   }
 
   override command(c: CommandInfo): void {

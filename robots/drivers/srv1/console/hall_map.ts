@@ -64,6 +64,11 @@ export class HallMap {
     });
   }
 
+  /** What lies above the ways that were driven. */
+  get first(): SVGElement {
+    return this.cone;
+  }
+
   /** Draw the rover where it thinks that it is; null while that is not known. */
   show(seen: Seen | null): void {
     set(this.rover, { visibility: seen ? "visible" : "hidden" });

@@ -285,7 +285,7 @@ def grant_of_stop(data: bytes) -> int:
 
 
 class KeepAlive(NamedTuple):
-    """The controls of a command, named by its key, are still `held`, or were released; newer values of its arguments."""
+    """The controls of a command (its key) are still `held`, or were released; `args`: newer values of it."""
 
     command: int
     held: bool

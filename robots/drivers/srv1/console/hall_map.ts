@@ -8,7 +8,7 @@ export interface Hall { width: number; depth: number; case: Case[]; exhibit: Exh
 export interface Description {
   hall: Hall;
   body: { length: number; width: number };
-  infrared: { from: [number, number, number]; far: number };
+  infrared: { from: [number, number, number]; far: number; stop: number };
   sonar: { from: [number, number, number]; far: number; half_cone: number };
 }
 /** Where the rover is (m, m, rad), how sure it is of that (m), and what its sensors read (m). */

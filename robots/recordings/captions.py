@@ -8,6 +8,7 @@ from robots.recordings.container import Message, nameless
 
 ENDS = {"completed": "done", "failed": "failed", "cancelled": "cancelled", "unknown": "nobody knows how it ended"}
 LONGEST = 200  # characters of a line
+TOGETHER = "\xa0"  # a space at which no line ends
 
 
 def utc(at_ms: int) -> str:
@@ -52,14 +53,14 @@ def _progress(told: Mapping[str, Any]) -> str:
 
 def _shown(words: str) -> str:
     """Return what a font can write: one line, of a length that does not matter."""
-    return "".join(c if c.isprintable() else " " for c in words)[:LONGEST]
+    return "".join(c if c.isprintable() or c == TOGETHER else " " for c in words)[:LONGEST]
 
 
 def wrapped(words: str, fits: int, most: int) -> list[str]:
     """Return at most so many lines of at most `fits` characters; what is left over ends in an ellipsis."""
     found: list[str] = []
     line = ""
-    for word in words.split():
+    for word in filter(None, words.split(" ")):
         longer = f"{line} {word}".strip()
         if len(longer) <= fits or not line:
             line = longer

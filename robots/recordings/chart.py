@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.contract.floor import Box, Floor
+from robots.recordings.captions import TOGETHER
 from robots.recordings.paths import JUMP_M, Line, Place
 
 Picture = NDArray[np.uint8]
@@ -23,19 +24,19 @@ DRIVEN, PLANNED, TAKEN = (0, 114, 178), (230, 159, 0), (213, 94, 0)
 LEGEND = 40  # px below the plot
 DASH, GAP = 8, 7  # px
 MARGIN = 10  # px around the plot
-ROBOT = 11  # px from the robot's middle to its nose
+ROBOT, BESIDE = 11, 12  # px from the robot's middle to its nose; from a picture's place to its number
 _FACE: list[Any] = []
 
 
 def text(picture: Picture, words: str, at: tuple[int, int], size: int, colour: Colour) -> int:
     """Write words from a point of their base line on; return where they end (px)."""
-    cv2.putText(picture, words, at, colour, _face(), size, 400)  # type: ignore[call-overload] # not in the stubs
+    cv2.putText(picture, words.replace(TOGETHER, " "), at, colour, _face(), size, 400)  # type: ignore[call-overload] # not in the stubs
     return at[0] + width_of(words, size)
 
 
 def width_of(words: str, size: int) -> int:
     """Return how wide words are (px)."""
-    box = cv2.getTextSize((4000, 4000), words, (0, 0), _face(), size, 400)  # type: ignore[call-overload]
+    box = cv2.getTextSize((4000, 4000), words.replace(TOGETHER, " "), (0, 0), _face(), size, 400)  # type: ignore[call-overload]
     return int(box[0] + box[2])
 
 
@@ -92,6 +93,8 @@ class Chart:
         shown, scale = self._picture.copy(), self._scale
         for number, place in taken:
             x, y = self.at(place)
+            cv2.circle(shown, (x, y), 4 * scale, TAKEN, -1, cv2.LINE_AA)
+            x, y = x + BESIDE * scale, y - BESIDE * scale  # the robot that stands there hides no number
             cv2.circle(shown, (x, y), 8 * scale, TAKEN, -1, cv2.LINE_AA)
             size = (11 if number < 100 else 8) * scale
             text(shown, str(number), (x - width_of(str(number), size) // 2, y + size * 4 // 10), size, PAPER)

@@ -186,7 +186,7 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
 
     cameras, film = cameras_of(plan), _film(plan)
     with av.open(str(out), "w", format=kind, options=FRAGMENTS.get(kind, {})) as movie:
-        writer, sheet, together = Writer(movie, kind), Sheet(cameras), None
+        writer, sheet, together, last_ms = Writer(movie, kind), Sheet(cameras), None, 0
         decoder: Any = av.CodecContext.create("mjpeg", "r")
         for at, camera, jpeg in chosen(plan, cameras, Told(), film.follow if film else None):
             if jpeg:
@@ -197,8 +197,12 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
                     continue  # one picture that is broken ends no movie
             if together is not None:
                 writer.put(film.beside(together) if film else together, at)
+            last_ms = at
             if writer.count >= MOST:
                 break
+        if film is not None and together is not None:  # how it ended came after the last picture
+            for late_ms in (PLOT_MS, PLOT_MS + 1000):
+                writer.put(film.beside(together), last_ms + late_ms)
         writer.end()
     return writer.count
 

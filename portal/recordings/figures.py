@@ -17,6 +17,7 @@ from robots.recordings.track import IN_PLANE, floor_of
 
 WIDTH, MARGIN = 640.0, 12.0  # px of the drawing
 TALLEST = 900.0  # px: a path that is longer than wide is drawn smaller
+LEAST_M = 0.05  # a path that is shorter is none
 SAID = 12  # places that the words name
 
 
@@ -53,7 +54,7 @@ def figures_of(robot: Robot, findings: Sequence[Finding], recordings: Iterable[R
     for one in findings:
         found.setdefault(one.command.grant_id, []).append(one)
     drawn = [_run(tracks.get(grant, {}), found[grant]) for grant in sorted(found)]
-    known = [run for run in drawn if sum(map(len, run.driven)) > 1]
+    known = [run for run in drawn if length(run.driven) >= LEAST_M]
     floor = floor_of(robot.driver, robot.driver_settings()) if known else None
     return [figure(floor, run) for run in known]
 

@@ -4,6 +4,7 @@ No Django.
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -80,8 +81,9 @@ class Film:
         words = str(self._plot["name"])
         if begin + width_of(words, size) < frame.shape[1]:
             text(frame, words, (frame.shape[1] - 10 * scale - width_of(words, size), y), size, QUIET)
-        steps = _fitting(frame, step, size, 2)
-        reads = _fitting(frame, read, size, LINES - len(steps))
+        room = frame.shape[1] - 2 * x
+        steps = fitting(step, size, room, 2)
+        reads = fitting(read, size, room, LINES - len(steps))
         for line, colour in [*((one, WORDS) for one in steps), *((one, QUIET) for one in reads)]:
             y += LINE * scale
             text(frame, line, (x, y), size, colour)
@@ -97,9 +99,9 @@ def _fit(view: Picture, picture: Picture) -> None:
     view[top : top + h, left : left + w] = cv2.resize(picture, (w, h), interpolation=how)
 
 
-def _fitting(frame: Picture, words: str, size: int, most: int) -> list[str]:
-    """Return the words in at most so many lines, each as wide as the frame at most."""
-    room = frame.shape[1] - 20
+@lru_cache(16)
+def fitting(words: str, size: int, room: int, most: int) -> list[str]:
+    """Return the words in at most so many lines, each at most so wide (px)."""
     fits = len(words) * room // max(1, width_of(words, size))
     while (found := wrapped(words, max(2, fits), most)) and max(width_of(line, size) for line in found) > room:
         if fits <= 2:

@@ -204,7 +204,21 @@ def make(kind: str, out: Path, plan: dict[str, Any]) -> int:
             for late_ms in (PLOT_MS, PLOT_MS + 1000):
                 writer.put(film.beside(together), last_ms + late_ms)
         writer.end()
+    if writer.count and not whole(out, writer.count):
+        raise OSError("the movie could not be written to its end")
     return writer.count
+
+
+def whole(out: Path, count: int) -> bool:
+    """Tell whether a movie has so many pictures. Libraries say nothing of what a full disk refused at the end."""
+    import av  # noqa: PLC0415 - only here
+
+    try:
+        with av.open(str(out)) as movie:
+            sound = sum(packet.size > 0 and not packet.is_corrupt for packet in movie.demux(video=0))
+    except (av.FFmpegError, OSError):
+        return False
+    return sound == count
 
 
 def main() -> None:

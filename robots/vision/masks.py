@@ -32,8 +32,9 @@ def _checked(one: Any) -> list[int]:
 
 def masks_of(settings: Mapping[str, Any], camera: int) -> tuple[Mask, ...]:
     """Return the masks of one camera (x0, y0, x1, y1): all of its picture where what is stored is no list of masks."""
+    stored = settings.get(NAME)
     try:
-        found = check(settings.get(NAME) or [])
+        found = check([] if stored is None else stored)
     except BadRequest:
         return ((0, 0, FARTHEST, FARTHEST),)  # rather nothing than what nobody was to see
     return tuple((x0, y0, x1, y1) for number, x0, y0, x1, y1 in found if number == camera)
